@@ -22,7 +22,7 @@ import contextlib
 import os
 import time
 from collections.abc import AsyncIterator, Callable, Iterable, Mapping, Sequence
-from typing import Any, cast
+from typing import Any, Literal, cast
 
 from vencejo import _native
 from vencejo.errors import CommandTimeout, InvalidRequest
@@ -39,7 +39,6 @@ from vencejo.vehicle import (
     VehicleState,
     _command_number,
     _height,
-    _item_number,
     _joined,
 )
 
@@ -348,7 +347,10 @@ class AsyncVehicle(VehicleState):
 
     async def set_home(self, home: Home | None = None) -> None:
         """Move home to a position, or to where the vehicle is."""
-        await self._wait(self._set_home(home))
+        from dataclasses import asdict
+
+        place: dict[str, Any] = {} if home is None else asdict(home)
+        await self._wait(self._ask("home", **place))
 
     async def switch_fence(self, on: bool, *, confirm: Danger | None = None) -> None:
         """Switch the fence on board on or off (``confirm="fence-off"``), until its parameters or a restart do.
@@ -479,7 +481,7 @@ class AsyncVehicle(VehicleState):
 
         Item 1 is the mission's beginning: jumps that were flown count anew. Refused while the mission may be mixed, see `arm`.
         """
-        await self._wait(self._native.mission_start(_item_number(from_item), despite_mixed_plan))
+        await self._wait(self._ask("mission/start", from_item=from_item, despite_mixed_plan=despite_mixed_plan))
 
     async def pause_mission(self) -> None:
         """Interrupt the mission (mode LOITER)."""
@@ -491,7 +493,7 @@ class AsyncVehicle(VehicleState):
 
     async def set_current_item(self, item: int, *, despite_mixed_plan: bool = False) -> None:
         """Make an item, counted from 1, the one in execution; refused while the mission may be mixed, see `arm`."""
-        await self._wait(self._set_current_item(item, despite_mixed_plan))
+        await self._wait(self._ask("mission/current", item=item, despite_mixed_plan=despite_mixed_plan))
 
     async def send_and_fly(self, plan: Plan, *, progress: ProgressCallback | None = None) -> None:
         """Upload a mission, verify it, prepare the flight, arm and start it at its first item: the one operation that does all.
@@ -533,12 +535,13 @@ class AsyncVehicle(VehicleState):
         *,
         confirm: Danger | None = None,
         despite_mixed_plan: bool = False,
-    ) -> None:
-        """Ask for anything that has no result, by its name and values as the HTTP API has them; returns when it is done.
+    ) -> MavlinkMessage | None:
+        """Ask for anything by its name and values as the HTTP API has them; returns when it is done, with the message that it brings.
 
         Examples
         --------
         >>> plane.ask("speed", {"kind": "airspeed", "speed_m_s": 18.0})  # doctest: +SKIP
+        >>> plane.ask("request-message", {"message": "HOME_POSITION"}).fields["altitude"]  # doctest: +SKIP
 
         Raises
         ------
@@ -547,7 +550,8 @@ class AsyncVehicle(VehicleState):
         ConfirmationNeeded
             When it is dangerous, and not confirmed by the name of that danger.
         """
-        await self._wait(self._native.request(name, dict(values or {}), confirm, despite_mixed_plan))
+        asked = self._native.request(name, dict(values or {}), confirm, despite_mixed_plan)
+        return cast("MavlinkMessage | None", await self._wait(asked))
 
     async def command(
         self, command: int | str, *params: float, confirm: Danger | None = None, despite_mixed_plan: bool = False
@@ -580,13 +584,27 @@ class AsyncVehicle(VehicleState):
         asked = self._command_int(command, params, frame, x, y, z, confirm, despite_mixed_plan)
         return int(await self._wait(asked) or 0)
 
-    async def request_message(self, name: str) -> MavlinkMessage:
-        """Ask for one message once, and give it back."""
-        return cast("MavlinkMessage", await self._wait(self._native.request_message(name)))
+    async def request_message(self, name: str | int) -> MavlinkMessage:
+        """Ask for one message once, by its name or its number, and give it back."""
+        return cast("MavlinkMessage", await self._wait(self._ask("request-message", message=name)))
 
-    async def set_message_rate(self, name: str, rate_hz: float | None) -> None:
-        """Set how often the vehicle sends a message, from one in 2,000 s to 50 a second; ``None`` stops it."""
-        await self._wait(self._native.set_message_rate(name, rate_hz))
+    async def set_message_rate(self, name: str | int, rate_hz: float | Literal["default", "stop"] | None) -> None:
+        """Set how often the vehicle sends a message, now and after each of its restarts. It overrides other stations.
+
+        Parameters
+        ----------
+        name : str or int
+            The message's name, such as ``"ATTITUDE"``, or its number.
+        rate_hz : float, "default", "stop" or None
+            From one in 2,000 s (0.0005) to 50 a second; ``"default"``, or 0, for the vehicle's own rate; ``"stop"``, or ``None``,
+            for none.
+
+        Raises
+        ------
+        CommandRefused
+            When the vehicle's firmware does not have the message, or cannot send it so often.
+        """
+        await self._wait(self._ask("set-message-rate", message=name, rate_hz="stop" if rate_hz is None else rate_hz))
 
     # (end of what is written by a script)
 

@@ -405,13 +405,6 @@ class VehicleState:
 
         return replace(self.plan_state(kind), position_error_m=pending.position_error_m())
 
-    def _set_current_item(self, item: int, despite_mixed_plan: bool) -> _native.Pending:
-        _item_number(item)
-        return self._native.set_current_item(item, despite_mixed_plan)
-
-    def _set_home(self, home: Home | None) -> _native.Pending:
-        return self._native.set_home(None if home is None else (home.lat_deg, home.lon_deg, home.alt_amsl_m))
-
     def _command_int(
         self,
         command: int | str,
@@ -705,7 +698,10 @@ class Vehicle(Closing, VehicleState):
 
     def set_home(self, home: Home | None = None) -> None:
         """Move home to a position, or to where the vehicle is."""
-        self._wait(self._set_home(home))
+        from dataclasses import asdict
+
+        place: dict[str, Any] = {} if home is None else asdict(home)
+        self._wait(self._ask("home", **place))
 
     def switch_fence(self, on: bool, *, confirm: Danger | None = None) -> None:
         """Switch the fence on board on or off (``confirm="fence-off"``), until its parameters or a restart do.
@@ -836,7 +832,7 @@ class Vehicle(Closing, VehicleState):
 
         Item 1 is the mission's beginning: jumps that were flown count anew. Refused while the mission may be mixed, see `arm`.
         """
-        self._wait(self._native.mission_start(_item_number(from_item), despite_mixed_plan))
+        self._wait(self._ask("mission/start", from_item=from_item, despite_mixed_plan=despite_mixed_plan))
 
     def pause_mission(self) -> None:
         """Interrupt the mission (mode LOITER)."""
@@ -848,7 +844,7 @@ class Vehicle(Closing, VehicleState):
 
     def set_current_item(self, item: int, *, despite_mixed_plan: bool = False) -> None:
         """Make an item, counted from 1, the one in execution; refused while the mission may be mixed, see `arm`."""
-        self._wait(self._set_current_item(item, despite_mixed_plan))
+        self._wait(self._ask("mission/current", item=item, despite_mixed_plan=despite_mixed_plan))
 
     def send_and_fly(self, plan: Plan, *, progress: ProgressCallback | None = None) -> None:
         """Upload a mission, verify it, prepare the flight, arm and start it at its first item: the one operation that does all.
@@ -896,12 +892,13 @@ class Vehicle(Closing, VehicleState):
         *,
         confirm: Danger | None = None,
         despite_mixed_plan: bool = False,
-    ) -> None:
-        """Ask for anything that has no result, by its name and values as the HTTP API has them; returns when it is done.
+    ) -> MavlinkMessage | None:
+        """Ask for anything by its name and values as the HTTP API has them; returns when it is done, with the message that it brings.
 
         Examples
         --------
         >>> plane.ask("speed", {"kind": "airspeed", "speed_m_s": 18.0})  # doctest: +SKIP
+        >>> plane.ask("request-message", {"message": "HOME_POSITION"}).fields["altitude"]  # doctest: +SKIP
 
         Raises
         ------
@@ -910,7 +907,8 @@ class Vehicle(Closing, VehicleState):
         ConfirmationNeeded
             When it is dangerous, and not confirmed by the name of that danger.
         """
-        self._wait(self._native.request(name, dict(values or {}), confirm, despite_mixed_plan))
+        asked = self._native.request(name, dict(values or {}), confirm, despite_mixed_plan)
+        return cast("MavlinkMessage | None", self._wait(asked))
 
     def command(
         self, command: int | str, *params: float, confirm: Danger | None = None, despite_mixed_plan: bool = False
@@ -943,13 +941,27 @@ class Vehicle(Closing, VehicleState):
         asked = self._command_int(command, params, frame, x, y, z, confirm, despite_mixed_plan)
         return int(self._wait(asked) or 0)
 
-    def request_message(self, name: str) -> MavlinkMessage:
-        """Ask for one message once, and give it back."""
-        return cast("MavlinkMessage", self._wait(self._native.request_message(name)))
+    def request_message(self, name: str | int) -> MavlinkMessage:
+        """Ask for one message once, by its name or its number, and give it back."""
+        return cast("MavlinkMessage", self._wait(self._ask("request-message", message=name)))
 
-    def set_message_rate(self, name: str, rate_hz: float | None) -> None:
-        """Set how often the vehicle sends a message, from one in 2,000 s to 50 a second; ``None`` stops it."""
-        self._wait(self._native.set_message_rate(name, rate_hz))
+    def set_message_rate(self, name: str | int, rate_hz: float | Literal["default", "stop"] | None) -> None:
+        """Set how often the vehicle sends a message, now and after each of its restarts. It overrides other stations.
+
+        Parameters
+        ----------
+        name : str or int
+            The message's name, such as ``"ATTITUDE"``, or its number.
+        rate_hz : float, "default", "stop" or None
+            From one in 2,000 s (0.0005) to 50 a second; ``"default"``, or 0, for the vehicle's own rate; ``"stop"``, or ``None``,
+            for none.
+
+        Raises
+        ------
+        CommandRefused
+            When the vehicle's firmware does not have the message, or cannot send it so often.
+        """
+        self._wait(self._ask("set-message-rate", message=name, rate_hz="stop" if rate_hz is None else rate_hz))
 
 
 class Parameters:
@@ -1012,12 +1024,6 @@ def _command_number(command: int | str) -> int:
     if not 0 <= command <= 65_535:
         raise InvalidRequest(f"{command} is no MAV_CMD; they go from 0 to 65535")
     return int(command)
-
-
-def _item_number(item: int | None) -> int | None:
-    if item is not None and not 1 <= item <= 65_534:
-        raise InvalidRequest(f"{item} is no item of a mission; they are counted from 1")
-    return item
 
 
 def _joined(parts: Mapping[PlanKind, Plan]) -> Plan:

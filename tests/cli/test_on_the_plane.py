@@ -270,14 +270,31 @@ def test_one_thing_is_asked_for_by_its_name(parked_plane: str) -> None:
         {"request": "mode", "values": {"mode": 0}, "done": True}
     ]
     for words, says in (
-        (("warp", "factor=9"), "`takeoff`"),
-        (("speed", "kind=airspeed"), "missing field `speed_m_s`"),
+        (("warp", "factor=9"), "there is no warp: one of arm, disarm, mode, takeoff,"),
+        (("speed", "kind=airspeed"), "speed_m_s is missing (m/s, 0.1 to 200)"),
+        (("speed", "kind=airspeed", "speed_m_s=9", "speed_m_s=99"), "speed_m_s is given twice"),
+        (("speed", "kind=airspeed", "speed_m_s=fast"), 'speed_m_s is "fast": a number (m/s, 0.1 to 200)'),
+        (("speed", "kind=airspeed", "speed_m_s=NaN"), "speed_m_s is NaN: 0.1 to 200 m/s"),
+        (("home", "lat_deg=40.3"), "lon_deg is missing: home is lat_deg, lon_deg and alt_amsl_m, or none"),
+        (("mission/current", "item=0"), "counted from 1"),
+        (("set-message-rate", "message=ATTITUDES", "rate_hz=5"), "'ATTITUDES' is no message"),
+        (("set-message-rate", "message=ATTITUDE", "rate_hz=1e3"), "rate_hz is 1000: 0.0005"),
         (("speed", "fast"), "NAME=VALUE"),
         (("reboot",), "(reboot)"),
         (("switch-fence", "on=false"), "(fence-off)"),
     ):
         refused = run("ask", *words, link=parked_plane)
         assert (refused.exit_code, says in refused.stderr) == (2, True), refused.output
+    # Why it does not is told by the plane, as information.
+    refused = run("ask", "set-message-rate", "message=WHEEL_DISTANCE", "rate_hz=1", link=parked_plane)
+    assert (refused.exit_code, "No ap_message for mavlink id (9000)" in refused.stderr) == (1, True), refused.output
+    for rate_hz in ("7", "stop", "default", "0"):
+        asked = run("ask", "set-message-rate", "message=30", f"rate_hz={rate_hz}", link=parked_plane)
+        assert asked.stdout == "set-message-rate: done\n", asked.output
+    brought = told(run("ask", "request-message", "message=home_position", "--json", link=parked_plane))[0]
+    assert (brought["message"], brought["fields"]["latitude"] / 1e7) == ("HOME_POSITION", pytest.approx(LAT, abs=1e-3))
+    assert "latitude " in run("ask", "request-message", "message=242", link=parked_plane).stdout
+    assert run("ask", "home", link=parked_plane).exit_code == 0
 
 
 def test_telemetry_once(parked_plane: str) -> None:

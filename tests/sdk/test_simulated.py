@@ -225,6 +225,15 @@ def test_positions_that_cannot_be_are_not_sent(plane: vencejo.Vehicle, bad: floa
 
 
 def test_raw_messages_both_ways(plane: vencejo.Vehicle) -> None:
+    intervals: list[int] = []
+    with plane.on_message(lambda message: intervals.append(message.fields["interval_us"]), names=["MESSAGE_INTERVAL"]):
+        for rate_hz in (None, 8.0, "stop", 0, "default"):
+            plane.set_message_rate(30, rate_hz)
+            plane.command("GET_MESSAGE_INTERVAL", 30)
+        wait_for(lambda: len(intervals) == 5, "five answers")
+    assert intervals[:3] == [-1, 125_000, -1]
+    assert intervals[3] == intervals[4], "the plane's own"
+    plane.set_message_rate("ATTITUDE", 10.0)
     message = plane.request_message("AUTOPILOT_VERSION")
     assert (message.name, message.system_id) == ("AUTOPILOT_VERSION", 1)
     assert message.fields["flight_sw_version"] > 0

@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
-use vencejo_flight::plan::{Home, Mission};
-use vencejo_proto::{Address, CommandInt, CommandLong, MissionSeq};
+use vencejo_flight::plan::Mission;
+use vencejo_proto::{Address, CommandInt, CommandLong};
 use vencejo_station::{RequestResult, StationError};
 use vencejo_vehicle::command::{CommandName, CommandResult};
 use vencejo_vehicle::modes::{FlightMode, ModeFamily};
@@ -13,8 +13,7 @@ use vencejo_vehicle::{AltFrame, Danger, ModeChoice, Reply, Request, SpeedKind, T
 use crate::authority::{Claim, answer};
 use crate::content::{Content, MAX_PACKED, pack_items, unpack_items};
 use crate::deed::{
-    AbortLanding, Act, Altitude, Climb, Course, Deed, Int, Long, MessageRate, NewHome, NewParam, Nothing, PlanClear,
-    PlanPut, Reposition,
+    AbortLanding, Act, Altitude, Climb, Course, Deed, Int, Long, NewParam, Nothing, PlanClear, PlanPut, Reposition,
 };
 use crate::outcome::{Outcome, STEP, fault_of, outcome_of, unverified};
 use crate::payload::{Answer, BadPayload, End};
@@ -58,19 +57,13 @@ pub fn act_of(request: &Request, confirmed: Option<Danger>) -> Result<Act, &'sta
             Deed::AbortLanding(AbortLanding { alt_rel_home_m: *alt_rel_home_m })
         }
         Request::PrepareFlight => Deed::PrepareFlight(Nothing {}),
-        Request::MissionStart { from } => Deed::MissionStart(from.map_or(0, |seq| u32::from(seq.0) + 1)),
         Request::MissionPause => Deed::MissionPause(Nothing {}),
         Request::MissionResume => Deed::MissionResume(Nothing {}),
-        Request::SetCurrentItem(seq) => Deed::CurrentItem(seq.0.into()),
         Request::GuidedCourse { course_deg, accel_m_s2 } => {
             Deed::Course(Course { course_deg: *course_deg, accel_m_s2: *accel_m_s2 })
         }
         Request::GuidedClimb { alt_m, alt_frame, rate_m_s } => {
             Deed::Climb(Climb { alt_m: *alt_m, frame: alt_frame.mav_frame().into(), rate_m_s: *rate_m_s })
-        }
-        Request::SetHome(home) => {
-            let place = home.map(|home| vec![home.lat_deg, home.lon_deg, home.alt_amsl_m]).unwrap_or_default();
-            Deed::SetHome(NewHome { place })
         }
         Request::Reboot => Deed::Reboot(Nothing {}),
         Request::RawCommandLong(long) if long.target == THE_AUTOPILOT => {
@@ -84,10 +77,6 @@ pub fn act_of(request: &Request, confirmed: Option<Danger>) -> Result<Act, &'sta
             return Err(
                 "a command goes to the autopilot alone, which is target 0; for another component use a direct link",
             );
-        }
-        Request::RequestMessage { message_id } => Deed::AskMessage(*message_id),
-        Request::SetMessageRate { message_id, rate_hz } => {
-            Deed::MessageRate(MessageRate { message_id: *message_id, rate_hz: *rate_hz })
         }
         Request::UploadPlan { kind, items, home, despite_findings } => {
             let packed = pack_items(&Mission { home: *home, items: items.clone() });
@@ -140,7 +129,6 @@ fn short<T: TryFrom<u32>>(number: u32, field: &'static str) -> Result<T, BadPayl
 /// # Errors
 /// [`BadPayload`] for what cannot be. Numbers are checked where they are used.
 pub fn request_of(act: &Act) -> Result<(Request, Option<Danger>), BadPayload> {
-    let seq = |number: u32| u16::try_from(number).map(MissionSeq).map_err(|_| BadPayload::Field("item"));
     let deed = act.deed.as_ref().ok_or(BadPayload::Field("deed"))?;
     let request = match deed {
         Deed::Arm(force) => Request::Arm { force: *force },
@@ -166,20 +154,12 @@ pub fn request_of(act: &Act) -> Result<(Request, Option<Danger>), BadPayload> {
         Deed::Land(_) => Request::Land,
         Deed::AbortLanding(how) => Request::AbortLanding { alt_rel_home_m: how.alt_rel_home_m },
         Deed::PrepareFlight(_) => Request::PrepareFlight,
-        Deed::MissionStart(0) => Request::MissionStart { from: None },
-        Deed::MissionStart(number) => Request::MissionStart { from: Some(seq(number - 1)?) },
         Deed::MissionPause(_) => Request::MissionPause,
         Deed::MissionResume(_) => Request::MissionResume,
-        Deed::CurrentItem(number) => Request::SetCurrentItem(seq(*number)?),
         Deed::Course(to) => Request::GuidedCourse { course_deg: to.course_deg, accel_m_s2: to.accel_m_s2 },
         Deed::Climb(to) => {
             Request::GuidedClimb { alt_m: to.alt_m, alt_frame: alt_frame(to.frame)?, rate_m_s: to.rate_m_s }
         }
-        Deed::SetHome(home) => Request::SetHome(match home.place[..] {
-            [] => None,
-            [lat_deg, lon_deg, alt_amsl_m] => Some(Home { lat_deg, lon_deg, alt_amsl_m }),
-            _ => return Err(BadPayload::Field("place")),
-        }),
         Deed::Reboot(_) => Request::Reboot,
         Deed::Long(long) => Request::RawCommandLong(CommandLong {
             target: THE_AUTOPILOT,
@@ -201,8 +181,6 @@ pub fn request_of(act: &Act) -> Result<(Request, Option<Danger>), BadPayload> {
                 z,
             })
         }
-        Deed::AskMessage(message_id) => Request::RequestMessage { message_id: *message_id },
-        Deed::MessageRate(rate) => Request::SetMessageRate { message_id: rate.message_id, rate_hz: rate.rate_hz },
         Deed::PlanPut(put) => {
             let list = put.list.as_ref().ok_or(BadPayload::Field("list"))?;
             list.name()?;
@@ -340,6 +318,7 @@ mod tests {
     use vencejo_flight::plan::{MissionItem, PlanKind};
     use vencejo_vehicle::command::cmd;
     use vencejo_vehicle::telemetry::Severity;
+    use vencejo_vehicle::{MessageId, MessageRate};
 
     use super::*;
     use crate::authority::Wish;
@@ -374,16 +353,16 @@ mod tests {
             Request::AbortLanding { alt_rel_home_m: None },
             Request::AbortLanding { alt_rel_home_m: Some(40.0) },
             Request::PrepareFlight,
-            Request::MissionStart { from: None },
-            Request::MissionStart { from: Some(MissionSeq(0)) },
+            Request::MissionStart { from_item: None },
+            Request::MissionStart { from_item: Some(1) },
             Request::MissionPause,
             Request::MissionResume,
-            Request::SetCurrentItem(MissionSeq(65_535)),
+            Request::SetCurrentItem { item: 65_535 },
             Request::DespiteMixedPlan(Box::new(Request::Arm { force: false })),
             Request::GuidedCourse { course_deg: 271.3, accel_m_s2: 2.0 },
             Request::GuidedClimb { alt_m: 99.9, alt_frame: AltFrame::Terrain, rate_m_s: 1.5 },
-            Request::SetHome(None),
-            Request::SetHome(Some(Home { lat_deg: 40.1, lon_deg: -3.7, alt_amsl_m: 612.3 })),
+            Request::SetHome { lat_deg: None, lon_deg: None, alt_amsl_m: None },
+            Request::SetHome { lat_deg: Some(40.123_456_789), lon_deg: Some(-3.7), alt_amsl_m: Some(612.3) },
             Request::Reboot,
             Request::RawCommandLong(CommandLong {
                 target: THE_AUTOPILOT,
@@ -402,9 +381,10 @@ mod tests {
                 y: -37_978_000,
                 z: 80.5,
             }),
-            Request::RequestMessage { message_id: 148 },
-            Request::SetMessageRate { message_id: 30, rate_hz: None },
-            Request::SetMessageRate { message_id: 30, rate_hz: Some(0.5) },
+            Request::RequestMessage { message: MessageId(148) },
+            Request::SetMessageRate { message: MessageId(30), rate_hz: MessageRate::Stop },
+            Request::SetMessageRate { message: MessageId(30), rate_hz: MessageRate::Default },
+            Request::SetMessageRate { message: MessageId(30), rate_hz: MessageRate::Hz(0.5) },
             Request::UploadPlan {
                 kind: PlanKind::Rally,
                 items: vec![MissionItem::waypoint(40.123_456_789, -3.7, 80.1)],
@@ -416,7 +396,6 @@ mod tests {
             Request::ParamList,
             Request::ParamRead { name: "WP_RADIUS".into() },
             Request::ParamSet { name: "WP_RADIUS".into(), value: 90.1 },
-            // Nothing here knows their form: as any that is new.
             Request::SwitchFence { on: false },
             Request::Note { severity: Severity::INFO, text: "\"ñ\"".into() },
         ];
@@ -435,6 +414,10 @@ mod tests {
         let other = CommandLong { target: Address::new(1, 100), command: 1, confirmation: 0, params: [0.0; 7] };
         for (request, says) in [
             (Request::Velocity { forward_m_s: 1.0, right_m_s: 0.0, down_m_s: 0.0, yaw_rate_rad_s: 0.0 }, "repeated"),
+            (
+                Request::SetHome { lat_deg: Some(f64::NAN), lon_deg: Some(-3.0), alt_amsl_m: Some(600.0) },
+                "no finite number",
+            ),
             (Request::RawCommandLong(other), "direct link"),
             (Request::DespiteMixedPlan(Box::new(Request::RawCommandLong(other))), "direct link"),
         ] {
@@ -442,7 +425,6 @@ mod tests {
         }
         assert_eq!(request_of(&Act::default()), Err(BadPayload::Field("deed")));
         let odd = |deed| request_of(&Act { deed: Some(deed), ..Act::default() });
-        assert_eq!(odd(Deed::CurrentItem(65_536)), Err(BadPayload::Field("item")));
         assert_eq!(odd(Deed::Altitude(Altitude { alt_m: 1.0, frame: 1 })), Err(BadPayload::Field("frame")));
         let long = |command, count| odd(Deed::Long(Long { command, params: vec![0.0; count] }));
         assert_eq!(

@@ -18,12 +18,13 @@ pub struct Act {
     /// What.
     #[prost(
         oneof = "Deed",
-        tags = "3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18, 19, 20, 21, 22, 23, 24, 25, 26, 27, 28, 29, 30, 31, 32, 33, 34, 35"
+        tags = "3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 18, 19, 21, 22, 24, 25, 26, 29, 30, 31, 32, 33, 34, 35"
     )]
     pub deed: Option<Deed>,
 }
 
 /// What goes over a network. Not among it: what has to be repeated to go on (a velocity), and what has no answer (messages as they are).
+/// Fields 17, 20, 23, 27 and 28 were forms of their own for what [`Deed::Other`] says; they stay free.
 #[derive(Clone, PartialEq, prost::Oneof)]
 pub enum Deed {
     /// Arm; true: by force.
@@ -68,27 +69,18 @@ pub enum Deed {
     /// Prepare a flight.
     #[prost(message, tag = "16")]
     PrepareFlight(Nothing),
-    /// Start the mission, from this item on the wire less one; 0: where it stands.
-    #[prost(uint32, tag = "17")]
-    MissionStart(u32),
     /// Interrupt the mission.
     #[prost(message, tag = "18")]
     MissionPause(Nothing),
     /// Go on with the mission.
     #[prost(message, tag = "19")]
     MissionResume(Nothing),
-    /// Make an item on the wire the current one.
-    #[prost(uint32, tag = "20")]
-    CurrentItem(u32),
     /// A command by COMMAND_LONG.
     #[prost(message, tag = "21")]
     Long(Long),
     /// A command by COMMAND_INT.
     #[prost(message, tag = "22")]
     Int(Int),
-    /// Move home.
-    #[prost(message, tag = "23")]
-    SetHome(NewHome),
     /// Turn to a course.
     #[prost(message, tag = "24")]
     Course(Course),
@@ -98,12 +90,6 @@ pub enum Deed {
     /// Restart the autopilot.
     #[prost(message, tag = "26")]
     Reboot(Nothing),
-    /// Ask for this message.
-    #[prost(uint32, tag = "27")]
-    AskMessage(u32),
-    /// Set the rate of a message.
-    #[prost(message, tag = "28")]
-    MessageRate(MessageRate),
     /// Replace a plan.
     #[prost(message, tag = "29")]
     PlanPut(PlanPut),
@@ -206,14 +192,6 @@ pub struct Int {
     pub y: i32,
 }
 
-/// Where home is to be; nothing: where the vehicle is.
-#[derive(Clone, PartialEq, prost::Message)]
-pub struct NewHome {
-    /// Latitude, longitude (WGS-84, degrees), height above mean sea level (m); or nothing.
-    #[prost(double, repeated, tag = "1")]
-    pub place: Vec<f64>,
-}
-
 /// A course to fly.
 #[derive(Clone, Copy, PartialEq, prost::Message)]
 pub struct Course {
@@ -237,17 +215,6 @@ pub struct Climb {
     /// How fast.
     #[prost(double, tag = "3")]
     pub rate_m_s: f64,
-}
-
-/// The rate of a message.
-#[derive(Clone, Copy, PartialEq, prost::Message)]
-pub struct MessageRate {
-    /// Message id.
-    #[prost(uint32, tag = "1")]
-    pub message_id: u32,
-    /// Messages a second; absent: none.
-    #[prost(double, optional, tag = "2")]
-    pub rate_hz: Option<f64>,
 }
 
 /// A plan that is to be on board.

@@ -6,6 +6,7 @@ use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyBool, PyByteArray, PyBytes, PyDict, PyFloat, PyMapping, PyMappingProxy, PyString, PyTuple};
 use vencejo_proto::{FieldValue, Frame, MonoTime, decode_fields, message_name};
+use vencejo_vehicle::MessageId;
 
 use crate::errors;
 use crate::telemetry::seconds;
@@ -33,11 +34,9 @@ pub struct PyMessage {
     fields: PyOnceLock<Py<PyMappingProxy>>,
 }
 
-/// The id of a message by its name.
+/// The id of a message by its name, or its number.
 pub fn message_id(name: &str) -> PyResult<u32> {
-    vencejo_proto::message_id_of(name).ok_or_else(|| {
-        errors::raise("InvalidRequest", format!("'{name}' is no message of the dialect; names are like 'ATTITUDE'"))
-    })
+    name.parse::<MessageId>().map(|id| id.0).map_err(|error| errors::raise("InvalidRequest", error))
 }
 
 impl PyMessage {

@@ -7,17 +7,17 @@ use pyo3::types::PyDict;
 use vencejo_flight::landing::Wind;
 use vencejo_flight::plan::{Mission, Plan, PlanKind};
 use vencejo_flight::rehearsal::{Air, Aircraft, Conditions};
-use vencejo_proto::{Address, CommandInt, CommandLong, Message, MissionSeq, SystemId};
+use vencejo_proto::{Address, CommandInt, CommandLong, Message, SystemId};
 use vencejo_station::{SigningChange, StationError, VehicleHandle};
 use vencejo_vehicle::modes::{Action, ModeFamily};
 use vencejo_vehicle::signing::SETUP_SIGNING_ID;
 use vencejo_vehicle::{Danger, PlanState, Request};
 
 use crate::link::{link_dict, signing_dict};
-use crate::messages::{fields_of, message_id, message_ids};
+use crate::messages::{fields_of, message_ids};
 use crate::operator::PyOperator;
 use crate::pending::PyPending;
-use crate::plan::{FindingTuple, PlanTuple, findings, home_from_tuple, plan_from_tuple, plan_to_tuple};
+use crate::plan::{FindingTuple, PlanTuple, findings, plan_from_tuple, plan_to_tuple};
 use crate::rehearsal::{self, LearnedTuple, Profile, RehearsalTuple, WhatIfTuple};
 use crate::subscription::Subscription;
 use crate::telemetry::{TelemetrySnapshot, seconds};
@@ -111,14 +111,6 @@ impl PyVehicle {
         let Some(named) = confirm.map(danger_of).transpose()? else { return Ok(self.start(py, request)) };
         let pending = runtime::detached(py, || self.vehicle.request_naming(request, named));
         Ok(PyPending::of_request(pending, self.vehicle.clone()))
-    }
-
-    fn start_guarded(&self, py: Python<'_>, request: Request, despite_mixed_plan: bool) -> PyPending {
-        self.start(py, guarded(request, despite_mixed_plan))
-    }
-
-    fn seq(&self, item: u16) -> PyResult<MissionSeq> {
-        self.vehicle.seq_of_item(item).ok_or_else(|| invalid("mission items are counted from 1"))
     }
 }
 
@@ -291,21 +283,6 @@ impl PyVehicle {
         ))
     }
 
-    #[pyo3(signature = (from_item, despite_mixed_plan))]
-    fn mission_start(&self, py: Python<'_>, from_item: Option<u16>, despite_mixed_plan: bool) -> PyResult<PyPending> {
-        let from = from_item.map(|item| self.seq(item)).transpose()?;
-        Ok(self.start_guarded(py, Request::MissionStart { from }, despite_mixed_plan))
-    }
-
-    fn set_current_item(&self, py: Python<'_>, item: u16, despite_mixed_plan: bool) -> PyResult<PyPending> {
-        Ok(self.start_guarded(py, Request::SetCurrentItem(self.seq(item)?), despite_mixed_plan))
-    }
-
-    #[pyo3(signature = (home))]
-    fn set_home(&self, py: Python<'_>, home: Option<(f64, f64, f64)>) -> PyPending {
-        self.start(py, Request::SetHome(home.map(home_from_tuple)))
-    }
-
     #[pyo3(signature = (command, params, confirm, despite_mixed_plan))]
     fn command_long(
         &self,
@@ -337,15 +314,6 @@ impl PyVehicle {
         let target = Address::new(0, 0);
         let command = CommandInt { target, frame, command, current: 0, autocontinue: 0, params, x, y, z };
         self.start_confirmed(py, guarded(Request::RawCommandInt(command), despite_mixed_plan), confirm)
-    }
-
-    fn request_message(&self, py: Python<'_>, name: &str) -> PyResult<PyPending> {
-        Ok(self.start(py, Request::RequestMessage { message_id: message_id(name)? }))
-    }
-
-    #[pyo3(signature = (name, rate_hz))]
-    fn set_message_rate(&self, py: Python<'_>, name: &str, rate_hz: Option<f64>) -> PyResult<PyPending> {
-        Ok(self.start(py, Request::SetMessageRate { message_id: message_id(name)?, rate_hz }))
     }
 
     /// What is wrong or doubtful in a plan that it is to fly now, or that is to wait on board until it flies.

@@ -30,7 +30,7 @@ use utoipa::{PartialSchema, ToSchema};
 use vencejo_vehicle::Refusal;
 
 pub use cause::Cause;
-pub use command::{Done, MissionStart, SetHome, SetItem};
+pub use command::Done;
 pub use command_table::{CommandCategory, CommandInfo, CommandParam, CommandSupport};
 pub use link::{LinkFault, LinkInfo, LinkState, NewLink};
 pub use message::RawMessage;

@@ -7,15 +7,16 @@ use axum::extract::{FromRequest, FromRequestParts, RawPathParams, Request};
 use axum::http::header;
 use axum::http::request::Parts;
 use serde::de::DeserializeOwned;
+use serde_json::value::RawValue;
 use vencejo_station::{Held, Operator as Operating, Pending, RequestResult, VehicleHandle};
-use vencejo_vehicle::{Request as Act, VehicleId};
+use vencejo_vehicle::{Reply, Request as Act, VehicleId};
 
 use crate::dto::Role;
 use crate::dto::cause::Thing;
 use crate::problem::Problem;
 use crate::sessions::SessionId;
 use crate::state::App;
-use crate::strict::Strict;
+use crate::strict;
 
 fn session(parts: &Parts, app: &App) -> Option<(SessionId, Role)> {
     let secret = app.access().cookie(&parts.headers)?;
@@ -101,6 +102,17 @@ impl Pilot {
     /// Asks a vehicle for something in this session's name, with the confirmation that came with the request.
     pub fn request(&self, vehicle: &VehicleHandle, request: Act) -> Pending<RequestResult> {
         self.vehicle(vehicle).request_confirmed(request, self.confirmation.as_deref())
+    }
+
+    /// The same, and waits for the end, which comes within a bounded time. Whoever hangs up does not take the command back.
+    pub async fn ask(
+        &self,
+        vehicle: &VehicleHandle,
+        DespiteMixedPlan(despite): DespiteMixedPlan,
+        request: Act,
+    ) -> Result<Reply, Problem> {
+        let request = if despite { Act::DespiteMixedPlan(Box::new(request)) } else { request };
+        Ok(self.request(vehicle, request).wait().await.ok_or_else(Problem::closed)??)
     }
 
     /// The confirmation that came with the request.
@@ -199,8 +211,9 @@ impl<T: DeserializeOwned> FromRequest<App> for Json<T> {
     type Rejection = Problem;
 
     async fn from_request(request: Request, app: &App) -> Result<Self, Problem> {
-        let axum::Json(Strict(value)) = axum::Json::from_request(request, app).await?;
-        Ok(Self(value))
+        // What is not even JSON ends here.
+        let axum::Json(body): axum::Json<Box<RawValue>> = axum::Json::from_request(request, app).await?;
+        strict::read(body.get()).map(Self).map_err(Problem::invalid)
     }
 }
 

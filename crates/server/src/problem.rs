@@ -16,7 +16,7 @@ use vencejo_station::{SigningError, StationError};
 use vencejo_store::LowSpace;
 use vencejo_vehicle::command::CommandName;
 use vencejo_vehicle::transfer::{FTP_OPEN, NoPlanKinds, TransferError};
-use vencejo_vehicle::{Refusal, VehicleError};
+use vencejo_vehicle::{Refusal, VehicleError, misread};
 
 use crate::convert;
 use crate::dto;
@@ -562,7 +562,11 @@ impl From<BytesRejection> for Problem {
 
 impl From<QueryRejection> for Problem {
     fn from(rejection: QueryRejection) -> Self {
-        unreadable(StatusCode::UNPROCESSABLE_ENTITY, rejection.body_text())
+        let text = rejection.body_text();
+        let said = text.split_once("query string: ").map_or(text.as_str(), |(_, said)| said);
+        let is_name = |path: &str| path.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'_');
+        let (path, said) = said.split_once(": ").filter(|(path, _)| is_name(path)).unwrap_or(("", said));
+        Self::invalid(misread::in_words(path, said, |name| misread::unit(name).map(str::to_owned)))
     }
 }
 

@@ -4,11 +4,27 @@
 use std::fmt;
 
 use serde::de::{
-    Deserialize, DeserializeSeed, Deserializer, EnumAccess, Error, MapAccess, SeqAccess, VariantAccess, Visitor,
+    Deserialize, DeserializeOwned, DeserializeSeed, Deserializer, EnumAccess, Error, MapAccess, SeqAccess,
+    VariantAccess, Visitor,
 };
+use vencejo_vehicle::misread;
+
+/// Reads JSON this way.
+///
+/// # Errors
+/// Which value is wrong, what it is and what is taken.
+pub fn read<T: DeserializeOwned>(text: &str) -> Result<T, String> {
+    let mut json = serde_json::Deserializer::from_str(text);
+    let read = serde_path_to_error::deserialize(&mut json).map(|Strict(value)| value);
+    read.map_err(|error| {
+        let path = error.path().to_string();
+        let unit = |name: &str| misread::unit(name).map(str::to_owned);
+        misread::in_words(path.trim_matches('.'), &error.inner().to_string(), unit)
+    })
+}
 
 /// A value that is read this way.
-pub struct Strict<T>(pub T);
+struct Strict<T>(T);
 
 impl<'de, T: Deserialize<'de>> Deserialize<'de> for Strict<T> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
@@ -206,25 +222,21 @@ mod tests {
     use vencejo_vehicle::ModeChoice;
 
     use super::*;
-    use crate::dto::message::RawCommandLong;
-    use crate::dto::{MissionStart, Plan};
-
-    fn read<T: for<'de> Deserialize<'de>>(text: &str) -> Result<T, String> {
-        serde_json::from_str::<Strict<T>>(text).map(|strict| strict.0).map_err(|error| error.to_string())
-    }
+    use crate::dto::Plan;
+    use crate::dto::message::{MessageRate, RawCommandLong};
 
     #[test]
     fn a_list_is_no_object_at_any_depth() {
         assert!(serde_json::from_str::<Plan>("[]").is_ok(), "what serde makes of it");
         for text in ["[]", "[[]]", "7", "\"\"", "null", r#"{"fence": [[]]}"#, r#"{"home": [40.0, -3.0, 600.0]}"#] {
             let error = read::<Plan>(text).expect_err(text);
-            assert!(error.contains("expected struct"), "{text}: {error}");
+            assert!(error.ends_with(": an object"), "{text}: {error}");
         }
         assert!(read::<Plan>(r#"{"items": [[16, 3, [0, 0, 0, 0, 40, -3, 100], true]]}"#).is_err());
         assert!(
-            read::<MissionStart>("[]").is_err()
-                && read::<MissionStart>("[1]").is_err()
-                && read::<Option<MissionStart>>("[]").is_err()
+            read::<MessageRate>("[]").is_err()
+                && read::<MessageRate>("[1]").is_err()
+                && read::<Option<MessageRate>>("[]").is_err()
         );
     }
 
@@ -236,6 +248,31 @@ mod tests {
         assert_eq!(read::<Plan>(text), serde_json::from_str::<Plan>(text).map_err(|error| error.to_string()));
         assert!(read::<ModeChoice>(r#""AUTO""#).is_ok() && read::<ModeChoice>("10").is_ok());
         assert!(read::<RawCommandLong>(r#"{"command": "DO_CHANGE_SPEED", "params": [1, null]}"#).is_ok());
-        assert!(read::<Plan>(r#"{"itmes": []}"#).expect_err("unknown").contains("itmes"));
+    }
+
+    #[test]
+    fn what_is_wrong_is_told_by_its_path_and_in_words() {
+        for (text, says) in [
+            (r#"{"itmes": []}"#, "there is no itmes; taken are items, home, fence, rally, complex_items"),
+            (r#"{"items": [{"command": 16, "frame": 3}]}"#, "items[0].params is missing"),
+            (r#"{"items": [{"command": 16, "frame": 300}]}"#, "items[0].frame is 300: a whole number (0 to 255)"),
+            (
+                r#"{"items": [{"command": 16, "frame": 3, "params": [1]}]}"#,
+                "items[0].params is a list of 1: a list of 7",
+            ),
+            (
+                r#"{"home": {"lat_deg": "N", "lon_deg": 1, "alt_amsl_m": 2}}"#,
+                r#"home.lat_deg is "N": a number (degrees)"#,
+            ),
+            (r#"{"home": {"lat_deg": 1, "lon_deg": 1}}"#, "home.alt_amsl_m is missing (metres)"),
+            (r#"{"home": {"lat_deg": 1, "lat_deg": 1}}"#, "home.lat_deg is given twice"),
+            (r#"{"home": 7}"#, "home is 7: an object"),
+            ("[]", "what was given is a list: an object"),
+        ] {
+            assert_eq!(read::<Plan>(text), Err(says.to_owned()), "{text}");
+        }
+        let rate = |text: &str| read::<MessageRate>(text).map(|rate| rate.rate_hz);
+        assert_eq!(rate("{}"), Err("rate_hz is missing (Hz)".to_owned()));
+        assert_eq!(rate(r#"{"rate_hz": null}"#), Ok(None));
     }
 }

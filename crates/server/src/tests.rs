@@ -428,13 +428,16 @@ async fn what_cannot_be_read_says_why() {
     let station = station(true);
     let _double = double(&station).await;
     let server = Plain::new(station.clone(), None);
-    let cookie = server.session(json!({})).await;
-    let cookie = Some(cookie.as_str());
+    let session = server.session(json!({})).await;
+    let cookie = Some(session.as_str());
     for (method, path, body, status) in [
         ("POST", "/vehicles/1/takeoff", Some(json!({"alt": 50})), 422),
         ("POST", "/vehicles/1/takeoff", Some(json!({"alt_rel_home_m": -5})), 422),
         ("POST", "/vehicles/1/takeoff", None, 422),
-        ("POST", "/vehicles/1/mission/current", None, 415),
+        ("POST", "/vehicles/1/mission/current", None, 422),
+        ("POST", "/vehicles/1/request-message", Some(json!({"message": "ATTITUDES"})), 422),
+        ("POST", "/vehicles/1/set-message-rate", Some(json!({"message": "ATTITUDE", "rate_hz": -1})), 422),
+        ("PUT", "/vehicles/1/messages/ATTITUDE/rate", Some(json!({})), 422),
         ("POST", "/vehicles/1/mode", Some(json!({"mode": "NO_SUCH_MODE"})), 422),
         ("POST", "/vehicles/1/mission/current", Some(json!({"item": 0})), 422),
         ("POST", "/vehicles/1/home", Some(json!({"lat_deg": 40.0})), 422),
@@ -457,6 +460,12 @@ async fn what_cannot_be_read_says_why() {
         assert_eq!(answer.kind, "application/problem+json", "{method} {path}");
         assert_eq!(answer.json()["status"], status);
     }
+    let twice = Request::builder().method("POST").uri("/api/v1/vehicles/1/disarm").header(header::HOST, "localhost");
+    let twice = twice.header(header::COOKIE, &session).header(header::CONTENT_TYPE, "application/json");
+    let twice = twice.body(Body::from(r#"{"force": false, "force": true}"#)).expect("a request");
+    assert_eq!(server.send(twice).await.json()["detail"], "force is given twice");
+    let query = server.ask("GET", "/elevation?lat_deg=north", cookie, None).await;
+    assert_eq!(query.json()["detail"], "lat_deg is no number (degrees)");
     let broken = Request::builder()
         .method(Method::POST)
         .uri("/api/v1/session")

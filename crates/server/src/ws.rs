@@ -11,19 +11,19 @@ use axum::extract::WebSocketUpgrade;
 use axum::extract::ws::{CloseFrame, Message, Utf8Bytes, WebSocket, close_code};
 use tokio::sync::watch;
 use tokio::time::{Instant, Interval, MissedTickBehavior, interval, sleep_until, timeout};
-use vencejo_proto::message_id_of;
 use vencejo_station::{DropOldest, Received, Taken};
-use vencejo_vehicle::VehicleId;
 use vencejo_vehicle::telemetry::{Sent, TelemetryGroups};
+use vencejo_vehicle::{VehicleId, misread};
 
 use crate::assess::{assess, laid_out};
 use crate::convert;
-use crate::dto::cause::{Crowd, Thing};
+use crate::dto::cause::Crowd;
 use crate::dto::{self, ClientMessage, MissionProgress, ServerMessage};
 use crate::outbox::{Outbox, Outgoing, json};
 use crate::problem::Problem;
 use crate::questions::Questions;
 use crate::roster::{Roster, Told};
+use crate::routes::message_id;
 use crate::sessions::SessionId;
 use crate::state::{App, closed};
 use crate::turns::{in_turn, quickly};
@@ -346,7 +346,10 @@ impl Client {
                 });
                 Ok(())
             }
-            Err(error) => Err(Problem::invalid(format!("this is no message that is understood: {error}"))),
+            Err(error) => {
+                let wrong = misread::in_words("", &error.to_string(), |name| misread::unit(name).map(str::to_owned));
+                Err(Problem::invalid(format!("this is no message that is understood: {wrong}")))
+            }
         };
         match done {
             Ok(()) => Ok(()),
@@ -380,10 +383,7 @@ impl Client {
             let detail = format!("the messages of {MAX_SUBSCRIPTIONS} vehicles are followed already");
             return Err(Problem::too_many(Crowd::Subscriptions, MAX_SUBSCRIPTIONS, detail));
         }
-        let id_of = |name: &String| {
-            let detail = format!("'{name}' is no message; names are like 'ATTITUDE'");
-            message_id_of(name).ok_or_else(|| Problem::not_found(Thing::Message, name, detail))
-        };
+        let id_of = |name: &String| message_id(name).map(|id| id.0);
         let ids = names.map(|names| names.iter().map(id_of).collect::<Result<BTreeSet<_>, _>>()).transpose()?;
         if ids.as_ref().is_some_and(|ids| ids.len() > MAX_MESSAGE_NAMES) {
             let detail = format!("at most {MAX_MESSAGE_NAMES} messages are followed by name; give no names for all");

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use vencejo_proto::{Address, ComponentId, SystemId};
 use vencejo_store::Space;
+use vencejo_vehicle::MessageRate;
 use vencejo_vehicle::streams::StreamConfig;
 
 use crate::error::StationError;
@@ -59,7 +60,7 @@ impl StationConfig {
         }
         let mut streams = StreamConfig::new(self.rate_hz)?;
         for (message_id, rate_hz) in &self.message_rates {
-            streams.set_rate(*message_id, Some(*rate_hz))?;
+            streams.set_rate(*message_id, MessageRate::Hz(*rate_hz))?;
         }
         Ok(streams)
     }

@@ -505,11 +505,6 @@ impl VehicleHandle {
         seq.0.checked_add(1 - self.home_items()).filter(|item| *item > 0)
     }
 
-    /// Number on the wire of a plan's item, counted from 1; `None` for 0.
-    pub fn seq_of_item(&self, item: u16) -> Option<MissionSeq> {
-        (item > 0).then(|| MissionSeq(item - (1 - self.home_items())))
-    }
-
     /// 1 for an autopilot whose missions begin with home, else 0.
     fn home_items(&self) -> u16 {
         u16::from(self.telemetry().0.is_ardupilot())

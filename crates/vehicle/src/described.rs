@@ -4,11 +4,13 @@
 use serde::Deserialize;
 use serde::de::value::EnumAccessDeserializer;
 use serde::de::{DeserializeSeed, Deserializer, EnumAccess, Error, IntoDeserializer, VariantAccess, Visitor};
-use utoipa::PartialSchema;
 use utoipa::openapi::RefOr;
 use utoipa::openapi::schema::{AdditionalProperties, Object, Schema};
+use utoipa::{Number, PartialSchema, ToSchema};
 
-use crate::request::{Request, Turn};
+use crate::choice::Turn;
+use crate::misread;
+use crate::request::Request;
 
 /// Values that stand where none is given.
 pub(crate) mod given {
@@ -48,6 +50,8 @@ pub struct Described {
     pub text: String,
     /// Its values; `None` when it has none.
     pub values: Option<Object>,
+    /// Whether it brings a message. The others bring nothing.
+    pub brings_message: bool,
 }
 
 impl Request {
@@ -65,11 +69,36 @@ impl Request {
     pub fn named<'de, D: Deserializer<'de>>(name: &str, values: D) -> Result<Self, String> {
         serde_path_to_error::deserialize(EnumAccessDeserializer::new(Named { name, values })).map_err(|error| {
             let path = error.path().to_string();
-            let of_value =
-                path.strip_prefix(name).map(|rest| rest.trim_start_matches('.')).filter(|rest| !rest.is_empty());
-            of_value.map_or_else(|| error.inner().to_string(), |value| format!("{value}: {}", error.inner()))
+            let path = path.strip_prefix(name).map_or("", |rest| rest.trim_start_matches('.'));
+            misread::in_words(path, &error.inner().to_string(), |value| taken(name, value))
         })
     }
+}
+
+/// What a value of a request takes beyond its kind: its unit and range, or the words that it is one of.
+fn taken(name: &str, value: &str) -> Option<String> {
+    let request = Request::described().into_iter().find(|request| request.name == name)?;
+    let value_is = request.values?.properties.remove(value)?;
+    if let RefOr::Ref(reference) = value_is {
+        let mut schemas = Vec::new();
+        Request::schemas(&mut schemas);
+        let (_, schema) =
+            schemas.into_iter().find(|(name, _)| reference.ref_location.ends_with(&format!("/{name}")))?;
+        let RefOr::T(Schema::Object(Object { enum_values: Some(words), .. })) = schema else { return None };
+        let words: Vec<_> = words.iter().filter_map(|word| word.as_str()).collect();
+        return Some(words.join(", "));
+    }
+    let RefOr::T(Schema::Object(schema)) = value_is else { return misread::unit(value).map(str::to_owned) };
+    let number = |number: Number| match number {
+        Number::Int(number) => number.to_string(),
+        Number::UInt(number) => number.to_string(),
+        Number::Float(number) => number.to_string(),
+    };
+    let most = schema.maximum.map(|most| format!("to {}", number(most)));
+    let most = most.or_else(|| schema.exclusive_maximum.map(|most| format!("to below {}", number(most))));
+    let range = schema.minimum.zip(most).map(|(least, most)| format!("{} {most}", number(least)));
+    let told: Vec<_> = misread::unit(value).map(str::to_owned).into_iter().chain(range).collect();
+    (!told.is_empty()).then(|| told.join(", "))
 }
 
 /// One of the list as it stands there: a name that is all there is, or an object that has the values under it.
@@ -78,12 +107,12 @@ fn described(item: RefOr<Schema>) -> Option<Described> {
     let text = item.description.clone().unwrap_or_default();
     let Some((name, values)) = item.properties.iter().next() else {
         let name = item.enum_values.as_ref()?.first()?.as_str()?.to_owned();
-        return Some(Described { name, text, values: None });
+        return Some(Described { name, text, values: None, brings_message: false });
     };
     let RefOr::T(Schema::Object(mut values)) = values.clone() else { return None };
     values.description = None;
     values.additional_properties = Some(Box::new(AdditionalProperties::FreeForm(false)));
-    Some(Described { name: name.clone(), text, values: Some(values) })
+    Some(Described { name: name.clone(), text, values: Some(values), brings_message: name == "request-message" })
 }
 
 /// A variant by its name, and what reads its values.
@@ -130,38 +159,91 @@ impl<'de, D: Deserializer<'de>> VariantAccess<'de> for Values<D> {
 
 #[cfg(test)]
 mod tests {
+    use serde::de::value::MapDeserializer;
     use serde_json::{Value, json};
 
     use super::*;
+    use crate::choice::{MessageId, MessageRate, ModeChoice};
     use crate::error::VehicleError;
-    use crate::request::ModeChoice;
     use crate::vehicle::refusal_of;
+
+    fn read(name: &str, values: Value) -> Result<Request, String> {
+        Request::named(name, values)
+    }
 
     #[test]
     fn a_request_is_read_from_its_name_and_values() {
-        let read = |name: &str, values: Value| Request::named(name, values);
         assert_eq!(read("land", json!({})), Ok(Request::Land));
         assert_eq!(read("mode", json!({"mode": 10})), Ok(Request::SetMode { mode: ModeChoice::Custom(10) }));
         assert_eq!(
             read("course", json!({"course_deg": 90})),
             Ok(Request::GuidedCourse { course_deg: 90.0, accel_m_s2: 5.0 })
         );
+        for (given, rate_hz) in [
+            (json!(2.5), MessageRate::Hz(2.5)),
+            (json!(0), MessageRate::Default),
+            (json!("default"), MessageRate::Default),
+            (json!("stop"), MessageRate::Stop),
+        ] {
+            for message in [json!("attitude"), json!("30"), json!(30)] {
+                let values = json!({"message": message, "rate_hz": given});
+                let request = Request::SetMessageRate { message: MessageId(30), rate_hz };
+                assert_eq!(read("set-message-rate", values), Ok(request));
+            }
+        }
+        assert_eq!(read("mission/start", json!({})), Ok(Request::MissionStart { from_item: None }));
+    }
+
+    #[test]
+    fn what_is_wrong_with_a_value_is_told_in_words() {
+        let goto = |key: &str, value: Value| {
+            let mut values = json!({"lat_deg": 40, "lon_deg": -3, "alt_m": 80, "alt_frame": "home"});
+            values[key] = value;
+            values
+        };
+        let rate = |message: Value, rate_hz: Value| json!({"message": message, "rate_hz": rate_hz});
         for (name, values, says) in [
-            ("arm", json!({"force": 1}), "force: invalid type: integer `1`, expected a boolean"),
-            ("speed", json!({"kind": "airspeed"}), "missing field `speed_m_s`"),
+            ("arm", json!({"force": 1}), "force is 1: true or false"),
+            ("arm", json!({"froce": true}), "there is no froce; taken are force"),
+            ("goto", goto("alt_m", json!("high")), r#"alt_m is "high": a number (metres, -1000 to 100000)"#),
+            ("goto", goto("alt_m", json!([])), "alt_m is a list: a number (metres, -1000 to 100000)"),
+            ("goto", goto("lon_deg", json!({})), "lon_deg is an object: a number (degrees, -180 to 180)"),
+            ("goto", goto("radius_m", json!(true)), "radius_m is true: a number (metres, 1 to 30000)"),
+            ("goto", goto("alt_frame", json!("sea")), r#"alt_frame is "sea": one of amsl, home, terrain"#),
+            ("goto", goto("alt_frame", json!(3)), "alt_frame is 3: a text (amsl, home, terrain)"),
             (
-                "speed",
-                json!({"kind": "light", "speed_m_s": 3e8}),
-                "kind: unknown variant `light`, expected `airspeed` or `groundspeed`",
+                "goto",
+                goto("kind", json!(3)),
+                "there is no kind; taken are lat_deg, lon_deg, alt_m, alt_frame, radius_m",
             ),
-            ("arm", json!({"froce": true}), "froce: unknown field `froce`, expected `force`"),
+            ("speed", json!({"kind": "airspeed"}), "speed_m_s is missing (m/s, 0.1 to 200)"),
+            ("speed", json!({"speed_m_s": 14}), "kind is missing (airspeed, groundspeed)"),
+            ("speed", json!({"kind": "light", "speed_m_s": 3e8}), r#"kind is "light": airspeed or groundspeed"#),
+            ("course", json!({"course_deg": "N"}), r#"course_deg is "N": a number (degrees, 0 to below 360)"#),
+            ("mission/start", json!({"from_item": -1}), "from_item is -1: a whole number (1 to 65534)"),
+            ("mission/current", json!({"item": 1.5}), "item is 1.5: a whole number (1 to 65534)"),
             ("mode", json!({"mode": 1.5}), "mode: a mode is given by its name or its number"),
-            ("land", json!({"alt_m": 30}), "unknown field `alt_m`, there are no fields"),
-            ("param-list", json!({}), "unknown variant `param-list`, expected one of `arm`, `disarm`"),
+            ("land", json!({"alt_m": 30}), "there is no alt_m; no values are taken"),
+            ("texts", json!({"text": 5}), "text is 5: a text"),
+            ("param-list", json!({}), "there is no param-list: one of arm, disarm, mode,"),
+            (
+                "set-message-rate",
+                rate(json!("ATTITUDES"), json!(1)),
+                "message: 'ATTITUDES' is no message of the dialect",
+            ),
+            ("set-message-rate", rate(json!(1.5), json!(1)), "message: a message is given by its name or its number"),
+            (
+                "set-message-rate",
+                rate(json!(30), json!("fast")),
+                r#"rate_hz: a rate is a number (messages per second), "default" or "stop""#,
+            ),
         ] {
             let error = read(name, values).expect_err(name);
             assert!(error.starts_with(says), "{error}");
         }
+        let twice: Result<Request, _> =
+            Request::named("arm", MapDeserializer::<_, serde::de::value::Error>::new([("force", true); 2].into_iter()));
+        assert_eq!(twice, Err("force is given twice".to_owned()));
     }
 
     #[test]
@@ -170,7 +252,7 @@ mod tests {
         let names: Vec<_> = all.iter().map(|request| request.name.as_str()).collect();
         assert_eq!(names[..3], ["arm", "disarm", "mode"]);
         assert!(names.contains(&"land") && names.contains(&"mission/pause") && names.len() >= 19, "{names:?}");
-        for Described { name, text, values } in &all {
+        for Described { name, text, values, .. } in &all {
             // References of Rust mean nothing to others.
             assert!(!text.is_empty() && !text.contains("[`"), "{name}: {text}");
             for (value, schema) in values.iter().flat_map(|values| &values.properties) {
@@ -190,6 +272,8 @@ mod tests {
         for Described { name, values, .. } in Request::described() {
             let values = serde_json::to_value(values).expect("JSON");
             let lies = |schema: &Value, bound: &str| schema[bound].as_f64();
+            // One that need not be given is of two types.
+            let is_whole = |schema: &Value| schema["type"].to_string().contains("integer");
             let mut whole = serde_json::Map::new();
             for (key, schema) in values["properties"].as_object().into_iter().flatten() {
                 let value = match key.as_str() {
@@ -197,8 +281,10 @@ mod tests {
                     "kind" => json!("airspeed"),
                     "mode" => json!(10),
                     "text" => json!("ready"),
+                    "message" => json!("ATTITUDE"),
+                    "rate_hz" => json!(10),
                     _ if schema["type"] == "boolean" => json!(true),
-                    _ if schema["type"] == "integer" => json!(1),
+                    _ if is_whole(schema) => json!(1),
                     _ => json!(
                         lies(schema, "maximum").or(lies(schema, "exclusiveMaximum")).map_or(1.0, |most| most / 2.0)
                     ),
@@ -212,7 +298,7 @@ mod tests {
             let refusal = refused(whole.clone()).filter(|_| name != "prepare-flight");
             assert_eq!(refusal, None, "{name}: {whole:?}");
             for (key, schema) in values["properties"].as_object().into_iter().flatten() {
-                let is_whole = schema["type"] == "integer";
+                let is_whole = is_whole(schema);
                 let step = if is_whole { 1.0 } else { 0.001 };
                 let bounds = [
                     lies(schema, "minimum").map(|least| least - step),
@@ -232,6 +318,10 @@ mod tests {
                 }
             }
         }
-        assert!(checked >= 35, "{checked}");
+        assert!(checked >= 44, "{checked}");
+        for (rate_hz, is_taken) in [(0.000_499, false), (0.0005, true), (50.0, true), (50.001, false), (-1.0, false)] {
+            let request = Request::SetMessageRate { message: MessageId(30), rate_hz: MessageRate::Hz(rate_hz) };
+            assert_eq!(refusal_of(&request).is_none(), is_taken, "{rate_hz}");
+        }
     }
 }

@@ -70,6 +70,7 @@
 
 #![allow(deprecated, reason = "messages that MAVLink calls deprecated are what older vehicles speak")]
 
+mod choice;
 pub mod command;
 mod conduct;
 mod danger;
@@ -79,6 +80,8 @@ mod error;
 pub mod heartbeat;
 mod id;
 mod kind;
+#[cfg(feature = "describe")]
+pub mod misread;
 pub mod modes;
 mod plan_record;
 mod plan_state;
@@ -97,6 +100,9 @@ pub mod timesync;
 pub mod transfer;
 mod vehicle;
 
+#[cfg(feature = "describe")]
+pub use choice::RateChoice;
+pub use choice::{AltFrame, MAX_RATE_HZ, MessageId, MessageRate, ModeChoice, SLOWEST_HZ, SpeedKind, Turn};
 pub use conduct::Conduct;
 pub use danger::Danger;
 #[cfg(feature = "describe")]
@@ -111,7 +117,7 @@ pub use progress::MissionProgress;
 pub use reach::UNREACHED_AFTER;
 pub use refusal::Refusal;
 pub use registry::{RegistryEvent, RegistryOutput, Vehicles};
-pub use request::{AltFrame, ModeChoice, Output, Reply, Request, RequestId, SpeedKind, Turn, VehicleEvent};
+pub use request::{Output, Reply, Request, RequestId, VehicleEvent};
 pub use sources::{SourceId, Sources, Taken};
 pub use terrain::{TERRAIN_REQUEST, TerrainBlock, TerrainRequests};
 pub use transfer::{Param, ParamName, ParamType, ParamValue};

@@ -6,6 +6,9 @@ use std::fmt;
 use vencejo_flight::plan::{Home, MissionItem, PlanKind};
 use vencejo_proto::{CommandInt, CommandLong, Message, MissionSeq};
 
+use crate::choice::{AltFrame, MessageId, MessageRate, ModeChoice, SpeedKind, Turn};
+#[cfg(feature = "describe")]
+use crate::choice::{MessageChoice, RateChoice};
 #[cfg(feature = "describe")]
 use crate::described::given;
 use crate::error::VehicleError;
@@ -23,74 +26,6 @@ impl fmt::Display for RequestId {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.0.fmt(f)
     }
-}
-
-/// A flight mode as a caller names it.
-#[derive(Debug, Clone, PartialEq, Eq)]
-#[cfg_attr(
-    feature = "describe",
-    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
-    serde(untagged, expecting = "a mode is given by its name or its number")
-)]
-pub enum ModeChoice {
-    /// By the number of HEARTBEAT's `custom_mode`.
-    Custom(u32),
-    /// By name: `"AUTO"`, `"fbwa"`, `"Avoid ADSB"`, `"mode 42"`.
-    Name(String),
-}
-
-/// What a height in a request is counted from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-#[cfg_attr(
-    feature = "describe",
-    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
-    serde(rename_all = "snake_case")
-)]
-pub enum AltFrame {
-    /// Above mean sea level (`MAV_FRAME_GLOBAL`).
-    Amsl,
-    /// Above home (`MAV_FRAME_GLOBAL_RELATIVE_ALT`).
-    #[cfg_attr(feature = "describe", serde(rename = "home"))]
-    RelHome,
-    /// Above the terrain below (`MAV_FRAME_GLOBAL_TERRAIN_ALT`).
-    Terrain,
-}
-
-impl AltFrame {
-    /// The number on the wire (`MAV_FRAME`).
-    #[must_use]
-    pub const fn mav_frame(self) -> u8 {
-        match self {
-            Self::Amsl => 0,
-            Self::RelHome => 3,
-            Self::Terrain => 10,
-        }
-    }
-}
-
-/// Which speed DO_CHANGE_SPEED sets.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-#[cfg_attr(
-    feature = "describe",
-    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
-    serde(rename_all = "snake_case")
-)]
-pub enum SpeedKind {
-    /// Through the air.
-    Airspeed,
-    /// Over ground.
-    Groundspeed,
-}
-
-/// Which way to circle. Said to others as whether it is clockwise.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
-#[cfg_attr(feature = "describe", derive(serde::Serialize, serde::Deserialize), serde(from = "bool", into = "bool"))]
-pub enum Turn {
-    /// Clockwise seen from above.
-    #[default]
-    Clockwise,
-    /// Counter-clockwise seen from above.
-    CounterClockwise,
 }
 
 /// Something to do. Every value is checked before anything is sent.
@@ -236,12 +171,13 @@ pub enum Request {
     /// mission, when there is one, back to its beginning, its jump counters too. A text of ours says so before. Refused when armed or
     /// in the air. It neither arms nor starts; what is known of the vehicle (`progress.preparation`) tells before what it does.
     PrepareFlight,
-    /// Starts the mission: mode AUTO, after setting the current item when `from` is given. Never arms. The first item is the
-    /// mission's beginning: its jump counters are set back too.
-    #[cfg_attr(feature = "describe", serde(skip))]
+    /// Starts the mission: mode AUTO, after setting the current item when one is given. Never arms. Item 1 is the mission's
+    /// beginning: its jump counters are set back too.
+    #[cfg_attr(feature = "describe", serde(rename = "mission/start"))]
     MissionStart {
-        /// Item to begin with; `None`: where the vehicle stands in the mission.
-        from: Option<MissionSeq>,
+        /// Item to begin with, counted from 1; where the vehicle stands in the mission when absent.
+        #[cfg_attr(feature = "describe", schema(minimum = 1, maximum = 65_534))]
+        from_item: Option<u16>,
     },
     /// Interrupts the mission: mode LOITER.
     #[cfg_attr(feature = "describe", serde(rename = "mission/pause"))]
@@ -250,11 +186,25 @@ pub enum Request {
     #[cfg_attr(feature = "describe", serde(rename = "mission/resume"))]
     MissionResume,
     /// Makes an item the current one: MAV_CMD_DO_SET_MISSION_CURRENT, or MISSION_SET_CURRENT for an older vehicle.
-    #[cfg_attr(feature = "describe", serde(skip))]
-    SetCurrentItem(MissionSeq),
-    /// Moves home to a position, or to where the vehicle is: MAV_CMD_DO_SET_HOME.
-    #[cfg_attr(feature = "describe", serde(skip))]
-    SetHome(Option<Home>),
+    #[cfg_attr(feature = "describe", serde(rename = "mission/current"))]
+    SetCurrentItem {
+        /// The item, counted from 1.
+        #[cfg_attr(feature = "describe", schema(minimum = 1, maximum = 65_534))]
+        item: u16,
+    },
+    /// Moves home to a position, or to where the vehicle is when none of its values is given: MAV_CMD_DO_SET_HOME.
+    #[cfg_attr(feature = "describe", serde(rename = "home"))]
+    SetHome {
+        /// WGS-84 latitude.
+        #[cfg_attr(feature = "describe", schema(minimum = -90, maximum = 90))]
+        lat_deg: Option<f64>,
+        /// WGS-84 longitude.
+        #[cfg_attr(feature = "describe", schema(minimum = -180, maximum = 180))]
+        lon_deg: Option<f64>,
+        /// Height above mean sea level.
+        #[cfg_attr(feature = "describe", schema(minimum = -1_000, maximum = 100_000))]
+        alt_amsl_m: Option<f64>,
+    },
     /// Any command by COMMAND_LONG. Its `target` is replaced by the vehicle when it is 0/0. Not repeated when it gets no
     /// answer, unless it is known to be safe to do twice ([`crate::command::is_idempotent`]).
     #[cfg_attr(feature = "describe", serde(skip))]
@@ -262,19 +212,21 @@ pub enum Request {
     /// Any command by COMMAND_INT, likewise.
     #[cfg_attr(feature = "describe", serde(skip))]
     RawCommandInt(CommandInt),
-    /// Asks for one message once: MAV_CMD_REQUEST_MESSAGE. Done when the message arrives.
-    #[cfg_attr(feature = "describe", serde(skip))]
+    /// Asks for one message once, and brings it: MAV_CMD_REQUEST_MESSAGE. Done when the message arrives.
     RequestMessage {
-        /// Message id.
-        message_id: u32,
+        /// Which: its name in the dialect, such as `"HOME_POSITION"`, or its number.
+        #[cfg_attr(feature = "describe", schema(value_type = MessageChoice))]
+        message: MessageId,
     },
-    /// Sets the rate of a message, now and after every reboot: MAV_CMD_SET_MESSAGE_INTERVAL.
-    #[cfg_attr(feature = "describe", serde(skip))]
+    /// Sets how often the vehicle sends a message, now and after each of its restarts: MAV_CMD_SET_MESSAGE_INTERVAL. It overrides other
+    /// stations.
     SetMessageRate {
-        /// Message id.
-        message_id: u32,
-        /// Messages per second, above 0 to 50; `None` stops it.
-        rate_hz: Option<f64>,
+        /// Which: its name in the dialect, such as `"ATTITUDE"`, or its number.
+        #[cfg_attr(feature = "describe", schema(value_type = MessageChoice))]
+        message: MessageId,
+        /// Messages per second, 0.0005 (one in 2,000 s) to 50; `"default"`, or 0, for the vehicle's own rate; `"stop"` for none.
+        #[cfg_attr(feature = "describe", schema(value_type = RateChoice))]
+        rate_hz: MessageRate,
     },
     /// Replaces a plan and reads it back: done when the vehicle has it. For an ArduPilot mission `items` does not hold home;
     /// it is put in front as item 0.

@@ -11,15 +11,12 @@ use std::time::Duration;
 use vencejo_proto::dialect::{MavDataStream, MavMessage, REQUEST_DATA_STREAM_DATA};
 use vencejo_proto::{Address, Message, MonoTime};
 
+use crate::choice::{MAX_RATE_HZ, MessageRate};
 use crate::command::{CommandId, CommandMessage, CommandOutcome, CommandResult, Commands, Unanswered, WhenBusy, cmd};
 use crate::error::VehicleError;
 
 /// Slowest default rate, Hz.
 pub const MIN_RATE_HZ: f64 = 4.0;
-/// Slowest rate of any message, Hz: its interval fits a whole number of 32 bits of microseconds, as which ArduPilot takes it.
-pub const SLOWEST_HZ: f64 = 0.0005;
-/// Fastest rate of any message, Hz.
-pub const MAX_RATE_HZ: f64 = 50.0;
 
 /// Messages at the default rate, most wanted first.
 const FAST: [u32; 9] = [
@@ -71,7 +68,7 @@ const PACE: Duration = Duration::from_millis(50);
 #[derive(Debug, Clone, PartialEq)]
 pub struct StreamConfig {
     default_hz: f64,
-    overrides: BTreeMap<u32, Option<f64>>,
+    overrides: BTreeMap<u32, MessageRate>,
     is_enabled: bool,
 }
 
@@ -104,21 +101,12 @@ impl StreamConfig {
         Self { is_enabled: false, ..Self::default() }
     }
 
-    /// A rate of its own for one message; `None` stops it.
+    /// A rate of its own for one message.
     ///
     /// # Errors
-    /// [`VehicleError::InvalidValue`] for a rate that is not from [`SLOWEST_HZ`] to [`MAX_RATE_HZ`].
-    pub fn set_rate(&mut self, message_id: u32, rate_hz: Option<f64>) -> Result<(), VehicleError> {
-        if let Some(rate_hz) = rate_hz
-            && !(SLOWEST_HZ..=MAX_RATE_HZ).contains(&rate_hz)
-        {
-            return Err(VehicleError::InvalidValue {
-                field: "rate_hz",
-                value: rate_hz.to_string(),
-                expected: "0.0005 (one in 2,000 s) to 50 messages per second",
-            });
-        }
-        self.overrides.insert(message_id, rate_hz);
+    /// Those of [`MessageRate::checked`].
+    pub fn set_rate(&mut self, message_id: u32, rate: MessageRate) -> Result<(), VehicleError> {
+        self.overrides.insert(message_id, rate.checked()?);
         Ok(())
     }
 
@@ -129,26 +117,25 @@ impl StreamConfig {
     }
 
     /// What to ask for, in order: message id and rate.
-    fn wanted(&self) -> VecDeque<(u32, Option<f64>)> {
-        let fast = FAST.iter().map(|id| (*id, Some(self.default_hz)));
-        let slow = SLOW.iter().map(|(id, rate_hz)| (*id, Some(*rate_hz)));
+    fn wanted(&self) -> VecDeque<(u32, MessageRate)> {
+        let fast = FAST.iter().map(|id| (*id, MessageRate::Hz(self.default_hz)));
+        let slow = SLOW.iter().map(|(id, rate_hz)| (*id, MessageRate::Hz(*rate_hz)));
         let mut wanted: VecDeque<_> = fast.chain(slow).collect();
-        for (id, rate_hz) in &self.overrides {
+        for (id, rate) in &self.overrides {
             match wanted.iter_mut().find(|(known, _)| known == id) {
-                Some(entry) => entry.1 = *rate_hz,
-                None => wanted.push_back((*id, *rate_hz)),
+                Some(entry) => entry.1 = *rate,
+                None => wanted.push_back((*id, *rate)),
             }
         }
         wanted
     }
 }
 
-/// The parameters of MAV_CMD_SET_MESSAGE_INTERVAL: interval in µs, −1 to stop.
+/// The parameters of MAV_CMD_SET_MESSAGE_INTERVAL.
 #[must_use]
-pub fn interval_params(message_id: u32, rate_hz: Option<f64>) -> [f32; 7] {
-    let interval_us = rate_hz.map_or(-1.0, |rate_hz| (1e6 / rate_hz).round());
+pub fn interval_params(message_id: u32, rate: MessageRate) -> [f32; 7] {
     // Message ids have 24 bits: a float holds them exactly.
-    [message_id as f32, interval_us as f32, 0.0, 0.0, 0.0, 0.0, 0.0]
+    [message_id as f32, rate.interval_us(), 0.0, 0.0, 0.0, 0.0, 0.0]
 }
 
 /// How the asking for streams goes on.
@@ -157,9 +144,9 @@ pub struct Streams {
     vehicle: Address,
     config: StreamConfig,
     /// Not yet asked for. Bounded by the configuration.
-    intervals: VecDeque<(u32, Option<f64>)>,
+    intervals: VecDeque<(u32, MessageRate)>,
     once: VecDeque<u32>,
-    interval: Option<(CommandId, u32, Option<f64>)>,
+    interval: Option<(CommandId, u32, MessageRate)>,
     message: Option<(CommandId, u32)>,
     accepted: u32,
     refused: u32,
@@ -247,13 +234,13 @@ impl Streams {
     /// Sends what may be sent now.
     fn drive(&mut self, commands: &mut Commands, now: MonoTime) {
         if self.interval.is_none()
-            && let Some((message_id, rate_hz)) = self.intervals.pop_front()
+            && let Some((message_id, rate)) = self.intervals.pop_front()
         {
             let command =
-                CommandMessage::long(self.vehicle, cmd::SET_MESSAGE_INTERVAL, interval_params(message_id, rate_hz));
+                CommandMessage::long(self.vehicle, cmd::SET_MESSAGE_INTERVAL, interval_params(message_id, rate));
             match commands.submit(command, Unanswered::Repeat, WhenBusy::Wait, now) {
-                Ok(id) => self.interval = Some((id, message_id, rate_hz)),
-                Err(_) => self.intervals.push_front((message_id, rate_hz)),
+                Ok(id) => self.interval = Some((id, message_id, rate)),
+                Err(_) => self.intervals.push_front((message_id, rate)),
             }
         }
         if self.message.is_none()
@@ -276,11 +263,11 @@ impl Streams {
         commands: &mut Commands,
         now: MonoTime,
     ) -> bool {
-        if let Some((ours, message_id, rate_hz)) = self.interval
+        if let Some((ours, message_id, rate)) = self.interval
             && ours == id
         {
             self.interval = None;
-            self.on_interval(message_id, rate_hz, outcome, now);
+            self.on_interval(message_id, rate, outcome, now);
         } else if let Some((ours, message_id)) = self.message
             && ours == id
         {
@@ -293,7 +280,7 @@ impl Streams {
         true
     }
 
-    fn on_interval(&mut self, message_id: u32, rate_hz: Option<f64>, outcome: CommandOutcome, now: MonoTime) {
+    fn on_interval(&mut self, message_id: u32, rate: MessageRate, outcome: CommandOutcome, now: MonoTime) {
         match outcome {
             CommandOutcome::Answered { result: CommandResult::ACCEPTED, .. } => self.accepted += 1,
             CommandOutcome::Answered { result: CommandResult::UNSUPPORTED, .. } => self.refused += 1,
@@ -301,11 +288,11 @@ impl Streams {
             CommandOutcome::TimedOut { .. } => self.refused += REFUSALS,
             CommandOutcome::Answered { result: CommandResult::DENIED | CommandResult::FAILED, .. } => {
                 // Too fast, or a message that this firmware does not have: slower until the ladder ends.
-                if let Some(rate_hz) = rate_hz
+                if let MessageRate::Hz(rate_hz) = rate
                     && let Some(slower) = LADDER_HZ.iter().find(|step| **step < rate_hz)
                     && rate_hz > LADDER_HZ[2]
                 {
-                    self.intervals.push_front((message_id, Some(*slower)));
+                    self.intervals.push_front((message_id, MessageRate::Hz(*slower)));
                 }
             }
             CommandOutcome::Answered { .. } => {}
@@ -477,9 +464,9 @@ mod tests {
     #[test]
     fn everything_is_asked_once_and_never_again() {
         let mut config = StreamConfig::new(20.0).expect("rate");
-        config.set_rate(30, Some(50.0)).expect("rate");
-        config.set_rate(65, None).expect("stop");
-        config.set_rate(11_030, Some(4.0)).expect("rate");
+        config.set_rate(30, MessageRate::Hz(50.0)).expect("rate");
+        config.set_rate(65, MessageRate::Stop).expect("stop");
+        config.set_rate(11_030, MessageRate::Hz(4.0)).expect("rate");
         let mut bench = Bench::new(config);
         bench.streams.ask(&mut bench.commands, bench.now);
         bench.run(1_000, accept);
@@ -557,8 +544,8 @@ mod tests {
             assert!(StreamConfig::new(rate).is_err(), "{rate}");
         }
         let mut config = StreamConfig::default();
-        assert!(config.set_rate(30, Some(f64::NAN)).is_err());
-        assert!(config.set_rate(30, Some(0.5)).is_ok());
+        assert!(config.set_rate(30, MessageRate::Hz(f64::NAN)).is_err());
+        assert!(config.set_rate(30, MessageRate::Hz(0.5)).is_ok());
         let mut silent = Bench::new(StreamConfig::listen_only());
         silent.streams.ask(&mut silent.commands, silent.now);
         silent.run(10, accept);

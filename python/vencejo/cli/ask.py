@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json as json_
+import math
 from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import typer
@@ -33,7 +34,8 @@ def ask(
         ),
     ],
     values: Annotated[
-        list[str] | None, typer.Argument(metavar="NAME=VALUE…", help="Its values, by the names of the API.")
+        list[str] | None,
+        typer.Argument(metavar="NAME=VALUE…", help="Its values, by the names of the API; a text of digits as '\"5\"'."),
     ] = None,
     link: LinkOption = DEFAULT_LINK,
     yes: YesOption = False,
@@ -45,27 +47,42 @@ def ask(
 
     Example: vencejo ask mode mode=LOITER
 
+    Example: vencejo ask set-message-rate message=ATTITUDE rate_hz=20
+
     Example: vencejo ask goto lat_deg=40.333 lon_deg=-3.797 alt_m=80 alt_frame=home --link tcp:127.0.0.1:5760
     """
     from vencejo import ConfirmationNeeded
 
-    given = dict(_value(text) for text in values or ())
+    given: dict[str, Any] = {}
+    for name, value in map(_value, values or ()):
+        if name in given:
+            raise Failed(f"{name} is given twice", Exit.USAGE)
+        given[name] = value
     with vehicle_on(link, system_id=system, timeout_s=timeout) as vehicle:
         try:
-            vehicle.ask(request, given)
+            message = vehicle.ask(request, given)
         except ConfirmationNeeded as needed:
             danger = cast("Danger", needed.act)
             if not confirm(f"{request} is dangerous here ({danger}). Do it?", yes=yes):
                 raise Failed(f"{request} was not asked for") from needed
-            vehicle.ask(request, given, confirm=danger)
+            message = vehicle.ask(request, given, confirm=danger)
+    fields = {} if message is None else {name: _finite(value) for name, value in message.fields.items()}
     if json:
-        put_json({"request": request, "values": given, "done": True})
+        brought = {} if message is None else {"message": message.name, "fields": fields}
+        put_json({"request": request, "values": given, "done": True, **brought})
     else:
-        print(f"{request}: done")
+        print(f"{request}: done", *(f"{name} {value}" for name, value in fields.items()), sep="\n")
+
+
+def _finite(value: Any) -> Any:
+    """A field of a message; what is no finite number is none."""
+    if isinstance(value, list):
+        return [_finite(one) for one in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def _value(text: str) -> tuple[str, Any]:
-    """A value and its name: a number, true, false or null as in JSON, else a text."""
+    """A value and its name: a number, true, false, null or a text in quotes as in JSON, else a text."""
     name, equals, value = text.partition("=")
     if not (name and equals):
         raise Failed(f"'{text}' is no value: write NAME=VALUE", Exit.USAGE)

@@ -5,10 +5,11 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 use vencejo_proto::FieldValue;
+use vencejo_vehicle::RateChoice;
 
 /// A command of MAVLink: its number, or its name with or without `MAV_CMD_`.
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize, ToSchema)]
-#[serde(untagged)]
+#[serde(untagged, expecting = "a command is given by its name or its number")]
 pub enum CommandChoice {
     /// Its number.
     Number(u16),
@@ -60,7 +61,7 @@ pub struct Acknowledged {
 
 /// The value of a field, 64-bit numbers without loss. [`MessageFieldShape`] describes it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(untagged)]
+#[serde(untagged, expecting = "a field is a number, a list of numbers or a text")]
 pub enum MessageField {
     /// A number.
     Number(serde_json::Number),
@@ -118,9 +119,10 @@ pub struct NewMessage {
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MessageRate {
-    /// Messages per second, 0.0005 to 50; null stops it.
-    #[schema(required = true)]
-    pub rate_hz: Option<f64>,
+    /// Messages per second, 0.0005 to 50; `"default"`, or 0, for the vehicle's own rate; `"stop"`, or null, for none.
+    #[serde(deserialize_with = "Option::deserialize")]
+    #[schema(required = true, value_type = Option<RateChoice>)]
+    pub rate_hz: Option<vencejo_vehicle::MessageRate>,
 }
 
 fn number(value: &FieldValue) -> Option<serde_json::Number> {

@@ -5,12 +5,10 @@ use axum::extract::State;
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 use vencejo_flight::plan::Command;
-use vencejo_proto::{
-    Address, CommandInt, CommandLong, FieldError, FieldValue, Header, MavVersion, Message, SystemId, message_id_of,
-};
+use vencejo_proto::{Address, CommandInt, CommandLong, FieldError, FieldValue, Header, MavVersion, Message, SystemId};
 use vencejo_station::VehicleHandle;
 use vencejo_vehicle::signing::SETUP_SIGNING_ID;
-use vencejo_vehicle::{Reply, Request};
+use vencejo_vehicle::{MessageId, Reply, Request};
 
 use crate::convert;
 use crate::dto::Done;
@@ -62,20 +60,30 @@ fn params_of<const N: usize>(given: &[Option<f64>]) -> Result<[f32; N], Problem>
 async fn acknowledged(
     pilot: &Pilot,
     vehicle: &VehicleHandle,
-    DespiteMixedPlan(despite): DespiteMixedPlan,
+    despite: DespiteMixedPlan,
     request: Request,
 ) -> Result<Json<Acknowledged>, Problem> {
-    let request = if despite { Request::DespiteMixedPlan(Box::new(request)) } else { request };
-    match pilot.request(vehicle, request).wait().await.ok_or_else(Problem::closed)?? {
+    match pilot.ask(vehicle, despite, request).await? {
         Reply::Acknowledged { result_param2 } => Ok(Json(Acknowledged { result_param2 })),
         _ => Ok(Json(Acknowledged { result_param2: 0 })),
     }
 }
 
-fn message_id(name: &str) -> Result<u32, Problem> {
-    message_id_of(name).ok_or_else(|| {
-        Problem::not_found(Thing::Message, name, format!("'{name}' is no message; names are like 'ATTITUDE'"))
-    })
+/// A message by its name or its number.
+pub fn message_id(name: &str) -> Result<MessageId, Problem> {
+    name.parse().map_err(|error: FieldError| Problem::not_found(Thing::Message, name, error.to_string()))
+}
+
+/// Where the vehicle sends from.
+fn address_of(vehicle: &VehicleHandle) -> Address {
+    let system = vehicle.system().unwrap_or(SystemId::BROADCAST);
+    vehicle.address().unwrap_or(Address { system, ..Address::new(0, 1) })
+}
+
+/// A message that was asked for.
+pub(super) fn told(app: &App, vehicle: &VehicleHandle, message: &Message) -> RawMessage {
+    let frame = message.encode(Header { sequence: 0, source: address_of(vehicle), version: MavVersion::V2 });
+    convert::raw_message(&frame, app.now())
 }
 
 /// Any command by COMMAND_LONG. It is not repeated unless it is known to be safe to do twice.
@@ -134,12 +142,10 @@ async fn send_message(
     DespiteMixedPlan(despite): DespiteMixedPlan,
     Body(new): Body<NewMessage>,
 ) -> Result<Json<Done>, Problem> {
-    let address = vehicle
-        .address()
-        .unwrap_or(Address { system: vehicle.system().unwrap_or(SystemId::BROADCAST), ..Address::new(0, 1) });
     let fields = new.fields.into_iter();
     let fields = fields.map(|(name, value)| (name, value.map_or(FieldValue::Float(f64::NAN), |value| value.to_wire())));
-    let message = Message::from_fields(&new.name, fields.collect(), address).map_err(|error| not_a_message(&error))?;
+    let message = Message::from_fields(&new.name, fields.collect(), address_of(&vehicle))
+        .map_err(|error| not_a_message(&error))?;
     if message.id() == SETUP_SIGNING_ID {
         return Err(Problem::invalid("SETUP_SIGNING carries a key: POST /api/v1/vehicles/{id}/signing gives one"));
     }
@@ -150,9 +156,9 @@ async fn send_message(
     Err(Problem::new(Cause::NotSent { message: new.name }, detail))
 }
 
-/// Asks the vehicle for one message, once, and gives it back.
-#[utoipa::path(post, path = "/vehicles/{id}/messages/{name}/request", tag = "raw",
-    params(("id" = u16, Path, description = "The vehicle's id"), ("name" = String, Path, description = "Such as HOME_POSITION")),
+/// Asks the vehicle for one message, once, and gives it back. Needs no control, unlike `POST /vehicles/{id}/request-message`.
+#[utoipa::path(post, path = "/vehicles/{id}/messages/{name}/request", operation_id = "request_named_message", tag = "raw",
+    params(("id" = u16, Path, description = "The vehicle's id"), ("name" = String, Path, description = "Such as HOME_POSITION, or its number")),
     responses((status = 200, body = RawMessage), Problem))]
 async fn request_message(
     State(app): State<App>,
@@ -160,20 +166,17 @@ async fn request_message(
     Vehicle(vehicle): Vehicle,
     Name(name): Name,
 ) -> Result<Json<RawMessage>, Problem> {
-    let request = Request::RequestMessage { message_id: message_id(&name)? };
+    let request = Request::RequestMessage { message: message_id(&name)? };
     let Reply::Message(message) = vehicle.request(request).wait().await.ok_or_else(Problem::closed)?? else {
         return Err(Problem::closed());
     };
-    let source = vehicle
-        .address()
-        .unwrap_or(Address { system: vehicle.system().unwrap_or(SystemId::BROADCAST), ..Address::new(0, 1) });
-    let frame = message.encode(Header { sequence: 0, source, version: MavVersion::V2 });
-    Ok(Json(convert::raw_message(&frame, app.now())))
+    Ok(Json(told(&app, &vehicle, &message)))
 }
 
-/// Sets how often the vehicle sends a message, now and after each of its restarts. It overrides other stations.
-#[utoipa::path(put, path = "/vehicles/{id}/messages/{name}/rate", tag = "raw", request_body = MessageRate,
-    params(("id" = u16, Path, description = "The vehicle's id"), ("name" = String, Path, description = "Such as RAW_IMU")),
+/// Sets how often the vehicle sends a message, as `POST /vehicles/{id}/set-message-rate` does.
+#[utoipa::path(put, path = "/vehicles/{id}/messages/{name}/rate", operation_id = "set_rate_of_named_message", tag = "raw",
+    request_body = MessageRate,
+    params(("id" = u16, Path, description = "The vehicle's id"), ("name" = String, Path, description = "Such as RAW_IMU, or its number")),
     responses((status = 200, body = Done), Problem))]
 async fn set_message_rate(
     pilot: Pilot,
@@ -181,7 +184,10 @@ async fn set_message_rate(
     Name(name): Name,
     Body(MessageRate { rate_hz }): Body<MessageRate>,
 ) -> Result<Json<Done>, Problem> {
-    let request = Request::SetMessageRate { message_id: message_id(&name)?, rate_hz };
-    pilot.request(&vehicle, request).wait().await.ok_or_else(Problem::closed)??;
+    let request = Request::SetMessageRate {
+        message: message_id(&name)?,
+        rate_hz: rate_hz.unwrap_or(vencejo_vehicle::MessageRate::Stop),
+    };
+    pilot.ask(&vehicle, DespiteMixedPlan(false), request).await?;
     Ok(Json(Done {}))
 }

@@ -22,6 +22,8 @@ mod surveys;
 mod tiles;
 mod vehicles;
 
+pub use messages::message_id;
+
 use axum::body::Bytes;
 use axum::extract::{DefaultBodyLimit, State};
 use axum::http::Uri;

@@ -7,7 +7,7 @@ use vencejo_proto::{Message, MonoTime};
 use super::Vehicle;
 use super::operation::{Commanding, EFFECT_WITHIN, Op, Seen, State};
 use super::steps::{Effect, Fallback, Step};
-use crate::command::{CommandId, CommandOutcome, CommandOutput, CommandResult, Unanswered, WhenBusy};
+use crate::command::{CommandId, CommandOutcome, CommandOutput, CommandResult, Unanswered, WhenBusy, cmd};
 use crate::error::VehicleError;
 use crate::request::{Output, Reply, Request, RequestId};
 use crate::telemetry::{LandedState, Severity, Text};
@@ -83,10 +83,13 @@ impl Vehicle {
         }
     }
 
-    /// What the vehicle wrote about a command: failing checks for arming, else warnings and worse since it was sent.
+    /// What the vehicle wrote about a command: failing checks for arming, else warnings and worse since it was sent. Why it does not send
+    /// a message so often ArduPilot tells as information.
     pub(super) fn reasons(&self, command: &Commanding, now: MonoTime) -> Vec<String> {
         let is_check = |text: &&Text| text.text.starts_with("PreArm: ") || text.text.starts_with("Arm: ");
-        let is_warning = |text: &&Text| text.severity <= Severity::WARNING;
+        let is_of_rate = command.message.command() == cmd::SET_MESSAGE_INTERVAL;
+        let is_warning =
+            |text: &&Text| text.severity <= Severity::WARNING || is_of_rate && text.text.contains("message");
         let since = |moment: MonoTime| {
             let texts = self.texts.iter().rev();
             texts.take_while(move |text| text.at >= moment).filter(|text| text.component == self.address.component)
@@ -131,13 +134,13 @@ impl Vehicle {
         }
         let wants_acknowledgement = matches!(request, Request::RawCommandLong(_) | Request::RawCommandInt(_));
         let rate = match request {
-            Request::SetMessageRate { message_id, rate_hz } => Some((message_id, rate_hz)),
+            Request::SetMessageRate { message, rate_hz } => Some((message.0, rate_hz)),
             _ => None,
         };
         let mut steps = self.context(now).steps(request)?;
         self.guard_steps(&steps, despite_mixed_plan, now)?;
-        if let Some((message_id, rate_hz)) = rate {
-            self.streams.config_mut().set_rate(message_id, rate_hz)?;
+        if let Some((message_id, rate)) = rate {
+            self.streams.config_mut().set_rate(message_id, rate)?;
         }
         if let Some(copy) = self.fresh_copy(steps.make_contiguous(), now) {
             self.outputs.push_back(Output::Finished { id, result: Ok(copy) });

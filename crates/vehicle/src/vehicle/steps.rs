@@ -2,19 +2,20 @@
 
 use std::collections::VecDeque;
 
-use vencejo_flight::plan::{Command, Home, Mission, PlanKind, items_to_wire};
+use vencejo_flight::plan::{Command, Mission, PlanKind, items_to_wire};
 use vencejo_proto::dialect::{
     MISSION_SET_CURRENT_DATA, MavFrame, MavMessage, MavModeFlag, PositionTargetTypemask, SET_MODE_DATA,
     SET_POSITION_TARGET_LOCAL_NED_DATA,
 };
-use vencejo_proto::{Address, CommandInt, Message, MissionItemFloat, MissionItemInt, MissionSeq};
+use vencejo_proto::{Address, CommandInt, Message, MissionItemFloat, MissionItemInt};
 
 use super::raw::{self, height, in_range, invalid};
+use crate::choice::{AltFrame, MessageId, ModeChoice, SpeedKind, Turn};
 use crate::command::{CommandMessage, Unanswered, WhenBusy, cmd};
 use crate::error::VehicleError;
 use crate::modes::{Action, FlightMode, ModeFamily};
 use crate::preparation::FlightPreparation;
-use crate::request::{AltFrame, ModeChoice, Request, SpeedKind, Turn};
+use crate::request::Request;
 use crate::streams::interval_params;
 use crate::telemetry::{Freshness, Severity, Telemetry};
 use crate::transfer::ParamName;
@@ -203,6 +204,39 @@ impl Context<'_> {
             target_component: self.vehicle.component.0,
         }));
         Step::command(command).or(Fallback::Message(message, Effect::AtBeginning(self.first_nav)))
+    }
+
+    /// Number on the wire of the mission's item with this number, which counts from 1: an ArduPilot's missions begin with home.
+    fn seq_of(&self, field: &'static str, item: u16) -> Result<u16, VehicleError> {
+        if !(1..=65_534).contains(&item) {
+            return Err(invalid(field, item, "the items of a mission are counted from 1, to 65,534"));
+        }
+        Ok(item - u16::from(!self.is_ardupilot()))
+    }
+
+    /// Home to a position, or to where the vehicle is.
+    fn set_home(
+        &self,
+        lat_deg: Option<f64>,
+        lon_deg: Option<f64>,
+        alt_amsl_m: Option<f64>,
+    ) -> Result<CommandMessage, VehicleError> {
+        let given = [("lat_deg", lat_deg), ("lon_deg", lon_deg), ("alt_amsl_m", alt_amsl_m)];
+        let is_here = given.iter().all(|(_, value)| value.is_none());
+        if let Some((field, _)) = given.iter().find(|(_, value)| value.is_none()).filter(|_| !is_here) {
+            let expected = "home is lat_deg, lon_deg and alt_amsl_m, or none of them for where the vehicle is";
+            return Err(invalid(field, "missing", expected));
+        }
+        let [lat_deg, lon_deg, alt_m] = given.map(|(_, value)| value.unwrap_or_default());
+        height("alt_amsl_m", alt_m)?;
+        let params = [f32::from(u8::from(is_here)), 0.0, 0.0, 0.0];
+        let command = self.at_position(cmd::DO_SET_HOME, 0, params, (lat_deg, lon_deg, alt_m))?;
+        if self.has_command_int {
+            return Ok(command);
+        }
+        // Older firmware reads the position from floats; it is off by up to a metre or so.
+        let position = [lat_deg as f32, lon_deg as f32, alt_m as f32];
+        Ok(self.long(cmd::DO_SET_HOME, [params[0], 0.0, 0.0, 0.0, position[0], position[1], position[2]]))
     }
 
     /// A fresh heartbeat that shows it disarmed.
@@ -514,10 +548,12 @@ impl Context<'_> {
                 Step::command(self.long(cmd::DO_GO_AROUND, [alt, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]))
             }
             Request::PrepareFlight => return self.prepare_flight(),
-            Request::MissionStart { from } => {
-                let first = u16::from(self.is_ardupilot());
-                let begin = |seq: MissionSeq| if seq.0 == first { self.rewind() } else { self.set_current(seq.0) };
-                let mut steps: VecDeque<_> = from.map(begin).into_iter().collect();
+            Request::MissionStart { from_item } => {
+                let mut steps: VecDeque<_> = match from_item {
+                    None => VecDeque::new(),
+                    Some(1) => [self.rewind()].into(),
+                    Some(item) => [self.set_current(self.seq_of("from_item", item)?)].into(),
+                };
                 steps.push_back(self.mode_for(Action::Mission)?);
                 if self.family()? == ModeFamily::ArduCopter {
                     // A copter on the ground waits in AUTO for this.
@@ -527,30 +563,10 @@ impl Context<'_> {
                 return Ok(steps);
             }
             Request::MissionResume => self.mode_for(Action::Mission)?,
-            Request::SetCurrentItem(seq) => self.set_current(seq.0),
-            Request::SetHome(home) => Step::command(match home {
-                // Older firmware reads the position from floats; it is off by up to a metre or so.
-                Some(Home { lat_deg, lon_deg, alt_amsl_m }) if !self.has_command_int => {
-                    self.at_position(cmd::DO_SET_HOME, 0, [0.0; 4], (lat_deg, lon_deg, alt_amsl_m))?;
-                    let position = [lat_deg as f32, lon_deg as f32, alt_amsl_m as f32];
-                    self.long(cmd::DO_SET_HOME, [0.0, 0.0, 0.0, 0.0, position[0], position[1], position[2]])
-                }
-                None if !self.has_command_int => self.long(cmd::DO_SET_HOME, [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]),
-                Some(Home { lat_deg, lon_deg, alt_amsl_m }) => {
-                    self.at_position(cmd::DO_SET_HOME, 0, [0.0; 4], (lat_deg, lon_deg, alt_amsl_m))?
-                }
-                None => CommandMessage::Int(CommandInt {
-                    target: self.vehicle,
-                    frame: 0,
-                    command: cmd::DO_SET_HOME,
-                    current: 0,
-                    autocontinue: 0,
-                    params: [1.0, 0.0, 0.0, 0.0],
-                    x: 0,
-                    y: 0,
-                    z: 0.0,
-                }),
-            }),
+            Request::SetCurrentItem { item } => self.set_current(self.seq_of("item", item)?),
+            Request::SetHome { lat_deg, lon_deg, alt_amsl_m } => {
+                Step::command(self.set_home(lat_deg, lon_deg, alt_amsl_m)?)
+            }
             Request::RawCommandLong(mut long) => {
                 long.target = self.or_vehicle(long.target);
                 Step::command(raw::checked(CommandMessage::Long(long), self.is_ardupilot())?)
@@ -559,14 +575,13 @@ impl Context<'_> {
                 int.target = self.or_vehicle(int.target);
                 Step::command(raw::checked(CommandMessage::Int(int), self.is_ardupilot())?)
             }
-            Request::RequestMessage { message_id } => {
-                let command =
-                    self.long(cmd::REQUEST_MESSAGE, [message_number(message_id)?, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
-                Step::command(command).waiting(Effect::Received(message_id))
+            Request::RequestMessage { message } => {
+                let command = self.long(cmd::REQUEST_MESSAGE, [message_number(message)?, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+                Step::command(command).waiting(Effect::Received(message.0))
             }
-            Request::SetMessageRate { message_id, rate_hz } => {
-                message_number(message_id)?;
-                let command = self.long(cmd::SET_MESSAGE_INTERVAL, interval_params(message_id, rate_hz));
+            Request::SetMessageRate { message, rate_hz } => {
+                message_number(message)?;
+                let command = self.long(cmd::SET_MESSAGE_INTERVAL, interval_params(message.0, rate_hz.checked()?));
                 Step::command(command).waiting(Effect::Acknowledged)
             }
             Request::UploadPlan { kind, items, .. } if items.is_empty() => Step::Clear(kind),
@@ -614,9 +629,9 @@ fn param_name(name: &str) -> Result<ParamName, VehicleError> {
 }
 
 /// Message ids have 24 bits, which a float holds exactly.
-fn message_number(message_id: u32) -> Result<f32, VehicleError> {
-    if message_id >= 1 << 24 {
-        return Err(invalid("message_id", message_id, "a message id, below 2^24"));
+fn message_number(MessageId(id): MessageId) -> Result<f32, VehicleError> {
+    if id >= 1 << 24 {
+        return Err(invalid("message", id, "a message's number, below 2^24"));
     }
-    Ok(message_id as f32)
+    Ok(id as f32)
 }

@@ -24,12 +24,13 @@ use vencejo_proto::{
 
 use super::ops::MAX_REQUESTS;
 use super::{Vehicle, VehicleConfig};
+use crate::choice::{AltFrame, MessageId, MessageRate, ModeChoice, SpeedKind, Turn};
 use crate::command::{CommandResult, cmd};
 use crate::error::VehicleError;
 use crate::modes::ModeFamily;
 use crate::plan_record::StoredRecord;
 use crate::plan_state::{PlanState, Unknown};
-use crate::request::{AltFrame, ModeChoice, Output, Reply, Request, RequestId, SpeedKind, Turn, VehicleEvent};
+use crate::request::{Output, Reply, Request, RequestId, VehicleEvent};
 use crate::streams::StreamConfig;
 use crate::transfer::testing::{Endpoint, Faults, MockPlane, PLANE, RIVAL, STATION, World, recorded};
 
@@ -580,7 +581,7 @@ fn an_old_vehicle_takes_the_older_messages() {
     assert_eq!(ask(&mut world, mode("RTL")), Ok(Reply::Done));
     assert_eq!(world.plane.mode, 11);
     // The mission has no item 3: nothing shows, and that is said.
-    let error = ask(&mut world, Request::SetCurrentItem(MissionSeq(3))).expect_err("not shown");
+    let error = ask(&mut world, Request::SetCurrentItem { item: 3 }).expect_err("not shown");
     assert!(matches!(error, VehicleError::NotConfirmed { .. }), "{error}");
     let higher = Request::ChangeAltitude { alt_m: 90.0, alt_frame: AltFrame::RelHome };
     assert!(ask(&mut world, higher).is_err());
@@ -815,7 +816,7 @@ fn a_half_written_mission_is_not_flown() {
     world.faults.cut_after = None;
     wait(&mut world, 8_000);
     assert_eq!(world.station.vehicle.plan_state(PlanKind::Mission), PlanState::Unknown(Unknown::TransferFailed));
-    for request in [ARM, mode("auto"), Request::MissionResume, Request::MissionStart { from: None }] {
+    for request in [ARM, mode("auto"), Request::MissionResume, Request::MissionStart { from_item: None }] {
         let error = ask(&mut world, request).expect_err("blocked");
         assert!(matches!(error, VehicleError::PlanUnknown { .. }), "{error}");
     }
@@ -970,16 +971,16 @@ fn every_request() -> Vec<Request> {
         Request::Land,
         Request::AbortLanding { alt_rel_home_m: Some(40.0) },
         Request::PrepareFlight,
-        Request::MissionStart { from: Some(MissionSeq(1)) },
+        Request::MissionStart { from_item: Some(1) },
         Request::MissionPause,
         Request::MissionResume,
-        Request::SetCurrentItem(MissionSeq(2)),
-        Request::SetHome(Some(Home { lat_deg: 40.0, lon_deg: -3.0, alt_amsl_m: 600.0 })),
-        Request::SetHome(None),
+        Request::SetCurrentItem { item: 2 },
+        Request::SetHome { lat_deg: Some(40.0), lon_deg: Some(-3.0), alt_amsl_m: Some(600.0) },
+        Request::SetHome { lat_deg: None, lon_deg: None, alt_amsl_m: None },
         Request::RawCommandLong(long),
         Request::RawCommandInt(int),
-        Request::RequestMessage { message_id: 242 },
-        Request::SetMessageRate { message_id: 30, rate_hz: Some(20.0) },
+        Request::RequestMessage { message: MessageId(242) },
+        Request::SetMessageRate { message: MessageId(30), rate_hz: MessageRate::Hz(20.0) },
         upload(),
         Request::DownloadPlan { kind },
         Request::ClearPlan { kind },
@@ -1053,9 +1054,9 @@ fn nothing_arms_or_starts_as_a_side_effect() {
                     | Request::ParamList
                     | Request::ParamRead { .. }
                     | Request::ParamSet { .. }
-                    | Request::SetCurrentItem(_)
+                    | Request::SetCurrentItem { .. }
                     | Request::ChangeSpeed { .. }
-                    | Request::SetHome(_)
+                    | Request::SetHome { .. }
                     | Request::RequestMessage { .. }
                     | Request::SetMessageRate { .. }
             )
@@ -1139,11 +1140,12 @@ fn what_is_sent_is_finite_and_in_range() {
             2 => Request::ChangeSpeed { kind: SpeedKind::Groundspeed, speed_m_s: number(15.0) },
             3 => Request::ChangeAltitude { alt_m: number(80.0), alt_frame: AltFrame::RelHome },
             4 => Request::AbortLanding { alt_rel_home_m: Some(number(30.0)) },
-            5 => {
-                let home = Home { lat_deg: number(40.3), lon_deg: number(-3.8), alt_amsl_m: number(600.0) };
-                Request::SetHome(Some(home))
-            }
-            6 => Request::SetMessageRate { message_id: 30, rate_hz: Some(number(10.0)) },
+            5 => Request::SetHome {
+                lat_deg: Some(number(40.3)),
+                lon_deg: Some(number(-3.8)),
+                alt_amsl_m: Some(number(600.0)),
+            },
+            6 => Request::SetMessageRate { message: MessageId(30), rate_hz: MessageRate::Hz(number(10.0)) },
             7 => {
                 let params = std::array::from_fn(|_| number(1.0) as f32);
                 let command = [Command::NAV_LOITER_UNLIM.0, cmd::DO_SET_HOME][round % 2];
@@ -1271,16 +1273,16 @@ fn commands_are_sent_as_a_real_plane_was_seen_to_take_them() {
     ask(&mut world, Request::ChangeSpeed { kind: SpeedKind::Airspeed, speed_m_s: 18.0 }).expect("accepted");
     assert_eq!(world.plane.commands.last().expect("sent").params, [0.0, 18.0, -1.0, 0.0, 0.0, 0.0, 0.0]);
     ask(&mut world, Request::Land).expect("accepted");
-    ask(&mut world, Request::MissionStart { from: Some(MissionSeq(1)) }).expect("started");
+    ask(&mut world, Request::MissionStart { from_item: Some(1) }).expect("started");
     assert_eq!((world.plane.current, world.plane.mode, world.plane.is_armed), (1, 10, false));
     let sent: Vec<f32> =
         world.plane.commands.iter().filter(|long| long.command == 224).map(|long| long.params[0]).collect();
     assert_eq!(sent, [0.0], "its beginning: the jump counters go back too");
-    let reply = ask(&mut world, Request::RequestMessage { message_id: 148 }).expect("sent");
+    let reply = ask(&mut world, Request::RequestMessage { message: MessageId(148) }).expect("sent");
     assert!(matches!(reply, Reply::Message(message) if message.id() == 148));
-    let error = ask(&mut world, Request::RequestMessage { message_id: 253 }).expect_err("never sent");
+    let error = ask(&mut world, Request::RequestMessage { message: MessageId(253) }).expect_err("never sent");
     assert_eq!(error, VehicleError::MessageNotReceived { message_id: 253 });
-    assert!(ask(&mut world, Request::RequestMessage { message_id: 1 << 24 }).is_err());
+    assert!(ask(&mut world, Request::RequestMessage { message: MessageId(1 << 24) }).is_err());
     // A raw command reaches the vehicle though it names nobody.
     let raw = CommandLong { target: Address::new(0, 0), command: cmd::DO_GO_AROUND, confirmation: 0, params: [0.0; 7] };
     assert_eq!(ask(&mut world, Request::RawCommandLong(raw)), Ok(Reply::Acknowledged { result_param2: 0 }));

@@ -1407,8 +1407,8 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** Moves home to a position, or to where the vehicle is when none is given. */
-        post: operations["set_home"];
+        /** Moves home to a position, or to where the vehicle is when none of its values is given: MAV_CMD_DO_SET_HOME. */
+        post: operations["home"];
         delete?: never;
         options?: never;
         head?: never;
@@ -1477,8 +1477,8 @@ export interface paths {
             cookie?: never;
         };
         get?: never;
-        /** Sets how often the vehicle sends a message, now and after each of its restarts. It overrides other stations. */
-        put: operations["set_message_rate"];
+        /** Sets how often the vehicle sends a message, as `POST /vehicles/{id}/set-message-rate` does. */
+        put: operations["set_rate_of_named_message"];
         post?: never;
         delete?: never;
         options?: never;
@@ -1495,8 +1495,8 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** Asks the vehicle for one message, once, and gives it back. */
-        post: operations["request_message"];
+        /** Asks the vehicle for one message, once, and gives it back. Needs no control, unlike `POST /vehicles/{id}/request-message`. */
+        post: operations["request_named_message"];
         delete?: never;
         options?: never;
         head?: never;
@@ -1512,8 +1512,8 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** Makes an item of the mission the current one. */
-        post: operations["set_current_item"];
+        /** Makes an item the current one: MAV_CMD_DO_SET_MISSION_CURRENT, or MISSION_SET_CURRENT for an older vehicle. */
+        post: operations["mission_current"];
         delete?: never;
         options?: never;
         head?: never;
@@ -1563,8 +1563,11 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** Starts the mission: mode AUTO. Does not arm. */
-        post: operations["start_mission"];
+        /**
+         * Starts the mission: mode AUTO, after setting the current item when one is given. Never arms. Item 1 is the mission's
+         *     beginning: its jump counters are set back too.
+         */
+        post: operations["mission_start"];
         delete?: never;
         options?: never;
         head?: never;
@@ -1807,6 +1810,23 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/vehicles/{id}/request-message": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /** Asks for one message once, and brings it: MAV_CMD_REQUEST_MESSAGE. Done when the message arrives. */
+        post: operations["request_message"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/vehicles/{id}/return-to-launch": {
         parameters: {
             query?: never;
@@ -1835,6 +1855,26 @@ export interface paths {
         put?: never;
         /** Follows and commands from now on the other vehicle that uses this system id, and no more the one that was followed. */
         post: operations["follow_rival"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/vehicles/{id}/set-message-rate": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Sets how often the vehicle sends a message, now and after each of its restarts: MAV_CMD_SET_MESSAGE_INTERVAL. It overrides other
+         *     stations.
+         */
+        post: operations["set_message_rate"];
         delete?: never;
         options?: never;
         head?: never;
@@ -6015,15 +6055,13 @@ export interface components {
          * @enum {string}
          */
         MapUnreached: "name_unknown" | "refused" | "no_connection";
+        /** @description A message of MAVLink: its name in the dialect, or its number. */
+        MessageChoice: number | string;
         /** @description The value of a field; null in place of NaN. */
         MessageField: (number | null) | (number | null)[] | string;
         /** @description How often a vehicle is to send a message. */
         MessageRate: {
-            /**
-             * Format: double
-             * @description Messages per second, 0.0005 to 50; null stops it.
-             */
-            rate_hz: number | null;
+            rate_hz: components["schemas"]["RateChoice"] | null;
         };
         /**
          * @description What a place lacks.
@@ -6108,14 +6146,6 @@ export interface components {
              * @description How fast its course turns while it circles by itself, clockwise positive; null in other modes, and where that is not known.
              */
             turn_rate_deg_s: number | null;
-        };
-        /** @description Where to begin a mission. */
-        MissionStart: {
-            /**
-             * Format: int32
-             * @description Item to begin with, counted from 1; where the vehicle stands when absent.
-             */
-            from_item?: number | null;
         };
         /** @description A flight mode as a caller names it. */
         ModeChoice: number | string;
@@ -6712,6 +6742,13 @@ export interface components {
              */
             lon_deg: number;
         };
+        /** @description A rate: messages per second, 0.0005 to 50, of which 0 stands for the vehicle's own rate; or a word. */
+        RateChoice: number | components["schemas"]["RateWord"];
+        /**
+         * @description A rate that is no number.
+         * @enum {string}
+         */
+        RateWord: "default" | "stop";
         /** @description A COMMAND_INT: its position as scaled integers of its frame. */
         RawCommandInt: {
             /** @description Which command. */
@@ -7517,32 +7554,6 @@ export interface components {
         SetHeartbeat: {
             /** @description Send it. */
             enabled: boolean;
-        };
-        /** @description A new home; all absent: where the vehicle is. */
-        SetHome: {
-            /**
-             * Format: double
-             * @description Height above mean sea level.
-             */
-            alt_amsl_m?: number | null;
-            /**
-             * Format: double
-             * @description WGS-84 latitude.
-             */
-            lat_deg?: number | null;
-            /**
-             * Format: double
-             * @description WGS-84 longitude.
-             */
-            lon_deg?: number | null;
-        };
-        /** @description The item to fly next. */
-        SetItem: {
-            /**
-             * Format: int32
-             * @description The item, counted from 1.
-             */
-            item: number;
         };
         /**
          * @description What is to be done with a vehicle's key.
@@ -11459,7 +11470,7 @@ export interface operations {
             };
         };
     };
-    set_home: {
+    home: {
         parameters: {
             query?: {
                 /** @description Do it although the mission on board may be mixed */
@@ -11474,7 +11485,23 @@ export interface operations {
         };
         requestBody?: {
             content: {
-                "application/json": components["schemas"]["SetHome"] | null;
+                "application/json": {
+                    /**
+                     * Format: double
+                     * @description Height above mean sea level.
+                     */
+                    alt_amsl_m?: number | null;
+                    /**
+                     * Format: double
+                     * @description WGS-84 latitude.
+                     */
+                    lat_deg?: number | null;
+                    /**
+                     * Format: double
+                     * @description WGS-84 longitude.
+                     */
+                    lon_deg?: number | null;
+                };
             };
         };
         responses: {
@@ -11603,14 +11630,14 @@ export interface operations {
             };
         };
     };
-    set_message_rate: {
+    set_rate_of_named_message: {
         parameters: {
             query?: never;
             header?: never;
             path: {
                 /** @description The vehicle's id */
                 id: number;
-                /** @description Such as RAW_IMU */
+                /** @description Such as RAW_IMU, or its number */
                 name: string;
             };
             cookie?: never;
@@ -11640,14 +11667,14 @@ export interface operations {
             };
         };
     };
-    request_message: {
+    request_named_message: {
         parameters: {
             query?: never;
             header?: never;
             path: {
                 /** @description The vehicle's id */
                 id: number;
-                /** @description Such as HOME_POSITION */
+                /** @description Such as HOME_POSITION, or its number */
                 name: string;
             };
             cookie?: never;
@@ -11673,7 +11700,7 @@ export interface operations {
             };
         };
     };
-    set_current_item: {
+    mission_current: {
         parameters: {
             query?: {
                 /** @description Do it although the mission on board may be mixed */
@@ -11688,7 +11715,13 @@ export interface operations {
         };
         requestBody: {
             content: {
-                "application/json": components["schemas"]["SetItem"];
+                "application/json": {
+                    /**
+                     * Format: int32
+                     * @description The item, counted from 1.
+                     */
+                    item: number;
+                };
             };
         };
         responses: {
@@ -11779,7 +11812,7 @@ export interface operations {
             };
         };
     };
-    start_mission: {
+    mission_start: {
         parameters: {
             query?: {
                 /** @description Do it although the mission on board may be mixed */
@@ -11794,7 +11827,13 @@ export interface operations {
         };
         requestBody?: {
             content: {
-                "application/json": components["schemas"]["MissionStart"] | null;
+                "application/json": {
+                    /**
+                     * Format: int32
+                     * @description Item to begin with, counted from 1; where the vehicle stands in the mission when absent.
+                     */
+                    from_item?: number | null;
+                };
             };
         };
         responses: {
@@ -12451,6 +12490,47 @@ export interface operations {
             };
         };
     };
+    request_message: {
+        parameters: {
+            query?: {
+                /** @description Do it although the mission on board may be mixed */
+                despite_mixed_plan?: boolean;
+            };
+            header?: never;
+            path: {
+                /** @description The vehicle's id */
+                id: number;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": {
+                    /** @description Which: its name in the dialect, such as `"HOME_POSITION"`, or its number. */
+                    message: components["schemas"]["MessageChoice"];
+                };
+            };
+        };
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RawMessage"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     return_to_launch: {
         parameters: {
             query?: {
@@ -12502,6 +12582,49 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content?: never;
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    set_message_rate: {
+        parameters: {
+            query?: {
+                /** @description Do it although the mission on board may be mixed */
+                despite_mixed_plan?: boolean;
+            };
+            header?: never;
+            path: {
+                /** @description The vehicle's id */
+                id: number;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": {
+                    /** @description Which: its name in the dialect, such as `"ATTITUDE"`, or its number. */
+                    message: components["schemas"]["MessageChoice"];
+                    /** @description Messages per second, 0.0005 (one in 2,000 s) to 50; `"default"`, or 0, for the vehicle's own rate; `"stop"` for none. */
+                    rate_hz: components["schemas"]["RateChoice"];
+                };
+            };
+        };
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Done"];
+                };
             };
             /** @description What was wrong and what to do */
             default: {

@@ -117,7 +117,7 @@ impl Acting {
             }
             Wish::Return => vehicle.request(Request::ReturnToLaunch),
             Wish::Loiter => vehicle.request(Request::LoiterHere),
-            Wish::Start => vehicle.request(Request::MissionStart { from: None }),
+            Wish::Start => vehicle.request(Request::MissionStart { from_item: None }),
             // Who calls it names what is dangerous: that is what it is for.
             Wish::Clear => vehicle.request_naming(Request::ClearPlan { kind }, Danger::Clear(kind)),
             Wish::Pull => vehicle.request(Request::DownloadPlan { kind }),

@@ -54,7 +54,7 @@ fn told_after(world: &mut Pair, from: MonoTime) -> Duration {
 #[test]
 fn an_uplink_that_is_dead_is_told_within_five_seconds() {
     // What is heard is heard on; nothing that is sent arrives.
-    let acts = [ARM, mode("AUTO"), Request::ReturnToLaunch, Request::SetCurrentItem(MissionSeq(1))];
+    let acts = [ARM, mode("AUTO"), Request::ReturnToLaunch, Request::SetCurrentItem { item: 1 }];
     let mut latest = Duration::ZERO;
     for request in acts {
         for phase in 0..9 {

@@ -64,10 +64,10 @@ fn acts() -> (Vec<Request>, Vec<Message>) {
         Request::Arm { force: true },
         mode("auto"),
         Request::SetMode { mode: ModeChoice::Custom(10) },
-        Request::MissionStart { from: None },
-        Request::MissionStart { from: Some(MissionSeq(2)) },
+        Request::MissionStart { from_item: None },
+        Request::MissionStart { from_item: Some(2) },
         Request::MissionResume,
-        Request::SetCurrentItem(MissionSeq(2)),
+        Request::SetCurrentItem { item: 2 },
         Request::Land,
     ];
     let mut messages = vec![
@@ -98,7 +98,7 @@ fn assert_blocked(vehicle: &mut Vehicle, now: MonoTime, when: &str) {
     for request in requests {
         // Of one that was not heard no mode is known, and what needs one is refused for that.
         if !is_heard
-            && !matches!(request, Request::Arm { .. } | Request::SetCurrentItem(_) | Request::RawCommandLong(_))
+            && !matches!(request, Request::Arm { .. } | Request::SetCurrentItem { .. } | Request::RawCommandLong(_))
         {
             continue;
         }

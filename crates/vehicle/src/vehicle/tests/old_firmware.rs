@@ -2,15 +2,16 @@
 
 use std::time::Duration;
 
-use vencejo_flight::plan::{Home, MissionItem, PlanKind};
+use vencejo_flight::plan::{MissionItem, PlanKind};
 use vencejo_proto::dialect::MavDataStream;
 use vencejo_proto::{MavVersion, MissionSeq, MonoTime};
 
 use super::{ARM, Station, mode};
+use crate::choice::{AltFrame, Turn};
 use crate::command::{CommandResult, cmd};
 use crate::error::VehicleError;
 use crate::plan_state::PlanState;
-use crate::request::{AltFrame, Reply, Request, RequestId, Turn, VehicleEvent};
+use crate::request::{Reply, Request, RequestId, VehicleEvent};
 use crate::transfer::testing::{Faults, OldPlane, World};
 use crate::transfer::{NoPlanKinds, TransferError};
 
@@ -133,7 +134,7 @@ fn its_mission_goes_both_ways() {
     let Reply::Plan { home, state, .. } = reply else { panic!("{reply:?}") };
     assert_eq!(state, PlanState::Verified { count: 7, hash }, "the same");
     assert!(home.is_some_and(|home| (home.lat_deg - 40.3332).abs() < 1e-5));
-    assert_eq!(ask(&mut world, Request::MissionStart { from: Some(MissionSeq(2)) }), Ok(Reply::Done));
+    assert_eq!(ask(&mut world, Request::MissionStart { from_item: Some(2) }), Ok(Reply::Done));
     assert_eq!((world.plane.current, world.plane.mode), (2, 10));
     ask(&mut world, Request::ClearPlan { kind: PlanKind::Mission }).expect("cleared");
     assert!(world.plane.mission.is_empty());
@@ -267,9 +268,9 @@ fn a_target_and_a_plan_do_not_mix() {
 #[test]
 fn home_goes_by_a_command_that_it_knows_or_refuses() {
     let mut world = connected();
-    let home = Home { lat_deg: 40.3332, lon_deg: -3.7978, alt_amsl_m: 600.0 };
-    for home in [Some(home), None] {
-        let error = ask(&mut world, Request::SetHome(home)).expect_err("it came in 3.3");
+    let home = Request::SetHome { lat_deg: Some(40.3332), lon_deg: Some(-3.7978), alt_amsl_m: Some(600.0) };
+    for request in [home, Request::SetHome { lat_deg: None, lon_deg: None, alt_amsl_m: None }] {
+        let error = ask(&mut world, request).expect_err("it came in 3.3");
         let VehicleError::CommandRefused { command, result, .. } = error else { panic!("{error}") };
         assert_eq!((command.0, result), (cmd::DO_SET_HOME, CommandResult::UNSUPPORTED));
     }
