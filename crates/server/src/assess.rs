@@ -22,6 +22,7 @@ use crate::dto::{
     PlaneProfile, Rehearsal, RehearsalRequest, RehearsedFlight, RehearsedPassage, RehearsedTrack, Spread,
     SpreadRequest, VehicleProfile, WhatIf, WhatIfRequest, WhatIfs,
 };
+use crate::followed;
 use crate::problem::Problem;
 use crate::state::App;
 use crate::turns::{alone, in_turn};
@@ -271,16 +272,22 @@ fn what_if_over_known(app: &App, asked: &WhatIfRequest) -> Result<WhatIfs, Probl
     let triggers: Vec<Trigger> = Trigger::ALL.iter().copied().filter(is_asked).collect();
     let found = what_ifs(&plan, &conditions, &triggers, &[at_s]).ok_or_else(no_home)?;
     let at = found.first().map(|first| first.at);
+    let ahead = match asked.at_s {
+        None if matches!(conditions.start, Start::Air { doing, .. } if doing.is_open()) => None,
+        None => rehearsal::rehearse(&plan, &conditions).as_ref().map(part),
+        Some(_) => None,
+    };
+    let flying = vehicle.as_ref().filter(|_| asked.at_s.is_none());
+    let beside = flying.zip(ahead.as_ref()).zip(asked.begun.as_ref());
+    let outlook = beside.map(|((vehicle, ahead), begun)| followed::outlook(vehicle, ahead, begun)).transpose()?;
     let range = at.and_then(|at| glide_range(&plan, &conditions, &at)).unwrap_or_default();
     Ok(WhatIfs {
         at_s: at.map_or(at_s, |at| rounded(at.time_s, 1)),
         at: at.map(|at| place(at.point)),
         height_m: at.map_or(0.0, |at| rounded(at.height_m, 1)),
-        ahead: match asked.at_s {
-            None if matches!(conditions.start, Start::Air { doing, .. } if doing.is_open()) => None,
-            None => rehearsal::rehearse(&plan, &conditions).as_ref().map(part),
-            Some(_) => None,
-        },
+        ahead,
+        now: flying.map(followed::now),
+        outlook,
         what_ifs: found.iter().map(described_what_if).collect(),
         glide_range: range.into_iter().map(place).collect(),
     })

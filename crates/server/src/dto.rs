@@ -36,12 +36,12 @@ pub use link::{LinkFault, LinkInfo, LinkState, NewLink};
 pub use message::RawMessage;
 pub use operation::{Operation, OperationKind, OperationResult, OperationState};
 pub use plan::{
-    Assessment, BatteryLeft, Corridor, Decision, EndingCount, Fence, FenceZone, FindingFix, Landing,
-    LandingAlternative, LandingCaution, LandingMove, LandingReasonText, LandingRequest, LatLon, LearnedPlane, Plan,
-    PlanCertainty, PlanCheck, PlanFormat, PlanItem, PlanKind, PlanOnBoard, PlanState, PlanStates, PlanUncertainty,
-    PlaneProfile, RallyPoint, Rehearsal, RehearsalRequest, RehearsedFlight, RehearsedPassage, RehearsedTrack,
-    ReturnPoint, Runway, Spread, SpreadRequest, VehicleProfile, Way, WayRequest, WhatIf, WhatIfRequest, WhatIfs,
-    ZoneShape,
+    Assessment, BatteryLeft, Beginning, Corridor, Decision, EndingCount, ExpectedTrack, Fence, FenceZone, FindingFix,
+    FlightNow, FrameChange, Landing, LandingAlternative, LandingCaution, LandingMove, LandingReasonText,
+    LandingRequest, LatLon, LearnedPlane, Outlook, Plan, PlanCertainty, PlanCheck, PlanFormat, PlanItem, PlanKind,
+    PlanOnBoard, PlanState, PlanStates, PlanUncertainty, PlaneProfile, RallyPoint, Rehearsal, RehearsalRequest,
+    RehearsedFlight, RehearsedPassage, RehearsedTrack, ReturnPoint, Runway, Spread, SpreadRequest, VehicleProfile, Way,
+    WayRequest, WhatIf, WhatIfRequest, WhatIfs, ZoneShape,
 };
 pub use session::{NewSession, Role, SessionInfo};
 pub use signing::{ChangeSigning, SigningAct, SigningInfo};

@@ -591,6 +591,11 @@ async fn landings_to_choose_from_and_one_that_is_moved_are_the_cores() {
     let moved = json!({"items": items, "part": "point", "to": to});
     let moved = server.ask("POST", "/plan/landing/move", None, Some(moved)).await.json();
     assert_eq!(moved["items"][2]["params"][4], json!(40.3342));
+    let home = json!({"lat_deg": 40.3332, "lon_deg": -3.7978, "alt_amsl_m": 690.0});
+    let counted = json!({"plan": {"items": items, "home": home}, "frame": "amsl"});
+    let counted = server.ask("POST", "/plan/frame", None, Some(counted)).await.json();
+    let before_m = items[2]["params"][6].as_f64().expect("a height");
+    assert_eq!((&counted[2]["frame"], counted[2]["params"][6].as_f64()), (&json!(0), Some(before_m + 690.0)));
     let only = json!({"items": [items[2]], "part": "circle", "to": to});
     assert_eq!(server.ask("POST", "/plan/landing/move", None, Some(only)).await.status, 422);
 }

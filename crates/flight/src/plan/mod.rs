@@ -5,12 +5,14 @@
 //! ArduPlane keeps of an item, so that a plan read back can be compared with the one sent.
 
 pub mod command;
+mod datum;
 mod fence;
 mod item;
 mod rally;
 mod stored;
 
 pub use command::{Category, Command, CommandInfo, ParamInfo, Storage, Support, Unit};
+pub use datum::{Levels, counted_from};
 pub use fence::{Fence, FenceShape, FenceZone, MAX_VERTICES, SHAPE_MIN_CORNERS, ShapeFault};
 pub use item::{MavFrame, MissionItem, PlanKind, Unsendable, Wanted};
 pub use rally::{Rally, RallyPoint};

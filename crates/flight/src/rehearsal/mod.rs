@@ -16,6 +16,7 @@
 //! | `doing` | what the plane does at the beginning |
 //! | `fly` | one rehearsal from its start to its end |
 //! | `outcome` | track, items and end |
+//! | `expected` | how a flight goes, beside its rehearsal from some moment before |
 //! | `spread` | many rehearsals: the corridor and the odds |
 //! | `failsafe` | what fails, and what the autopilot does then |
 //! | `what_if` | the flight from any moment on when something fails |
@@ -35,6 +36,7 @@ mod battery;
 mod body;
 mod course;
 mod doing;
+mod expected;
 mod failsafe;
 mod fly;
 mod glide;
@@ -53,6 +55,7 @@ pub use airframe::{Airframe, Origin};
 pub use battery::{Battery, BatteryLack, BatteryLeft, BatterySettings};
 pub use course::Ground;
 pub use doing::Doing;
+pub use expected::{Expected, battery_left_pct, expected_at};
 pub use failsafe::{BatteryAction, Failsafes, Reaction, Trigger};
 pub use fly::{Conditions, Start, rehearse};
 pub use glide::glide_range;

@@ -14,6 +14,7 @@ use vencejo_flight::rehearsal::{
     Airframe, BatteryLack, BatterySettings, Doubts, Ending, Origin, Range, Reaction, Trigger,
 };
 use vencejo_flight::way::{Jump, Stop};
+use vencejo_vehicle::AltFrame;
 
 /// Which plan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
@@ -545,6 +546,19 @@ pub struct Runway {
     pub end: LatLon,
 }
 
+/// Items whose heights are to count from another level.
+#[derive(Debug, Clone, PartialEq, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FrameChange {
+    /// They, and home; without a home the vehicle's is taken. Nothing else of it is looked at.
+    pub plan: Plan,
+    /// What they are to count from.
+    pub frame: AltFrame,
+    /// The vehicle that is to fly them.
+    #[serde(default)]
+    pub vehicle: Option<u16>,
+}
+
 /// A landing of which one part is moved.
 #[derive(Debug, Clone, PartialEq, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
@@ -741,6 +755,61 @@ pub struct WhatIfRequest {
     /// The plane, in place of the vehicle's.
     #[serde(default)]
     pub profile: PlaneProfile,
+    /// Of a flight that is followed: what was expected of it when that began, beside which it is told how it goes.
+    #[serde(default)]
+    pub begun: Option<Beginning>,
+}
+
+/// A flight as it was expected when somebody began to follow it, of an answer about now.
+#[derive(Debug, Clone, PartialEq, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Beginning {
+    /// `now` of that answer.
+    pub now: FlightNow,
+    /// The track of its `ahead`.
+    pub track: ExpectedTrack,
+}
+
+/// Of a rehearsed track, what tells whether a flight is late or low: lists of one length.
+#[derive(Debug, Clone, PartialEq, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ExpectedTrack {
+    /// Since its beginning, seconds, growing.
+    pub time_s: Vec<f64>,
+    /// Degrees.
+    pub lat_deg: Vec<f64>,
+    /// Degrees.
+    pub lon_deg: Vec<f64>,
+    /// Above home, metres.
+    pub height_m: Vec<f64>,
+    /// Item that is flown, counted from 1; null in a return and after the landing.
+    pub item: Vec<Option<u16>>,
+}
+
+/// A moment of a flight by the vehicle's own clock, which runs faster in some simulators.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FlightNow {
+    /// Since the vehicle booted; null while it has not said.
+    #[schema(required = true)]
+    pub boot_s: Option<f64>,
+    /// What is left of its battery; null likewise.
+    #[schema(required = true)]
+    pub battery_pct: Option<f64>,
+}
+
+/// How a flight goes beside what was expected; null is not known, as away from the expected track.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, ToSchema)]
+pub struct Outlook {
+    /// Later than expected; negative: earlier.
+    #[schema(required = true)]
+    pub late_s: Option<f64>,
+    /// Lower than expected, metres; negative: higher.
+    #[schema(required = true)]
+    pub low_m: Option<f64>,
+    /// What will be left of the battery at the end of `ahead`, if it goes on as since the beginning; null while less than 2 % were used.
+    #[schema(required = true)]
+    pub battery_pct: Option<f64>,
 }
 
 /// What follows from a moment of a plan.
@@ -757,6 +826,12 @@ pub struct WhatIfs {
     /// a pilot steers.
     #[schema(required = true)]
     pub ahead: Option<RehearsedFlight>,
+    /// Of a vehicle as it flies now, by what to know this moment later (`begun`); null for a moment of a plan.
+    #[schema(required = true)]
+    pub now: Option<FlightNow>,
+    /// How it goes beside what was expected when it began; null without `begun`, and without `ahead`.
+    #[schema(required = true)]
+    pub outlook: Option<Outlook>,
     /// One for each that was asked for.
     pub what_ifs: Vec<WhatIf>,
     /// The ground that may be reached without thrust, as a ring of places clockwise from north.

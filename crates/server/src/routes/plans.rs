@@ -30,12 +30,13 @@ use crate::assess::{self, assess};
 use crate::convert;
 use crate::dto::cause::Cause;
 use crate::dto::{
-    CommandInfo, FindingFix, Landing, LandingAlternative, LandingMove, LandingRequest, LearnedPlane, Operation,
-    OperationKind, Plan, PlanCheck, PlanFormat, PlanKind, PlanOnBoard, PlaneProfile, Rehearsal, RehearsalRequest,
-    Spread, SpreadRequest, VehicleProfile, Way, WayRequest, WhatIfRequest, WhatIfs,
+    CommandInfo, FindingFix, FrameChange, Landing, LandingAlternative, LandingMove, LandingRequest, LearnedPlane,
+    Operation, OperationKind, Plan, PlanCheck, PlanFormat, PlanItem, PlanKind, PlanOnBoard, PlaneProfile, Rehearsal,
+    RehearsalRequest, Spread, SpreadRequest, VehicleProfile, Way, WayRequest, WhatIfRequest, WhatIfs,
 };
 use crate::extract::{Json as Body, Operator, Pilot, Vehicle, Viewer};
 use crate::landings;
+use crate::levels;
 use crate::problem::Problem;
 use crate::sessions::SessionId;
 use crate::state::App;
@@ -57,6 +58,7 @@ pub(super) fn router() -> OpenApiRouter<App> {
         .routes(routes!(landing))
         .routes(routes!(alternatives))
         .routes(routes!(moved_landing))
+        .routes(routes!(counted_from))
         .routes(routes!(rehearse))
         .routes(routes!(plan_fixes))
         .routes(routes!(rehearse_many))
@@ -321,6 +323,17 @@ async fn moved_landing(
     Body(asked): Body<LandingMove>,
 ) -> Result<Json<Landing>, Problem> {
     landings::moved(&app, &asked).map(Json)
+}
+
+/// Items with their heights counted from another level: at the same height in space where both levels are known, else with the same number.
+#[utoipa::path(post, path = "/plan/frame", tag = "plans", request_body = FrameChange,
+    responses((status = 200, body = Vec<PlanItem>), Problem))]
+async fn counted_from(
+    State(app): State<App>,
+    _: Viewer,
+    Body(asked): Body<FrameChange>,
+) -> Result<Json<Vec<PlanItem>>, Problem> {
+    levels::counted(&app, &asked).await.map(Json)
 }
 
 /// Rehearses a plan: the track that the plane would really fly in a wind, when it reaches each item, and where it ends.

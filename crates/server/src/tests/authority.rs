@@ -78,6 +78,7 @@ const ROUTES: &[(Needs, &[&str])] = &[
             "POST /plan/complex-items",
             "POST /plan/fixes",
             "POST /plan/format",
+            "POST /plan/frame",
             "POST /plan/landing",
             "POST /plan/landing/alternatives",
             "POST /plan/landing/move",

@@ -5,6 +5,7 @@ import type {
   CommandName,
   ComplexPart,
   FindingFix,
+  FrameChange,
   Info,
   Landing,
   LandingAlternative,
@@ -24,6 +25,7 @@ import type {
   PlanFileFormat,
   PlanFileNote,
   PlanFinding,
+  PlanItem,
   PlanKind,
   PlanOnBoard,
   RehearsalRequest,
@@ -130,6 +132,8 @@ export class Api extends Http {
   landingAlternatives = (asked: LandingRequest) =>
     this.json<LandingAlternative[]>('POST', '/plan/landing/alternatives', asked);
   moveLanding = (asked: LandingMove) => this.json<Landing>('POST', '/plan/landing/move', asked);
+  /** Items with their heights counted from another level. */
+  countFrom = (asked: FrameChange) => this.json<PlanItem[]>('POST', '/plan/frame', asked);
   designSurvey = (asked: SurveyRequest) => this.json<Survey>('POST', '/plan/survey', asked);
   cameras = () => this.json<NamedCamera[]>('GET', '/plan/cameras');
   complexParts = (plan: Plan) => this.json<ComplexPart[]>('POST', '/plan/complex-items', plan);

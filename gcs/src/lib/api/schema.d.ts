@@ -850,6 +850,23 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/plan/frame": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /** Items with their heights counted from another level: at the same height in space where both levels are known, else with the same number. */
+        post: operations["counted_from"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/plan/landing": {
         parameters: {
             query?: never;
@@ -2410,6 +2427,13 @@ export interface components {
              */
             voltage_v: number | null;
         };
+        /** @description A flight as it was expected when somebody began to follow it, of an answer about now. */
+        Beginning: {
+            /** @description `now` of that answer. */
+            now: components["schemas"]["FlightNow"];
+            /** @description The track of its `ahead`. */
+            track: components["schemas"]["ExpectedTrack"];
+        };
         /** @description What a camera's pictures are made with. */
         Camera: {
             /**
@@ -3778,6 +3802,19 @@ export interface components {
         };
         /** @description A detail of an event. */
         EventDetail: string | number;
+        /** @description Of a rehearsed track, what tells whether a flight is late or low: lists of one length. */
+        ExpectedTrack: {
+            /** @description Above home, metres. */
+            height_m: number[];
+            /** @description Item that is flown, counted from 1; null in a return and after the landing. */
+            item: (number | null)[];
+            /** @description Degrees. */
+            lat_deg: number[];
+            /** @description Degrees. */
+            lon_deg: number[];
+            /** @description Since its beginning, seconds, growing. */
+            time_s: number[];
+        };
         /** @description EXTENDED_SYS_STATE: on the ground or in the air. */
         ExtendedState: {
             /**
@@ -4552,6 +4589,19 @@ export interface components {
                 value: number;
             };
         };
+        /** @description A moment of a flight by the vehicle's own clock, which runs faster in some simulators. */
+        FlightNow: {
+            /**
+             * Format: double
+             * @description What is left of its battery; null likewise.
+             */
+            battery_pct: number | null;
+            /**
+             * Format: double
+             * @description Since the vehicle booted; null while it has not said.
+             */
+            boot_s: number | null;
+        };
         /** @description What an ArduPlane's parameters say of how it flies; null is not read. The station reads them by itself. */
         FlightParameters: {
             /**
@@ -4660,6 +4710,18 @@ export interface components {
          * @enum {string}
          */
         FootageKind: "video" | "picture";
+        /** @description Items whose heights are to count from another level. */
+        FrameChange: {
+            /** @description What they are to count from. */
+            frame: components["schemas"]["AltFrame"];
+            /** @description They, and home; without a home the vehicle's is taken. Nothing else of it is looked at. */
+            plan: components["schemas"]["Plan"];
+            /**
+             * Format: int32
+             * @description The vehicle that is to fly them.
+             */
+            vehicle?: number | null;
+        };
         /** @description GPS_RAW_INT: what the receiver says, unfiltered. */
         Gps: {
             /**
@@ -6312,6 +6374,24 @@ export interface components {
          * @enum {string}
          */
         Origin: "parameters" | "simulator" | "flight";
+        /** @description How a flight goes beside what was expected; null is not known, as away from the expected track. */
+        Outlook: {
+            /**
+             * Format: double
+             * @description What will be left of the battery at the end of `ahead`, if it goes on as since the beginning; null while less than 2 % were used.
+             */
+            battery_pct: number | null;
+            /**
+             * Format: double
+             * @description Later than expected; negative: earlier.
+             */
+            late_s: number | null;
+            /**
+             * Format: double
+             * @description Lower than expected, metres; negative: higher.
+             */
+            low_m: number | null;
+        };
         /** @description A parameter of the vehicle. */
         Param: {
             /** @description Its type on the wire: `int8` … `real32`. */
@@ -8378,6 +8458,7 @@ export interface components {
              * @description A moment of the plan, seconds since the rehearsed flight's beginning.
              */
             at_s?: number | null;
+            begun?: components["schemas"]["Beginning"] | null;
             plan?: components["schemas"]["Plan"] | null;
             /** @description The plane, in place of the vehicle's. */
             profile?: components["schemas"]["PlaneProfile"];
@@ -8406,6 +8487,8 @@ export interface components {
              * @description Height above home then, metres.
              */
             height_m: number;
+            now: components["schemas"]["FlightNow"] | null;
+            outlook: components["schemas"]["Outlook"] | null;
             /** @description One for each that was asked for. */
             what_ifs: components["schemas"]["WhatIf"][];
         };
@@ -10305,6 +10388,38 @@ export interface operations {
                 };
                 content: {
                     "application/octet-stream": number[];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    counted_from: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["FrameChange"];
+            };
+        };
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["PlanItem"][];
                 };
             };
             /** @description What was wrong and what to do */

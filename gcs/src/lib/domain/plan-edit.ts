@@ -284,21 +284,10 @@ export const setAlt = (draft: Draft, keys: ReadonlySet<number>, alt_m: number): 
 export const setParam = (draft: Draft, key: number, index: number, value: number | null): Draft =>
   updateKey(draft, key, (item) => withParam(item, index, value));
 
-export function setFrame(draft: Draft, keys: ReadonlySet<number>, frame: HeightFrame): Draft {
-  return updateKeys(draft, keys, (item) => {
-    if (!isPlaced(item) || heightFrameOf(item) === frame) return item;
-    const alt_m = altOf_m(item) ?? 0;
-    const home_m = draft.home?.alt_amsl_m;
-    const old = heightFrameOf(item);
-    // the same height in space where that is known; a number that means something else would surprise in the air
-    const next_m =
-      home_m === undefined || frame === 'terrain' || old === 'terrain'
-        ? alt_m
-        : frame === 'amsl'
-          ? alt_m + home_m
-          : alt_m - home_m;
-    return withAlt({ ...item, frame: FRAME[frame] }, Math.round(next_m * 100) / 100);
-  });
+/** Other items take the place of these, which are found by their keys; one that was changed meanwhile stays as it is. */
+export function exchange(draft: Draft, old: readonly DraftItem[], items: readonly PlanItem[]): Draft {
+  const next = new Map(old.map((item, index): [DraftItem, PlanItem | undefined] => [item, items[index]]));
+  return updateKeys(draft, new Set(old.map(({ key }) => key)), (item) => next.get(item as DraftItem) ?? item);
 }
 
 /** Makes an item another command of the table. Without a place of its own it gets one: `at`, or that of the nearest item before. */

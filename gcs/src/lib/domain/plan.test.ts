@@ -13,6 +13,7 @@ import {
   makeItem,
   type PlanItem,
   placeOf,
+  withAlt,
   withCommand,
   withParam,
 } from './plan';
@@ -23,6 +24,7 @@ import {
   changeLanding,
   type Draft,
   draftOf,
+  exchange,
   endIndex,
   insertItems,
   insertOnLeg,
@@ -34,7 +36,6 @@ import {
   removeKeys,
   reorder,
   setAlt,
-  setFrame,
   setParam,
   shiftKeys,
 } from './plan-edit';
@@ -201,12 +202,13 @@ describe('changing', () => {
     expect(reorder(draft, new Set([draft.items[2]!.key]), 2)).toBe(draft);
   });
 
-  it('keeps the height in space when the frame changes', () => {
+  it('takes other items for those that nobody changed meanwhile', () => {
     const draft = circuit();
-    const keys = new Set([draft.items[1]!.key]);
-    const amsl = setFrame(draft, keys, 'amsl');
-    expect(altOf_m(amsl.items[1]!)).toBe(770);
-    expect(altOf_m(setFrame(amsl, keys, 'home').items[1]!)).toBe(80);
+    const [, first, second] = draft.items;
+    const edited = setAlt(draft, new Set([second!.key]), 90);
+    const { items } = exchange(edited, [first!, second!], [withAlt(first!, 770), withAlt(second!, 770)]);
+    expect(items.map(altOf_m).slice(1, 3)).toEqual([770, 90]);
+    expect(items[1]!.key).toBe(first!.key);
   });
 
   it('lets jumps follow the items that they jump to', () => {

@@ -38,6 +38,7 @@ import {
   type DraftItem,
   draftOf,
   type EditDefaults,
+  exchange,
   insertOnLeg,
   landingPart,
   type LandingPart,
@@ -48,7 +49,6 @@ import {
   removeKeys,
   reorder,
   setAlt,
-  setFrame,
   setParam,
   shiftKeys,
 } from '$lib/domain/plan-edit';
@@ -464,8 +464,26 @@ class PlanStore implements PlanDraft {
     }, about);
   }
 
+  /** Lets heights count from another level, as the core converts them. */
   setFrame(keys: ReadonlySet<number>, frame: HeightFrame): void {
-    this.#edit((draft) => setFrame(draft, keys, frame));
+    this.waitFor(
+      this.#countFrom(
+        frame,
+        this.items.filter((item) => keys.has(item.key)),
+      ),
+    );
+  }
+
+  async #countFrom(frame: HeightFrame, chosen: readonly DraftItem[]): Promise<void> {
+    const { items } = planOf({ ...this.draft, items: chosen });
+    const vehicle = vehicles.selected?.systemId ?? null;
+    try {
+      this.problem = null;
+      const counted = await api.countFrom({ plan: { ...emptyPlan(), items, home: this.home }, frame, vehicle });
+      this.#edit((draft) => exchange(draft, chosen, counted));
+    } catch (error) {
+      this.problem = problemFrom(error);
+    }
   }
 
   setParam(key: number, index: number, value: number | null): void {

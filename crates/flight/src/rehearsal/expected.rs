@@ -1,0 +1,95 @@
+//! How a flight goes, beside the rehearsal of it from some moment before.
+
+use crate::geodesy::{GeoPoint, LocalFrame};
+
+/// Farther from the expected track the plane is not on it: neither late nor low, metres.
+const ASTRAY_M: f64 = 150.0;
+/// Part of the battery that must be used before its rate says anything, per cent.
+const LEAST_USED_PCT: f64 = 2.0;
+
+/// A moment of a flight as it was expected.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Expected {
+    /// Since the rehearsal's beginning, seconds.
+    pub time_s: f64,
+    /// Where.
+    pub point: GeoPoint,
+    /// Above home, metres.
+    pub height_m: f64,
+    /// Index of the item that is flown to; `None` in a return and after the landing.
+    pub index: Option<usize>,
+}
+
+/// The moment at which the plane was expected where it is, on its way to the item of this index; `None` where it is more than 150 m away
+/// from that way.
+#[must_use]
+pub fn expected_at(track: &[Expected], at: GeoPoint, index: Option<usize>) -> Option<Expected> {
+    let mut nearest: Option<(f64, Expected)> = None;
+    for (from, to) in track.iter().zip(track.iter().skip(1)) {
+        if from.index != index {
+            continue;
+        }
+        let frame = LocalFrame::new(from.point, 0.0);
+        let ([leg_north, leg_east, _], [north, east, _]) = (frame.ned_m(to.point, 0.0), frame.ned_m(at, 0.0));
+        let square = leg_north * leg_north + leg_east * leg_east;
+        let part = if square > 0.0 { ((leg_north * north + leg_east * east) / square).clamp(0.0, 1.0) } else { 0.0 };
+        let off_m = (north - part * leg_north).hypot(east - part * leg_east);
+        if off_m > ASTRAY_M || nearest.is_some_and(|(least_m, _)| off_m >= least_m) {
+            continue;
+        }
+        let between = |from: f64, to: f64| from + (to - from) * part;
+        let (time_s, height_m) = (between(from.time_s, to.time_s), between(from.height_m, to.height_m));
+        nearest = Some((off_m, Expected { time_s, point: at, height_m, index }));
+    }
+    nearest.map(|(_, expected)| expected)
+}
+
+/// What will be left of a battery in `left_s` when it goes on as in the `since_s` in which it went from `before_pct` to `now_pct`, per cent;
+/// `None` while less than 2 % of it were used, which says nothing.
+#[must_use]
+pub fn battery_left_pct(before_pct: f64, now_pct: f64, since_s: f64, left_s: f64) -> Option<f64> {
+    let used_pct = before_pct - now_pct;
+    (used_pct >= LEAST_USED_PCT && since_s > 0.0).then(|| (now_pct - used_pct / since_s * left_s).max(0.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn at(lat_deg: f64, lon_deg: f64) -> GeoPoint {
+        GeoPoint::new(lat_deg, lon_deg).unwrap()
+    }
+
+    /// 1,112 m northward to item 2 in 60 s, climbing, then as far eastward to item 3.
+    fn track() -> Vec<Expected> {
+        let moment = |time_s, point, height_m, item: usize| Expected { time_s, point, height_m, index: Some(item - 1) };
+        vec![
+            moment(10.0, at(40.0, -3.0), 50.0, 2),
+            moment(70.0, at(40.01, -3.0), 80.0, 3),
+            moment(130.0, at(40.01, -2.987), 80.0, 3),
+        ]
+    }
+
+    #[test]
+    fn what_was_expected_is_the_moment_of_the_same_leg() {
+        let half = expected_at(&track(), at(40.005, -3.000_3), Some(1)).unwrap();
+        assert_eq!((half.time_s.round(), half.height_m.round()), (40.0, 65.0));
+        let late = expected_at(&track(), at(40.010_1, -2.99), Some(2)).unwrap();
+        assert_eq!(late.time_s.round(), 116.0);
+    }
+
+    #[test]
+    fn nothing_was_expected_away_from_that_leg() {
+        assert_eq!(expected_at(&track(), at(40.005, -3.01), Some(1)), None);
+        assert_eq!(expected_at(&track(), at(40.005, -3.0), Some(3)), None);
+        assert_eq!(expected_at(&[], at(40.005, -3.0), None), None);
+    }
+
+    #[test]
+    fn a_battery_goes_on_as_it_went_and_says_nothing_at_the_beginning() {
+        assert_eq!(battery_left_pct(90.0, 80.0, 100.0, 300.0), Some(50.0));
+        assert_eq!(battery_left_pct(90.0, 80.0, 100.0, 3000.0), Some(0.0));
+        assert_eq!(battery_left_pct(90.0, 89.0, 100.0, 300.0), None);
+        assert_eq!(battery_left_pct(90.0, 80.0, 0.0, 300.0), None);
+    }
+}

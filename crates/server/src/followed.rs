@@ -1,0 +1,63 @@
+//! A flight that somebody follows, beside what was expected of it when he began.
+
+use vencejo_flight::geodesy::GeoPoint;
+use vencejo_flight::rehearsal::{Expected, battery_left_pct, expected_at};
+use vencejo_station::VehicleHandle;
+
+use crate::dto::{Beginning, ExpectedTrack, FlightNow, Outlook, RehearsedFlight};
+use crate::problem::Problem;
+
+/// This moment of a vehicle, by which it is known later.
+pub(crate) fn now(vehicle: &VehicleHandle) -> FlightNow {
+    let (telemetry, _) = vehicle.telemetry();
+    FlightNow {
+        boot_s: telemetry.system_time.map(|time| f64::from(time.value.boot_ms) / 1000.0),
+        battery_pct: telemetry.batteries[0].and_then(|battery| battery.value.remaining_pct),
+    }
+}
+
+/// How the vehicle's flight goes, of which `ahead` is the rest.
+///
+/// # Errors
+/// For a track whose lists are not of one length, and for places that are none.
+pub(crate) fn outlook(vehicle: &VehicleHandle, ahead: &RehearsedFlight, begun: &Beginning) -> Result<Outlook, Problem> {
+    let track = expected(&begun.track)?;
+    let (telemetry, _) = vehicle.telemetry();
+    let position = telemetry.position.map(|position| position.value);
+    let at = position.and_then(|at| GeoPoint::new(at.lat_deg?, at.lon_deg?).ok());
+    let item = vehicle.progress().and_then(|progress| vehicle.item_of_seq(progress.current?));
+    let expected = at.and_then(|at| expected_at(&track, at, item.map(index)));
+    let now = now(vehicle);
+    let since_s = now.boot_s.zip(begun.now.boot_s).map(|(now_s, begun_s)| now_s - begun_s);
+    let battery_pct = || battery_left_pct(begun.now.battery_pct?, now.battery_pct?, since_s?, ahead.ends_s);
+    Ok(Outlook {
+        late_s: expected.zip(since_s).map(|(expected, since_s)| since_s - expected.time_s),
+        low_m: expected.zip(position.and_then(|at| at.alt_rel_home_m)).map(|(expected, m)| expected.height_m - m),
+        battery_pct: battery_pct(),
+    })
+}
+
+fn expected(track: &ExpectedTrack) -> Result<Vec<Expected>, Problem> {
+    let count = track.time_s.len();
+    let lengths = [track.lat_deg.len(), track.lon_deg.len(), track.height_m.len(), track.item.len()];
+    if lengths.iter().any(|length| *length != count) {
+        let detail =
+            "the lists of begun.track are not of one length: give them as the answer about the beginning has them";
+        return Err(Problem::invalid(detail));
+    }
+    (0..count)
+        .map(|at| {
+            Ok(Expected {
+                time_s: track.time_s[at],
+                point: GeoPoint::new(track.lat_deg[at], track.lon_deg[at])?,
+                height_m: track.height_m[at],
+                index: track.item[at].map(index),
+            })
+        })
+        .collect()
+}
+
+/// An item counted from 0.
+fn index(item: u16) -> usize {
+    usize::from(item.saturating_sub(1))
+}

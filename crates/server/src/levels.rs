@@ -1,0 +1,30 @@
+//! Heights of a plan's items, counted from another level.
+
+use vencejo_flight::plan::{Levels, MavFrame, counted_from};
+use vencejo_station::VehicleHandle;
+
+use crate::convert;
+use crate::dto::{FrameChange, PlanItem};
+use crate::problem::Problem;
+use crate::state::App;
+
+/// The items with their heights counted from `frame`, over the ground that the maps know.
+///
+/// # Errors
+/// For what is no plan.
+pub(crate) async fn counted(app: &App, asked: &FrameChange) -> Result<Vec<PlanItem>, Problem> {
+    let plan = convert::core_plan(&asked.plan)?;
+    let home = plan.mission.home.or_else(|| app.vehicle(asked.vehicle).as_ref().and_then(VehicleHandle::home));
+    let to = MavFrame::from(asked.frame.mav_frame());
+    let needs_ground = |frame| frame == MavFrame::GlobalTerrainAlt;
+    if needs_ground(to) || plan.mission.items.iter().any(|item| needs_ground(item.frame)) {
+        app.wait_for_ground(&plan, home).await;
+    }
+    let (map, _) = app.ground_around(&plan, home);
+    let counted = plan.mission.items.iter().map(|item| {
+        let ground_amsl_m = item.point().and_then(|point| map.height_m(point));
+        let levels = Levels { home_amsl_m: home.map(|home| home.alt_amsl_m), ground_amsl_m };
+        convert::item(&counted_from(item, to, levels))
+    });
+    Ok(counted.collect())
+}
