@@ -84,6 +84,9 @@ class Terrain:
         self._revision = -1
         self._home: tuple[float, float] | None = None
         self._last_m: float | None = None
+        self._made = 0
+        self._looked: tuple[tuple[int, int], int, int, int] | None = None
+        """The square that it was in when it was last looked around it, and how many grids had been made by then."""
 
     @property
     def enabled(self) -> bool:
@@ -149,16 +152,13 @@ class Terrain:
         spacing_m = max(1, int(self._params.get("TERRAIN_SPACING")))
         if spacing_m != self._spacing_m:
             self._grids.clear()
-            self._spacing_m, self._revision = spacing_m, -1
+            self._spacing_m, self._revision, self._looked = spacing_m, -1, None
         self._here, self._home = here, home
         if home is not None:
             self.height_m(*home)
         self.below_m(*here)
         self._look_at_items(mission, revision)
-        for north in (-1, 0, 1):
-            for east in (-1, 0, 1):
-                around = self._moved(*here, north * _AROUND * _ROWS, east * _AROUND * _COLUMNS)
-                self._grid(self._place(*around).corner)
+        self._look_around(*here)
         if self._reference is not None and self._offset_m is None:
             lat_deg, lon_deg, alt_m = self._reference
             limit = self._params.get("TERRAIN_OFS_MAX")
@@ -197,6 +197,18 @@ class Terrain:
         grid.bitmap |= 1 << bit
 
     # grids
+
+    def _look_around(self, lat_deg: float, lon_deg: float) -> None:
+        """Have the grids around a place; anew only in another square, or where one may have lost its room to another."""
+        place = self._place(lat_deg, lon_deg)
+        square = (place.corner, place.row, place.column)
+        if self._looked == (*square, self._made):
+            return
+        for north in (-1, 0, 1):
+            for east in (-1, 0, 1):
+                around = self._moved(lat_deg, lon_deg, north * _AROUND * _ROWS, east * _AROUND * _COLUMNS)
+                self._grid(self._place(*around).corner)
+        self._looked = (*square, self._made)
 
     def _look_at_items(self, mission: Sequence[StoredItem], revision: int) -> None:
         """Five places at each waypoint, one after the other, each time only what there is room for."""
@@ -251,6 +263,7 @@ class Terrain:
             if len(self._grids) >= max(1, int(self._params.get("TERRAIN_CACHE_SZ"))):
                 del self._grids[min(self._grids, key=lambda known: self._grids[known].used)]
             grid = self._grids[corner] = _Grid()
+            self._made += 1
         self._uses += 1
         grid.used = self._uses
         return grid
