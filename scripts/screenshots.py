@@ -28,7 +28,7 @@ from vencejo.landing import Wind, design_landing  # noqa: E402
 
 from tests.browser.chromium import PHONE, WIDE, running  # noqa: E402
 from tests.browser.relay import LossyRelay  # noqa: E402
-from tests.browser.station_page import FLIGHT_MS, PATIENCE_S, TOLD, StationPage  # noqa: E402
+from tests.browser.station_page import FLIGHT_MS, PATIENCE_S, TOLD, StationPage, Theme  # noqa: E402
 from tests.browser.texts import Language  # noqa: E402
 from tests.plane import Plane, offset  # noqa: E402
 from tests.server.client import serving  # noqa: E402
@@ -41,15 +41,6 @@ DEMO = ROOT / "python" / "vencejo" / "data" / "demo.waypoints"
 NOW = datetime.datetime(2026, 6, 21, 10, 0, tzinfo=datetime.timezone.utc)
 """The time of day on every picture."""
 SPEEDUP = 10.0
-SETTLED = """async () => {
-    for (;;) {
-        const moving = document.getAnimations().filter((each) => each.effect.getComputedTiming().endTime !== Infinity);
-        if (moving.length === 0) return;
-        await Promise.all(moving.map((each) => each.finished.catch(() => {})));
-        await new Promise(requestAnimationFrame);
-    }
-}"""
-"""Waits in the page until the colours of a theme that was just chosen have stopped changing."""
 
 
 def plane_in_wind(*, rtl_autoland: int, link: str = "tcp:127.0.0.1:0") -> Plane:
@@ -91,21 +82,19 @@ class Camera:
         yield station
         await context.close()
 
-    async def take(self, station: StationPage, name: str, themes: tuple[str, ...] = ("dark", "light")) -> None:
+    async def take(self, station: StationPage, name: str, themes: tuple[Theme, ...] = ("dark", "light")) -> None:
         """Take a picture in both themes, or in some of them."""
         if not station.is_touch:
             await station.map_scale()
         await station.page.mouse.move(0, 0)
         await station.page.evaluate("() => document.activeElement?.blur()")
-        for theme in ("dark", "light"):
-            await expect(station.page.locator("html")).to_have_attribute("data-theme", theme)
-            if theme in themes:
-                await station.page.evaluate(SETTLED)
-                picture = await station.page.screenshot()
-                if self._png is not None:
-                    (self._png / f"{name}-{theme}.png").write_bytes(picture)
-                (OUTPUT / f"{name}-{theme}.webp").write_bytes(await self._as_webp(picture))
-            await station.page.keyboard.press("t")
+        for theme in themes:
+            await station.choose_theme(theme)
+            picture = await station.page.screenshot()
+            if self._png is not None:
+                (self._png / f"{name}-{theme}.png").write_bytes(picture)
+            (OUTPUT / f"{name}-{theme}.webp").write_bytes(await self._as_webp(picture))
+        await station.choose_theme("dark")
         print(f"{name}: taken", flush=True)
 
     async def _as_webp(self, picture: bytes) -> bytes:

@@ -11,7 +11,7 @@ import json
 from collections.abc import AsyncIterator, Callable, Iterator, Mapping
 from contextlib import AbstractAsyncContextManager
 from pathlib import Path
-from typing import Literal, Protocol
+from typing import Protocol
 
 import pytest
 import pytest_asyncio
@@ -59,7 +59,6 @@ class OpenStation(Protocol):
         size: tuple[int, int] = WIDE,
         touch: bool = False,
         language: Language = "en",
-        theme: Literal["dark", "light"] = "dark",
         stored: Mapping[str, object] | None = None,
     ) -> AbstractAsyncContextManager[StationPage]: ...
 
@@ -73,7 +72,6 @@ def _open_station(browser: Browser, request: pytest.FixtureRequest) -> OpenStati
         size: tuple[int, int] = WIDE,
         touch: bool = False,
         language: Language = "en",
-        theme: Literal["dark", "light"] = "dark",
         stored: Mapping[str, object] | None = None,
     ) -> AsyncIterator[StationPage]:
         context = await browser.new_context(
@@ -96,8 +94,6 @@ def _open_station(browser: Browser, request: pytest.FixtureRequest) -> OpenStati
             await page.goto(url)
             station = StationPage(page, language, is_touch=touch)
             await expect(station.map).to_be_visible()
-            if theme == "light":
-                await page.keyboard.press("t")
             yield station
         except BaseException:
             PICTURES.mkdir(parents=True, exist_ok=True)

@@ -9,6 +9,7 @@ import re
 import time
 from collections.abc import AsyncIterator, Awaitable, Callable
 from dataclasses import dataclass
+from typing import Literal
 
 from playwright.async_api import Locator, Page, expect
 
@@ -18,6 +19,7 @@ from tests.browser.texts import Language
 FLIGHT_MS = 300_000
 """A flight longer than this is a failure."""
 PATIENCE_S = 120.0
+Theme = Literal["dark", "light"]
 TOLD = """
 (() => {
   window.told = [];
@@ -33,6 +35,15 @@ TOLD = """
 """
 """To be run in a page: keeps the titles of what it tells, such as that a command was accepted, which it shows for ten seconds only, and the modes
 that it showed, in either language."""
+SETTLED = """async () => {
+    for (;;) {
+        const moving = document.getAnimations().filter((each) => each.effect.getComputedTiming().endTime !== Infinity);
+        if (moving.length === 0) return;
+        await Promise.all(moving.map((each) => each.finished.catch(() => {})));
+        await new Promise(requestAnimationFrame);
+    }
+}"""
+"""Waits in the page until the colours of a theme that was just chosen have stopped changing."""
 TWO_FRAMES = "() => new Promise((drawn) => requestAnimationFrame(() => requestAnimationFrame(drawn)))"
 PANELS = ("fly", "instruments", "plan", "numbers", "sensors", "messages", "settings")
 
@@ -266,6 +277,14 @@ class StationPage:
         await settings.get_by_role("button", name={"en": "English", "es": "Español"}[language], exact=True).click()
         self.language = language
         await expect(self.panel("settings")).to_be_visible()
+
+    async def choose_theme(self, theme: Theme) -> None:
+        """Have the page in a theme, by its key, with all colours in place."""
+        page = self.page.locator("html")
+        if await page.get_attribute("data-theme") != theme:
+            await self.page.keyboard.press("t")
+            await expect(page).to_have_attribute("data-theme", theme)
+        await self.page.evaluate(SETTLED)
 
     async def tap_panel(self, name: str) -> Locator:
         """Open a panel by a touch on its button."""
