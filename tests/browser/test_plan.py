@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
 import re
 from collections.abc import Awaitable, Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 from playwright.async_api import Locator, expect
@@ -62,9 +64,15 @@ def is_way_of_two(payload: str | bytes) -> bool:
 async def test_a_newcomer_draws_a_plan_before_there_is_a_plane(open_station: OpenStation, serve: Serve) -> None:
     served = serve("--link", "udpin:127.0.0.1:0")
     async with open_station(served.url) as station:
-        async with station.page.expect_websocket() as opening:
-            await station.page.reload()
-        socket = await opening.value
+        told: asyncio.Future[Any] = asyncio.get_running_loop().create_future()
+
+        def hear(payload: str | bytes) -> None:
+            if is_way_of_two(payload) and not told.done():
+                told.set_result(json.loads(payload))
+
+        # Over whichever connection it comes: that of the page before may be told of late, and one may be opened anew.
+        station.page.on("websocket", lambda socket: socket.on("framereceived", hear))
+        await station.page.reload()
         draw = station.button("welcome.plan")
         await draw.click()
         await expect(draw, "nothing lies over what is drawn").to_have_count(0)
@@ -73,10 +81,9 @@ async def test_a_newcomer_draws_a_plan_before_there_is_a_plane(open_station: Ope
         y = (top + bottom) / 2
         await station.page.mouse.click(left + 0.3 * (right - left), y)
         await expect(station.items).to_have_count(1)
-        async with socket.expect_event("framereceived", is_way_of_two) as told:
-            await station.page.mouse.click(left + 0.6 * (right - left), y)
+        await station.page.mouse.click(left + 0.6 * (right - left), y)
         # the way between them is the core's
-        second = json.loads(await told.value)["stops"][1]
+        second = (await asyncio.wait_for(told, 120))["stops"][1]
         assert (second["item"], second["leg"]["from_item"], second["leg"]["kind"]) == (2, 1, "flown")
         await expect(station.items.nth(1)).to_contain_text(f"{round(second['leg']['course_deg']):03}°")
 

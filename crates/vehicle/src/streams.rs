@@ -184,9 +184,15 @@ impl Streams {
         }
     }
 
-    /// Its settings; changes are asked for at the next [`Self::ask`].
-    pub fn config_mut(&mut self) -> &mut StreamConfig {
-        &mut self.config
+    /// A rate of its own for one message, which somebody asks for now: another that was to be asked for is given up, and at the next
+    /// [`Self::ask`] it is this one.
+    ///
+    /// # Errors
+    /// Those of [`MessageRate::checked`].
+    pub fn set_rate(&mut self, message_id: u32, rate: MessageRate) -> Result<(), VehicleError> {
+        self.config.set_rate(message_id, rate)?;
+        self.intervals.retain(|(waiting, _)| *waiting != message_id);
+        Ok(())
     }
 
     /// Asks for everything: the vehicle is new, or restarted, or lost its streams.
@@ -480,6 +486,19 @@ mod tests {
             bench.sent.iter().filter(|m| matches!(m, Message::CommandLong(l) if l.command == cmd::REQUEST_MESSAGE));
         assert_eq!(once.count(), 2);
         assert_eq!(bench.streams.deadline(), None);
+    }
+
+    #[test]
+    fn what_somebody_asks_for_meanwhile_is_not_undone() {
+        let mut bench = Bench::new(StreamConfig::default());
+        bench.streams.ask(&mut bench.commands, bench.now);
+        bench.streams.set_rate(30, MessageRate::Stop).expect("taken");
+        bench.run(1_000, accept);
+        assert!(bench.intervals().iter().all(|(message_id, _)| *message_id != 30), "it was asked for by them");
+        // From the next start on it is what we ask for.
+        bench.streams.ask(&mut bench.commands, bench.now);
+        bench.run(1_000, accept);
+        assert!(bench.intervals().contains(&(30, -1.0)));
     }
 
     #[test]

@@ -140,7 +140,7 @@ impl Vehicle {
         let mut steps = self.context(now).steps(request)?;
         self.guard_steps(&steps, despite_mixed_plan, now)?;
         if let Some((message_id, rate)) = rate {
-            self.streams.config_mut().set_rate(message_id, rate)?;
+            self.streams.set_rate(message_id, rate)?;
         }
         if let Some(copy) = self.fresh_copy(steps.make_contiguous(), now) {
             self.outputs.push_back(Output::Finished { id, result: Ok(copy) });

@@ -113,8 +113,15 @@ async fn a_router_over_quic_is_known_as_well() {
     let (session, at) = router("quic/127.0.0.1:0", &robot.router("127.0.0.1", now)).await;
     let entered = open(&RosRouter::new(&at.to_string(), &robot.ours("ground", now)).expect("files")).await;
     entered.expect("let in").close().await.expect("closed");
-    let (code, problem) = why(&at.to_string(), &other.ours("stranger", now)).await;
-    assert!(code == "no-router" && problem.contains("over QUIC"), "{code}: {problem}");
+    let stranger = RosPapers { ca: robot.believed().ca, ..other.ours("stranger", now) };
+    for (papers, code, says) in [
+        (other.believed(), "other-authority", "--ros2-ca"),
+        (robot.believed(), "certificate-wanted", "--ros2-cert and --ros2-key"),
+        (stranger, "certificate-refused", "give another with --ros2-cert"),
+    ] {
+        let (found, problem) = why(&at.to_string(), &papers).await;
+        assert!(found == code && problem.contains(says), "{code}: {found}: {problem}");
+    }
     session.close().await.expect("closed");
 }
 
