@@ -157,6 +157,8 @@ def _listed(aboard: Path) -> bytes:
 
 
 def _act(client: Client, system: int, mode: str) -> bool:
+    # Without a page, control goes after five seconds in which nothing was asked.
+    client.done("POST", "control/take")
     return client.ask("POST", f"vehicles/{system}/mode", {"mode": mode}).status < 300
 
 
