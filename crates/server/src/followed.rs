@@ -1,4 +1,4 @@
-//! A flight that somebody follows, beside what was expected of it when he began.
+//! A flight that somebody follows, beside what was expected of it when that began.
 
 use vencejo_flight::geodesy::GeoPoint;
 use vencejo_flight::rehearsal::{Expected, battery_left_pct, expected_at};
