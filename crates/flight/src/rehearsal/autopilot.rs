@@ -137,6 +137,8 @@ pub(super) struct Autopilot<'a> {
     groundspeed_min_m_s: f64,
     /// Whether a DO_LAND_START was passed, or a landing begun.
     is_in_landing_sequence: bool,
+    /// Whether a return is on its way to the first item of a landing, so that one which leads back to it is not looked for again.
+    is_looking_for_landing: bool,
     /// Item that the mission was left at, for CIRCLE or FBWA.
     left_at: usize,
     /// Times that each jump was taken.
@@ -215,6 +217,7 @@ impl<'a> Autopilot<'a> {
             airspeed_ordered_m_s: None,
             groundspeed_min_m_s: plane.groundspeed_min_m_s,
             is_in_landing_sequence: false,
+            is_looking_for_landing: false,
             left_at: index,
             jumps: Vec::new(),
             action: None,

@@ -37,9 +37,23 @@ impl Autopilot<'_> {
         self.set_up_slope(body, false, false);
         self.turn_rad = FRAC_PI_2;
         match self.plane.autoland {
-            Autoland::AtOnce => self.join(self.course.nearest_landing(body), body, time_s),
-            Autoland::ReturnPath => self.join(self.course.nearest_on_return_path(body), body, time_s),
+            Autoland::AtOnce => self.look_for_landing(self.course.nearest_landing(body), body, time_s),
+            Autoland::ReturnPath => self.look_for_landing(self.course.nearest_on_return_path(body), body, time_s),
             Autoland::Never | Autoland::AfterReturn => {}
+        }
+    }
+
+    /// Goes from a return to the landing at an item, if there is one. Where nothing is flown from there on but the next return, the vehicle
+    /// changes to and fro between AUTO and RTL (`ModeRTL::navigate`) and gets home all the same: that return looks for none.
+    fn look_for_landing(&mut self, index: Option<usize>, body: &Body, time_s: f64) {
+        if self.is_looking_for_landing {
+            return;
+        }
+        self.is_looking_for_landing = true;
+        self.join(index, body, time_s);
+        self.is_looking_for_landing = false;
+        if let Mode::Return { looked_for_landing, .. } = &mut self.mode {
+            *looked_for_landing |= index.is_some();
         }
     }
 
@@ -66,7 +80,7 @@ impl Autopilot<'_> {
         {
             self.mode = Mode::Return { has_climbed, looked_for_landing: true };
             if self.plane.autoland == Autoland::AfterReturn {
-                self.join(self.course.nearest_landing(body), body, time_s);
+                self.look_for_landing(self.course.nearest_landing(body), body, time_s);
             }
         }
         if self.item().is_none() {
