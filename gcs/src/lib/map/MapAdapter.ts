@@ -29,7 +29,7 @@ import { coastLayer, coastStyle } from './base-map';
 import { CanvasLayer } from './canvas-layer';
 import { CorridorPainter } from './corridor-painter';
 import { type FleetMark, FleetPainter } from './fleet-layer';
-import { projection, type Projection, readTheme, type Theme, WORLD_M, type XY } from './frame';
+import { type Painter, projection, type Projection, readTheme, type Theme, WORLD_M, type XY } from './frame';
 import { GridPainter } from './grid-painter';
 import { RehearsalPainter } from './rehearsal-painter';
 import { RoutePainter, type RouteStatus, type RouteTexts } from './route-painter';
@@ -136,6 +136,24 @@ export class MapAdapter {
   readonly #vehicles = new VehiclePainter();
   readonly #fleet = new FleetPainter();
   readonly #ruler = new RulerPainter();
+  readonly #groundLayer = this.#layer(2, this.#grid, this.#trails);
+  readonly #placingLayer = this.#layer(2.5, this.#placing);
+  readonly #planLayer = this.#layer(
+    3,
+    this.#areas,
+    this.#runway,
+    this.#corridor,
+    this.#route.lines,
+    this.#rehearsal.track,
+    this.#survey,
+    this.#route.directions,
+    this.#home,
+    this.#route.marks,
+    this.#areas.marks,
+  );
+  readonly #fleetLayer = this.#layer(3.5, this.#fleet);
+  readonly #planeLayer = this.#layer(4, this.#rehearsal.plane, this.#vehicles, this.#ruler);
+  readonly #layers = [this.#groundLayer, this.#placingLayer, this.#planLayer, this.#fleetLayer, this.#planeLayer];
   readonly #scale: ScaleLine;
   readonly #keys: EventsKey[] = [];
   readonly #abort = new AbortController();
@@ -148,12 +166,9 @@ export class MapAdapter {
   #hasSeenPlane = false;
   #movedByHand_ms = -Infinity;
   #swallowClickUntil_ms = -Infinity;
-  /** Counts changes of what is painted only when it changes. */
-  #version = 0;
-  /** The same of grid and trails, of what is placed, and of the theme. */
-  #ground = 0;
-  #placed = 0;
-  #looks = 0;
+  /** What was seen of the vehicles, and how many points their trails had. */
+  #seen = '';
+  #points = 0;
   /** Whether lines of the plan are guesses, as long as the core has not told them. */
   #isGuess = false;
   /** What of the plan is shown. */
@@ -172,35 +187,11 @@ export class MapAdapter {
       smoothExtentConstraint: false,
       constrainResolution: false,
     });
-    const look = (): { theme: Theme; insets: Insets } => ({ theme: this.#theme, insets: this.#insets });
     this.#scale = new ScaleLine({ units: 'metric', minWidth: 80, maxWidth: 160 });
     this.#map = new OlMap({
       target,
       view: this.#view,
-      layers: [
-        this.#coast,
-        new CanvasLayer([this.#grid, this.#trails], look, 2, () => `${this.#ground} ${this.#trails.added}`),
-        new CanvasLayer(
-          [
-            this.#areas,
-            this.#runway,
-            this.#corridor,
-            this.#route.lines,
-            this.#rehearsal.track,
-            this.#survey,
-            this.#route.directions,
-            this.#home,
-            this.#route.marks,
-            this.#areas.marks,
-          ],
-          look,
-          3,
-          () => this.#version,
-        ),
-        new CanvasLayer([this.#placing], look, 2.5, () => this.#placed),
-        new CanvasLayer([this.#fleet], look, 3.5, () => `${this.#fleet.version} ${this.#looks}`),
-        new CanvasLayer([this.#rehearsal.plane, this.#vehicles, this.#ruler], look, 4),
-      ],
+      layers: [this.#coast, ...this.#layers],
       controls: [this.#scale],
       interactions: [
         new DragPan(),
@@ -232,113 +223,105 @@ export class MapAdapter {
     this.#map.dispose();
   }
 
+  /** Who paints nothing is made invisible: without a graphics card each canvas costs in every frame of the window. */
+  #layer(zIndex: number, ...painters: readonly Painter[]): CanvasLayer {
+    return new CanvasLayer(painters, () => ({ theme: this.#theme, insets: this.#insets }), zIndex);
+  }
+
   // --- What is shown ------------------------------------------------------------------------------------------------
 
   /** Does nothing for what is shown already. */
   setPlan(items: readonly PlanItem[], way: Way): void {
     if (way === this.#way) return;
     this.#way = way;
-    this.#version += 1;
     const wasGuess = this.#isGuess;
     this.#isGuess = way.stops.some(({ leg }) => leg?.isGuess === true);
     this.#route.route = items.length === 0 ? EMPTY_ROUTE : routeView(items, way);
     // the answer about what is dragged waits for no further frame
-    if (wasGuess && !this.#isGuess) this.#map.renderSync();
-    else this.#map.render();
+    this.#planLayer.touch();
+    if (wasGuess && !this.#isGuess) this.#planLayer.paintNow();
   }
 
   /** The route that the vehicle has, where it is another one; `null` when it is not shown. */
   setVehiclePlan(items: readonly PlanItem[] | null, way: Way): void {
-    this.#version += 1;
     this.#route.vehicleRoute = items === null ? EMPTY_ROUTE : routeView(items, way);
-    this.#map.render();
+    this.#planLayer.touch();
   }
 
   /** The plan as it would be flown; `null` when it was not rehearsed. */
   setRehearsal(track: RehearsedTrack | null, touchDown: LonLat | null): void {
-    this.#version += 1;
     this.#rehearsal.line = track === null ? [] : toLine(placesOf(track));
     this.#rehearsal.touchDown = touchDown;
-    this.#map.render();
+    this.#planLayer.touch();
   }
 
   setRehearsalOld(isOld: boolean): void {
-    this.#version += 1;
     this.#rehearsal.isOld = isOld;
-    this.#map.render();
+    this.#planLayer.touch();
   }
 
   /** Both sides of where many rehearsed flights pass; nothing when none were asked for. */
   setCorridor(left: readonly LonLat[], right: readonly LonLat[]): void {
-    this.#version += 1;
     [this.#corridor.left, this.#corridor.right] = [toLine(left), toLine(right)];
-    this.#map.render();
+    this.#planLayer.touch();
   }
 
   /** Where the plane is shown in its rehearsal. */
   setMoment(moment: Moment | null): void {
     this.#rehearsal.moment = moment;
-    this.#map.render();
+    this.#planeLayer.touch();
   }
 
   /** The rest of the mission that the plane flies now; `null` when it is not known. */
   setAhead(track: RehearsedTrack | null): void {
-    this.#version += 1;
     this.#rehearsal.ahead = track === null ? [] : toLine(placesOf(track));
-    this.#map.render();
+    this.#planLayer.touch();
   }
 
   /** What follows when something happens at that moment; the ground within gliding range is a ring, or empty. */
   setWhatIf(track: RehearsedTrack | null, touchDown: LonLat | null, glide: readonly LonLat[]): void {
-    this.#version += 1;
     this.#rehearsal.whatIf = { line: track === null ? [] : toLine(placesOf(track)), touchDown, glide: toLine(glide) };
-    this.#map.render();
+    this.#planLayer.touch();
   }
 
   setAreas(view: AreaView): void {
-    this.#version += 1;
     this.#areas.view = view;
-    this.#map.render();
+    this.#planLayer.touch();
   }
 
   /** The survey that is open; `null` while none is. */
   setSurvey(view: SurveyView | null): void {
-    this.#version += 1;
     this.#survey.view = view;
-    this.#map.render();
+    this.#planLayer.touch();
   }
 
   /** The ends of the runway that is landed on; none where there is none. */
   setRunway(ends: readonly LonLat[]): void {
-    this.#version += 1;
     this.#runway.ends = ends;
-    this.#map.render();
+    this.#planLayer.touch();
   }
 
   setRouteStatus(status: RouteStatus): void {
-    this.#version += 1;
     this.#route.status = status;
-    this.#map.render();
+    this.#planLayer.touch();
   }
 
   setHome(home: LonLat | null): void {
-    this.#ground += 1;
-    this.#version += 1;
     this.#home.home = home;
     this.#grid.origin = home === null ? null : toXY(home);
-    this.#map.render();
+    this.#groundLayer.touch();
+    this.#planLayer.touch();
   }
 
   setTarget(at: LonLat | null): void {
     this.#vehicles.target = at;
-    this.#map.render();
+    this.#planeLayer.touch();
   }
 
-  /** Trails are read where they are; call this when their number changes, `render` when they grow. */
+  /** Trails are read where they are; call this when their number changes. */
   setTrails(trails: readonly Trail[]): void {
-    this.#ground += 1;
     this.#trails.setTrails(trails);
-    this.#map.render();
+    this.#touchGround();
   }
 
   /** Top of the colour scale of trails, metres above home. */
@@ -350,30 +333,33 @@ export class MapAdapter {
     this.#vehicles.vehicles = vehicles;
     const selected = vehicles.find((vehicle) => vehicle.isSelected);
     if (selected) this.#keepInSight(selected.ghost?.at ?? selected.at);
-    this.#map.render();
+    const [frame, points] = [this.#frame(), this.#trails.added];
+    const seen = frame === null ? '' : this.#vehicles.seen(frame);
+    if (seen !== this.#seen || frame === null) this.#planeLayer.touch();
+    if (points !== this.#points) this.#touchGround();
+    [this.#seen, this.#points] = [seen, points];
   }
 
   /** Vehicles that are not followed in detail. */
   setFleet(marks: readonly FleetMark[]): void {
     this.#fleet.marks = marks;
-    this.#map.render();
+    this.#fleetLayer.setVisible(marks.length > 0);
+    this.#fleetLayer.touch();
   }
 
   setRuler(points: readonly LonLat[]): void {
     this.#ruler.points = points;
-    this.#map.render();
+    this.#planeLayer.touch();
   }
 
   setTexts(texts: MapTexts): void {
-    this.#ground += 1;
-    this.#version += 1;
     this.#route.texts = texts;
     this.#areas.texts = texts;
     this.#survey.begin = texts.surveyBegin;
     this.#grid.formatDistance = texts.distance;
     this.#grid.letters = texts.letters;
     this.#ruler.format = texts.ruler;
-    this.#map.render();
+    for (const layer of this.#layers) layer.touch();
   }
 
   setUnits(unit: 'm' | 'ft'): void {
@@ -391,16 +377,20 @@ export class MapAdapter {
   }
 
   setPlacing(placing: Placing): void {
-    this.#placed += 1;
     this.#placing.placing = placing;
-    this.#map.render();
+    this.#placingLayer.setVisible(this.#placing.isVisible);
+    this.#placingLayer.touch();
   }
 
   setLayers(visible: { grid: boolean; trails: boolean }): void {
-    this.#ground += 1;
     this.#grid.isVisible = visible.grid;
     this.#trails.isVisible = visible.trails;
-    this.#map.render();
+    this.#touchGround();
+  }
+
+  #touchGround(): void {
+    this.#groundLayer.setVisible(this.#grid.isVisible || (this.#trails.isVisible && this.#trails.added > 0));
+    this.#groundLayer.touch();
   }
 
   setCursor(cursor: '' | 'crosshair'): void {
@@ -409,30 +399,20 @@ export class MapAdapter {
   }
 
   refreshTheme(): void {
-    this.#looks += 1;
-    this.#placed += 1;
-    this.#ground += 1;
-    this.#version += 1;
     this.#theme = readTheme();
     this.#coast.setStyle(coastStyle(this.#theme));
-    this.#map.render();
-  }
-
-  render(): void {
-    this.#map.render();
+    for (const layer of this.#layers) layer.touch();
   }
 
   // --- The view -----------------------------------------------------------------------------------------------------
 
   setInsets(insets: Insets): void {
-    this.#ground += 1;
-    this.#version += 1;
     this.#insets = insets;
     const style = this.#target.style;
     for (const side of ['top', 'right', 'bottom', 'left'] as const) {
       style.setProperty(`--map-inset-${side}`, `${insets[side]}px`);
     }
-    this.#map.render();
+    for (const layer of this.#layers) layer.touch();
   }
 
   setFollow(mode: FollowMode): void {
@@ -615,7 +595,7 @@ export class MapAdapter {
         const centre = this.#view.getCenter();
         const zoom = this.#view.getZoom();
         this.#fleet.resolution = this.#view.getResolution() ?? 1;
-        map.render();
+        this.#fleetLayer.touch();
         if (centre && zoom !== undefined) this.#events.viewChange?.({ centre: placeOf(centre), zoom });
       }),
     );
@@ -626,8 +606,8 @@ export class MapAdapter {
       () => {
         this.#events.pointer?.(null);
         this.#ruler.pointer = null;
+        this.#planeLayer.touch();
         this.#setSketchPointer(null);
-        map.render();
       },
       { signal },
     );
@@ -727,7 +707,7 @@ export class MapAdapter {
     this.#events.pointer?.(at);
     if (this.#ruler.points.length > 0) {
       this.#ruler.pointer = event.originalEvent.pointerType === 'touch' ? null : at;
-      this.#map.render();
+      this.#planeLayer.touch();
     }
     const isTouch = event.originalEvent.pointerType === 'touch';
     this.#setSketchPointer(isTouch || this.#areas.view.sketch.length === 0 ? null : at);
@@ -744,8 +724,7 @@ export class MapAdapter {
   #setSketchPointer(at: LonLat | null): void {
     if (at === this.#areas.pointer) return;
     this.#areas.pointer = at;
-    this.#version += 1;
-    this.#map.render();
+    this.#planLayer.touch();
   }
 
   #key(event: KeyboardEvent): void {
@@ -767,7 +746,7 @@ export class MapAdapter {
   #showCross(isShown: boolean): void {
     const [x, y] = this.#freeCentrePixel();
     this.#ruler.cross = isShown ? { x, y } : null;
-    this.#map.render();
+    this.#planeLayer.touch();
   }
 
   #moved(): void {
@@ -785,7 +764,7 @@ export class MapAdapter {
       area = null;
       box = null;
       this.#ruler.box = null;
-      this.#map.render();
+      this.#planeLayer.touch();
     };
     return new PointerInteraction({
       stopDown: (isHandled) => isHandled,
@@ -821,7 +800,7 @@ export class MapAdapter {
         const [x = 0, y = 0] = event.pixel;
         if (box !== null) {
           this.#ruler.box = [box.x, box.y, x, y];
-          this.#map.render();
+          this.#planeLayer.touch();
           return;
         }
         const to = placeOf(event.coordinate);

@@ -9,22 +9,30 @@ export class CanvasLayer extends Layer<Source> {
   readonly #canvas = document.createElement('canvas');
   readonly #painters: readonly Painter[];
   readonly #look: () => { theme: Theme; insets: Insets };
-  readonly #version: (() => number | string) | null;
-  #drawn = '';
+  /** The map's last frame. */
+  #state: FrameState | null = null;
+  #painted = '';
+  #waiting = 0;
 
-  /** With a `version` the layer is painted anew only when that, or the view, is another. */
-  constructor(
-    painters: readonly Painter[],
-    look: () => { theme: Theme; insets: Insets },
-    zIndex: number,
-    version: (() => number | string) | null = null,
-  ) {
+  constructor(painters: readonly Painter[], look: () => { theme: Theme; insets: Insets }, zIndex: number) {
     super({ zIndex });
     this.#painters = painters;
     this.#look = look;
-    this.#version = version;
     this.#canvas.style.cssText = 'position:absolute;inset:0;width:100%;height:100%;pointer-events:none';
     this.#canvas.setAttribute('aria-hidden', 'true');
+  }
+
+  /** What its painters show is another: it is painted with the next frame of the display. The map's other layers stay as they are. */
+  touch(): void {
+    this.#painted = '';
+    this.#waiting ||= requestAnimationFrame(() => this.paintNow());
+  }
+
+  /** Paints at once what was touched. */
+  paintNow(): void {
+    cancelAnimationFrame(this.#waiting);
+    this.#waiting = 0;
+    if (this.#state !== null) this.#paint(this.#state);
   }
 
   // The map takes a layer without a source for not ready.
@@ -33,35 +41,44 @@ export class CanvasLayer extends Layer<Source> {
   }
 
   override render(state: FrameState | null): HTMLElement | null {
+    this.#state = state;
     if (state === null) return null;
-    const [width = 0, height = 0] = state.size;
-    const ratio = state.pixelRatio;
-    const [pixelWidth, pixelHeight] = [Math.round(width * ratio), Math.round(height * ratio)];
+    this.#paint(state);
+    return this.#canvas;
+  }
+
+  override disposeInternal(): void {
+    cancelAnimationFrame(this.#waiting);
+    super.disposeInternal();
+  }
+
+  #paint({ size, pixelRatio, viewState: { center, resolution } }: FrameState): void {
+    const [width = 0, height = 0] = size;
+    const [pixelWidth, pixelHeight] = [Math.round(width * pixelRatio), Math.round(height * pixelRatio)];
     const canvas = this.#canvas;
-    if (this.#version !== null) {
-      const { center, resolution } = state.viewState;
-      const signature = [this.#version(), ...center, resolution, pixelWidth, pixelHeight].join();
-      if (signature === this.#drawn) return canvas;
-      this.#drawn = signature;
-    }
+    const view = [...center, resolution, pixelWidth, pixelHeight].join();
+    if (view === this.#painted) return;
+    this.#painted = view;
     if (canvas.width !== pixelWidth || canvas.height !== pixelHeight) {
       canvas.width = pixelWidth;
       canvas.height = pixelHeight;
     }
     const context = canvas.getContext('2d');
-    if (context === null) return canvas;
+    if (context === null) return;
     context.setTransform(1, 0, 0, 1, 0, 0);
     context.clearRect(0, 0, pixelWidth, pixelHeight);
-    const { center, resolution } = state.viewState;
     const centre: XY = [center[0] ?? 0, center[1] ?? 0];
-    const view = projection(centre, resolution, { width, height });
-    const frame: Frame = { ...view, ...this.#look(), context, pixelRatio: ratio };
+    const frame: Frame = {
+      ...projection(centre, resolution, { width, height }),
+      ...this.#look(),
+      context,
+      pixelRatio,
+    };
     for (const painter of this.#painters) {
-      context.setTransform(ratio, 0, 0, ratio, 0, 0);
+      context.setTransform(pixelRatio, 0, 0, pixelRatio, 0, 0);
       context.globalAlpha = 1;
       context.setLineDash([]);
       painter.paint(frame);
     }
-    return canvas;
   }
 }

@@ -35,22 +35,14 @@ const EDGE_PX = 60;
 export class FleetPainter implements Painter {
   readonly #source = new VectorSource<Feature<Point>>();
   readonly #cluster = new Cluster<Feature<Point>>({ distance: TOGETHER_PX, source: this.#source });
-  #version = 0;
-
-  /** Counts what changes its picture. */
-  get version(): number {
-    return this.#version;
-  }
 
   set marks(marks: readonly FleetMark[]) {
-    this.#version += 1;
     this.#source.clear(true);
     this.#source.addFeatures(marks.map((mark) => new Feature({ geometry: new Point([...toXY(mark.at)]), mark })));
   }
 
   /** Puts those together anew that are near each other in a view that came to rest. */
   set resolution(m_per_px: number) {
-    this.#version += 1;
     const distance_px = m_per_px < APART_M_PER_PX ? 0 : TOGETHER_PX;
     if (this.#cluster.getDistance() !== distance_px) this.#cluster.setDistance(distance_px);
     const mercator = projectionOf('EPSG:3857');

@@ -6,6 +6,7 @@ import { RoutePainter } from './route-painter';
 import { routeView, toLine, toXY } from './route-view';
 import { NO_PROFILE } from '$lib/domain/profile';
 import { wayOf } from '$lib/domain/way';
+import { type VehicleMark, VehiclePainter } from './vehicle-painter';
 
 const HOME = { lat_deg: 40.3332, lon_deg: -3.7978, alt_amsl_m: 690 };
 const SIZE = { width: 800, height: 600 };
@@ -85,5 +86,44 @@ describe('route', () => {
     expect(painter.handleAt(view, x, y, 10)?.toIndex).toBe(2);
     const [hx, hy] = view.pixel(route.legs[2]!.middle);
     expect(painter.handleAt(view, hx, hy, 5)).toBeNull();
+  });
+});
+
+describe('vehicles', () => {
+  const view = projection(toXY(HOME), 2, SIZE);
+  const standing: VehicleMark = {
+    id: 1,
+    label: '',
+    at: HOME,
+    heading_deg: 90,
+    course_deg: 90,
+    groundspeed_m_s: 0.2,
+    isSelected: true,
+    isStale: false,
+    level: 'none',
+    ghost: null,
+  };
+  const seen = (changes: Partial<VehicleMark>, target: typeof HOME | null = null): string =>
+    Object.assign(new VehiclePainter(), { vehicles: [{ ...standing, ...changes }], target }).seen(view);
+
+  it('are the same to the eye while only the noise of a standing plane changes', () => {
+    expect(seen({ at: destination(HOME, 45, 0.05), heading_deg: 90.05, course_deg: 200 })).toBe(seen({}));
+  });
+
+  it('are others as soon as one of what is painted is', () => {
+    const others = [
+      seen({}),
+      seen({ at: destination(HOME, 45, 3) }),
+      seen({ heading_deg: 91 }),
+      seen({ heading_deg: null }),
+      seen({ groundspeed_m_s: 15 }),
+      seen({ isStale: true }),
+      seen({ isSelected: false }),
+      seen({ label: 'A' }),
+      seen({ level: 'warn' }),
+      seen({ ghost: { at: HOME, heading_deg: 90, label: '5 s', path: [HOME] } }),
+      seen({}, HOME),
+    ];
+    expect(new Set(others).size).toBe(others.length);
   });
 });

@@ -40,6 +40,8 @@ export interface VehicleMark {
 
 /** The line ahead of a plane ends where it will be after so long, seconds. */
 const AHEAD_S = 10;
+/** Slower than this, the course over ground is noise. */
+const SLOW_M_S = 3;
 
 export class HomePainter implements Painter {
   home: LonLat | null = null;
@@ -60,6 +62,25 @@ export class VehiclePainter implements Painter {
     for (const vehicle of this.vehicles) if (vehicle.isSelected) this.#paintVehicle(frame, vehicle);
   }
 
+  /** What is seen of them in a view, to a quarter of a pixel and of a degree: as long as it is the same, nothing is to be painted anew. */
+  seen(view: Projection): string {
+    const quarters = (value: number): number => Math.round(4 * value);
+    const place = (at: LonLat | null): number[] | null => at && view.pixel(toXY(at)).map(quarters);
+    const heading = (heading_deg: number | null): number | null => heading_deg && quarters(heading_deg);
+    const seen = this.vehicles.map(({ ghost, ...vehicle }) => [
+      vehicle.id,
+      vehicle.label,
+      vehicle.level,
+      vehicle.isSelected,
+      vehicle.isStale,
+      place(vehicle.at),
+      heading(vehicle.heading_deg),
+      place(placeAhead(vehicle)),
+      ghost && [ghost.label, place(ghost.at), heading(ghost.heading_deg), ghost.path.length],
+    ]);
+    return JSON.stringify([place(this.target), seen]);
+  }
+
   vehicleAt(frame: Projection, x: number, y: number, tolerance_px: number): number | null {
     for (const vehicle of this.vehicles) {
       const [vx, vy] = frame.pixel(toXY(vehicle.at));
@@ -71,7 +92,8 @@ export class VehiclePainter implements Painter {
   #paintVehicle(frame: Frame, vehicle: VehicleMark): void {
     const { context, theme } = frame;
     const [x, y] = frame.pixel(toXY(vehicle.at));
-    const { ghost, course_deg, groundspeed_m_s } = vehicle;
+    const { ghost } = vehicle;
+    const ahead = placeAhead(vehicle);
     if (ghost !== null) {
       const [gx, gy] = frame.pixel(toXY(ghost.at));
       context.setLineDash([4, 6]);
@@ -82,13 +104,12 @@ export class VehiclePainter implements Painter {
       paintPlane(frame, gx, gy, ghost.heading_deg, { fill: null, line: theme.estimated, scale: 1 });
       context.setLineDash([]);
       label(frame, ghost.label, gx, gy + 22, theme.estimated);
-    } else if (!vehicle.isStale && course_deg !== null && groundspeed_m_s !== null && groundspeed_m_s > 3) {
-      const ahead = frame.pixel(toXY(destination(vehicle.at, course_deg, groundspeed_m_s * AHEAD_S)));
+    } else if (ahead !== null) {
       context.setLineDash([]);
       context.lineCap = 'round';
       context.beginPath();
       context.moveTo(x, y);
-      context.lineTo(ahead[0], ahead[1]);
+      context.lineTo(...frame.pixel(toXY(ahead)));
       strokeWithEdge(frame, theme.plane, 2, 1);
     }
     const fill = vehicle.isStale
@@ -104,6 +125,12 @@ export class VehiclePainter implements Painter {
     }
     if (vehicle.label) label(frame, vehicle.label, x, y + 22, vehicle.isSelected ? theme.text : theme.muted);
   }
+}
+
+/** Where a plane that is heard and flies will be; `null` for others. */
+function placeAhead({ at, isStale, course_deg, groundspeed_m_s }: Omit<VehicleMark, 'ghost'>): LonLat | null {
+  const flies = !isStale && groundspeed_m_s !== null && groundspeed_m_s > SLOW_M_S;
+  return flies && course_deg !== null ? destination(at, course_deg, groundspeed_m_s * AHEAD_S) : null;
 }
 
 function label(frame: Frame, text: string, x: number, y: number, colour: string): void {

@@ -41,6 +41,11 @@ export class PlacingPainter implements Painter {
   /** The pieces of a picture lie over each other by a hair: only as a whole can it be made translucent. */
   #whole: CanvasRenderingContext2D | null = null;
 
+  get isVisible(): boolean {
+    const { picture, areas, handles } = this.placing;
+    return picture !== null || areas.length > 0 || handles.length > 0;
+  }
+
   paint(frame: Frame): void {
     if (this.placing.picture === null) this.#whole = null;
     else {
