@@ -1,5 +1,7 @@
 // Draws the attitude indicator with its tapes on a canvas. Knows nothing of vehicles: it gets numbers and colours.
 
+export type Context = CanvasRenderingContext2D | OffscreenCanvasRenderingContext2D;
+
 export interface Picture {
   roll_rad: number;
   pitch_rad: number;
@@ -59,7 +61,7 @@ export function readColours(element: Element): Colours {
 }
 
 export function drawInstrument(
-  context: CanvasRenderingContext2D,
+  context: Context,
   width: number,
   height: number,
   picture: Picture | null,
@@ -101,7 +103,7 @@ export function drawInstrument(
 }
 
 function drawHorizon(
-  context: CanvasRenderingContext2D,
+  context: Context,
   width: number,
   height: number,
   picture: Picture | null,
@@ -218,7 +220,7 @@ interface Tape {
 }
 
 function drawTape(
-  context: CanvasRenderingContext2D,
+  context: Context,
   x: number,
   y: number,
   width: number,
@@ -288,7 +290,7 @@ function drawTape(
 
 /** Climb, as an arrow at the height tape, and in figures below it. */
 function drawClimb(
-  context: CanvasRenderingContext2D,
+  context: Context,
   x: number,
   height: number,
   climb: number | null,
@@ -327,7 +329,7 @@ function drawClimb(
 }
 
 function drawHeading(
-  context: CanvasRenderingContext2D,
+  context: Context,
   x: number,
   y: number,
   width: number,
@@ -380,13 +382,7 @@ function drawHeading(
   context.restore();
 }
 
-function drawOld(
-  context: CanvasRenderingContext2D,
-  width: number,
-  height: number,
-  text: string,
-  colours: Colours,
-): void {
+function drawOld(context: Context, width: number, height: number, text: string, colours: Colours): void {
   context.save();
   context.strokeStyle = colours.danger;
   context.lineWidth = 3;
@@ -409,14 +405,14 @@ function figure(value: number): string {
   return whole < 0 ? `−${-whole}` : String(Math.abs(whole));
 }
 
-function line(context: CanvasRenderingContext2D, x1: number, y1: number, x2: number, y2: number): void {
+function line(context: Context, x1: number, y1: number, x2: number, y2: number): void {
   context.beginPath();
   context.moveTo(x1, y1);
   context.lineTo(x2, y2);
   context.stroke();
 }
 
-function polygon(context: CanvasRenderingContext2D, points: readonly (readonly [number, number])[]): void {
+function polygon(context: Context, points: readonly (readonly [number, number])[]): void {
   context.beginPath();
   for (const [x, y] of points) context.lineTo(x, y);
   context.closePath();
