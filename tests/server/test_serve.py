@@ -188,6 +188,11 @@ def test_a_mission_is_sent_flown_and_followed(flyer: Client) -> None:
         assert read["items"] == on_board["items"]
         known = pilot.done("GET", "vehicles/1/plan/mission")
         assert (known["state"]["state"], known["plan"]) == ("verified", read)
+        same = {"hash": known["state"]["hash"], "changes": []}
+        assert pilot.done("POST", "vehicles/1/plan/compare", read)["mission"] == same
+        read["items"][1]["params"][6] += 10
+        changed = {"kind": "changed", "item": 2, "on_board": 2, "fields": ["height"]}
+        assert pilot.done("POST", "vehicles/1/plan/compare", read)["mission"] == same | {"changes": [changed]}
 
 
 def test_parameters_are_read_and_written(pilot: Client) -> None:

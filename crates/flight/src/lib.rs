@@ -27,7 +27,7 @@
 //! ```
 //! use vencejo_flight::checks::{CheckContext, check_plan, has_errors};
 //! use vencejo_flight::formats::read_plan;
-//! use vencejo_flight::plan::{MissionItem, PlanKind, ardupilot_stored, items_from_wire, plans_equal_as_stored};
+//! use vencejo_flight::plan::{Keeping, MissionItem, PlanKind, ardupilot_stored, items_from_wire, plans_equal_as_stored};
 //! use vencejo_proto::{Address, MissionSeq};
 //!
 //! let file = "QGC WPL 110\n\
@@ -49,7 +49,7 @@
 //! let sent = items_from_wire(&wire, PlanKind::Mission)?;
 //! let kept: Vec<MissionItem> = sent.iter().map(ardupilot_stored).collect();
 //! assert_eq!(kept[2].alt_m(), Some(77.76));
-//! assert_eq!(plans_equal_as_stored(&sent, &kept, PlanKind::Mission), Ok(()));
+//! assert_eq!(plans_equal_as_stored(&sent, &kept, PlanKind::Mission, Keeping::ARDUPILOT), Ok(()));
 //! # Ok::<(), vencejo_flight::FlightError>(())
 //! ```
 //!

@@ -7,7 +7,7 @@ use std::path::Path;
 
 use serde_json::Value;
 use vencejo_flight::plan::{
-    Fence, MissionItem, PlanKind, Rally, ardupilot_stored, items_from_wire, plans_equal_as_stored,
+    Fence, Keeping, MissionItem, PlanKind, Rally, ardupilot_stored, items_from_wire, plans_equal_as_stored,
 };
 use vencejo_proto::{Address, FrameDecoder, Message, MissionItemInt};
 
@@ -45,11 +45,11 @@ fn the_missions_read_back_are_the_missions_sent() {
     let (_, kept) = recorded("mission-download-items.tlog", PlanKind::Mission);
     assert_eq!((sent.len(), kept.len()), (12, 12));
     let kind = PlanKind::Mission;
-    assert_eq!(plans_equal_as_stored(&items(&sent, kind), &items(&kept, kind), kind), Ok(()));
+    assert_eq!(plans_equal_as_stored(&items(&sent, kind), &items(&kept, kind), kind, Keeping::ARDUPILOT), Ok(()));
 
     let mut changed = items(&kept, kind);
     changed[4].params[6] = Some(100.5);
-    assert_eq!(plans_equal_as_stored(&items(&sent, kind), &changed, kind).unwrap_err().len(), 1);
+    assert_eq!(plans_equal_as_stored(&items(&sent, kind), &changed, kind, Keeping::ARDUPILOT).unwrap_err().len(), 1);
 }
 
 #[test]
@@ -58,7 +58,7 @@ fn the_fence_and_the_rally_points_read_back_are_those_sent() {
         let (sent, kept) = recorded("fence-and-rally-upload.tlog", kind);
         let (sent, kept) = (items(&sent, kind), items(&kept, kind));
         assert_eq!((sent.len(), kept.len()), (count, count));
-        assert_eq!(plans_equal_as_stored(&sent, &kept, kind), Ok(()));
+        assert_eq!(plans_equal_as_stored(&sent, &kept, kind, Keeping::ARDUPILOT), Ok(()));
         match kind {
             PlanKind::Fence => assert_eq!(Fence::from_items(&kept).unwrap().to_items(), sent),
             _ => assert_eq!(Rally::from_items(&kept).unwrap().to_items(), sent),
@@ -96,9 +96,12 @@ fn random_items_are_kept_as_the_vehicle_kept_them() {
         if sent.has_position() {
             assert_eq!(ardupilot_stored(&sent).alt_m(), kept.alt_m(), "{pair}");
         }
-        if let Err(differences) =
-            plans_equal_as_stored(&[home.clone(), sent.clone()], &[home.clone(), kept], PlanKind::Mission)
-        {
+        if let Err(differences) = plans_equal_as_stored(
+            &[home.clone(), sent.clone()],
+            &[home.clone(), kept],
+            PlanKind::Mission,
+            Keeping::ARDUPILOT,
+        ) {
             wrong.push(format!("{pair}: {} (stored {:?})", differences[0], ardupilot_stored(&sent).params));
         }
     }

@@ -233,6 +233,19 @@ pub(crate) fn plan_on_board(vehicle: &VehicleHandle, kind: core::PlanKind) -> Re
     Ok(dto::PlanOnBoard { state: plan_state(state), plan: read.as_ref().map(plan) })
 }
 
+/// How a plan differs from what a vehicle has on board.
+pub(crate) fn plan_comparison(vehicle: &VehicleHandle, plan: &core::Plan) -> dto::PlanComparison {
+    let part = |kind| {
+        let (state, changes) = vehicle.plan_changes(plan, kind)?;
+        Some(dto::PartComparison { hash: plan_state(Some(state)).hash, changes })
+    };
+    dto::PlanComparison {
+        mission: part(core::PlanKind::Mission),
+        fence: part(core::PlanKind::Fence),
+        rally: part(core::PlanKind::Rally),
+    }
+}
+
 /// Why a plan is not known; `None` when it is.
 pub(crate) fn uncertainty(state: vehicle::PlanState) -> Option<dto::PlanUncertainty> {
     let why = match state {

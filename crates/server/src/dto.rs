@@ -38,10 +38,10 @@ pub use operation::{Operation, OperationKind, OperationResult, OperationState};
 pub use plan::{
     Assessment, BatteryLeft, Beginning, Corridor, Decision, EndingCount, ExpectedTrack, Fence, FenceZone, FindingFix,
     FlightNow, FrameChange, Landing, LandingAlternative, LandingCaution, LandingMove, LandingReasonText,
-    LandingRequest, LatLon, LearnedPlane, Outlook, Plan, PlanCertainty, PlanCheck, PlanFormat, PlanItem, PlanKind,
-    PlanOnBoard, PlanState, PlanStates, PlanUncertainty, PlaneProfile, RallyPoint, Rehearsal, RehearsalRequest,
-    RehearsedFlight, RehearsedPassage, RehearsedTrack, ReturnPoint, Runway, Spread, SpreadRequest, VehicleProfile, Way,
-    WayRequest, WhatIf, WhatIfRequest, WhatIfs, ZoneShape,
+    LandingRequest, LatLon, LearnedPlane, Outlook, PartComparison, Plan, PlanCertainty, PlanCheck, PlanComparison,
+    PlanFormat, PlanItem, PlanKind, PlanOnBoard, PlanState, PlanStates, PlanUncertainty, PlaneProfile, RallyPoint,
+    Rehearsal, RehearsalRequest, RehearsedFlight, RehearsedPassage, RehearsedTrack, ReturnPoint, Runway, Spread,
+    SpreadRequest, VehicleProfile, Way, WayRequest, WhatIf, WhatIfRequest, WhatIfs, ZoneShape,
 };
 pub use session::{NewSession, Role, SessionInfo};
 pub use signing::{ChangeSigning, SigningAct, SigningInfo};

@@ -492,6 +492,9 @@ async fn a_refusal_comes_with_the_vehicles_reasons() {
     assert_eq!(state["plan_states"]["mission"]["state"], "unknown");
     let known = server.ask("GET", "/vehicles/1/plan/mission", None, None).await.json();
     assert_eq!(known, json!({"state": state["plan_states"]["mission"], "plan": null}));
+    let compared =
+        server.ask("POST", "/vehicles/1/plan/compare", Some(&cookie), Some(json!({"items": []}))).await.json();
+    assert_eq!(compared, json!({"mission": null, "fence": null, "rally": null}), "unknown is not the same");
     assert!(state["mode_names"].as_array().expect("a list").contains(&json!("AUTO")));
     let texts = server.ask("GET", "/vehicles/1/texts", None, None).await.json();
     assert_eq!(texts[0]["severity"], 2);

@@ -9,7 +9,7 @@ use vencejo_flight::checks::{
 };
 use vencejo_flight::geodesy::{GeoPoint, direct};
 use vencejo_flight::landing::Wind;
-use vencejo_flight::plan::{Home, Mission, Plan, PlanKind};
+use vencejo_flight::plan::{Change, Home, Mission, Plan, PlanKind, plan_changes};
 use vencejo_flight::progress::{Trip, trip};
 use vencejo_flight::rehearsal::{Air, Aircraft, Conditions, Doing, Ground, Learned, Rehearsal, Start};
 use vencejo_flight::way::{Way, way};
@@ -103,6 +103,22 @@ impl VehicleHandle {
         let mission = part(PlanKind::Mission)?.mission;
         let fence = part(PlanKind::Fence).unwrap_or_default().fence;
         Some(Plan { mission, fence, rally: part(PlanKind::Rally).unwrap_or_default().rally })
+    }
+
+    /// How one part of a plan differs from the one on board, as this vehicle keeps items, and what is known of that; `None` while that
+    /// is not known to be whole.
+    pub fn plan_changes(&self, plan: &Plan, kind: PlanKind) -> Option<(PlanState, Vec<Change>)> {
+        let known = |vehicle: &Vehicle| {
+            let list = vehicle.plan_on_board(kind).cloned();
+            (vehicle.plan_state(kind), list, vehicle.keeping())
+        };
+        let (state, list, keeping) = self.station.shared.with_vehicle(self.id, known)?;
+        let on_board = match (state, list) {
+            (PlanState::Empty, _) => Plan::default(),
+            (PlanState::Verified { .. }, Some(list)) => Plan::from_list(kind, Mission::clone(&list)).ok()?,
+            _ => return None,
+        };
+        Some((state, plan_changes(&plan.items(kind), &on_board.items(kind), keeping)))
     }
 
     /// What is wrong or doubtful in a plan that this vehicle is to fly as it is now.

@@ -177,6 +177,9 @@ async function answer(method: string, path: string, query: string, body: string)
   const ofMaps = await mapsAnswer(method, path, body, json);
   if (ofMaps !== null) return ofMaps;
   await new Promise((resolve) => setTimeout(resolve, 120));
+  if (path.endsWith('/plan/compare')) {
+    return json({ mission: { hash: verified.hash, changes: [] }, fence: null, rally: null });
+  }
   const plans = /^\/vehicles\/\d+\/plan\/(\w+)(\/read)?$/.exec(path);
   if (plans && method === 'GET') return json({ state: planStates()[plans[1] as PlanKind], plan });
   if (plans) return json(begin(KINDS[method] ?? 'clear_mission', method === 'POST' ? plan : undefined), 202);

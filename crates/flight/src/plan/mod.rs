@@ -2,21 +2,28 @@
 //! each becomes MAVLink items.
 //!
 //! Values keep their unit and datum; nothing here talks to a vehicle. [`ardupilot_stored`] knows what an
-//! ArduPlane keeps of an item, so that a plan read back can be compared with the one sent.
+//! ArduPlane keeps of an item, [`Keeping`] how a plan read back is compared with the one sent, and [`plan_changes`] how one that is
+//! edited differs from the one on board.
 
+mod changes;
 pub mod command;
 mod datum;
+mod difference;
 mod fence;
 mod item;
 mod rally;
 mod stored;
 
+pub use changes::{Change, ChangedField, plan_changes};
 pub use command::{Category, Command, CommandInfo, ParamInfo, Storage, Support, Unit};
 pub use datum::{Levels, counted_from};
+pub use difference::{Difference, Field, Keeping, float_tolerance_deg, plans_equal_as_stored};
 pub use fence::{Fence, FenceShape, FenceZone, MAX_VERTICES, SHAPE_MIN_CORNERS, ShapeFault};
 pub use item::{MavFrame, MissionItem, PlanKind, Unsendable, Wanted};
 pub use rally::{Rally, RallyPoint};
-pub use stored::{Difference, Field, ardupilot_stored, plans_equal_as_stored};
+pub use stored::ardupilot_stored;
+
+use std::borrow::Cow;
 
 use vencejo_proto::{Address, MissionSeq};
 
@@ -143,6 +150,16 @@ impl Plan {
             }
             PlanKind::Rally => (self.rally.to_items(), None),
         })
+    }
+
+    /// The items of one kind as they are, also of a fence that is half drawn.
+    #[must_use]
+    pub fn items(&self, kind: PlanKind) -> Cow<'_, [MissionItem]> {
+        match kind {
+            PlanKind::Mission => Cow::Borrowed(&self.mission.items),
+            PlanKind::Fence => Cow::Owned(self.fence.to_items()),
+            PlanKind::Rally => Cow::Owned(self.rally.to_items()),
+        }
     }
 
     /// A plan of one list alone, as [`Self::into_list`] gives it.

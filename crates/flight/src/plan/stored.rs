@@ -1,18 +1,10 @@
-//! What an ArduPlane keeps of an item, and the comparison of a plan that was sent with the one read back.
+//! What an ArduPlane keeps of an item.
 //!
 //! ArduPilot packs an item into 15 bytes: most parameters are cut to whole numbers or dropped. The rules
 //! are data, in the table of [`crate::plan::command`]; this file applies them.
 
-use crate::plan::command::{Category, Command, Storage};
-use crate::plan::item::{MavFrame, MissionItem, PARAM_NAMES, f64_from_f32};
-
-/// Largest difference of a float field that is taken for the same value, relative to its size: a few
-/// units in the last place of a 32-bit float, for a vehicle that scales by 0.01 in another order.
-const FLOAT_TOLERANCE: f64 = 4.0 * (f32::EPSILON as f64);
-
-/// Largest difference of a height that is taken for the same, metres: vehicles keep whole centimetres and
-/// differ in whether they cut or round.
-const ALT_TOLERANCE_M: f64 = 0.010_5;
+use crate::plan::command::{Category, Storage};
+use crate::plan::item::{MavFrame, MissionItem, f64_from_f32};
 
 /// What ArduPlane keeps of an item and gives back when asked.
 ///
@@ -46,125 +38,12 @@ pub fn ardupilot_stored(item: &MissionItem) -> MissionItem {
     MissionItem { command: item.command, frame, params, autocontinue: !in_list }
 }
 
-/// A field of an item.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Field {
-    /// The item is missing or one too many.
-    Item,
-    /// `MAV_CMD`.
-    Command,
-    /// `MAV_FRAME`.
-    Frame,
-    /// Parameter 1 to 4, x, y or z: index 0 to 6.
-    Param(u8),
-}
-
-impl std::fmt::Display for Field {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(match self {
-            Self::Item => "item",
-            Self::Command => "command",
-            Self::Frame => "frame",
-            Self::Param(index) => PARAM_NAMES.get(usize::from(*index)).unwrap_or(&"param"),
-        })
-    }
-}
-
-/// One way in which the vehicle's plan is not the one that was sent.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Difference {
-    /// Place in the list, from 0 (on ArduPilot item 0 of a mission is home).
-    pub seq: usize,
-    /// What differs.
-    pub field: Field,
-    /// What should be there, after ArduPlane's rounding; `None`: nothing.
-    pub sent: Option<f64>,
-    /// What is there; `None`: nothing.
-    pub kept: Option<f64>,
-}
-
-impl std::fmt::Display for Difference {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let Self { seq, field, sent, kept } = self;
-        match (field, sent, kept) {
-            (Field::Item, Some(command), None) => {
-                write!(f, "item {seq} ({}) is missing on the vehicle", Command(*command as u16))
-            }
-            (Field::Item, _, Some(command)) => {
-                write!(f, "item {seq} ({}) is on the vehicle but was not sent", Command(*command as u16))
-            }
-            (Field::Command, Some(sent), Some(kept)) => {
-                write!(f, "item {seq} is {} instead of {}", Command(*kept as u16), Command(*sent as u16))
-            }
-            _ => {
-                let show = |value: &Option<f64>| value.map_or_else(|| "unset".to_owned(), |v| v.to_string());
-                write!(f, "item {seq}: {field} is {} instead of {}", show(kept), show(sent))
-            }
-        }
-    }
-}
-
-/// Compares a list that was sent with the list read back, item by item, as ArduPlane stores it.
-///
-/// Both lists are as on the wire: for a mission item 0 is home, of which only the presence is compared,
-/// because ArduPilot keeps its own. `autocontinue` is not compared: ArduPilot ignores it. Whole numbers
-/// and coordinates must be exact, heights equal to a centimetre, other floats to a few units in their last
-/// place.
-///
-/// # Errors
-/// Every difference found, in order of item and field.
-pub fn plans_equal_as_stored(
-    sent: &[MissionItem],
-    read_back: &[MissionItem],
-    kind: crate::plan::PlanKind,
-) -> Result<(), Vec<Difference>> {
-    let mut differences = Vec::new();
-    for seq in 0..sent.len().max(read_back.len()) {
-        let number = |item: &MissionItem| f64::from(item.command.0);
-        let mut differ = |field, sent, kept| differences.push(Difference { seq, field, sent, kept });
-        let (sent, kept) = match (sent.get(seq), read_back.get(seq)) {
-            (Some(sent), Some(kept)) => (ardupilot_stored(sent), kept),
-            (sent, kept) => {
-                differ(Field::Item, sent.map(number), kept.map(number));
-                continue;
-            }
-        };
-        if kind == crate::plan::PlanKind::Mission && seq == 0 {
-            continue;
-        }
-        if sent.command != kept.command {
-            differ(Field::Command, Some(number(&sent)), Some(number(kept)));
-            continue;
-        }
-        if sent.frame != kept.frame {
-            let frame = |item: &MissionItem| Some(f64::from(item.frame.number()));
-            differ(Field::Frame, frame(&sent), frame(kept));
-        }
-        let has_position = kept.has_position();
-        for index in 0..7 {
-            let (sent, kept) = (sent.params[index], kept.params[index]);
-            if !same_value(index, has_position, sent.unwrap_or(0.0), kept.unwrap_or(0.0)) {
-                differ(Field::Param(index as u8), sent, kept);
-            }
-        }
-    }
-    if differences.is_empty() { Ok(()) } else { Err(differences) }
-}
-
-fn same_value(index: usize, has_position: bool, sent: f64, kept: f64) -> bool {
-    let tolerance = match index {
-        4 | 5 => 0.5e-7, // half a unit of the wire, whether degrees or a whole number
-        6 if has_position => ALT_TOLERANCE_M,
-        _ => FLOAT_TOLERANCE * sent.abs().max(1.0),
-    };
-    (sent - kept).abs() <= tolerance
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::plan::PlanKind;
+    use crate::plan::Command;
     use crate::plan::item::MissionItemInt;
+    use crate::plan::{Keeping, PlanKind, plans_equal_as_stored};
     use vencejo_proto::{Address, MissionSeq};
 
     const TARGET: Address = Address::new(1, 1);
@@ -219,7 +98,8 @@ mod tests {
             // and the comparison used after an upload agrees
             let home = MissionItem::waypoint(0.0, 0.0, 0.0);
             let read_back = MissionItem::from_wire(&recorded).unwrap();
-            let same = plans_equal_as_stored(&[home.clone(), sent], &[home, read_back], PlanKind::Mission);
+            let same =
+                plans_equal_as_stored(&[home.clone(), sent], &[home, read_back], PlanKind::Mission, Keeping::ARDUPILOT);
             assert_eq!(same, Ok(()), "{command}");
         }
         assert_eq!((accepted, refused), (60, 72));
@@ -267,34 +147,6 @@ mod tests {
             assert_eq!(ardupilot_stored(&item).frame, kept);
         }
         assert_eq!(ardupilot_stored(&MissionItem::return_to_launch()).frame, MavFrame::Global);
-    }
-
-    #[test]
-    fn each_difference_is_named() {
-        let home = MissionItem::waypoint(0.0, 0.0, 0.0);
-        let moved_home = MissionItem::waypoint(40.0, -3.0, 600.0);
-        let sent = [home.clone(), MissionItem::waypoint(40.0, -3.0, 50.0), MissionItem::return_to_launch()];
-        let mut back = [moved_home, ardupilot_stored(&sent[1]), ardupilot_stored(&sent[2])];
-        assert_eq!(plans_equal_as_stored(&sent, &back, PlanKind::Mission), Ok(()));
-
-        back[1].params[4] = Some(40.000_000_1);
-        back[1].frame = MavFrame::Global;
-        back[2].command = Command::NAV_LOITER_UNLIM;
-        let found = plans_equal_as_stored(&sent, &back, PlanKind::Mission).unwrap_err();
-        let text: Vec<String> = found.iter().map(ToString::to_string).collect();
-        assert_eq!(
-            text,
-            [
-                "item 1: frame is 0 instead of 3",
-                "item 1: x is 40.0000001 instead of 40",
-                "item 2 is NAV_LOITER_UNLIM instead of NAV_RETURN_TO_LAUNCH",
-            ]
-        );
-
-        let missing = plans_equal_as_stored(&sent, &back[..1], PlanKind::Mission).unwrap_err();
-        assert_eq!(missing[1].to_string(), "item 2 (NAV_RETURN_TO_LAUNCH) is missing on the vehicle");
-        let extra = plans_equal_as_stored(&sent[..1], &back[..2], PlanKind::Mission).unwrap_err();
-        assert_eq!(extra[0].to_string(), "item 1 (NAV_WAYPOINT) is on the vehicle but was not sent");
     }
 
     #[test]

@@ -7,7 +7,7 @@ use vencejo_flight::checks::{Finding, FixKind};
 use vencejo_flight::ending::MissionEnd;
 use vencejo_flight::formats::ComplexItem;
 use vencejo_flight::landing::{LandingDirection, Wind};
-use vencejo_flight::plan::Home;
+use vencejo_flight::plan::{Change, Home};
 use vencejo_flight::profile::{Clearance, Profile};
 use vencejo_flight::progress::Trip;
 use vencejo_flight::rehearsal::{
@@ -334,6 +334,30 @@ pub struct PlanOnBoard {
     /// That part of it as it was read from the vehicle, with nothing in the others; null while it is not known.
     #[schema(required = true)]
     pub plan: Option<Plan>,
+}
+
+/// How a plan differs from what a vehicle has on board, part by part; a part is null while it is not known what is there.
+#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
+pub struct PlanComparison {
+    /// The mission.
+    #[schema(required = true)]
+    pub mission: Option<PartComparison>,
+    /// The fence: its items are the corners and circles in order, then the return point.
+    #[schema(required = true)]
+    pub fence: Option<PartComparison>,
+    /// The rally points.
+    #[schema(required = true)]
+    pub rally: Option<PartComparison>,
+}
+
+/// How one part of a plan differs from the one on board.
+#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
+pub struct PartComparison {
+    /// What it was compared with: the fingerprint of `PlanState`; null for nothing on board.
+    #[schema(required = true)]
+    pub hash: Option<String>,
+    /// From what is on board to the plan; empty when the vehicle, as it keeps items, has it as it is.
+    pub changes: Vec<Change>,
 }
 
 /// A position on the ground.

@@ -31,8 +31,9 @@ use crate::convert;
 use crate::dto::cause::Cause;
 use crate::dto::{
     CommandInfo, FindingFix, FrameChange, Landing, LandingAlternative, LandingMove, LandingRequest, LearnedPlane,
-    Operation, OperationKind, Plan, PlanCheck, PlanFormat, PlanItem, PlanKind, PlanOnBoard, PlaneProfile, Rehearsal,
-    RehearsalRequest, Spread, SpreadRequest, VehicleProfile, Way, WayRequest, WhatIfRequest, WhatIfs,
+    Operation, OperationKind, Plan, PlanCheck, PlanComparison, PlanFormat, PlanItem, PlanKind, PlanOnBoard,
+    PlaneProfile, Rehearsal, RehearsalRequest, Spread, SpreadRequest, VehicleProfile, Way, WayRequest, WhatIfRequest,
+    WhatIfs,
 };
 use crate::extract::{Json as Body, Operator, Pilot, Vehicle, Viewer};
 use crate::landings;
@@ -52,6 +53,7 @@ pub(super) fn router() -> OpenApiRouter<App> {
         .routes(routes!(download_mission))
         .routes(routes!(download_fence))
         .routes(routes!(download_rally))
+        .routes(routes!(compare))
         .routes(routes!(format_plan))
         .routes(routes!(check))
         .routes(routes!(way))
@@ -208,6 +210,18 @@ plan_routes!(
     download_rally = DownloadRally,
     clear_rally = ClearRally
 );
+
+/// How a plan differs from what is on board: what was added, removed and changed, by what this vehicle can keep of an item. Nothing is
+/// asked of the vehicle.
+#[utoipa::path(post, path = "/vehicles/{id}/plan/compare", tag = "plans", params(("id" = u16, Path, description = "The vehicle's id")),
+    request_body = Plan, responses((status = 200, body = PlanComparison), Problem))]
+async fn compare(
+    _: Viewer,
+    Vehicle(vehicle): Vehicle,
+    Body(plan): Body<Plan>,
+) -> Result<Json<PlanComparison>, Problem> {
+    quickly(move || Ok(Json(convert::plan_comparison(&vehicle, &convert::core_plan(&plan)?)))).await
+}
 
 /// The name of a file.
 #[derive(Debug, Deserialize, IntoParams)]

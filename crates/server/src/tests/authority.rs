@@ -90,6 +90,7 @@ const ROUTES: &[(Needs, &[&str])] = &[
             "POST /plan/survey",
             "POST /plan/way",
             "POST /plan/what-if",
+            "POST /vehicles/{id}/plan/compare",
         ],
     ),
     (

@@ -1,35 +1,11 @@
-//! Plan items with positions in 32-bit floats (MISSION_ITEM), and how much of a position they lose.
-//!
-//! A float has 24 binary digits. A position in degrees passes through four roundings on its way to an ArduPilot from
-//! before MISSION_ITEM_INT and back (`AP_Mission::mavlink_to_mission_cmd`, `mission_cmd_to_mavlink` of ArduPlane 3.x):
-//!
-//! 1. to a float when it is sent: off by at most u = 2⁻²⁴ of its size,
-//! 2. times 1e7 in floats: u again,
-//! 3. cut to a whole number, which loses something only below 2²⁴ · 1e-7 = 1.7°: at most 1e-7°,
-//! 4. divided by 1e7 in floats when it is read back: u again.
-//!
-//! Together 3u of the coordinate's size, and the whole number (and ours) of degE7: at latitude 40° that is 7.2e-6° or
-//! 0.8 m, at longitude 180° on the equator 3.6 m. Nothing that is farther off is taken for rounding.
+//! Plan items with positions in 32-bit floats (MISSION_ITEM), and how much of a position they lost (at most
+//! [`float_tolerance_deg`](vencejo_flight::plan::float_tolerance_deg)).
 
-use vencejo_flight::plan::{Command, Difference, Field, MissionItem};
+use vencejo_flight::plan::MissionItem;
 use vencejo_proto::{MissionItemFloat, MissionItemInt};
-
-/// Half a unit in the last place of a 32-bit float, relative to its size.
-const UNIT_ROUNDOFF: f64 = f32::EPSILON as f64 / 2.0;
-
-/// Roundings to a float from sending to reading back.
-const ROUNDINGS: f64 = 3.0;
-
-/// Cut to whole degE7 by the vehicle (1), rounded to them by us (0.5), and room for the products of the roundings.
-const WHOLE_NUMBERS_DEG: f64 = 1.6e-7;
 
 /// Length of a degree of latitude on the WGS-84 equator's radius, metres (π/180 · 6,378,137).
 const DEGREE_M: f64 = 111_319.49;
-
-/// Largest difference in degrees that the roundings can make to a coordinate.
-pub(super) fn tolerance_deg(coordinate_deg: f64) -> f64 {
-    ROUNDINGS * UNIT_ROUNDOFF * coordinate_deg.abs() + WHOLE_NUMBERS_DEG
-}
 
 /// Whether x and y of an item are degrees. An item that cannot be read has raw numbers.
 fn has_position(item: &MissionItemInt) -> bool {
@@ -58,26 +34,6 @@ pub(super) fn from_float(item: &MissionItemFloat) -> MissionItemInt {
     whole
 }
 
-/// Which differences between a list sent and a list read back are more than rounding, and than the two details of a loiter
-/// and a landing that ArduPlane 3.x has no room for ([`is_of_old`]).
-pub(super) fn beyond_rounding(differences: Vec<Difference>, sent: &[MissionItem]) -> Vec<Difference> {
-    differences.into_iter().filter(|difference| !is_of_old(difference, sent)).collect()
-}
-
-/// Whether a difference is one that ArduPlane 3.x makes to every such item, and that leaves it the same to fly.
-fn is_of_old(difference: &Difference, sent: &[MissionItem]) -> bool {
-    let Some(item) = sent.get(difference.seq) else { return false };
-    let (before, after) = (difference.sent.unwrap_or(0.0), difference.kept.unwrap_or(0.0));
-    match difference.field {
-        Field::Param(4 | 5) if item.has_position() => (before - after).abs() <= tolerance_deg(before),
-        // It keeps the sense of a loiter alone, and shows "clockwise, with my own radius" as 1.
-        Field::Param(2) if item.command == Command::NAV_LOITER_UNLIM => before == 0.0 && after == 1.0,
-        // Whence the track after a loiter is counted, and the sense in which a landing is turned to, came later.
-        Field::Param(3) if item.has_position() => after == 0.0,
-        _ => false,
-    }
-}
-
 /// Largest distance between a position sent and the same read back, metres. Item 0 is left out where it is home
 /// (`first` = 1): ArduPilot has its own.
 pub(super) fn largest_error_m(sent: &[MissionItem], read_back: &[MissionItem], first: usize) -> f64 {
@@ -92,7 +48,7 @@ pub(super) fn largest_error_m(sent: &[MissionItem], read_back: &[MissionItem], f
 #[cfg(test)]
 mod tests {
     use proptest::prelude::*;
-    use vencejo_flight::plan::PlanKind;
+    use vencejo_flight::plan::{Command, PlanKind, float_tolerance_deg};
     use vencejo_proto::{Address, MissionSeq};
 
     use super::*;
@@ -112,7 +68,7 @@ mod tests {
             let float = to_float(&wire);
             let back = from_float(&MissionItemFloat { y: kept_deg(float.y), ..float });
             let error = (f64::from(back.y) / 1e7 - sent).abs();
-            prop_assert!(error <= tolerance_deg(sent), "{error} at {sent}");
+            prop_assert!(error <= float_tolerance_deg(sent), "{error} at {sent}");
         }
     }
 
@@ -121,12 +77,16 @@ mod tests {
         // Somewhere the roundings add up to half of it and more, and it is about a metre where Spain is.
         let worst = (20_000_000..1_800_000_000).step_by(1_777).map(|deg_e7| {
             let sent = f64::from(deg_e7) / 1e7;
-            (f64::from(kept_deg(sent as f32)) - sent).abs() / tolerance_deg(sent)
+            (f64::from(kept_deg(sent as f32)) - sent).abs() / float_tolerance_deg(sent)
         });
         let worst = worst.fold(0.0, f64::max);
         assert!((0.5..=1.0).contains(&worst), "{worst}");
-        assert!((0.7..1.0).contains(&(DEGREE_M * tolerance_deg(40.33))), "{}", DEGREE_M * tolerance_deg(40.33));
-        assert!((3.5..3.7).contains(&(DEGREE_M * tolerance_deg(180.0))));
+        assert!(
+            (0.7..1.0).contains(&(DEGREE_M * float_tolerance_deg(40.33))),
+            "{}",
+            DEGREE_M * float_tolerance_deg(40.33)
+        );
+        assert!((3.5..3.7).contains(&(DEGREE_M * float_tolerance_deg(180.0))));
     }
 
     #[test]

@@ -3,14 +3,12 @@
 //! An upload succeeds only when the list read back is the list that was sent, as the vehicle stores it (law 2 of the
 //! design: until then the plan is unknown).
 
-use vencejo_flight::plan::{
-    Command, Difference, Field, MavFrame, MissionItem, PlanKind, Storage, plans_equal_as_stored,
-};
+use vencejo_flight::plan::{Command, Keeping, MissionItem, PlanKind, Storage, plans_equal_as_stored};
 use vencejo_proto::dialect::{MISSION_CLEAR_ALL_DATA, MavMessage};
 use vencejo_proto::plan_file::{PLAN_FILE_ITEM_LEN, PlanFileHeader, decode_plan_file, encode_plan_file};
 use vencejo_proto::{Address, Message, MissionItemInt, MonoTime};
 
-use super::float::{beyond_rounding, largest_error_m};
+use super::float::largest_error_m;
 use super::ftp::{FileEnd, FileRead, FileWrite, abandon};
 use super::items::{ItemDownload, ItemUpload, ItemsSent, Outbox, mav_mission_type};
 use super::timing::{DENIED_WAIT, MESSAGE_TIMEOUT, RESTARTS, RoundTrip, SILENCE_LIMIT};
@@ -540,18 +538,10 @@ fn compare(
     let parse = |items: &[MissionItemInt]| items.iter().map(MissionItem::from_wire).collect::<Result<Vec<_>, _>>();
     let unreadable = |error| TransferError::Unverified { kind, reason: Box::new(TransferError::Item(error)) };
     let (sent, kept) = (parse(sent)?, parse(&read_back.items).map_err(unreadable)?);
-    let mut differences = if config.is_ardupilot {
-        plans_equal_as_stored(&sent, &kept, kind).err().unwrap_or_default()
-    } else {
-        differences(&sent, &kept)
-    };
     let is_rounded = read_back.route == PlanRoute::FloatItems;
-    if is_rounded {
-        differences = beyond_rounding(differences, &sent);
-    }
-    if !differences.is_empty() {
-        return Err(TransferError::NotAsSent { kind, differences });
-    }
+    let keeping = Keeping { is_ardupilot: config.is_ardupilot, in_floats: is_rounded };
+    plans_equal_as_stored(&sent, &kept, kind, keeping)
+        .map_err(|differences| TransferError::NotAsSent { kind, differences })?;
     let first = usize::from(config.is_ardupilot && kind == PlanKind::Mission);
     Ok(is_rounded.then(|| largest_error_m(&sent, &kept, first)))
 }
@@ -560,39 +550,6 @@ fn compare(
 pub(crate) fn is_as_sent(config: &TransferConfig, sent: &[MissionItemInt], read: &[MissionItemInt]) -> bool {
     let (kind, items) = (PlanKind::Mission, read.to_vec());
     compare(config, kind, sent, &DownloadedPlan { kind, items, route: PlanRoute::items(config) }).is_ok()
-}
-
-/// Differences between two lists for a vehicle that stores items as they are. Frames without a position may differ, and
-/// unset may come back as 0.
-fn differences(sent: &[MissionItem], read_back: &[MissionItem]) -> Vec<Difference> {
-    let mut differences = Vec::new();
-    for seq in 0..sent.len().max(read_back.len()) {
-        let mut differ = |field, sent, kept| differences.push(Difference { seq, field, sent, kept });
-        let number = |item: &MissionItem| f64::from(item.command.0);
-        let (sent, kept) = match (sent.get(seq), read_back.get(seq)) {
-            (Some(sent), Some(kept)) => (sent, kept),
-            (sent, kept) => {
-                differ(Field::Item, sent.map(number), kept.map(number));
-                continue;
-            }
-        };
-        if sent.command != kept.command {
-            differ(Field::Command, Some(number(sent)), Some(number(kept)));
-        }
-        let frame = |frame: MavFrame| Some(f64::from(frame.number()));
-        if sent.frame != kept.frame && sent.has_position() {
-            differ(Field::Frame, frame(sent.frame), frame(kept.frame));
-        }
-        for (index, (sent, kept)) in sent.params.iter().zip(kept.params).enumerate() {
-            let (a, b) = (sent.unwrap_or(0.0), kept.unwrap_or(0.0));
-            // Half a unit of degE7 for positions, a few units in the last place of a float for the rest.
-            let tolerance = if (4..6).contains(&index) { 0.5e-7 } else { 1e-6 * a.abs().max(1e-3) };
-            if (a - b).abs() > tolerance {
-                differ(Field::Param(index as u8), *sent, kept);
-            }
-        }
-    }
-    differences
 }
 
 /// Removes a plan and checks that it is gone. See [`PlanRoute`].

@@ -5,6 +5,7 @@
 //! (its DO_SET_MODE takes `MAV_MODE`); a guided target as a mission item with `current` = 2, a guided height with 3; no
 //! TIMESYNC, HOME_POSITION or MAVFTP. It either tells no AUTOPILOT_VERSION or one without the capabilities below.
 
+use vencejo_flight::plan::Keeping;
 use vencejo_proto::MavVersion;
 
 use super::Vehicle;
@@ -37,6 +38,12 @@ impl Vehicle {
             Some(false) => ItemForm::Float,
             None => ItemForm::Unknown,
         }
+    }
+
+    /// How it keeps the items that it is sent.
+    #[must_use]
+    pub fn keeping(&self) -> Keeping {
+        Keeping { is_ardupilot: self.is_ardupilot(), in_floats: self.item_form() == ItemForm::Float }
     }
 
     /// Why fences and rally points cannot go by the item protocol.

@@ -27,6 +27,7 @@ import type {
   PlanFinding,
   PlanItem,
   PlanKind,
+  PlanComparison,
   PlanOnBoard,
   RehearsalRequest,
   Separation,
@@ -95,6 +96,8 @@ export class Api extends Http {
   sendPlan = (id: number, kind: PlanKind, plan: Plan) =>
     this.json<Operation>('PUT', `/vehicles/${id}/plan/${kind}`, plan);
   planOnBoard = (id: number, kind: PlanKind) => this.json<PlanOnBoard>('GET', `/vehicles/${id}/plan/${kind}`);
+  /** How a plan differs from what is on board. */
+  comparePlan = (id: number, plan: Plan) => this.json<PlanComparison>('POST', `/vehicles/${id}/plan/compare`, plan);
   readPlan = (id: number, kind: PlanKind) => this.json<Operation>('POST', `/vehicles/${id}/plan/${kind}/read`);
   /** A person has confirmed it. */
   clearPlan = (id: number, kind: PlanKind) =>

@@ -1643,6 +1643,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/vehicles/{id}/plan/compare": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * How a plan differs from what is on board: what was added, removed and changed, by what this vehicle can keep of an item. Nothing is
+         *     asked of the vehicle.
+         */
+        post: operations["compare"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/vehicles/{id}/plan/fence": {
         parameters: {
             query?: never;
@@ -3250,6 +3270,11 @@ export interface components {
              */
             confirm_system_id: number;
         };
+        /**
+         * @description What of an item is another.
+         * @enum {string}
+         */
+        ChangedField: "command" | "place" | "height" | "parameters";
         /** @description How high above the ground the plane passes somewhere. */
         Clearance: {
             /**
@@ -6404,6 +6429,13 @@ export interface components {
              */
             value: number;
         };
+        /** @description How one part of a plan differs from the one on board. */
+        PartComparison: {
+            /** @description From what is on board to the plan; empty when the vehicle, as it keeps items, has it as it is. */
+            changes: components["schemas"]["PlanChange"][];
+            /** @description What it was compared with: the fingerprint of `PlanState`; null for nothing on board. */
+            hash: string | null;
+        };
         /** @description A plan: mission, fence and rally points. */
         Plan: {
             /** @description Items of the mission that stand for several in a `.plan` file: kept so that it is written as it was read. */
@@ -6421,6 +6453,27 @@ export interface components {
          * @enum {string}
          */
         PlanCertainty: "unknown" | "empty" | "verified";
+        /** @description One step from the list on board to the one that is edited. Numbers count from 1, home of a mission left out. */
+        PlanChange: {
+            /** @description Its number in the plan that is edited. */
+            item: number;
+            /** @enum {string} */
+            kind: "added";
+        } | {
+            /** @enum {string} */
+            kind: "removed";
+            /** @description Its number on board. */
+            on_board: number;
+        } | {
+            /** @description What is another, in this order. */
+            fields: components["schemas"]["ChangedField"][];
+            /** @description Its number in the plan that is edited. */
+            item: number;
+            /** @enum {string} */
+            kind: "changed";
+            /** @description The number of the one on board. */
+            on_board: number;
+        };
         /** @description A plan to look over. */
         PlanCheck: {
             /** @description The plan. */
@@ -6430,6 +6483,12 @@ export interface components {
              * @description The vehicle that is to fly it: its kind, its place and whether it is on the ground are taken into account.
              */
             vehicle?: number | null;
+        };
+        /** @description How a plan differs from what a vehicle has on board, part by part; a part is null while it is not known what is there. */
+        PlanComparison: {
+            fence: components["schemas"]["PartComparison"] | null;
+            mission: components["schemas"]["PartComparison"] | null;
+            rally: components["schemas"]["PartComparison"] | null;
         };
         /** @description The draft of a plan, as the server keeps it for all operators. */
         PlanDraft: {
@@ -12100,6 +12159,41 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["Param"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    compare: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description The vehicle's id */
+                id: number;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["Plan"];
+            };
+        };
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["PlanComparison"];
                 };
             };
             /** @description What was wrong and what to do */

@@ -6,14 +6,11 @@ import {
   type AreaHandle,
   type Areas,
   fenceHandles,
-  isSameFence,
-  isSameRally,
   middleOfZone,
   moveHandle,
   rallyHandles,
   removeHandle,
   sameHandle,
-  withRally,
   withReturnPoint,
 } from './area-edit';
 import { destination, distance_m } from './geo';
@@ -88,33 +85,6 @@ describe('handles', () => {
     all = removeHandle(removeHandle(all, { kind: 'return' }), { kind: 'rally', index: 0 });
     expect(all.fence.return_point).toBeNull();
     expect(all.rally).toHaveLength(1);
-  });
-});
-
-describe('comparison', () => {
-  it('knows the same areas after the wire: degE7, floats and whole metres', () => {
-    const { fence, rally } = areas();
-    expect(isSameFence(fence, structuredClone(fence))).toBe(true);
-    expect(isSameRally(rally, withRally(rally, 0, { alt_m: 80, frame: 6 }))).toBe(true);
-    const wire = structuredClone(fence);
-    wire.zones[1]!.radius_m = Math.fround(80.000001);
-    expect(isSameFence(fence, wire)).toBe(true);
-  });
-
-  it('sees what differs', () => {
-    const { fence, rally } = areas();
-    const all = areas();
-    expect(isSameFence(fence, { ...fence, return_point: null })).toBe(false);
-    expect(isSameFence(fence, { ...fence, zones: fence.zones.slice(1) })).toBe(false);
-    expect(isSameFence(fence, moveHandle(all, { kind: 'corner', zone: 0, corner: 1 }, HOME, HOME).areas.fence)).toBe(
-      false,
-    );
-    expect(isSameFence(fence, { ...fence, zones: fence.zones.map((z) => ({ ...z, inclusion: !z.inclusion })) })).toBe(
-      false,
-    );
-    expect(isSameRally(rally, withRally(rally, 0, { alt_m: 82 }))).toBe(false);
-    expect(isSameRally(rally, withRally(rally, 0, { frame: FRAME.terrain }))).toBe(false);
-    expect(isSameRally(rally, rally.slice(1))).toBe(false);
   });
 });
 

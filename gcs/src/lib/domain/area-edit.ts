@@ -4,9 +4,9 @@
  */
 
 import { destination, distance_m } from './geo';
-import { type LonLat, rounded, sameLonLat } from './lonlat';
+import { type LonLat, rounded } from './lonlat';
 import { edgesOf, inserted, middleOf, moved, shifted } from './outline';
-import { type Fence, type FenceZone, FRAME, type HeightFrame, heightFrameOfNumber, type RallyPoint } from './plan';
+import { type Fence, type FenceZone, FRAME, type HeightFrame, type RallyPoint } from './plan';
 
 export interface Areas {
   readonly fence: Fence;
@@ -213,45 +213,6 @@ export function withRally(
   change: Partial<RallyPoint>,
 ): readonly RallyPoint[] {
   return rally.map((point, at) => (at === index ? { ...point, ...change } : point));
-}
-
-/** Whether a vehicle that has the one has the other: places to a centimetre, radii and heights as they are kept. */
-export function isSameFence(a: Fence, b: Fence): boolean {
-  const [from, to] = [a.return_point, b.return_point];
-  const isSameReturn =
-    from === null || to === null
-      ? from === to
-      : sameLonLat(from, to) && Math.abs(from.alt_rel_home_m - to.alt_rel_home_m) < 0.011;
-  return (
-    isSameReturn && a.zones.length === b.zones.length && a.zones.every((zone, at) => isSameZone(zone, b.zones[at]))
-  );
-}
-
-function isSameZone(a: FenceZone, b: FenceZone | undefined): boolean {
-  return (
-    b !== undefined &&
-    a.inclusion === b.inclusion &&
-    a.shape === b.shape &&
-    a.points.length === b.points.length &&
-    // radii travel as 32-bit floats
-    Math.abs((a.radius_m ?? 0) - (b.radius_m ?? 0)) <= 1e-6 * (a.radius_m ?? 0) + 1e-3 &&
-    a.points.every((point, index) => sameLonLat(point, b.points[index] as LonLat))
-  );
-}
-
-export function isSameRally(a: readonly RallyPoint[], b: readonly RallyPoint[]): boolean {
-  return (
-    a.length === b.length &&
-    a.every((point, index) => {
-      const other = b[index] as RallyPoint;
-      return (
-        sameLonLat(point, other) &&
-        heightFrameOfNumber(point.frame) === heightFrameOfNumber(other.frame) &&
-        // ArduPilot keeps whole metres
-        Math.abs(Math.trunc(point.alt_m) - Math.trunc(other.alt_m)) < 1
-      );
-    })
-  );
 }
 
 export const isFenceEmpty = (fence: Fence): boolean => fence.zones.length === 0 && fence.return_point === null;

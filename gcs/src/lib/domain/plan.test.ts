@@ -15,7 +15,6 @@ import {
   placeOf,
   withAlt,
   withCommand,
-  withParam,
 } from './plan';
 import {
   addAt,
@@ -40,7 +39,6 @@ import {
   shiftKeys,
 } from './plan-edit';
 import { commit, historyOf, redo, seal, undo } from './history';
-import { diffMissions, isSameMission } from './plan-diff';
 import { ticks } from './profile';
 import { type End, NO_END } from './way';
 
@@ -253,51 +251,6 @@ describe('history', () => {
     for (let value = 1; value <= 500; value += 1) history = commit(history, value);
     expect(history.past).toHaveLength(200);
     expect(commit(history, history.present)).toBe(history);
-  });
-});
-
-describe('difference', () => {
-  it('finds none in what the vehicle rounds', () => {
-    const draft = planOf(circuit());
-    const vehicle = {
-      items: draft.items.map((item) =>
-        withParam(withParam(item, 6, (item.params[6] ?? 0) + 0.009), 4, item.params[4]! + 3e-8),
-      ),
-    };
-    expect(isSameMission(draft, vehicle)).toBe(true);
-    expect(diffMissions(draft.items, vehicle.items)).toEqual([]);
-  });
-
-  it('tells what was added, removed and changed, by number', () => {
-    const vehicle = planOf(circuit()).items;
-    const draft = [
-      ...vehicle.slice(0, 2),
-      makeItem('waypoint', { at: at(45, 900), alt_m: 80 }),
-      ...vehicle.slice(2, 3),
-      withParam(vehicle[3]!, 6, 99),
-      ...vehicle.slice(4, 5),
-    ];
-    const entries = diffMissions(draft, vehicle);
-    expect(entries).toMatchObject([
-      { kind: 'added', draft: 3 },
-      { kind: 'changed', draft: 5, vehicle: 4, fields: ['height'] },
-      { kind: 'removed', vehicle: 6 },
-    ]);
-  });
-
-  it('takes a landing for the same that comes back as an ArduPlane keeps it', () => {
-    const land = makeItem('land', { at: at(90, 300) });
-    expect(diffMissions([land], [withParam(land, 3, 1)])).toEqual([]);
-    expect(diffMissions([land], [withParam(land, 3, -1)])).toHaveLength(1);
-  });
-
-  it('copes with a whole mission at once', () => {
-    const many = Array.from({ length: 650 }, (_, index) =>
-      makeItem('waypoint', { at: at(index / 2, 500 + index), alt_m: 50 }),
-    );
-    expect(diffMissions(many, [])).toHaveLength(650);
-    expect(diffMissions([], many)).toHaveLength(650);
-    expect(diffMissions([...many].reverse(), many).length).toBeGreaterThan(600);
   });
 });
 

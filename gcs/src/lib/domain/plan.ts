@@ -75,6 +75,10 @@ export interface Plan {
 
 export const emptyPlan = (): Plan => ({ items: [], home: null, fence: { zones: [], return_point: null }, rally: [] });
 
+/** Items as they are sent, without what else somebody keeps of them. */
+export const plainItems = (items: readonly PlanItem[]): PlanItem[] =>
+  items.map(({ command, name, frame, params, autocontinue }) => ({ command, name, frame, params, autocontinue }));
+
 /** MAV_FRAME values that missions use. */
 export const FRAME = { amsl: 0, mission: 2, home: 3, terrain: 10 } as const;
 export type HeightFrame = 'amsl' | 'home' | 'terrain';

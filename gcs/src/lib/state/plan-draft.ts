@@ -2,8 +2,8 @@
 // `plan: PlanDraft`; drawing and editing belong to map/ and ui/plan/.
 import type { PlanItem } from '$lib/api/types';
 
-/** How the draft stands to what the selected vehicle is known to have on board. */
-export type DraftState = 'empty' | 'not-sent' | 'sending' | 'verified' | 'differs' | 'unknown';
+/** How the draft stands to what the selected vehicle is known to have on board; `uncompared` until the core has said. */
+export type DraftState = 'empty' | 'not-sent' | 'sending' | 'verified' | 'differs' | 'uncompared' | 'unknown';
 
 export interface PlanDraft {
   /** The mission's items, in order; item numbers shown to people are index + 1, as in `MissionProgress`. */

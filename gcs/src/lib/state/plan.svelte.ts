@@ -3,6 +3,7 @@ import type {
   LandingRequest,
   Operation,
   Plan as ApiPlan,
+  PlanChange,
   PlanFileFormat,
   PlanFileNote,
   PlanFinding,
@@ -11,7 +12,7 @@ import type {
   Rehearsal,
   Trip,
 } from '$lib/api/types';
-import { type Areas, isFenceEmpty, isSameFence, isSameRally } from '$lib/domain/area-edit';
+import { type Areas, isFenceEmpty } from '$lib/domain/area-edit';
 import { distance_m } from '$lib/domain/geo';
 import { commit, type History, historyOf, redo, seal, undo } from '$lib/domain/history';
 import type { LonLat } from '$lib/domain/lonlat';
@@ -26,7 +27,6 @@ import {
   type PlanItem,
   placeOf,
 } from '$lib/domain/plan';
-import { type DiffEntry, diffMissions, isSameMission } from '$lib/domain/plan-diff';
 import {
   addAt,
   type Added,
@@ -54,6 +54,7 @@ import {
 } from '$lib/domain/plan-edit';
 import { readPlan } from '$lib/domain/plan-read';
 import { type End, NO_END } from '$lib/domain/way';
+import { Comparison, type Question } from './comparison.svelte';
 import { elevation } from './maps-elevation.svelte';
 import { onBoard, PLAN_PARTS } from './on-board.svelte';
 import type { DraftState, PlanDraft } from './plan-draft';
@@ -92,6 +93,13 @@ interface LandingDrag {
   readonly items: readonly PlanItem[];
   readonly to: LonLat;
   readonly isEnd: boolean;
+}
+
+/** A step from the mission on board to the draft: the item there and here, where there is one. */
+export interface ItemChange {
+  readonly change: PlanChange;
+  readonly item: PlanItem | undefined;
+  readonly was: PlanItem | undefined;
 }
 
 interface Chosen {
@@ -170,27 +178,40 @@ class PlanStore implements PlanDraft {
     rally: onBoard.planOf('rally')?.rally ?? null,
   });
 
+  readonly #comparison = new Comparison((...asked) => api.comparePlan(...asked));
+  /** What of the draft can be compared with what; `null` while nothing is known of what is on board. */
+  #comparable = $derived.by<Question | null>(() => {
+    const vehicle = vehicles.selected;
+    const { planStates } = vehicle ?? {};
+    if (vehicle === null || !planStates || PLAN_PARTS.every((part) => planStates[part].state !== 'verified'))
+      return null;
+    const { items: mission, fence, rally } = this.draft;
+    const { hash: missionHash } = planStates.mission;
+    const [fenceHash, rallyHash] = [planStates.fence.hash, planStates.rally.hash];
+    return { vehicle: vehicle.systemId, mission, fence, rally, missionHash, fenceHash, rallyHash };
+  });
+
   /** How each part of the draft stands to the selected vehicle. */
   states = $derived.by<Readonly<Record<PlanKind, DraftState>>>(() => {
     const { fence, rally } = this.vehicleAreas;
-    const mission = this.vehiclePlan;
-    const { draft } = this;
     return {
-      mission: this.#stateOf('mission', mission && mission.items.length === 0, () => isSameMission(draft, mission!)),
-      fence: this.#stateOf('fence', fence && isFenceEmpty(fence), () => isSameFence(draft.fence, fence!)),
-      rally: this.#stateOf('rally', rally && rally.length === 0, () => isSameRally(draft.rally, rally!)),
+      mission: this.#stateOf('mission', this.vehiclePlan && this.vehiclePlan.items.length === 0),
+      fence: this.#stateOf('fence', fence && isFenceEmpty(fence)),
+      rally: this.#stateOf('rally', rally && rally.length === 0),
     };
   });
   state = $derived<DraftState>(this.states.mission);
 
   /** `isNothing`: whether nothing is on board; `null` when that is not known. */
-  #stateOf(part: PlanKind, isNothing: boolean | null, isSame: () => boolean): DraftState {
+  #stateOf(part: PlanKind, isNothing: boolean | null): DraftState {
     if (this.transfer?.kind === 'send' && this.transfer.part === part) return 'sending';
     const isEmpty = this.isEmpty(part);
     if (vehicles.selected === null) return isEmpty ? 'empty' : 'not-sent';
     if (isNothing === null) return 'unknown';
     if (isNothing) return isEmpty ? 'empty' : 'not-sent';
-    return isSame() ? 'verified' : 'differs';
+    const compared = this.#comparable && this.#comparison.of(part, this.#comparable);
+    if (compared === null) return 'uncompared';
+    return compared.changes.length === 0 ? 'verified' : 'differs';
   }
 
   /** Whether a part of the draft holds nothing. */
@@ -205,9 +226,22 @@ class PlanStore implements PlanDraft {
   );
 
   /** How the draft differs from what is on board; empty when that is not known. */
-  difference = $derived.by<readonly DiffEntry[]>(() =>
-    this.vehiclePlan === null ? [] : diffMissions(this.items, this.vehiclePlan.items),
-  );
+  difference = $derived.by<readonly ItemChange[]>(() => {
+    const compared = this.#comparable && this.#comparison.of('mission', this.#comparable);
+    if (compared === null || this.vehiclePlan === null) return [];
+    const { items } = this.vehiclePlan;
+    return compared.changes.map((change) => ({
+      change,
+      item: 'item' in change ? compared.of[change.item - 1] : undefined,
+      was: 'on_board' in change ? items[change.on_board - 1] : undefined,
+    }));
+  });
+
+  /** Asks how the draft differs; to be called when anything of it, of what is on board, or the station, is another. */
+  compare(): void {
+    if (station.isOnline) this.#comparison.ask(this.#comparable);
+    else this.#comparison.forget();
+  }
 
   get isEditing(): boolean {
     return this.#isEditing;

@@ -1,5 +1,5 @@
 import { afterEach, beforeEach, describe, expect, it, vi } from 'vitest';
-import type { LandingMove, LandingRequest, Plan, PlanState, PlanWind, Rehearsal } from '$lib/api/types';
+import type { LandingMove, LandingRequest, Plan, PlanComparison, PlanState, PlanWind, Rehearsal } from '$lib/api/types';
 import type { LonLat } from '$lib/domain/lonlat';
 import { makeItem } from '$lib/domain/plan';
 import { api, station } from './station.svelte';
@@ -53,6 +53,12 @@ function serve() {
     known: vi.fn((_id: number, _kind: string) =>
       answer({ state: state(), plan: uncertain === null ? structuredClone(onBoard) : null }),
     ),
+    /** By what is the same to the letter. */
+    compare: vi.fn((_id: number, draft: Plan): Promise<PlanComparison> => {
+      const isSame = JSON.stringify(draft.items) === JSON.stringify(onBoard.items);
+      const changes = isSame ? [] : [{ kind: 'changed' as const, item: 1, on_board: 1, fields: ['height' as const] }];
+      return answer({ mission: { hash: state().hash, changes }, fence: null, rally: null });
+    }),
     /** A circle down, and the landing. */
     design: vi.fn(({ at = null }: LandingRequest) => answer(landingAt(at))),
     /** The whole landing at the place that a part of it was moved to. */
@@ -67,6 +73,7 @@ function serve() {
     sendPlan: spies.send,
     readPlan: spies.read,
     planOnBoard: spies.known,
+    comparePlan: spies.compare,
     clearPlan: spies.clear,
     designLanding: spies.design,
     moveLanding: spies.move,
@@ -90,7 +97,13 @@ describe('the plan store', () => {
     vehicles.select(1);
     plan.clear();
     plan.problem = null;
+    station.socketState = 'open';
   });
+  /** As the page does when anything is another. */
+  const compared = async () => {
+    plan.compare();
+    await vi.advanceTimersByTimeAsync(100);
+  };
   afterEach(() => vi.useRealTimers());
 
   it('says verified only after the vehicle has it, and differs after the next edit', async () => {
@@ -99,12 +112,19 @@ describe('the plan store', () => {
     await plan.send();
     expect(plan.problem).toBeNull();
     expect(server.send).toHaveBeenCalledOnce();
+    expect(plan.state).toBe('uncompared');
+    await compared();
     expect(plan.state).toBe('verified');
     plan.setAlt(new Set(plan.items.map((item) => item.key)), 123);
+    expect(plan.state).toBe('uncompared');
+    await compared();
     expect(plan.state).toBe('differs');
-    expect(plan.difference).toMatchObject([{ kind: 'changed', draft: 1, fields: ['height'] }]);
+    expect(plan.difference).toMatchObject([{ change: { kind: 'changed', item: 1 }, was: { params: { 6: 80 } } }]);
+    expect(plan.difference[0]?.item?.params[6]).toBe(123);
     plan.undo();
+    await compared();
     expect(plan.state).toBe('verified');
+    expect(server.compare.mock.lastCall?.[1].items[0]).not.toHaveProperty('key');
   });
 
   it('takes nothing for known that another station may have changed', async () => {
@@ -134,6 +154,7 @@ describe('the plan store', () => {
     expect(server.read).not.toHaveBeenCalled();
     expect(plan.vehiclePlan?.items).toHaveLength(2);
     expect(plan.items).toHaveLength(1);
+    await compared();
     expect(plan.state).toBe('differs');
   });
 
@@ -229,6 +250,7 @@ describe('the plan store', () => {
     server.byOthers([makeItem('takeoff', { at: AT, alt_m: 50 }), makeItem('return_to_launch')]);
     await plan.read();
     expect(plan.items).toHaveLength(2);
+    await compared();
     expect(plan.state).toBe('verified');
     plan.undo();
     expect(plan.items).toHaveLength(1);

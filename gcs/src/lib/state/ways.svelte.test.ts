@@ -2,7 +2,7 @@ import { expect, it, vi } from 'vitest';
 import type { Plan, Way } from '$lib/api/types';
 import { makeItem } from '$lib/domain/plan';
 import { PLANE_ROUTE } from '$lib/domain/way';
-import { Asker, type Question } from './ways.svelte';
+import { type Question, wayAsker } from './ways.svelte';
 
 const HOME = { lat_deg: 40.3332, lon_deg: -3.7978, alt_amsl_m: 690 };
 const PROFILE = { points: [], loiters: [], length_m: 0, ground: null };
@@ -21,7 +21,7 @@ const question = (count: number): Question => ({
 it('asks one question at a time, and of those that come meanwhile the last', async () => {
   const asked: { plan: Plan; vehicle?: number; answer: (way: Way) => void; fail: () => void }[] = [];
   const shown: (number | undefined)[] = [];
-  const asker = new Asker(
+  const asker = wayAsker(
     (plan, vehicle) =>
       new Promise((answer, fail) => asked.push({ plan, ...(vehicle !== undefined && { vehicle }), answer, fail })),
     () => shown.push(asker.answer?.items.length),
@@ -48,7 +48,7 @@ it('asks one question at a time, and of those that come meanwhile the last', asy
     asker.ask(one);
     expect(asked).toHaveLength(4);
   });
-  asker.ask(question(0));
+  asker.ask(null);
   expect(asker.answer).toBeNull();
   asked[3]?.answer(WAY);
   await Promise.resolve();
@@ -58,7 +58,7 @@ it('asks one question at a time, and of those that come meanwhile the last', asy
 it('asks again while ground is on its way, and of what is asked by then', async () => {
   vi.useFakeTimers();
   const asked: Plan[] = [];
-  const asker = new Asker((plan) => {
+  const asker = wayAsker((plan) => {
     asked.push(plan);
     return Promise.resolve({ ...WAY, is_ground_pending: asked.length < 3 });
   });

@@ -1,7 +1,8 @@
 // The ways and heights of the plan that is edited and of the one on board, as the core lays them out.
-import { emptyPlan, type Home, type Plan, type PlanItem } from '$lib/domain/plan';
+import { emptyPlan, plainItems, type Home, type Plan, type PlanItem } from '$lib/domain/plan';
 import { NO_PROFILE, type ProfileGround } from '$lib/domain/profile';
 import { endOf, type RouteOptions, type ToldWay, type Way, type WayAnswer, wayOf } from '$lib/domain/way';
+import { Asker } from './asker.svelte';
 import { elevation } from './maps-elevation.svelte';
 import { plan } from './plan.svelte';
 import { api, station } from './station.svelte';
@@ -30,74 +31,22 @@ const APART_MS = 10;
 /** After that the core is asked again about ground that it did not know yet. */
 const GROUND_AGAIN_MS = 700;
 
-/** Asks about one plan: one question at a time, and of those that come meanwhile the last. */
-export class Asker {
-  readonly #tell: Tell;
-  readonly #onAnswer: (answer: WayAnswer) => void;
-  answer = $state.raw<WayAnswer | null>(null);
-  #asked: Question | null = null;
-  #next: Question | null = null;
-  #isAsking = false;
-  #again: ReturnType<typeof setTimeout> | undefined;
-
-  /** `onAnswer` is called with each answer, before anything that is drawn from it. */
-  constructor(tell: Tell, onAnswer: (answer: WayAnswer) => void = () => undefined) {
-    this.#tell = tell;
-    this.#onAnswer = onAnswer;
-  }
-
-  ask(question: Question | null): void {
-    if (question === null || question.items.length === 0) {
-      [this.answer, this.#asked, this.#next] = [null, null, null];
-      return;
-    }
-    if (this.#asked !== null && isSame(this.#asked, question)) return;
-    this.#asked = question;
-    this.#askNow();
-  }
-
-  #askNow(): void {
-    clearTimeout(this.#again);
-    this.#next = this.#asked;
-    if (this.#next !== null && !this.#isAsking) void this.#work();
-  }
-
-  /** Lets the same question be asked again. */
-  forget(): void {
-    this.#asked = null;
-  }
-
-  async #work(): Promise<void> {
-    this.#isAsking = true;
-    try {
-      while (this.#next !== null) {
-        const { items, home, vehicle, clearance_m } = this.#next;
-        this.#next = null;
-        const asked_ms = performance.now();
-        const asked = items.map(({ command, name, frame, params, autocontinue }) => {
-          return { command, name, frame, params, autocontinue };
-        });
-        const way = await this.#tell({ ...emptyPlan(), items: asked, home }, vehicle, clearance_m);
-        if (this.#asked !== null) this.#onAnswer((this.answer = { items, home, way }));
-        clearTimeout(this.#again);
-        if (way.is_ground_pending) this.#again = setTimeout(() => this.#askNow(), GROUND_AGAIN_MS);
-        const early_ms = asked_ms + APART_MS - performance.now();
-        if (early_ms > 0) await new Promise((done) => setTimeout(done, early_ms));
-      }
-    } catch {
-      // straight lines, until the plan is another one or the station is back
-      this.forget();
-    } finally {
-      this.#isAsking = false;
-    }
-  }
-}
-
-const isSame = (a: Question, b: Question): boolean =>
-  (Object.keys(a) as (keyof Question)[]).every((key) => a[key] === b[key]);
+/** Asks for the way of one plan. */
+export const wayAsker = (tell: Tell, onAnswer: (answer: WayAnswer) => void = () => undefined) =>
+  new Asker(
+    async ({ items, home, vehicle, clearance_m }: Question): Promise<WayAnswer> => {
+      const plan = { ...emptyPlan(), items: plainItems(items), home };
+      return { items, home, way: await tell(plan, vehicle, clearance_m) };
+    },
+    {
+      apart_ms: APART_MS,
+      onAnswer,
+      again_ms: ({ way }) => ('is_ground_pending' in way && way.is_ground_pending ? GROUND_AGAIN_MS : null),
+    },
+  );
 
 class Ways {
-  readonly #ofDraft = new Asker(
+  readonly #ofDraft = wayAsker(
     (...asked) => station.way(...asked),
     (answer) => {
       // of what was edited meanwhile it is told in a moment
@@ -107,7 +56,7 @@ class Ways {
   );
   readonly #listeners = new Set<() => void>();
   /** Which changes seldom, and takes no draft's turn. */
-  readonly #ofBoard = new Asker((...asked) => api.way(...asked));
+  readonly #ofBoard = wayAsker((...asked) => api.way(...asked));
   #boardItems = $derived(plan.vehiclePlan?.items ?? []);
 
   /** The way of the plan that is edited. */
@@ -148,8 +97,8 @@ class Ways {
       this.#ofBoard.forget();
       return;
     }
-    this.#ofDraft.ask({ ...common, items: draft });
-    this.#ofBoard.ask({ ...common, items: board });
+    this.#ofDraft.ask(draft.length === 0 ? null : { ...common, items: draft });
+    this.#ofBoard.ask(board.length === 0 ? null : { ...common, items: board });
   }
 }
 

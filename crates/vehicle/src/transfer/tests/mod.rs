@@ -55,5 +55,11 @@ fn has(stored: &[MissionItemInt], sent: &[MissionItemInt]) -> bool {
     let parse = |items: &[MissionItemInt]| -> Vec<_> {
         items.iter().map(|item| MissionItem::from_wire(item).expect("an item")).collect()
     };
-    vencejo_flight::plan::plans_equal_as_stored(&parse(sent), &parse(stored), PlanKind::Mission).is_ok()
+    vencejo_flight::plan::plans_equal_as_stored(
+        &parse(sent),
+        &parse(stored),
+        PlanKind::Mission,
+        vencejo_flight::plan::Keeping::ARDUPILOT,
+    )
+    .is_ok()
 }

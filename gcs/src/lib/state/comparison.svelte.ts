@@ -1,0 +1,89 @@
+// How the plan that is edited stands to what a vehicle has on board, as the core compares them.
+import type { Plan, PlanChange, PlanComparison, PlanKind } from '$lib/api/types';
+import { emptyPlan, plainItems, type Fence, type PlanItem, type RallyPoint } from '$lib/domain/plan';
+import { Asker } from './asker.svelte';
+
+/** What is to be compared; the parts of a plan are the same objects until somebody edits them. */
+export interface Question {
+  readonly vehicle: number;
+  readonly mission: readonly PlanItem[];
+  readonly fence: Fence;
+  readonly rally: readonly RallyPoint[];
+  /** By which fingerprint it is known what is on board; `null` where it is not, or nothing is there. */
+  readonly missionHash: string | null;
+  readonly fenceHash: string | null;
+  readonly rallyHash: string | null;
+}
+
+interface Answer {
+  readonly question: Question;
+  /** `null`: the server compared nothing. */
+  readonly told: PlanComparison | null;
+}
+
+/** How a part differs from the one on board. */
+export interface Differing<Part extends PlanKind> {
+  readonly changes: readonly PlanChange[];
+  /** The part that was compared. */
+  readonly of: Question[Part];
+}
+
+/** Questions follow each other by so much at least: nobody reads a list of differences faster. */
+const APART_MS = 100;
+/** What differed stands for so long without a newer answer, while the plan is edited on. */
+const LATE_MS = 200;
+/** After that a server is asked again that did not answer. */
+const AGAIN_MS = 2000;
+
+/** Asks after edits, and knows what its answer is about. */
+export class Comparison {
+  readonly #asker: Asker<Question, Answer>;
+  #asked: Question | null = null;
+  #isLate = $state(false);
+  #timer: ReturnType<typeof setTimeout> | undefined;
+
+  constructor(compare: (vehicle: number, plan: Plan) => Promise<PlanComparison>) {
+    const tell = async (question: Question): Promise<Answer> => {
+      const { vehicle, mission, fence, rally } = question;
+      const plan = { ...emptyPlan(), items: plainItems(mission), fence, rally: [...rally] };
+      // what was not compared is not known
+      return { question, told: await compare(vehicle, plan).catch(() => null) };
+    };
+    this.#asker = new Asker(tell, {
+      apart_ms: APART_MS,
+      onAnswer: ({ question }) => this.#onAnswer(question),
+      again_ms: ({ told }) => (told === null ? AGAIN_MS : null),
+    });
+  }
+
+  /** Asks; `null`: there is nothing to compare. */
+  ask(question: Question | null): void {
+    if (this.#asker.ask(question)) this.#timer ??= setTimeout(() => (this.#isLate = true), LATE_MS);
+    this.#asked = question;
+  }
+
+  /** Lets the same be asked again, of a server that was away. */
+  forget(): void {
+    this.#asker.forget();
+  }
+
+  #onAnswer(question: Question): void {
+    clearTimeout(this.#timer);
+    this.#isLate = false;
+    this.#timer = question === this.#asked ? undefined : setTimeout(() => (this.#isLate = true), LATE_MS);
+  }
+
+  /**
+   * How a part as it is `now` differs from the one on board; `null` while that is not known. That it is the same is told of nothing
+   * that was edited since; that it differs, for a moment. Reactive.
+   */
+  of<Part extends PlanKind>(part: Part, now: Question): Differing<Part> | null {
+    const { question, told } = this.#asker.answer ?? { question: null, told: null };
+    const compared = told?.[part] ?? null;
+    if (question === null || compared === null) return null;
+    const isSameBoard = question.vehicle === now.vehicle && compared.hash === now[`${part}Hash`];
+    const isAsNow = question[part] === now[part];
+    if (!isSameBoard || (!isAsNow && (this.#isLate || compared.changes.length === 0))) return null;
+    return { changes: compared.changes, of: question[part] };
+  }
+}
