@@ -273,7 +273,7 @@ def test_one_thing_is_asked_for_by_its_name(parked_plane: str) -> None:
         (("warp", "factor=9"), "there is no warp: one of arm, disarm, mode, takeoff,"),
         (("speed", "kind=airspeed"), "speed_m_s is missing (m/s, 0.1 to 200)"),
         (("speed", "kind=airspeed", "speed_m_s=9", "speed_m_s=99"), "speed_m_s is given twice"),
-        (("speed", "kind=airspeed", "speed_m_s=fast"), 'speed_m_s is "fast": a number (m/s, 0.1 to 200)'),
+        (("speed", "kind=airspeed", "speed_m_s=fast"), 'speed_m_s is "fast", should be a number (m/s, 0.1 to 200)'),
         (("speed", "kind=airspeed", "speed_m_s=NaN"), "speed_m_s is NaN: 0.1 to 200 m/s"),
         (("home", "lat_deg=40.3"), "lon_deg is missing: home is lat_deg, lon_deg and alt_amsl_m, or none"),
         (("mission/current", "item=0"), "counted from 1"),

@@ -223,14 +223,14 @@ mod tests {
 
     use super::*;
     use crate::dto::Plan;
-    use crate::dto::message::{MessageRate, RawCommandLong};
+    use crate::dto::message::{MessageField, MessageRate, RawCommandLong};
 
     #[test]
     fn a_list_is_no_object_at_any_depth() {
         assert!(serde_json::from_str::<Plan>("[]").is_ok(), "what serde makes of it");
         for text in ["[]", "[[]]", "7", "\"\"", "null", r#"{"fence": [[]]}"#, r#"{"home": [40.0, -3.0, 600.0]}"#] {
             let error = read::<Plan>(text).expect_err(text);
-            assert!(error.ends_with(": an object"), "{text}: {error}");
+            assert!(error.ends_with(", should be an object"), "{text}: {error}");
         }
         assert!(read::<Plan>(r#"{"items": [[16, 3, [0, 0, 0, 0, 40, -3, 100], true]]}"#).is_err());
         assert!(
@@ -255,24 +255,39 @@ mod tests {
         for (text, says) in [
             (r#"{"itmes": []}"#, "there is no itmes; taken are items, home, fence, rally, complex_items"),
             (r#"{"items": [{"command": 16, "frame": 3}]}"#, "items[0].params is missing"),
-            (r#"{"items": [{"command": 16, "frame": 300}]}"#, "items[0].frame is 300: a whole number (0 to 255)"),
+            (
+                r#"{"items": [{"command": 16, "frame": 300}]}"#,
+                "items[0].frame is 300, should be a whole number (0 to 255)",
+            ),
             (
                 r#"{"items": [{"command": 16, "frame": 3, "params": [1]}]}"#,
-                "items[0].params is a list of 1: a list of 7",
+                "items[0].params is a list of 1, should be a list of 7",
             ),
             (
                 r#"{"home": {"lat_deg": "N", "lon_deg": 1, "alt_amsl_m": 2}}"#,
-                r#"home.lat_deg is "N": a number (degrees)"#,
+                r#"home.lat_deg is "N", should be a number (degrees)"#,
             ),
             (r#"{"home": {"lat_deg": 1, "lon_deg": 1}}"#, "home.alt_amsl_m is missing (metres)"),
             (r#"{"home": {"lat_deg": 1, "lat_deg": 1}}"#, "home.lat_deg is given twice"),
-            (r#"{"home": 7}"#, "home is 7: an object"),
-            ("[]", "what was given is a list: an object"),
+            (r#"{"home": 7}"#, "home is 7, should be an object"),
+            ("[]", "what was given is a list, should be an object"),
         ] {
             assert_eq!(read::<Plan>(text), Err(says.to_owned()), "{text}");
         }
         let rate = |text: &str| read::<MessageRate>(text).map(|rate| rate.rate_hz);
         assert_eq!(rate("{}"), Err("rate_hz is missing (Hz)".to_owned()));
         assert_eq!(rate(r#"{"rate_hz": null}"#), Ok(None));
+        let command = |text: &str| read::<RawCommandLong>(text).map(|raw| raw.command);
+        let says = |given: &str| Err(format!("command is {given}, should be the name of a command or its number"));
+        for (text, given) in [("true", "true"), ("70000", "70000"), ("[]", "a list"), ("null", "null")] {
+            assert_eq!(command(&format!(r#"{{"command": {text}}}"#)), says(given));
+        }
+        let field = |text: &str| read::<MessageField>(text);
+        assert_eq!(
+            field("{}"),
+            Err("what was given is an object, should be a number, a list of numbers or a text".to_owned())
+        );
+        assert!(matches!(field("[1, null]"), Ok(MessageField::Numbers(numbers)) if numbers.len() == 2));
+        assert!(field("[true]").is_err());
     }
 }

@@ -2,9 +2,13 @@
 
 use std::str::FromStr;
 
+#[cfg(feature = "describe")]
+use serde::de::{Deserialize, Deserializer};
 use vencejo_proto::{FieldError, message_id_of};
 
 use crate::error::VehicleError;
+#[cfg(feature = "describe")]
+use crate::several::Kinds;
 
 /// Slowest rate of any message, Hz: its interval fits a whole number of 32 bits of microseconds, as which ArduPilot takes it.
 pub const SLOWEST_HZ: f64 = 0.0005;
@@ -13,16 +17,21 @@ pub const MAX_RATE_HZ: f64 = 50.0;
 
 /// A flight mode as a caller names it.
 #[derive(Debug, Clone, PartialEq, Eq)]
-#[cfg_attr(
-    feature = "describe",
-    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
-    serde(untagged, expecting = "a mode is given by its name or its number")
-)]
+#[cfg_attr(feature = "describe", derive(serde::Serialize, utoipa::ToSchema), serde(untagged))]
 pub enum ModeChoice {
     /// By the number of HEARTBEAT's `custom_mode`.
     Custom(u32),
     /// By name: `"AUTO"`, `"fbwa"`, `"Avoid ADSB"`, `"mode 42"`.
     Name(String),
+}
+
+#[cfg(feature = "describe")]
+impl<'de> Deserialize<'de> for ModeChoice {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let text = |name: &str| Some(Self::Name(name.to_owned()));
+        Kinds { expected: "the name of a mode or its number", number: Self::Custom, text, list: None }
+            .read(deserializer)
+    }
 }
 
 /// What a height in a request is counted from.
@@ -97,13 +106,22 @@ impl FromStr for MessageId {
 
 /// A message of MAVLink: its name in the dialect, or its number.
 #[cfg(feature = "describe")]
-#[derive(serde::Deserialize, utoipa::ToSchema)]
-#[serde(untagged, expecting = "a message is given by its name or its number")]
+#[derive(utoipa::ToSchema)]
+#[serde(untagged)]
 pub enum MessageChoice {
     /// Its number.
     Number(u32),
     /// Its name, such as `"ATTITUDE"`.
     Name(String),
+}
+
+#[cfg(feature = "describe")]
+impl<'de> Deserialize<'de> for MessageChoice {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let text = |name: &str| Some(Self::Name(name.to_owned()));
+        let expected = "the name of a message or its number";
+        Kinds { expected, number: Self::Number, text, list: None }.read(deserializer)
+    }
 }
 
 #[cfg(feature = "describe")]
@@ -163,8 +181,8 @@ impl MessageRate {
 
 /// A rate: messages per second, 0.0005 to 50, of which 0 stands for the vehicle's own rate; or a word.
 #[cfg(feature = "describe")]
-#[derive(Clone, serde::Serialize, serde::Deserialize, utoipa::ToSchema)]
-#[serde(untagged, expecting = "a rate is a number (messages per second), \"default\" or \"stop\"")]
+#[derive(Clone, serde::Serialize, utoipa::ToSchema)]
+#[serde(untagged)]
 pub enum RateChoice {
     /// Messages per second.
     Number(f64),
@@ -172,9 +190,22 @@ pub enum RateChoice {
     Word(RateWord),
 }
 
+#[cfg(feature = "describe")]
+impl<'de> Deserialize<'de> for RateChoice {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let text = |word: &str| match word {
+            "default" => Some(Self::Word(RateWord::Default)),
+            "stop" => Some(Self::Word(RateWord::Stop)),
+            _ => None,
+        };
+        let expected = "a number (messages per second), \"default\" or \"stop\"";
+        Kinds { expected, number: Self::Number, text, list: None }.read(deserializer)
+    }
+}
+
 /// A rate that is no number.
 #[cfg(feature = "describe")]
-#[derive(Clone, Copy, serde::Serialize, serde::Deserialize, utoipa::ToSchema)]
+#[derive(Clone, Copy, serde::Serialize, utoipa::ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum RateWord {
     /// The vehicle's own.

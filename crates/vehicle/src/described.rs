@@ -203,14 +203,14 @@ mod tests {
         };
         let rate = |message: Value, rate_hz: Value| json!({"message": message, "rate_hz": rate_hz});
         for (name, values, says) in [
-            ("arm", json!({"force": 1}), "force is 1: true or false"),
+            ("arm", json!({"force": 1}), "force is 1, should be true or false"),
             ("arm", json!({"froce": true}), "there is no froce; taken are force"),
-            ("goto", goto("alt_m", json!("high")), r#"alt_m is "high": a number (metres, -1000 to 100000)"#),
-            ("goto", goto("alt_m", json!([])), "alt_m is a list: a number (metres, -1000 to 100000)"),
-            ("goto", goto("lon_deg", json!({})), "lon_deg is an object: a number (degrees, -180 to 180)"),
-            ("goto", goto("radius_m", json!(true)), "radius_m is true: a number (metres, 1 to 30000)"),
-            ("goto", goto("alt_frame", json!("sea")), r#"alt_frame is "sea": one of amsl, home, terrain"#),
-            ("goto", goto("alt_frame", json!(3)), "alt_frame is 3: a text (amsl, home, terrain)"),
+            ("goto", goto("alt_m", json!("high")), r#"alt_m is "high", should be a number (metres, -1000 to 100000)"#),
+            ("goto", goto("alt_m", json!([])), "alt_m is a list, should be a number (metres, -1000 to 100000)"),
+            ("goto", goto("lon_deg", json!({})), "lon_deg is an object, should be a number (degrees, -180 to 180)"),
+            ("goto", goto("radius_m", json!(true)), "radius_m is true, should be a number (metres, 1 to 30000)"),
+            ("goto", goto("alt_frame", json!("sea")), r#"alt_frame is "sea", should be one of amsl, home, terrain"#),
+            ("goto", goto("alt_frame", json!(3)), "alt_frame is 3, should be a text (amsl, home, terrain)"),
             (
                 "goto",
                 goto("kind", json!(3)),
@@ -218,24 +218,36 @@ mod tests {
             ),
             ("speed", json!({"kind": "airspeed"}), "speed_m_s is missing (m/s, 0.1 to 200)"),
             ("speed", json!({"speed_m_s": 14}), "kind is missing (airspeed, groundspeed)"),
-            ("speed", json!({"kind": "light", "speed_m_s": 3e8}), r#"kind is "light": airspeed or groundspeed"#),
-            ("course", json!({"course_deg": "N"}), r#"course_deg is "N": a number (degrees, 0 to below 360)"#),
-            ("mission/start", json!({"from_item": -1}), "from_item is -1: a whole number (1 to 65534)"),
-            ("mission/current", json!({"item": 1.5}), "item is 1.5: a whole number (1 to 65534)"),
-            ("mode", json!({"mode": 1.5}), "mode: a mode is given by its name or its number"),
+            (
+                "speed",
+                json!({"kind": "light", "speed_m_s": 3e8}),
+                r#"kind is "light", should be airspeed or groundspeed"#,
+            ),
+            (
+                "course",
+                json!({"course_deg": "N"}),
+                r#"course_deg is "N", should be a number (degrees, 0 to below 360)"#,
+            ),
+            ("mission/start", json!({"from_item": -1}), "from_item is -1, should be a whole number (1 to 65534)"),
+            ("mission/current", json!({"item": 1.5}), "item is 1.5, should be a whole number (1 to 65534)"),
+            ("mode", json!({"mode": 1.5}), "mode is 1.5, should be the name of a mode or its number"),
             ("land", json!({"alt_m": 30}), "there is no alt_m; no values are taken"),
-            ("texts", json!({"text": 5}), "text is 5: a text"),
+            ("texts", json!({"text": 5}), "text is 5, should be a text"),
             ("param-list", json!({}), "there is no param-list: one of arm, disarm, mode,"),
             (
                 "set-message-rate",
                 rate(json!("ATTITUDES"), json!(1)),
                 "message: 'ATTITUDES' is no message of the dialect",
             ),
-            ("set-message-rate", rate(json!(1.5), json!(1)), "message: a message is given by its name or its number"),
+            (
+                "set-message-rate",
+                rate(json!(1.5), json!(1)),
+                "message is 1.5, should be the name of a message or its number",
+            ),
             (
                 "set-message-rate",
                 rate(json!(30), json!("fast")),
-                r#"rate_hz: a rate is a number (messages per second), "default" or "stop""#,
+                r#"rate_hz is "fast", should be a number (messages per second), "default" or "stop""#,
             ),
         ] {
             let error = read(name, values).expect_err(name);

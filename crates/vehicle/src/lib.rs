@@ -91,6 +91,8 @@ mod reach;
 mod refusal;
 pub mod registry;
 mod request;
+#[cfg(feature = "describe")]
+pub mod several;
 pub mod signing;
 mod sources;
 pub mod streams;

@@ -1,5 +1,6 @@
 //! What is wrong with values that somebody gave, in our words. Serde tells it in texts of its own, which name types of Rust; their phrases
-//! (`serde::de::Error`) are taken apart here, once for every door.
+//! (`serde::de::Error`) are taken apart here, once for every door. Where a value may be of one of several kinds serde does not tell
+//! what was given: `several.rs` does.
 
 /// What stands for all that was given, which has no name.
 const ALL: &str = "what was given";
@@ -21,7 +22,7 @@ pub fn in_words(path: &str, said: &str, takes: impl Fn(&str) -> Option<String>) 
     {
         let (kind, range) = as_taken(expected);
         let taken = takes(last).or(range).map(|taken| format!(" ({taken})")).unwrap_or_default();
-        return format!("{named} is {}: {kind}{taken}", as_given(given));
+        return format!("{named} is {}, should be {kind}{taken}", as_given(given));
     }
     if after("missing field ").is_some() {
         let taken = takes(quoted).map(|taken| format!(" ({taken})")).unwrap_or_default();
@@ -43,7 +44,7 @@ pub fn in_words(path: &str, said: &str, takes: impl Fn(&str) -> Option<String>) 
         return if path.is_empty() {
             format!("there is no {quoted}: {choices}")
         } else {
-            format!("{path} is \"{quoted}\": {choices}")
+            format!("{path} is \"{quoted}\", should be {choices}")
         };
     }
     // Of serde_json, where a word out of some is taken, and of Rust's own readers of texts.

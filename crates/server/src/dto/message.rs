@@ -2,19 +2,28 @@
 
 use std::collections::BTreeMap;
 
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 use utoipa::ToSchema;
 use vencejo_proto::FieldValue;
 use vencejo_vehicle::RateChoice;
+use vencejo_vehicle::several::Kinds;
 
 /// A command of MAVLink: its number, or its name with or without `MAV_CMD_`.
-#[derive(Debug, Clone, PartialEq, Eq, Deserialize, ToSchema)]
-#[serde(untagged, expecting = "a command is given by its name or its number")]
+#[derive(Debug, Clone, PartialEq, Eq, ToSchema)]
+#[serde(untagged)]
 pub enum CommandChoice {
     /// Its number.
     Number(u16),
     /// Its name.
     Name(String),
+}
+
+impl<'de> Deserialize<'de> for CommandChoice {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let text = |name: &str| Some(Self::Name(name.to_owned()));
+        let expected = "the name of a command or its number";
+        Kinds { expected, number: Self::Number, text, list: None }.read(deserializer)
+    }
 }
 
 /// A COMMAND_LONG.
@@ -60,8 +69,8 @@ pub struct Acknowledged {
 }
 
 /// The value of a field, 64-bit numbers without loss. [`MessageFieldShape`] describes it.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(untagged, expecting = "a field is a number, a list of numbers or a text")]
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(untagged)]
 pub enum MessageField {
     /// A number.
     Number(serde_json::Number),
@@ -69,6 +78,14 @@ pub enum MessageField {
     Numbers(Vec<Option<serde_json::Number>>),
     /// A text.
     Text(String),
+}
+
+impl<'de> Deserialize<'de> for MessageField {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let text = |text: &str| Some(Self::Text(text.to_owned()));
+        let expected = "a number, a list of numbers or a text";
+        Kinds { expected, number: Self::Number, text, list: Some(Self::Numbers) }.read(deserializer)
+    }
 }
 
 /// The value of a field; null in place of NaN.
