@@ -12,7 +12,9 @@ use vencejo_link::{self as link, LinkStats};
 use vencejo_proto::{Frame, MonoTime, decode_fields, message_name};
 use vencejo_station::{Station, VehicleHandle};
 use vencejo_vehicle::modes::ModeFamily;
-use vencejo_vehicle::telemetry::{LOST_AFTER, STALE_AFTER, TelemetryGroups};
+use vencejo_vehicle::telemetry::{
+    BATTERY_CRITICAL_PCT, BATTERY_LOW_PCT, LOSS_HIGH_PCT, LOSS_NOTABLE_PCT, LOST_AFTER, STALE_AFTER, TelemetryGroups,
+};
 use vencejo_vehicle::{self as vehicle, Reply};
 
 use crate::dto;
@@ -568,6 +570,23 @@ pub(crate) fn ages() -> serde_json::Value {
     serde_json::json!({"stale_s": STALE_AFTER.as_secs_f64(), "lost_s": LOST_AFTER.as_secs_f64()})
 }
 
+/// What each `GPS_FIX_TYPE` is worth.
+pub(crate) fn gps_fixes() -> serde_json::Value {
+    let row = |number| {
+        let fix = vehicle::telemetry::GpsFix(number);
+        (number.to_string(), serde_json::json!({"name": fix.name(), "is_3d": fix.is_3d()}))
+    };
+    serde_json::Value::Object(vehicle::telemetry::GpsFix::KNOWN.map(row).collect())
+}
+
+/// From when on a value wants somebody's attention.
+pub(crate) fn attention() -> serde_json::Value {
+    serde_json::json!({
+        "battery_low_pct": BATTERY_LOW_PCT, "battery_critical_pct": BATTERY_CRITICAL_PCT,
+        "loss_notable_pct": LOSS_NOTABLE_PCT, "loss_high_pct": LOSS_HIGH_PCT,
+    })
+}
+
 /// The table of commands.
 pub(crate) fn commands() -> Vec<dto::CommandInfo> {
     core::command::COMMANDS.iter().map(command_info).collect()
@@ -602,6 +621,7 @@ fn command_info(info: &core::CommandInfo) -> dto::CommandInfo {
                 min: param.min,
                 max: param.max,
                 default: param.default,
+                choices: param.choices,
             })
             .collect(),
     }

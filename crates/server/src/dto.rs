@@ -36,12 +36,12 @@ pub use link::{LinkFault, LinkInfo, LinkState, NewLink};
 pub use message::RawMessage;
 pub use operation::{Operation, OperationKind, OperationResult, OperationState};
 pub use plan::{
-    Assessment, BatteryLeft, Beginning, Corridor, Decision, EndingCount, ExpectedTrack, Fence, FenceZone, FindingFix,
-    FlightNow, FrameChange, Landing, LandingAlternative, LandingCaution, LandingMove, LandingReasonText,
+    Assessment, BatteryLeft, Beginning, Corridor, CountedItems, Decision, EndingCount, ExpectedTrack, Fence, FenceZone,
+    FindingFix, FlightNow, FrameChange, Landing, LandingAlternative, LandingCaution, LandingMove, LandingReasonText,
     LandingRequest, LatLon, LearnedPlane, Outlook, PartComparison, Plan, PlanCertainty, PlanCheck, PlanComparison,
     PlanFormat, PlanItem, PlanKind, PlanOnBoard, PlanState, PlanStates, PlanUncertainty, PlaneProfile, RallyPoint,
     Rehearsal, RehearsalRequest, RehearsedFlight, RehearsedPassage, RehearsedTrack, ReturnPoint, Runway, Spread,
-    SpreadRequest, VehicleProfile, Way, WayRequest, WhatIf, WhatIfRequest, WhatIfs, ZoneShape,
+    SpreadRequest, Unconverted, VehicleProfile, Way, WayRequest, WhatIf, WhatIfRequest, WhatIfs, ZoneShape,
 };
 pub use session::{NewSession, Role, SessionInfo};
 pub use signing::{ChangeSigning, SigningAct, SigningInfo};

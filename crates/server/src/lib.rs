@@ -80,13 +80,15 @@ pub use tokens::Tokens;
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");
 
 /// What the page has of the core without asking, as `gcs/src/lib/domain/core.json` holds it: an ArduPlane as it comes, the kinds of
-/// vehicles, how old a value may be, and the table of mission commands.
+/// vehicles, how old a value may be, what a GPS fix is worth, from when on a value wants attention, and the table of mission commands.
 pub fn core_facts() -> String {
     let (plane, kinds, ages) = (convert::usual_plane(), convert::vehicle_kinds(), convert::ages());
+    let (fixes, attention) = (convert::gps_fixes(), convert::attention());
     let row = |info| serde_json::to_string(&info).expect("invariant: a command is JSON");
     let rows: Vec<String> = convert::commands().into_iter().map(row).collect();
     format!(
-        "{{\n\"plane\": {plane},\n\"kinds\": {kinds},\n\"ages\": {ages},\n\"commands\": [\n{}\n]\n}}\n",
+        "{{\n\"plane\": {plane},\n\"kinds\": {kinds},\n\"ages\": {ages},\n\"fixes\": {fixes},\n\"attention\": {attention},\n\
+         \"commands\": [\n{}\n]\n}}\n",
         rows.join(",\n")
     )
 }

@@ -597,6 +597,12 @@ async fn landings_to_choose_from_and_one_that_is_moved_are_the_cores() {
     let home = json!({"lat_deg": 40.3332, "lon_deg": -3.7978, "alt_amsl_m": 690.0});
     let counted = json!({"plan": {"items": items, "home": home}, "frame": "amsl"});
     let counted = server.ask("POST", "/plan/frame", None, Some(counted)).await.json();
+    assert_eq!(counted["unconverted"], json!([]));
+    let homeless = json!({"plan": {"items": items}, "frame": "amsl", "vehicle": 77});
+    let homeless = server.ask("POST", "/plan/frame", None, Some(homeless)).await.json();
+    assert_eq!(homeless["items"][2]["params"], items[2]["params"]);
+    assert_eq!(homeless["unconverted"][0], json!({"item": 1, "level": "home"}));
+    let counted = &counted["items"];
     let before_m = items[2]["params"][6].as_f64().expect("a height");
     assert_eq!((&counted[2]["frame"], counted[2]["params"][6].as_f64()), (&json!(0), Some(before_m + 690.0)));
     let only = json!({"items": [items[2]], "part": "circle", "to": to});

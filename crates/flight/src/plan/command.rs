@@ -6,6 +6,8 @@
 //! what form it stores each field, from an ArduPlane 4.8 (`tests/fixtures/facts/`, walked by a test) and
 //! the packing rules of ArduPilot's mission library.
 
+use crate::words::words;
+
 /// A `MAV_CMD` number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Command(pub u16);
@@ -252,6 +254,90 @@ fn half_precision(value: f32) -> f32 {
     with_sign(((magnitude / step + 0.5).floor() * step).min(MAX), value)
 }
 
+words! {
+    /// What a value of a parameter that is one of a few stands for.
+    ChoiceWord {
+        /// Off, no.
+        Off = "off",
+        /// On, yes.
+        On = "on",
+        /// To the right.
+        Clockwise = "clockwise",
+        /// To the left.
+        CounterClockwise = "counter-clockwise",
+        /// The track after a circle is the line from its centre.
+        Centre = "centre",
+        /// The track after a circle is the tangent of it.
+        Tangent = "tangent",
+        /// Speed through the air.
+        Airspeed = "airspeed",
+        /// Speed over the ground.
+        Groundspeed = "groundspeed",
+        /// Speed upwards.
+        Climb = "climb",
+        /// Speed downwards.
+        Descent = "descent",
+        /// The item is done at any height.
+        Whenever = "whenever",
+        /// The item is done above its height.
+        Above = "above",
+        /// The item is done below its height.
+        Below = "below",
+        /// The lower limit of the fence alone is switched off.
+        FloorOff = "floor-off",
+        /// The parachute is released.
+        Deploy = "deploy",
+        /// The gripper opens.
+        Release = "release",
+        /// The gripper closes.
+        Grab = "grab",
+        /// A switch's low position.
+        Low = "low",
+        /// A switch's middle position.
+        Middle = "middle",
+        /// A switch's high position.
+        High = "high",
+        /// As a multicopter.
+        Hover = "hover",
+        /// As a plane.
+        Cruise = "cruise",
+    }
+}
+
+/// A value of a parameter that is one of a few.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "describe", derive(serde::Serialize, utoipa::ToSchema), schema(as = CommandChoiceInfo))]
+pub struct Choice {
+    /// It.
+    pub value: f64,
+    /// What it stands for.
+    pub word: ChoiceWord,
+}
+
+const fn choice(value: f64, word: ChoiceWord) -> Choice {
+    Choice { value, word }
+}
+
+const ON_OFF: &[Choice] = &[choice(0.0, ChoiceWord::Off), choice(1.0, ChoiceWord::On)];
+const SENSES: &[Choice] = &[choice(1.0, ChoiceWord::Clockwise), choice(-1.0, ChoiceWord::CounterClockwise)];
+const EXITS: &[Choice] = &[choice(0.0, ChoiceWord::Centre), choice(1.0, ChoiceWord::Tangent)];
+const DONE_WHEN: &[Choice] =
+    &[choice(0.0, ChoiceWord::Whenever), choice(1.0, ChoiceWord::Above), choice(2.0, ChoiceWord::Below)];
+const SPEEDS: &[Choice] = &[
+    choice(0.0, ChoiceWord::Airspeed),
+    choice(1.0, ChoiceWord::Groundspeed),
+    choice(2.0, ChoiceWord::Climb),
+    choice(3.0, ChoiceWord::Descent),
+];
+const FENCE_ACTIONS: &[Choice] =
+    &[choice(0.0, ChoiceWord::Off), choice(1.0, ChoiceWord::On), choice(2.0, ChoiceWord::FloorOff)];
+const PARACHUTE_ACTIONS: &[Choice] =
+    &[choice(0.0, ChoiceWord::Off), choice(1.0, ChoiceWord::On), choice(2.0, ChoiceWord::Deploy)];
+const GRIPPER_ACTIONS: &[Choice] = &[choice(0.0, ChoiceWord::Release), choice(1.0, ChoiceWord::Grab)];
+const SWITCH_POSITIONS: &[Choice] =
+    &[choice(0.0, ChoiceWord::Low), choice(1.0, ChoiceWord::Middle), choice(2.0, ChoiceWord::High)];
+const VTOL_STATES: &[Choice] = &[choice(3.0, ChoiceWord::Hover), choice(4.0, ChoiceWord::Cruise)];
+
 /// What one parameter of a command means.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ParamInfo {
@@ -267,6 +353,8 @@ pub struct ParamInfo {
     pub default: Option<f64>,
     /// What ArduPlane keeps.
     pub storage: Storage,
+    /// The values with a meaning each, where it is one of a few: of every flag, and of choices as far as an ArduPlane knows them.
+    pub choices: &'static [Choice],
 }
 
 impl ParamInfo {
@@ -293,6 +381,11 @@ impl ParamInfo {
         self
     }
 
+    const fn one_of(mut self, choices: &'static [Choice]) -> Self {
+        self.choices = choices;
+        self
+    }
+
     const fn default(mut self, value: f64) -> Self {
         self.default = Some(value);
         self
@@ -300,7 +393,8 @@ impl ParamInfo {
 }
 
 const fn p(label: &'static str, unit: Unit, storage: Storage) -> ParamInfo {
-    ParamInfo { label, unit, min: None, max: None, default: None, storage }
+    let choices = if matches!(unit, Unit::Flag) { ON_OFF } else { &[] };
+    ParamInfo { label, unit, min: None, max: None, default: None, storage, choices }
 }
 
 const NONE: ParamInfo = p("", Unit::None, Storage::Dropped);
@@ -638,7 +732,10 @@ pub const COMMANDS: &[CommandInfo] = &[
             p("Turns", Unit::Count, Storage::Turns).range(Some(0.0), Some(255.0)).default(1.0),
             NONE,
             p("Radius", Unit::Metres, Storage::TurnsRadius).range(Some(-2550.0), Some(2550.0)).default(0.0),
-            p("Leave towards next from", Unit::Choice, Storage::Positive).range(Some(0.0), Some(1.0)).default(1.0),
+            p("Leave towards next from", Unit::Choice, Storage::Positive)
+                .range(Some(0.0), Some(1.0))
+                .default(1.0)
+                .one_of(EXITS),
             LAT,
             LON,
             ALT,
@@ -655,8 +752,11 @@ pub const COMMANDS: &[CommandInfo] = &[
         params: [
             p("Time", Unit::Seconds, Storage::U16).range(Some(0.0), Some(65535.0)).default(60.0),
             NONE,
-            p("Direction", Unit::Choice, Storage::LoiterSign).default(1.0),
-            p("Leave towards next from", Unit::Choice, Storage::Positive).range(Some(0.0), Some(1.0)).default(1.0),
+            p("Direction", Unit::Choice, Storage::LoiterSign).default(1.0).one_of(SENSES),
+            p("Leave towards next from", Unit::Choice, Storage::Positive)
+                .range(Some(0.0), Some(1.0))
+                .default(1.0)
+                .one_of(EXITS),
             LAT,
             LON,
             ALT,
@@ -717,7 +817,7 @@ pub const COMMANDS: &[CommandInfo] = &[
         is_destination: false,
         support: Support::Flown,
         params: [
-            p("Done when", Unit::Choice, Storage::U16).range(Some(0.0), Some(2.0)).default(0.0),
+            p("Done when", Unit::Choice, Storage::U16).range(Some(0.0), Some(2.0)).default(0.0).one_of(DONE_WHEN),
             NONE,
             NONE,
             NONE,
@@ -738,7 +838,10 @@ pub const COMMANDS: &[CommandInfo] = &[
             p("Heading required", Unit::Flag, Storage::Dropped).range(Some(0.0), Some(1.0)),
             p("Radius", Unit::Metres, Storage::SignedU16).range(Some(-65535.0), Some(65535.0)).default(0.0),
             NONE,
-            p("Leave towards next from", Unit::Choice, Storage::Positive).range(Some(0.0), Some(1.0)).default(1.0),
+            p("Leave towards next from", Unit::Choice, Storage::Positive)
+                .range(Some(0.0), Some(1.0))
+                .default(1.0)
+                .one_of(EXITS),
             LAT,
             LON,
             ALT,
@@ -936,7 +1039,7 @@ pub const COMMANDS: &[CommandInfo] = &[
         is_destination: false,
         support: Support::Flown,
         params: [
-            p("Kind of speed", Unit::Choice, Storage::U8).range(Some(0.0), Some(3.0)).default(0.0),
+            p("Kind of speed", Unit::Choice, Storage::U8).range(Some(0.0), Some(3.0)).default(0.0).one_of(SPEEDS),
             p("Speed", Unit::MetresPerSecond, Storage::Float).range(Some(-2.0), None).default(15.0),
             // −1: the throttle stays as it is
             p("Throttle", Unit::Percent, Storage::Float).range(Some(-2.0), Some(100.0)).default(-1.0),
@@ -1229,7 +1332,7 @@ pub const COMMANDS: &[CommandInfo] = &[
         is_destination: false,
         support: Support::Flown,
         params: [
-            p("Action", Unit::Choice, Storage::U16).range(Some(0.0), Some(3.0)),
+            p("Action", Unit::Choice, Storage::U16).range(Some(0.0), Some(3.0)).one_of(FENCE_ACTIONS),
             NONE,
             NONE,
             NONE,
@@ -1247,7 +1350,7 @@ pub const COMMANDS: &[CommandInfo] = &[
         is_destination: false,
         support: Support::Flown,
         params: [
-            p("Action", Unit::Choice, Storage::U16).range(Some(0.0), Some(2.0)),
+            p("Action", Unit::Choice, Storage::U16).range(Some(0.0), Some(2.0)).one_of(PARACHUTE_ACTIONS),
             NONE,
             NONE,
             NONE,
@@ -1284,7 +1387,7 @@ pub const COMMANDS: &[CommandInfo] = &[
         support: Support::Flown,
         params: [
             p("Gripper", Unit::Number, Storage::U8).range(Some(0.0), Some(255.0)),
-            p("Action", Unit::Choice, Storage::U8).range(Some(0.0), Some(1.0)),
+            p("Action", Unit::Choice, Storage::U8).range(Some(0.0), Some(1.0)).one_of(GRIPPER_ACTIONS),
             NONE,
             NONE,
             NONE,
@@ -1376,7 +1479,7 @@ pub const COMMANDS: &[CommandInfo] = &[
         support: Support::Flown,
         params: [
             p("Function", Unit::Choice, Storage::U16).range(Some(0.0), Some(65535.0)),
-            p("Switch position", Unit::Choice, Storage::U8).range(Some(0.0), Some(2.0)),
+            p("Switch position", Unit::Choice, Storage::U8).range(Some(0.0), Some(2.0)).one_of(SWITCH_POSITIONS),
             NONE,
             NONE,
             NONE,
@@ -1608,7 +1711,15 @@ pub const COMMANDS: &[CommandInfo] = &[
         has_position: false,
         is_destination: false,
         support: Support::NeedsVtol,
-        params: [p("State", Unit::Choice, Storage::U8).range(Some(3.0), Some(4.0)), NONE, NONE, NONE, NONE, NONE, NONE],
+        params: [
+            p("State", Unit::Choice, Storage::U8).range(Some(3.0), Some(4.0)).one_of(VTOL_STATES),
+            NONE,
+            NONE,
+            NONE,
+            NONE,
+            NONE,
+            NONE,
+        ],
     },
     CommandInfo {
         command: Command::NAV_FENCE_RETURN_POINT,

@@ -1,6 +1,19 @@
 //! What a height counts from, exchanged for another level.
 
 use super::item::{MavFrame, MissionItem};
+use crate::words::words;
+
+words! {
+    /// A level that is not known, so that no height can be counted from it, or from another.
+    UnknownLevel {
+        /// Home's, above mean sea level.
+        Home = "home",
+        /// That of the ground below the item.
+        Ground = "ground",
+        /// That of a frame which is none of those that heights are counted in here.
+        Frame = "frame",
+    }
+}
 
 /// Heights above mean sea level from which those of items count, metres; `None` is not known.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -13,29 +26,31 @@ pub struct Levels {
 
 impl Levels {
     /// Of what a frame's heights count from.
-    fn amsl_m(self, frame: MavFrame) -> Option<f64> {
+    fn amsl_m(self, frame: MavFrame) -> Result<f64, UnknownLevel> {
         match frame {
-            MavFrame::Global | MavFrame::Mission => Some(0.0),
-            MavFrame::GlobalRelativeAlt => self.home_amsl_m,
-            MavFrame::GlobalTerrainAlt => self.ground_amsl_m,
-            MavFrame::Other(_) => None,
+            MavFrame::Global | MavFrame::Mission => Ok(0.0),
+            MavFrame::GlobalRelativeAlt => self.home_amsl_m.ok_or(UnknownLevel::Home),
+            MavFrame::GlobalTerrainAlt => self.ground_amsl_m.ok_or(UnknownLevel::Ground),
+            MavFrame::Other(_) => Err(UnknownLevel::Frame),
         }
     }
 }
 
 /// The item with its height counted from another level: at the same height in space, to the centimetre, where both levels are known;
-/// else with the same number, since nobody can tell another. What has no position stays as it is.
+/// else with the same number, since nobody can tell another, and with the first level that is not known. What has no position stays as it
+/// is, and so does a place in a frame that is none of ours, which is told likewise.
 #[must_use]
-pub fn counted_from(item: &MissionItem, frame: MavFrame, levels: Levels) -> MissionItem {
+pub fn counted_from(item: &MissionItem, frame: MavFrame, levels: Levels) -> (MissionItem, Option<UnknownLevel>) {
     let mut counted = item.clone();
     if !item.has_position() || item.frame == frame {
-        return counted;
+        let is_strange = !item.frame.is_supported() && item.command.has_position() == Some(true);
+        return (counted, is_strange.then_some(UnknownLevel::Frame));
     }
     counted.frame = frame;
-    let by_m = levels.amsl_m(item.frame).zip(levels.amsl_m(frame)).map_or(0.0, |(old_m, new_m)| old_m - new_m);
-    let alt_m = item.alt_m().unwrap_or(0.0) + by_m;
+    let by_m = levels.amsl_m(item.frame).and_then(|old_m| Ok(old_m - levels.amsl_m(frame)?));
+    let alt_m = item.alt_m().unwrap_or(0.0) + by_m.unwrap_or(0.0);
     counted.params[6] = Some((alt_m * 100.0).round() / 100.0);
-    counted
+    (counted, by_m.err())
 }
 
 #[cfg(test)]
@@ -49,20 +64,24 @@ mod tests {
         let (amsl, home, terrain) = (MavFrame::Global, MavFrame::GlobalRelativeAlt, MavFrame::GlobalTerrainAlt);
         let blind = Levels::default();
         let no_ground = Levels { ground_amsl_m: None, ..levels };
-        for (old, alt_m, new, levels, expected_m) in [
-            (home, 80.0, amsl, levels, 770.0),
-            (amsl, 770.0, home, levels, 80.0),
-            (home, 80.0, terrain, levels, 57.66),
-            (terrain, 57.66, amsl, levels, 770.0),
-            (home, 80.0, home, blind, 80.0),
-            // a number of which nobody can tell another stays
-            (home, 80.0, amsl, blind, 80.0),
-            (home, 80.0, terrain, no_ground, 80.0),
+        for (old, alt_m, new, levels, expected_m, lacks) in [
+            (home, 80.0, amsl, levels, 770.0, None),
+            (amsl, 770.0, home, levels, 80.0, None),
+            (home, 80.0, terrain, levels, 57.66, None),
+            (terrain, 57.66, amsl, levels, 770.0, None),
+            (home, 80.0, home, blind, 80.0, None),
+            // a number of which nobody can tell another stays, and that is told
+            (home, 80.0, amsl, blind, 80.0, Some(UnknownLevel::Home)),
+            (home, 80.0, terrain, no_ground, 80.0, Some(UnknownLevel::Ground)),
+            (terrain, 80.0, home, blind, 80.0, Some(UnknownLevel::Ground)),
         ] {
-            let counted = counted_from(&from(old, alt_m), new, levels);
+            let (counted, unknown) = counted_from(&from(old, alt_m), new, levels);
             assert_eq!((counted.frame, counted.alt_m()), (new, Some(expected_m)), "{old:?} {alt_m} to {new:?}");
+            assert_eq!(unknown, lacks, "{old:?} to {new:?}");
         }
+        let strange = from(MavFrame::Other(17), 80.0);
+        assert_eq!(counted_from(&strange, home, levels), (strange.clone(), Some(UnknownLevel::Frame)));
         let returns = MissionItem::return_to_launch();
-        assert_eq!(counted_from(&returns, amsl, levels), returns);
+        assert_eq!(counted_from(&returns, amsl, blind), (returns, None));
     }
 }

@@ -15,8 +15,8 @@ mod rally;
 mod stored;
 
 pub use changes::{Change, ChangedField, plan_changes};
-pub use command::{Category, Command, CommandInfo, ParamInfo, Storage, Support, Unit};
-pub use datum::{Levels, counted_from};
+pub use command::{Category, Choice, ChoiceWord, Command, CommandInfo, ParamInfo, Storage, Support, Unit};
+pub use datum::{Levels, UnknownLevel, counted_from};
 pub use difference::{Difference, Field, Keeping, float_tolerance_deg, plans_equal_as_stored};
 pub use fence::{Fence, FenceShape, FenceZone, MAX_VERTICES, SHAPE_MIN_CORNERS, ShapeFault};
 pub use item::{MavFrame, MissionItem, PlanKind, Unsendable, Wanted};

@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 use utoipa::ToSchema;
+use vencejo_flight::plan::Choice;
 
 /// What a command is for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, ToSchema)]
@@ -49,6 +50,8 @@ pub struct CommandParam {
     /// Value to offer for a new item.
     #[schema(required = true)]
     pub default: Option<f64>,
+    /// Its values, where it is one of a few with a meaning each; empty where it is a number, or no list of them is known.
+    pub choices: &'static [Choice],
 }
 
 /// A command of the table.

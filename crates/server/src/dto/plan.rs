@@ -7,7 +7,7 @@ use vencejo_flight::checks::{Finding, FixKind};
 use vencejo_flight::ending::MissionEnd;
 use vencejo_flight::formats::ComplexItem;
 use vencejo_flight::landing::{LandingDirection, Wind};
-use vencejo_flight::plan::{Change, Home};
+use vencejo_flight::plan::{Change, Home, UnknownLevel};
 use vencejo_flight::profile::{Clearance, Profile};
 use vencejo_flight::progress::Trip;
 use vencejo_flight::rehearsal::{
@@ -581,6 +581,24 @@ pub struct FrameChange {
     /// The vehicle that is to fly them.
     #[serde(default)]
     pub vehicle: Option<u16>,
+}
+
+/// Items whose heights count from another level.
+#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
+pub struct CountedItems {
+    /// They.
+    pub items: Vec<PlanItem>,
+    /// Those that are not at the same height in space: they keep their number, since a level is not known.
+    pub unconverted: Vec<Unconverted>,
+}
+
+/// An item whose height could not be converted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, ToSchema)]
+pub struct Unconverted {
+    /// It, counted from 1.
+    pub item: usize,
+    /// What is not known.
+    pub level: UnknownLevel,
 }
 
 /// A landing of which one part is moved.

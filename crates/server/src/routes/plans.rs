@@ -30,8 +30,8 @@ use crate::assess::{self, assess};
 use crate::convert;
 use crate::dto::cause::Cause;
 use crate::dto::{
-    CommandInfo, FindingFix, FrameChange, Landing, LandingAlternative, LandingMove, LandingRequest, LearnedPlane,
-    Operation, OperationKind, Plan, PlanCheck, PlanComparison, PlanFormat, PlanItem, PlanKind, PlanOnBoard,
+    CommandInfo, CountedItems, FindingFix, FrameChange, Landing, LandingAlternative, LandingMove, LandingRequest,
+    LearnedPlane, Operation, OperationKind, Plan, PlanCheck, PlanComparison, PlanFormat, PlanKind, PlanOnBoard,
     PlaneProfile, Rehearsal, RehearsalRequest, Spread, SpreadRequest, VehicleProfile, Way, WayRequest, WhatIfRequest,
     WhatIfs,
 };
@@ -339,14 +339,15 @@ async fn moved_landing(
     landings::moved(&app, &asked).map(Json)
 }
 
-/// Items with their heights counted from another level: at the same height in space where both levels are known, else with the same number.
+/// Items with their heights counted from another level: at the same height in space where both levels are known, else with the same number,
+/// and named in `unconverted`.
 #[utoipa::path(post, path = "/plan/frame", tag = "plans", request_body = FrameChange,
-    responses((status = 200, body = Vec<PlanItem>), Problem))]
+    responses((status = 200, body = CountedItems), Problem))]
 async fn counted_from(
     State(app): State<App>,
     _: Viewer,
     Body(asked): Body<FrameChange>,
-) -> Result<Json<Vec<PlanItem>>, Problem> {
+) -> Result<Json<CountedItems>, Problem> {
     levels::counted(&app, &asked).await.map(Json)
 }
 

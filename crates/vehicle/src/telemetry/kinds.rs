@@ -70,6 +70,9 @@ impl fmt::Display for SystemStatus {
 pub struct GpsFix(pub u8);
 
 impl GpsFix {
+    /// The numbers that MAVLink gives a meaning.
+    pub const KNOWN: std::ops::RangeInclusive<u8> = 0..=8;
+
     /// Whether there is a position in three dimensions.
     #[must_use]
     pub fn is_3d(self) -> bool {

@@ -40,6 +40,14 @@ pub use texts::{CHUNK_TIMEOUT, MAX_TEXTS, Severity, StatusLog, Text};
 pub const STALE_AFTER: Duration = Duration::from_millis(3_500);
 /// A value older than this is lost: it says nothing about the vehicle any more.
 pub const LOST_AFTER: Duration = Duration::from_secs(5);
+/// A battery with less left wants to be looked at, percent. What the vehicle itself does then is in its parameters (`BATT_LOW_*`).
+pub const BATTERY_LOW_PCT: f64 = 30.0;
+/// A battery with less left is an alarm, percent.
+pub const BATTERY_CRITICAL_PCT: f64 = 15.0;
+/// A link that loses so much wants to be looked at, percent of the messages.
+pub const LOSS_NOTABLE_PCT: f64 = 5.0;
+/// A link that loses so much may fail to carry an order, percent.
+pub const LOSS_HIGH_PCT: f64 = 20.0;
 /// Batteries that are kept, by id 0 to 7; others are counted and dropped.
 pub const MAX_BATTERIES: usize = 8;
 /// IMUs that are kept.

@@ -25,8 +25,8 @@ import type {
   PlanFileFormat,
   PlanFileNote,
   PlanFinding,
-  PlanItem,
   PlanKind,
+  CountedItems,
   PlanComparison,
   PlanOnBoard,
   RehearsalRequest,
@@ -136,7 +136,7 @@ export class Api extends Http {
     this.json<LandingAlternative[]>('POST', '/plan/landing/alternatives', asked);
   moveLanding = (asked: LandingMove) => this.json<Landing>('POST', '/plan/landing/move', asked);
   /** Items with their heights counted from another level. */
-  countFrom = (asked: FrameChange) => this.json<PlanItem[]>('POST', '/plan/frame', asked);
+  countFrom = (asked: FrameChange) => this.json<CountedItems>('POST', '/plan/frame', asked);
   designSurvey = (asked: SurveyRequest) => this.json<Survey>('POST', '/plan/survey', asked);
   cameras = () => this.json<NamedCamera[]>('GET', '/plan/cameras');
   complexParts = (plan: Plan) => this.json<ComplexPart[]>('POST', '/plan/complex-items', plan);

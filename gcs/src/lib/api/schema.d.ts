@@ -859,7 +859,10 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** Items with their heights counted from another level: at the same height in space where both levels are known, else with the same number. */
+        /**
+         * Items with their heights counted from another level: at the same height in space where both levels are known, else with the same number,
+         *     and named in `unconverted`.
+         */
         post: operations["counted_from"];
         delete?: never;
         options?: never;
@@ -3275,6 +3278,11 @@ export interface components {
          * @enum {string}
          */
         ChangedField: "command" | "place" | "height" | "parameters";
+        /**
+         * @description What a value of a parameter that is one of a few stands for.
+         * @enum {string}
+         */
+        ChoiceWord: "off" | "on" | "clockwise" | "counter-clockwise" | "centre" | "tangent" | "airspeed" | "groundspeed" | "climb" | "descent" | "whenever" | "above" | "below" | "floor-off" | "deploy" | "release" | "grab" | "low" | "middle" | "high" | "hover" | "cruise";
         /** @description How high above the ground the plane passes somewhere. */
         Clearance: {
             /**
@@ -3390,6 +3398,16 @@ export interface components {
         CommandCategory: "nav" | "condition" | "do" | "fence" | "rally";
         /** @description A command of MAVLink: its number, or its name with or without `MAV_CMD_`. */
         CommandChoice: number | string;
+        /** @description A value of a parameter that is one of a few. */
+        CommandChoiceInfo: {
+            /**
+             * Format: double
+             * @description It.
+             */
+            value: number;
+            /** @description What it stands for. */
+            word: components["schemas"]["ChoiceWord"];
+        };
         /** @description A command of the table. */
         CommandInfo: {
             /** @description What it is for. */
@@ -3422,6 +3440,8 @@ export interface components {
         };
         /** @description What one parameter of a command means. */
         CommandParam: {
+            /** @description Its values, where it is one of a few with a meaning each; empty where it is a number, or no list of them is known. */
+            choices: components["schemas"]["CommandChoiceInfo"][];
             /**
              * Format: double
              * @description Value to offer for a new item.
@@ -3533,6 +3553,13 @@ export interface components {
             right: components["schemas"]["LatLon"][];
             /** @description Moments of the expected flight, seconds, growing. */
             time_s: number[];
+        };
+        /** @description Items whose heights count from another level. */
+        CountedItems: {
+            /** @description They. */
+            items: components["schemas"]["PlanItem"][];
+            /** @description Those that are not at the same height in space: they keep their number, since a level is not known. */
+            unconverted: components["schemas"]["Unconverted"][];
         };
         /**
          * @description Of what there is too much at once.
@@ -8249,6 +8276,18 @@ export interface components {
          * @enum {string}
          */
         TripEnd: "end" | "unlimited" | "endless";
+        /** @description An item whose height could not be converted. */
+        Unconverted: {
+            /** @description It, counted from 1. */
+            item: number;
+            /** @description What is not known. */
+            level: components["schemas"]["UnknownLevel"];
+        };
+        /**
+         * @description A level that is not known, so that no height can be counted from it, or from another.
+         * @enum {string}
+         */
+        UnknownLevel: "home" | "ground" | "frame";
         /** @description What a vehicle's plans are rehearsed with. */
         VehicleProfile: {
             /** @description The airframe, as its parameters tell it; its power is that of its flight as far as it was followed. */
@@ -10478,7 +10517,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["PlanItem"][];
+                    "application/json": components["schemas"]["CountedItems"];
                 };
             };
             /** @description What was wrong and what to do */

@@ -13,6 +13,20 @@ export const USUAL_PLANE: {
 /** How old a value or a vehicle's last word may be, seconds: older than `stale_s` it is marked, older than `lost_s` it says nothing. */
 export const AGES: { readonly stale_s: number; readonly lost_s: number } = core.ages;
 
+/** From when on a value wants somebody's attention: percent of a battery that are left, of messages that a link loses. */
+export const ATTENTION_FROM: {
+  readonly battery_low_pct: number;
+  readonly battery_critical_pct: number;
+  readonly loss_notable_pct: number;
+  readonly loss_high_pct: number;
+} = core.attention;
+
+const FIXES: Readonly<Record<string, { readonly name: string; readonly is_3d: boolean }>> = core.fixes;
+
+/** What a GPS_FIX_TYPE is worth; a number that MAVLink does not have is no position. */
+export const gpsFix = (fix: number): { readonly name: string; readonly is_3d: boolean } =>
+  FIXES[String(fix)] ?? { name: 'unknown fix', is_3d: false };
+
 export type VehicleKind = 'plane' | 'copter' | 'vtol' | 'rover' | 'boat' | 'sub' | 'other';
 
 const KINDS: Readonly<Record<string, string>> = core.kinds;
@@ -20,6 +34,12 @@ const KINDS: Readonly<Record<string, string>> = core.kinds;
 /** What a MAV_TYPE is. */
 export const vehicleKind = (mav_type: number | null): VehicleKind =>
   (KINDS[String(mav_type)] ?? 'other') as VehicleKind;
+
+/** A value of a parameter that is one of a few, and the word for what it stands for. */
+export interface CommandChoice {
+  readonly value: number;
+  readonly word: string;
+}
 
 export interface CommandParam {
   /** English; empty when the command does not use the parameter. */
@@ -29,6 +49,8 @@ export interface CommandParam {
   readonly max: number | null;
   /** What a new item begins with; `null`: nothing but 0. */
   readonly default: number | null;
+  /** Its values, where it is one of a few; empty where it is a number. */
+  readonly choices: readonly CommandChoice[];
 }
 
 export interface CommandInfo {

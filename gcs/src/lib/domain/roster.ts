@@ -1,4 +1,5 @@
 // The list of many vehicles: rows as they are told, found, put in order.
+import { ATTENTION_FROM } from './core';
 import { freshness } from './freshness';
 
 /** What a list shows of a vehicle; null is not known. */
@@ -94,26 +95,24 @@ const DANGERS: ReadonlySet<Attention> = new Set([
   'unreached',
   'contested',
 ]);
-const BATTERY_CRITICAL_PCT = 15;
-const BATTERY_LOW_PCT = 30;
-const LOSS_PCT = 20;
 /** `MAV_SEVERITY` error: what is no worse only warns. */
 const ERROR = 3;
 
 /** Why somebody should look at a vehicle whose news is so old, the most urgent first; empty when nothing is wrong. */
 export function attentionTo(row: RosterRow, age_s: number | null): Attention[] {
   const fresh = freshness(age_s);
+  const { battery_critical_pct, battery_low_pct, loss_high_pct } = ATTENTION_FROM;
   const is: Record<Attention, boolean> = {
     lost: fresh === 'lost',
     target: row.target_off_m !== null,
-    'battery-critical': row.battery_pct !== null && row.battery_pct < BATTERY_CRITICAL_PCT,
+    'battery-critical': row.battery_pct !== null && row.battery_pct < battery_critical_pct,
     alarm: row.alarm !== null && row.alarm.severity <= ERROR,
     unreached: row.is_reached === false && fresh !== 'lost',
     contested: row.is_contested === true,
     stale: fresh === 'stale',
-    loss: row.loss_pct !== null && row.loss_pct >= LOSS_PCT,
+    loss: row.loss_pct !== null && row.loss_pct >= loss_high_pct,
     'battery-low':
-      row.battery_pct !== null && row.battery_pct >= BATTERY_CRITICAL_PCT && row.battery_pct < BATTERY_LOW_PCT,
+      row.battery_pct !== null && row.battery_pct >= battery_critical_pct && row.battery_pct < battery_low_pct,
     mixed: row.may_be_mixed === true,
     held: row.holder !== null && row.is_held_here === false,
     warning: row.alarm !== null && row.alarm.severity > ERROR,

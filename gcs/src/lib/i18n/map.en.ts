@@ -103,6 +103,12 @@ export const mapEn = {
   'plan.stateHint.unknown': 'Send this plan, or read what is on board.',
   'plan.needVehicle': 'A vehicle is needed to send or read.',
   'plan.needControl': 'You can send once you have control.',
+  'plan.unconverted.home':
+    'The heights keep their numbers, and are others in space, since the height of home is not known. Check the items {items}.',
+  'plan.unconverted.ground':
+    'The heights keep their numbers, and are others in space, since the height of the ground there is not known. Check the items {items}.',
+  'plan.unconverted.frame':
+    'The heights keep their numbers, since it is not known what they counted from. Check the items {items}.',
   'plan.diff': 'What differs ({count})',
   'plan.diff.added': '{draft}: {name}, not on the vehicle',
   'plan.diff.removed': '{vehicle} on the vehicle: {name}, not in this plan',
@@ -284,7 +290,7 @@ export const mapEn = {
   'param.circleRadius': 'Radius (0: the plane’s own)',
   'param.sense': 'Sense',
   'choice.clockwise': 'Clockwise',
-  'choice.counterClockwise': 'Counter-clockwise',
+  'choice.counter-clockwise': 'Counter-clockwise',
   'choice.centre': 'The line from the centre',
   'choice.tangent': 'The circle, straight on',
   'choice.airspeed': 'Airspeed',
@@ -293,7 +299,7 @@ export const mapEn = {
   'choice.descent': 'Descent speed',
   'choice.off': 'Off',
   'choice.on': 'On',
-  'choice.floorOff': 'Only the lower limit off',
+  'choice.floor-off': 'Only the lower limit off',
   'choice.release': 'Release',
   'choice.grab': 'Grab',
   'choice.deploy': 'Deploy',

@@ -105,6 +105,12 @@ export const mapEs: Record<keyof typeof mapEn, string> = {
   'plan.stateHint.unknown': 'Envía este plan o lee el que hay a bordo.',
   'plan.needVehicle': 'Para enviar o leer hace falta un vehículo.',
   'plan.needControl': 'Podrás enviar cuando tengas el control.',
+  'plan.unconverted.home':
+    'Las alturas conservan sus números, y ya no son las mismas en el espacio, porque no se sabe la altura de casa. Revisa los puntos {items}.',
+  'plan.unconverted.ground':
+    'Las alturas conservan sus números, y ya no son las mismas en el espacio, porque no se sabe la altura del terreno allí. Revisa los puntos {items}.',
+  'plan.unconverted.frame':
+    'Las alturas conservan sus números, porque no se sabe desde dónde contaban. Revisa los puntos {items}.',
   'plan.diff': 'Qué es distinto ({count})',
   'plan.diff.added': '{draft}: {name}, no está en el vehículo',
   'plan.diff.removed': '{vehicle} en el vehículo: {name}, no está en este plan',
@@ -287,7 +293,7 @@ export const mapEs: Record<keyof typeof mapEn, string> = {
   'param.circleRadius': 'Radio (0: el del avión)',
   'param.sense': 'Sentido',
   'choice.clockwise': 'Horario',
-  'choice.counterClockwise': 'Antihorario',
+  'choice.counter-clockwise': 'Antihorario',
   'choice.centre': 'La línea desde el centro',
   'choice.tangent': 'El círculo, en línea recta',
   'choice.airspeed': 'Velocidad aire',
@@ -296,7 +302,7 @@ export const mapEs: Record<keyof typeof mapEn, string> = {
   'choice.descent': 'Velocidad de descenso',
   'choice.off': 'Desactivar',
   'choice.on': 'Activar',
-  'choice.floorOff': 'Solo desactivar el límite inferior',
+  'choice.floor-off': 'Solo desactivar el límite inferior',
   'choice.release': 'Soltar',
   'choice.grab': 'Agarrar',
   'choice.deploy': 'Desplegar',

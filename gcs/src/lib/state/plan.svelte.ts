@@ -11,6 +11,7 @@ import type {
   Problem,
   Rehearsal,
   Trip,
+  UnknownLevel,
 } from '$lib/api/types';
 import { type Areas, isFenceEmpty } from '$lib/domain/area-edit';
 import { distance_m } from '$lib/domain/geo';
@@ -120,6 +121,7 @@ class PlanStore implements PlanDraft {
   transfer = $state.raw<Transfer | null>(null);
   /** What went wrong with the last transfer or file. */
   problem = $state.raw<Problem | null>(null);
+  #unconverted = $state.raw<{ readonly level: UnknownLevel; readonly items: readonly DraftItem[] } | null>(null);
   /** What the file that was read or written last leaves to say. */
   fileNotes = $state.raw<readonly PlanFileNote[]>([]);
   findings = $state.raw<readonly PlanFinding[]>([]);
@@ -201,6 +203,17 @@ class PlanStore implements PlanDraft {
     };
   });
   state = $derived<DraftState>(this.states.mission);
+
+  /** The items whose heights were to count from another level and kept their numbers, since a level is not known, until somebody changes them. */
+  unconverted = $derived.by(() => {
+    if (this.#unconverted === null) return null;
+    const { level, items } = this.#unconverted;
+    const numbers = items.map((item) => this.items.indexOf(item) + 1).filter((number) => number > 0);
+    return numbers.length === 0 ? null : { level, numbers };
+  });
+  forgetUnconverted(): void {
+    this.#unconverted = null;
+  }
 
   /** `isNothing`: whether nothing is on board; `null` when that is not known. */
   #stateOf(part: PlanKind, isNothing: boolean | null): DraftState {
@@ -513,8 +526,13 @@ class PlanStore implements PlanDraft {
     const vehicle = vehicles.selected?.systemId ?? null;
     try {
       this.problem = null;
-      const counted = await api.countFrom({ plan: { ...emptyPlan(), items, home: this.home }, frame, vehicle });
+      const asked = { plan: { ...emptyPlan(), items, home: this.home }, frame, vehicle };
+      const { items: counted, unconverted } = await api.countFrom(asked);
       this.#edit((draft) => exchange(draft, chosen, counted));
+      const [first] = unconverted;
+      const keys = new Set(unconverted.map(({ item }) => chosen[item - 1]?.key));
+      const kept = this.items.filter(({ key }) => keys.has(key));
+      this.#unconverted = first === undefined ? null : { level: first.level, items: kept };
     } catch (error) {
       this.problem = problemFrom(error);
     }

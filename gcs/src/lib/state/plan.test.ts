@@ -245,6 +245,23 @@ describe('the plan store', () => {
     vehicles.ensure(1).apply({ groups: { wind: null } as never, heardAt_ms: {}, progress: null });
   });
 
+  it('says which heights could not be counted from another level, until they are changed', async () => {
+    plan.add('waypoint', AT);
+    plan.add('waypoint', AT);
+    api.countFrom = ({ plan: { items }, frame }) =>
+      Promise.resolve({
+        items: items.map((item) => ({ ...item, frame: frame === 'amsl' ? 0 : 10 })),
+        unconverted: items.map((_, index) => ({ item: index + 1, level: 'home' as const })),
+      });
+    plan.setFrame(new Set(plan.items.map(({ key }) => key)), 'amsl');
+    await vi.waitFor(() => expect(plan.unconverted).toEqual({ level: 'home', numbers: [1, 2] }));
+    plan.setAlt(new Set([plan.items[0]!.key]), 770);
+    expect(plan.unconverted?.numbers).toEqual([2]);
+    plan.undo();
+    plan.undo();
+    expect(plan.unconverted).toBeNull();
+  });
+
   it('reads into the draft, and undo brings the old one back', async () => {
     plan.add('waypoint', AT);
     server.byOthers([makeItem('takeoff', { at: AT, alt_m: 50 }), makeItem('return_to_launch')]);

@@ -1,4 +1,5 @@
 // Values as people read them, in the language and the units that were chosen. Reactive.
+import { gpsFix } from '$lib/domain/core';
 import { formatPlace } from '$lib/domain/coordinates';
 import type { LonLat } from '$lib/domain/lonlat';
 import {
@@ -10,7 +11,7 @@ import {
   LENGTH_SYMBOL,
   SPEED_SYMBOL,
 } from '$lib/domain/units';
-import { t } from '$lib/i18n/index.svelte';
+import { type MessageKey, t } from '$lib/i18n/index.svelte';
 import { projectUtm } from '$lib/map/utm';
 import { settings } from '$lib/state/settings.svelte';
 
@@ -25,6 +26,8 @@ export const degrees = (value: Maybe, digits = 0): string => show(value, (value)
 /** Three figures, as headings are read: 007°. */
 export const bearing = (value: Maybe): string =>
   show(value, (value) => `${String(((Math.round(value) % 360) + 360) % 360).padStart(3, '0')}°`);
+/** What a GPS_FIX_TYPE is called. */
+export const fixWord = (fix: number): string => t(`gps.${gpsFix(fix).name}` as MessageKey);
 export const percent = (value: Maybe, digits = 0): string => number(value, digits, '%');
 export const height = (value_m: Maybe, digits = 0): string =>
   show(value_m, (value) => formatHeight(value, settings.units, settings.locale, digits));

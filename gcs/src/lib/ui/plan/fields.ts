@@ -71,72 +71,9 @@ export function rangeOf(command: number, index: number): Pick<Field, 'unit' | 'm
 export const fieldsOf = (kind: EditableKind): readonly Field[] =>
   SHOWN[kind].map((shown) => ({ ...rangeOf(COMMAND[kind], shown.index), ...shown }));
 
-const ON_OFF: readonly Choice[] = [
-  { value: 0, label: 'choice.off' },
-  { value: 1, label: 'choice.on' },
-];
-const EXITS: readonly Choice[] = [
-  { value: 0, label: 'choice.centre' },
-  { value: 1, label: 'choice.tangent' },
-];
-
-/** Values with a meaning each, by MAV_CMD and index in `params` (MAVLink common dialect, as ArduPlane takes them). */
-const CHOICES: Readonly<Record<number, Readonly<Record<number, readonly Choice[]>>>> = {
-  18: { 3: EXITS },
-  19: {
-    2: [
-      { value: 1, label: 'choice.clockwise' },
-      { value: -1, label: 'choice.counterClockwise' },
-    ],
-    3: EXITS,
-  },
-  30: {
-    0: [
-      { value: 0, label: 'choice.whenever' },
-      { value: 1, label: 'choice.above' },
-      { value: 2, label: 'choice.below' },
-    ],
-  },
-  31: { 3: EXITS },
-  178: {
-    0: [
-      { value: 0, label: 'choice.airspeed' },
-      { value: 1, label: 'choice.groundspeed' },
-      { value: 2, label: 'choice.climb' },
-      { value: 3, label: 'choice.descent' },
-    ],
-  },
-  181: { 1: ON_OFF },
-  206: { 2: ON_OFF },
-  207: { 0: [...ON_OFF, { value: 2, label: 'choice.floorOff' }] },
-  208: { 0: [...ON_OFF, { value: 2, label: 'choice.deploy' }] },
-  210: { 0: ON_OFF },
-  211: {
-    1: [
-      { value: 0, label: 'choice.release' },
-      { value: 1, label: 'choice.grab' },
-    ],
-  },
-  212: { 0: ON_OFF },
-  216: { 0: ON_OFF },
-  218: {
-    1: [
-      { value: 0, label: 'choice.low' },
-      { value: 1, label: 'choice.middle' },
-      { value: 2, label: 'choice.high' },
-    ],
-  },
-  223: { 0: ON_OFF, 1: ON_OFF },
-  3000: {
-    0: [
-      { value: 3, label: 'choice.hover' },
-      { value: 4, label: 'choice.cruise' },
-    ],
-  },
-};
-
 /** The choices of a parameter; `null` when it is a number, or has a value that is none of them. */
 export function choicesOf(command: number, index: number, value: number | null): readonly Choice[] | null {
-  const choices = CHOICES[command]?.[index];
-  return choices?.some((choice) => choice.value === value) ? choices : null;
+  const choices = commandInfo(command)?.params[index]?.choices ?? [];
+  if (!choices.some((choice) => choice.value === value)) return null;
+  return choices.map((choice) => ({ value: choice.value, label: `choice.${choice.word}` as MessageKey }));
 }
