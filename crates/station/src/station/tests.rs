@@ -2,16 +2,17 @@
 
 use std::net::UdpSocket;
 use std::sync::atomic::AtomicBool;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
+use tokio::runtime::Handle;
 use vencejo_flight::plan::{Command, MissionItem, PlanKind};
-use vencejo_link::LinkOptions;
+use vencejo_link::{Clock, LinkOptions, Origin, PeerId, SystemClock};
 use vencejo_proto::dialect::{ATTITUDE_DATA, MavMessage};
-use vencejo_proto::{CommandAck, FrameDecoder, Header};
-use vencejo_vehicle::SpeedKind;
+use vencejo_proto::{Address, CommandAck, Frame, FrameDecoder, Header, Heartbeat, MavVersion, Message};
+use vencejo_vehicle::{Request, SpeedKind, VehicleError, VehicleEvent};
 
 use super::*;
-use crate::Taken;
+use crate::{StationConfig, Taken};
 
 /// Vehicles that are followed at once.
 const MAX_VEHICLES: u8 = 64;

@@ -1,0 +1,162 @@
+//! Frames as they are heard: whose they are, and who else uses a vehicle's id or our own.
+
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+
+use vencejo_link::{LinkId, Origin, PeerId};
+use vencejo_proto::{Address, Frame, Message, MonoTime};
+use vencejo_vehicle::{SourceId, Taken, Vehicle, VehicleEvent, VehicleId};
+
+use super::shared::{Core, Shared, Watchers};
+use crate::subscriptions::Observed;
+
+/// `TIMESYNC`: its answers tell the round trip.
+const TIMESYNC_ID: u32 = 111;
+
+impl Shared {
+    /// A frame from a link, in the task that read it.
+    pub(crate) fn on_frame(self: &Arc<Self>, origin: Origin, frame: &Frame, now: MonoTime) {
+        let link = origin.link;
+        let Ok(message) = frame.decode() else {
+            self.undecodable.fetch_add(1, Ordering::Relaxed);
+            return;
+        };
+        let from = frame.source();
+        if from == self.config.address && !self.hub.is_ours(frame) && !self.hub.is_replay(link) {
+            self.on_namesake(origin, now);
+            return;
+        }
+        let mut core = self.core();
+        if !self.is_the_vehicles(&mut core, origin, from, &message, now) {
+            return;
+        }
+        core.vehicles.on_message(from, &message, now);
+        core.vehicles.on_protocol_version(from, frame.version());
+        if frame.message_id() == TIMESYNC_ID
+            && let Some(round_trip) = core.vehicles.get(from.system).and_then(Vehicle::round_trip)
+        {
+            // The link may just have been closed; then its figure matters to nobody.
+            let _ = self.hub.note_round_trip(link, round_trip);
+        }
+        let version = core.vehicles.get(from.system).map(Vehicle::protocol_version);
+        if version.is_some() {
+            core.subscriptions.on_message(Some(link), frame, now);
+        }
+        if let Some(watchers) = core.watchers.get_mut(&from.system.into()) {
+            watchers.version = version.unwrap_or_default();
+            watchers.subscriptions.on_message(Some(link), frame, now);
+            watchers.changes.notify();
+        }
+        self.carry_out(&mut core, now);
+    }
+
+    /// All that was read in one go has been heard. Whoever is told only now that a command was answered has nothing to ask
+    /// for again before a second answer, which came along with the first, is taken for the next command's.
+    pub(crate) fn on_read(&self) {
+        self.core().end_requests();
+    }
+
+    /// Whether a message is of the vehicle that is followed under its id, and not of another that uses the same.
+    fn is_the_vehicles(
+        &self,
+        core: &mut Core,
+        origin: Origin,
+        from: Address,
+        message: &Message,
+        now: MonoTime,
+    ) -> bool {
+        let Some(autopilot) = core.vehicles.get(from.system).map(Vehicle::address) else { return true };
+        let Some(watchers) = core.watchers.get_mut(&from.system.into()) else { return true };
+        let id = SourceId { link: origin.link.0, peer: origin.peer.0 };
+        if autopilot != from {
+            // Cameras and radios have no boot clock to go by; those of a known stranger are not the vehicle's.
+            return !watchers.sources.is_rival(id);
+        }
+        let before = watchers.sources.followed();
+        let taken = watchers.sources.on_message(id, message, now);
+        if watchers.sources.followed() != before {
+            // The one that is followed is where this message came from: only a message makes another one that.
+            self.hub.choose(from, Some(origin));
+        }
+        if taken != Taken::Yes {
+            self.tell_contest(watchers, from.system.into(), now);
+        }
+        if taken == Taken::Replaced
+            && let Some(vehicle) = core.vehicles.get_mut(from.system)
+        {
+            vehicle.on_replaced(now);
+        }
+        taken != Taken::No
+    }
+
+    /// Tells when another vehicle begins or ends to use a vehicle's id.
+    pub(super) fn tell_contest(&self, watchers: &mut Watchers, system: VehicleId, now: MonoTime) {
+        let rival = watchers.sources.rival(now);
+        if rival.is_some() == watchers.is_contested {
+            return;
+        }
+        watchers.is_contested = rival.is_some();
+        let event = match rival {
+            Some(rival) => {
+                let place = self.hub.describe(origin_of(rival));
+                tracing::warn!(vehicle = %system, %place, "another vehicle uses the same system id: it is not followed, and nothing is sent to it");
+                VehicleEvent::Contested
+            }
+            None => {
+                tracing::info!(vehicle = %system, "the other vehicle with the same system id is not heard any more");
+                VehicleEvent::Uncontested
+            }
+        };
+        watchers.subscriptions.on_event(&Observed { event, at: now });
+        watchers.changes.notify();
+    }
+
+    /// Somebody else uses our own address.
+    fn on_namesake(&self, origin: Origin, now: MonoTime) {
+        if self.core().namesake.on_frame(origin, now) {
+            let place = self.hub.describe(origin);
+            tracing::warn!(address = %self.config.address, %place, "another station uses our MAVLink address; give one of the two another system id");
+        }
+    }
+
+    /// Whether a vehicle hears us. Of a recording nobody can say.
+    pub(crate) fn is_reached(&self, system: VehicleId) -> Option<bool> {
+        let now = self.clock.now();
+        let reached = self.core().vehicles.get(system)?.is_reached(now);
+        reached.filter(|_| !self.is_replayed(system))
+    }
+
+    /// Whether a vehicle comes from a recording, which answers nothing.
+    pub(super) fn is_replayed(&self, system: VehicleId) -> bool {
+        let link = system.system().and_then(|system| self.hub.links_of(system).first().copied());
+        link.is_some_and(|(link, _)| self.hub.is_replay(link))
+    }
+
+    /// Where else a vehicle's id is used, in words.
+    pub(crate) fn rival(&self, system: VehicleId) -> Option<String> {
+        let now = self.clock.now();
+        let rival = self.core().watchers.get(&system).and_then(|watchers| watchers.sources.rival(now))?;
+        Some(self.hub.describe(origin_of(rival)))
+    }
+
+    /// Follows the other vehicle of that id; whether there is one.
+    pub(crate) fn follow_rival(self: &Arc<Self>, system: VehicleId) -> bool {
+        let now = self.clock.now();
+        let mut core = self.core();
+        let Some(autopilot) = core.vehicles.get(system).map(Vehicle::address) else { return false };
+        let Some(watchers) = core.watchers.get_mut(&system) else { return false };
+        let has_changed = watchers.sources.follow_rival(now);
+        if has_changed {
+            self.hub.choose(autopilot, watchers.sources.followed().map(origin_of));
+            if let Some(vehicle) = core.vehicles.get_mut(system) {
+                vehicle.on_replaced(now);
+            }
+            self.settle(&mut core, now);
+        }
+        has_changed
+    }
+}
+
+fn origin_of(source: SourceId) -> Origin {
+    Origin { link: LinkId(source.link), peer: PeerId(source.peer) }
+}

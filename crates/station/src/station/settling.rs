@@ -1,0 +1,239 @@
+//! What the vehicles' state machines want: messages that go out, events that are told, requests that begin and end.
+
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+
+use vencejo_link::{LinkInfo, LinkState, Route, SendReport};
+use vencejo_proto::{MavVersion, Message, MonoTime};
+use vencejo_vehicle::telemetry::LOST_AFTER;
+use vencejo_vehicle::{Output, RegistryEvent, RegistryOutput, Request, VehicleError, VehicleEvent, VehicleId};
+
+use super::shared::{Core, RequestResult, Shared, Station, Waiting, is_heard};
+use crate::error::StationError;
+use crate::pending::Pending;
+use crate::records;
+use crate::subscriptions::Observed;
+
+impl Shared {
+    fn on_registry_event(self: &Arc<Self>, core: &mut Core, event: RegistryEvent) {
+        match event {
+            RegistryEvent::Appeared(id, address) => {
+                tracing::info!(vehicle = %id, %address, "a vehicle is heard");
+                self.greet(core, id);
+                if !id.is_far() {
+                    self.recall(core, id);
+                }
+            }
+            RegistryEvent::Dropped(id, address) => {
+                tracing::warn!(vehicle = %id, "a lost vehicle made room for another");
+                // Its queues end with it, and whoever waits for news looks again.
+                if core.adopted.remove(&id).is_none() {
+                    self.hub.choose(address, None);
+                }
+                if let Some(watchers) = core.watchers.remove(&id) {
+                    watchers.changes.notify();
+                }
+                let lost: Vec<_> = core.requests.keys().filter(|(of, _)| *of == id).copied().collect();
+                for key in lost {
+                    if let Some(finisher) = core.requests.remove(&key) {
+                        finisher.finish(Err(VehicleError::NotHeard { age: LOST_AFTER }.into()));
+                    }
+                }
+            }
+            RegistryEvent::Full => {
+                tracing::warn!("more vehicles are heard than can be followed; the others are ignored")
+            }
+            _ => {}
+        }
+    }
+
+    /// Tells a vehicle that was heard for the first time what is remembered: at once by what was read when the station started,
+    /// and by what another program may have written since.
+    fn recall(self: &Arc<Self>, core: &mut Core, system: VehicleId) {
+        let Some(folder) = self.records().as_ref().map(|records| records.folder().to_owned()) else { return };
+        let (remembered, now) = (core.remembered.clone(), self.clock.now());
+        if let Some(vehicle) = core.vehicles.get_mut(system) {
+            vehicle.on_records(remembered, now);
+        }
+        let weak = Arc::downgrade(self);
+        self.runtime.spawn_blocking(move || {
+            let read = records::read_all(&folder);
+            let Some(shared) = weak.upgrade() else { return };
+            let now = shared.clock.now();
+            let mut core = shared.core();
+            if core.remembered != read {
+                core.remembered.clone_from(&read);
+                if let Some(vehicle) = core.vehicles.get_mut(system) {
+                    vehicle.on_records(read, now);
+                }
+            }
+            shared.settle(&mut core, now);
+        });
+    }
+
+    /// A vehicle was heard for the first time.
+    pub(crate) fn greet(self: &Arc<Self>, core: &mut Core, system: VehicleId) {
+        core.watchers.entry(system).or_default();
+        if !core.vehicles.get(system).is_some_and(is_heard) {
+            return;
+        }
+        let is_theirs = |waiting: &mut Waiting| waiting.wanted.is_none_or(|wanted| wanted == system);
+        for waiting in core.waiting.extract_if(.., is_theirs) {
+            let station = Station { shared: self.clone() };
+            waiting.finisher.finish(Ok(station.handle(system)));
+        }
+    }
+
+    /// Does what the vehicles' state machines want, and tells the callers whose requests have ended.
+    pub(crate) fn settle(self: &Arc<Self>, core: &mut Core, now: MonoTime) {
+        self.carry_out(core, now);
+        core.end_requests();
+    }
+
+    /// Does what the vehicles' state machines want, and sees to it that the driver wakes in time.
+    pub(super) fn carry_out(self: &Arc<Self>, core: &mut Core, now: MonoTime) {
+        let mut unkept = Vec::new();
+        while let Some(output) = core.vehicles.poll_output() {
+            let (system, output) = match output {
+                RegistryOutput::Vehicle(system, output) => (system, output),
+                RegistryOutput::Event(event) => {
+                    self.on_registry_event(core, event);
+                    continue;
+                }
+            };
+            match output {
+                // Nothing that we send gets there.
+                Output::Send(_) if core.adopted.contains_key(&system) => {}
+                Output::Send(message) => {
+                    let version = core.watchers.get(&system).map_or(MavVersion::V2, |watchers| watchers.version);
+                    let report = self.hub.send_message(&message, self.config.address, version, Route::Target);
+                    if !report.is_sent() {
+                        tracing::debug!(vehicle = %system, message = message.name(), "not sent: no link is open to the vehicle");
+                    }
+                }
+                Output::Progress { id, done, total } => {
+                    if let Some(finisher) = core.requests.get(&(system, id)) {
+                        finisher.progress(done, total);
+                    }
+                }
+                Output::Finished { id, result } => {
+                    if let Some(finisher) = core.requests.remove(&(system, id)) {
+                        core.ended.push((finisher, result.map_err(StationError::from)));
+                    }
+                }
+                Output::Event(VehicleEvent::Unreached | VehicleEvent::Reached) if self.is_replayed(system) => {}
+                Output::Event(event) => {
+                    match event {
+                        VehicleEvent::Unreached => {
+                            tracing::warn!(vehicle = %system, "the vehicle is heard, but answers nothing: it does not hear us");
+                        }
+                        VehicleEvent::Reached => tracing::info!(vehicle = %system, "the vehicle answers again"),
+                        _ => {}
+                    }
+                    if let Some(watchers) = core.watchers.get(&system) {
+                        watchers.subscriptions.on_event(&Observed { event, at: now });
+                        watchers.changes.notify();
+                    }
+                }
+                Output::Keep { ticket, stored } => match self.records().as_ref() {
+                    Some(records) => records.keep(system, ticket, stored),
+                    None => unkept.push((system, ticket)),
+                },
+                _ => {}
+            }
+            // Nobody writes them down (any more): who waits for it goes on.
+            for (system, ticket) in std::mem::take(&mut unkept) {
+                if let Some(vehicle) = core.vehicles.get_mut(system) {
+                    vehicle.on_kept(ticket, now);
+                }
+            }
+        }
+        if core
+            .vehicles
+            .deadline()
+            .is_some_and(|deadline| deadline.as_micros() < self.driver_alarm_us.load(Ordering::Relaxed))
+        {
+            self.wake_driver.notify_one();
+        }
+    }
+
+    /// A record is on the disk, or cannot be.
+    pub(super) fn on_kept(self: &Arc<Self>, system: VehicleId, ticket: u64) {
+        let now = self.clock.now();
+        let mut core = self.core();
+        if let Some(vehicle) = core.vehicles.get_mut(system) {
+            vehicle.on_kept(ticket, now);
+        }
+        self.settle(&mut core, now);
+    }
+
+    /// Starts a request to a vehicle.
+    pub(crate) fn request(self: &Arc<Self>, system: VehicleId, request: Request) -> Pending<RequestResult> {
+        let now = self.clock.now();
+        let mut core = self.core();
+        // Under the lock: closing ends what it finds there.
+        if *self.closing.borrow() {
+            return Pending::ended(Err(StationError::Closed));
+        }
+        let Some(vehicle) = core.vehicles.get_mut(system) else {
+            return Pending::ended(Err(StationError::Vehicle(VehicleError::NotHeard { age: LOST_AFTER })));
+        };
+        let id = vehicle.request(request, now);
+        let shared = Arc::downgrade(self);
+        let (finisher, pending) = Pending::new(move || {
+            let Some(shared) = shared.upgrade() else { return };
+            let now = shared.clock.now();
+            let mut core = shared.core();
+            if let Some(vehicle) = core.vehicles.get_mut(system) {
+                vehicle.cancel(id, now);
+            }
+            shared.settle(&mut core, now);
+        });
+        core.requests.insert((system, id), finisher);
+        self.settle(&mut core, now);
+        pending
+    }
+
+    /// Sends any message over a vehicle's link, unless the guard of one to whom it is addressed holds it back.
+    pub(crate) fn send(
+        self: &Arc<Self>,
+        system: VehicleId,
+        message: &Message,
+        despite_mixed_plan: bool,
+    ) -> Result<SendReport, StationError> {
+        let now = self.clock.now();
+        let mut core = self.core();
+        let guarded = core.vehicles.on_sending(message, despite_mixed_plan, now);
+        self.settle(&mut core, now);
+        guarded?;
+        let version = core.watchers.get(&system).map(|watchers| watchers.version).unwrap_or_default();
+        Ok(self.hub.send_message(message, self.config.address, version, Route::Target))
+    }
+
+    /// Sends a vehicle what it asked for itself, over its link alone; `None` for one far away.
+    pub(crate) fn answer(&self, id: VehicleId, message: &Message) -> Option<SendReport> {
+        let version = self.core().watchers.get(&id).map(|watchers| watchers.version).unwrap_or_default();
+        Some(self.hub.send_message(message, self.config.address, version, Route::System(id.system()?)))
+    }
+
+    pub(super) fn no_vehicle(&self, waiting: &Waiting) -> StationError {
+        let links: Vec<_> = self.hub.links().iter().map(describe).collect();
+        StationError::NoVehicle {
+            wanted: waiting.wanted,
+            waited: self.clock.now().since(waiting.since),
+            links: if links.is_empty() { "no link".into() } else { links.join(", ") },
+        }
+    }
+}
+
+/// A link and what is wrong with it, for a sentence.
+fn describe(link: &LinkInfo) -> String {
+    let state = match &link.state {
+        LinkState::Connecting { last_error: Some(error), .. } => format!("not open: {error}"),
+        LinkState::Connecting { last_error: None, .. } => "not open yet".into(),
+        LinkState::Up { .. } => "open".into(),
+        LinkState::Down => "closed".into(),
+        LinkState::Ended { .. } => "played to its end".into(),
+    };
+    format!("{} ({state})", link.address)
+}

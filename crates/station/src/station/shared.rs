@@ -1,0 +1,227 @@
+//! What a station is made of: what its handles share, and what of that changes with each message under one lock.
+
+use std::collections::HashMap;
+use std::sync::atomic::{AtomicBool, AtomicU64};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use tokio::runtime::Handle;
+use tokio::sync::watch;
+use tokio::task::JoinHandle;
+use vencejo_link::{Clock, Hub, LinkHandle, Recorder, RecorderStatus};
+use vencejo_proto::{Address, MavVersion, MonoTime};
+use vencejo_vehicle::telemetry::Telemetry;
+use vencejo_vehicle::{Reply, RequestId, Sources, StoredRecord, Vehicle, VehicleId, Vehicles};
+
+use crate::changes::Changes;
+use crate::config::StationConfig;
+use crate::confirm::Confirmations;
+use crate::control::{Control, Operator};
+use crate::error::StationError;
+use crate::namesake::Namesake;
+use crate::pending::Finisher;
+use crate::records::Records;
+use crate::remote::Adopted;
+use crate::signing::{SigningError, Vault};
+use crate::subscriptions::Subscriptions;
+
+/// The result of a request to a vehicle.
+pub type RequestResult = Result<Reply, StationError>;
+
+/// A ground station without a face. Clones are handles to the same station.
+#[derive(Clone)]
+pub struct Station {
+    pub(crate) shared: Arc<Shared>,
+}
+
+/// A vehicle of a station. Cheap to clone. The station lives as long as somebody holds it or one of its vehicles.
+#[derive(Debug, Clone)]
+pub struct VehicleHandle {
+    pub(crate) station: Station,
+    pub(crate) id: VehicleId,
+    /// In whose name it acts; the station's own when absent.
+    pub(crate) operator: Option<Arc<Operator>>,
+}
+
+pub(crate) struct Shared {
+    pub(crate) config: StationConfig,
+    pub(super) runtime: Handle,
+    pub(super) hub: Hub,
+    pub(crate) clock: Arc<dyn Clock>,
+    pub(super) core: Mutex<Core>,
+    pub(crate) control: Control,
+    /// In whose name the program that has the station acts.
+    pub(crate) operator: Arc<Operator>,
+    pub(super) confirmations: Mutex<Confirmations>,
+    pub(super) heartbeat: AtomicBool,
+    pub(super) undecodable: AtomicU64,
+    /// When the driver is set to wake, µs on our clock; an earlier deadline has to wake it.
+    pub(super) driver_alarm_us: AtomicU64,
+    pub(super) wake_driver: tokio::sync::Notify,
+    pub(super) closing: watch::Sender<bool>,
+    /// How the recording was going when the driver looked last.
+    pub(super) health: watch::Sender<Option<RecorderStatus>>,
+    /// The signing keys.
+    pub(crate) vault: Option<Vault>,
+    /// Why there are none, when they could not be read.
+    pub(crate) vault_fault: Option<SigningError>,
+    pub(super) owned: Mutex<Owned>,
+    pub(super) records: Mutex<Option<Records>>,
+}
+
+/// What has to be ended in order.
+#[derive(Default)]
+pub(super) struct Owned {
+    pub(super) links: Vec<LinkHandle>,
+    pub(super) recorder: Option<Recorder>,
+    pub(super) driver: Option<JoinHandle<()>>,
+    pub(super) keeper: Option<JoinHandle<()>>,
+}
+
+/// Everything that changes with each message; under one short lock, never held across an await.
+pub(crate) struct Core {
+    pub(crate) vehicles: Vehicles,
+    /// What is remembered of vehicles from runs before.
+    pub(super) remembered: Vec<StoredRecord>,
+    pub(super) requests: HashMap<(VehicleId, RequestId), Finisher<RequestResult>>,
+    /// Requests that have ended, and whose callers are told next.
+    pub(super) ended: Vec<(Finisher<RequestResult>, RequestResult)>,
+    pub(super) waiting: Vec<Waiting>,
+    pub(super) next_waiting: u64,
+    pub(crate) watchers: HashMap<VehicleId, Watchers>,
+    /// Those that are far away.
+    pub(crate) adopted: HashMap<VehicleId, Adopted>,
+    /// Of those who watch all vehicles at once.
+    pub(crate) subscriptions: Subscriptions,
+    /// Another station with our address.
+    pub(super) namesake: Namesake,
+}
+
+impl Core {
+    pub(super) fn end_requests(&mut self) {
+        self.ended.drain(..).for_each(|(finisher, result)| finisher.finish(result));
+    }
+}
+
+/// Somebody who waits for a vehicle.
+pub(super) struct Waiting {
+    pub(super) key: u64,
+    pub(super) wanted: Option<VehicleId>,
+    pub(super) since: MonoTime,
+    pub(super) finisher: Finisher<Result<VehicleHandle, StationError>>,
+}
+
+/// Who looks at a vehicle.
+#[derive(Default)]
+pub(crate) struct Watchers {
+    pub(crate) changes: Arc<Changes>,
+    pub(crate) subscriptions: Subscriptions,
+    /// The protocol version that the vehicle speaks.
+    pub(crate) version: MavVersion,
+    /// From where it is heard, and whether all of that is one vehicle.
+    pub(crate) sources: Sources,
+    /// Whether it was told that another uses its id.
+    pub(super) is_contested: bool,
+    /// Whether it asks for the ground's altitude where nobody here knows it.
+    pub(crate) lacks_terrain: bool,
+}
+
+impl Station {
+    pub(super) fn handle(&self, id: VehicleId) -> VehicleHandle {
+        VehicleHandle { station: self.clone(), id, operator: None }
+    }
+}
+
+impl std::fmt::Debug for Station {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Station").field("address", &self.shared.config.address).finish_non_exhaustive()
+    }
+}
+
+impl Shared {
+    pub(crate) fn core(&self) -> MutexGuard<'_, Core> {
+        self.core.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    pub(crate) fn confirmations(&self) -> MutexGuard<'_, Confirmations> {
+        self.confirmations.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    pub(super) fn owned(&self) -> MutexGuard<'_, Owned> {
+        self.owned.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    pub(super) fn records(&self) -> MutexGuard<'_, Option<Records>> {
+        self.records.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    pub(crate) fn hub(&self) -> &Hub {
+        &self.hub
+    }
+
+    /// Becomes true when the station is closed.
+    pub(crate) fn closing(&self) -> watch::Receiver<bool> {
+        self.closing.subscribe()
+    }
+
+    pub(crate) fn runtime(&self) -> &Handle {
+        &self.runtime
+    }
+
+    pub(crate) fn our_address(&self) -> Address {
+        self.config.address
+    }
+
+    pub(crate) fn vault(&self) -> Result<&Vault, SigningError> {
+        let fault = || self.vault_fault.clone().unwrap_or(SigningError::NoFolder);
+        self.vault.as_ref().ok_or_else(fault)
+    }
+
+    /// Does something with the keys off the runtime's threads.
+    pub(crate) async fn blocking<T: Send + 'static>(
+        self: &Arc<Self>,
+        work: impl FnOnce(&Vault, &Hub) -> Result<T, SigningError> + Send + 'static,
+    ) -> Result<T, StationError> {
+        let shared = self.clone();
+        let done = self.runtime.spawn_blocking(move || {
+            let vault = shared.vault()?;
+            work(vault, &shared.hub)
+        });
+        done.await.map_err(|_| StationError::Closed)?.map_err(StationError::from)
+    }
+
+    /// Looks at a vehicle's state machine; `None` when it is not known (any more).
+    pub(crate) fn with_vehicle<T>(&self, system: VehicleId, look: impl FnOnce(&Vehicle) -> T) -> Option<T> {
+        self.core().vehicles.get(system).map(look)
+    }
+
+    /// A copy of a vehicle's telemetry and the moment that it was taken.
+    pub(crate) fn telemetry(&self, system: VehicleId) -> (Telemetry, MonoTime) {
+        let telemetry = self.with_vehicle(system, |vehicle| *vehicle.telemetry()).unwrap_or_default();
+        (telemetry, self.clock.now())
+    }
+
+    /// Closed from now on: everything that is waited for ends.
+    pub(super) fn end_waits(&self) {
+        self.closing.send_replace(true);
+        let (requests, waiting) = {
+            let mut core = self.core();
+            core.subscriptions.close();
+            for watchers in core.watchers.values() {
+                watchers.subscriptions.close();
+                watchers.changes.notify();
+            }
+            (std::mem::take(&mut core.requests), std::mem::take(&mut core.waiting))
+        };
+        for (_, finisher) in requests {
+            finisher.finish(Err(StationError::Closed));
+        }
+        for waiting in waiting {
+            waiting.finisher.finish(Err(StationError::Closed));
+        }
+    }
+}
+
+/// Whether its heartbeat was heard: one far away is there by its name before.
+pub(super) fn is_heard(vehicle: &Vehicle) -> bool {
+    vehicle.telemetry().heartbeat.is_some()
+}
