@@ -434,7 +434,8 @@ fn loiter(
 
 pub(crate) fn rounded(value: f64, digits: i32) -> f64 {
     let scale = 10_f64.powi(digits);
-    (value * scale).round() / scale
+    let scaled = value * scale;
+    if scaled.is_finite() { scaled.round() / scale } else { value }
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! What a height counts from, exchanged for another level.
 
 use super::item::{MavFrame, MissionItem};
+use crate::way::rounded;
 use crate::words::words;
 
 words! {
@@ -48,8 +49,7 @@ pub fn counted_from(item: &MissionItem, frame: MavFrame, levels: Levels) -> (Mis
     }
     counted.frame = frame;
     let by_m = levels.amsl_m(item.frame).and_then(|old_m| Ok(old_m - levels.amsl_m(frame)?));
-    let alt_m = item.alt_m().unwrap_or(0.0) + by_m.unwrap_or(0.0);
-    counted.params[6] = Some((alt_m * 100.0).round() / 100.0);
+    counted.params[6] = Some(rounded(item.alt_m().unwrap_or(0.0) + by_m.unwrap_or(0.0), 2));
     (counted, by_m.err())
 }
 
@@ -74,6 +74,8 @@ mod tests {
             (home, 80.0, amsl, blind, 80.0, Some(UnknownLevel::Home)),
             (home, 80.0, terrain, no_ground, 80.0, Some(UnknownLevel::Ground)),
             (terrain, 80.0, home, blind, 80.0, Some(UnknownLevel::Ground)),
+            // a height that nobody can fly is no number without end
+            (home, -1e307, amsl, levels, -1e307, None),
         ] {
             let (counted, unknown) = counted_from(&from(old, alt_m), new, levels);
             assert_eq!((counted.frame, counted.alt_m()), (new, Some(expected_m)), "{old:?} {alt_m} to {new:?}");

@@ -963,6 +963,20 @@ fn a_height_above_the_ground_is_held_over_a_ridge() {
 }
 
 #[test]
+fn the_ground_ahead_is_looked_at_within_bounds() {
+    use std::sync::atomic::{AtomicU32, Ordering};
+    let plane = Aircraft { terrain_lookahead_m: 1e9, terrain_spacing_m: 0.0, ..Aircraft::default() };
+    let looks = AtomicU32::new(0);
+    // A wall 2 km north, on the way to a place 4,000 km away.
+    let wall = |point: GeoPoint| {
+        assert!(looks.fetch_add(1, Ordering::Relaxed) < 100_000);
+        Some(if distance_m(point, HOME.point().unwrap()) < 2_000.0 { 600.0 } else { 5_000.0 })
+    };
+    let flown = over(vec![takeoff(50.0), above_ground(0.0, 4e6, 60.0)], &plane, &wall);
+    assert_eq!(flown.ending, Ending::Ground);
+}
+
+#[test]
 fn ground_that_is_not_known_is_said_to_be() {
     let plane = Aircraft::default();
     let items = vec![takeoff(50.0), above_ground(0.0, 3_000.0, 90.0), above_ground(0.0, 4_500.0, 90.0)];

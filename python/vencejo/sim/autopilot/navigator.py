@@ -18,6 +18,8 @@ __all__ = ["Loiter", "Navigator"]
 
 _HEADING_TOLERANCE_RAD = math.radians(10.0)
 _LOOK_S = 0.5
+_LOOKS_AHEAD_M = 10_000.0
+"""How far ahead the ground is looked at, whatever TERRAIN_LOOKAHD is set to: the end of its range."""
 _ALONG_THE_LEG_RADII = 3.0
 """Radii from its centre beyond which a mission's circle is flown to along the leg that leads there."""
 
@@ -246,7 +248,7 @@ class Navigator:
         here = plane.here()
         bearing = bearing_rad(here, self.next)
         rise_m, far_m = 0.0, 0.0
-        while far_m < min(self.distance, plane.tune["TERRAIN_LOOKAHD"]):
+        while far_m < min(self.distance, plane.tune["TERRAIN_LOOKAHD"], _LOOKS_AHEAD_M):
             far_m += spacing_m
             ahead_m = plane.ground_rel_home_m(here.moved(bearing, far_m))
             if ahead_m is not None:

@@ -15,6 +15,9 @@ const LEAST_BANK_RAD: f64 = 25.0 * PI / 180.0;
 const SLOPES_ABOVE_M: f64 = 20.0;
 /// Decisions between two looks at the ground ahead: half a second, in which it is 10 m nearer.
 const STEPS_A_LOOK: u32 = 5;
+/// How far ahead it looks at the most, m, whatever it is set to (the range of `TERRAIN_LOOKAHD`), and at how many places.
+const LOOKS_AHEAD_M: f64 = 10_000.0;
+const MOST_LOOKS: f64 = 200.0;
 
 impl Autopilot<'_> {
     /// Target height for now.
@@ -72,11 +75,11 @@ impl Autopilot<'_> {
         let ground_m = self.follower.ground_m.unwrap_or(0.0);
         self.follower.steps = self.follower.steps.wrapping_add(1);
         let (speed, bearing) = (body.velocity.length(), (self.next.at - body.position).unit_or(NorthEast::default()));
-        let far_m = self.distance_m.min(self.plane.terrain_lookahead_m);
+        let far_m = self.distance_m.min(self.plane.terrain_lookahead_m).min(LOOKS_AHEAD_M);
         if self.is_on_circle() || speed < 1.0 {
             self.follower.rise_m = 0.0;
         } else if self.follower.steps.is_multiple_of(STEPS_A_LOOK) {
-            let spacing_m = self.plane.terrain_spacing_m.max(10.0);
+            let spacing_m = self.plane.terrain_spacing_m.max(10.0).max(far_m / MOST_LOOKS);
             let climbs_m = 0.5 * self.plane.tecs.climb_max_m_s / speed * spacing_m;
             let looks = (far_m / spacing_m).ceil().max(0.0) as u32;
             let rise_m = (1..=looks).filter_map(|look| {
