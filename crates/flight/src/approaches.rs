@@ -22,6 +22,8 @@ const FAN_DEG: f64 = 30.0;
 const ABOVE_FINAL_M: f64 = 30.0;
 /// How far from its circle a rehearsed approach begins at most, m: a way across the Earth says nothing of a landing, and takes hours.
 const FLOWN_FROM_M: f64 = 10_000.0;
+/// How long it may take from there, s: what takes longer does not come down.
+const LONGEST_S: f64 = 3_600.0;
 /// Crosswind that is worth a word, m/s.
 const CROSSWIND_M_S: f64 = 2.0;
 /// Distance between the point and the place where a rehearsed plane comes to rest that is doubtful, m.
@@ -519,7 +521,7 @@ fn flown(way: &Way, landing: &Landing, options: &LandingOptions, conditions: &Co
         doing: Doing::Mission,
     };
     let plan = Plan { mission: Mission { home: Some(home), items: landing.items.clone() }, ..Plan::default() };
-    let rehearsed = rehearse(&plan, &Conditions { home: Some(home), start, ..*conditions });
+    let rehearsed = rehearse(&plan, &Conditions { home: Some(home), start, longest_s: LONGEST_S, ..*conditions });
     let beyond_m = |place: GeoPoint| {
         let line = inverse(way.point, place);
         line.distance_m * wrap_180_deg(line.bearing_start_deg - landing.course_deg).to_radians().cos()
@@ -708,6 +710,17 @@ mod tests {
             90.0,
             "calm: from its beginning"
         );
+    }
+
+    #[test]
+    fn an_approach_that_takes_longer_than_an_hour_does_not_come_down() {
+        // Half a turn takes this plane hours.
+        let plane = Aircraft { bank_max_deg: 0.1, ..Aircraft::default() };
+        let conditions = Conditions { home: Some(HOME), ..Conditions::new(&plane, Air::default()) };
+        let site = Site::Runway(runway(90.0, 300.0));
+        for one in landing_alternatives(site, &options_of(&plane, None), &conditions).unwrap() {
+            assert!(one.flown.duration_s <= LONGEST_S + 1.0 && one.flown.rest_m.is_none(), "{:?}", one.flown);
+        }
     }
 
     #[test]

@@ -13,8 +13,10 @@ use crate::progress::target;
 use crate::rehearsal::{Aircraft, Conditions};
 use crate::words::figured;
 
-/// Plans that are looked through at the most, with what each would be after a change: a rehearsal of a long one takes some tenths of a second.
+/// Plans that are looked through at the most, with what each would be after a change; and the time that is flown in them at the most, s: half an
+/// hour in each. What flies for six hours is tried a few times, for with its returns it takes a second or two each time.
 const MOST_TRIES: usize = 32;
+const MOST_FLOWN_S: f64 = 16.0 * 3_600.0;
 /// Landings that are tried of those there are to choose from.
 const MOST_LANDINGS: usize = 4;
 /// Height of a take-off that is added, m above home.
@@ -156,11 +158,16 @@ impl Inspection<'_> {
     /// What is wrong or doubtful.
     #[must_use]
     pub fn findings(&self, plan: &Plan) -> Vec<Finding> {
+        self.look(plan).0
+    }
+
+    /// The same, and how long the plan is flown, s.
+    fn look(&self, plan: &Plan) -> (Vec<Finding>, f64) {
         let shown = |conditions: &Conditions<'_>| rehearse_and_check(plan, conditions, self.clearance_m);
         let drawn = check_plan(plan, &self.context);
         match self.conditions.as_ref().and_then(shown) {
-            Some((_, flown)) => with_flown(drawn, flown),
-            None => drawn,
+            Some((rehearsal, flown)) => (with_flown(drawn, flown), rehearsal.duration_s),
+            None => (drawn, 0.0),
         }
     }
 }
@@ -169,7 +176,7 @@ impl Inspection<'_> {
 /// Of findings of one kind with the same item the first alone.
 #[must_use]
 pub fn fixes(plan: &Plan, inspection: &Inspection<'_>) -> Vec<(Finding, Fix)> {
-    let found = inspection.findings(plan);
+    let (found, mut flown_s) = inspection.look(plan);
     let mut tries = MOST_TRIES;
     let mut fixed: Vec<(Finding, Fix)> = Vec::new();
     for finding in &found {
@@ -177,11 +184,13 @@ pub fn fixes(plan: &Plan, inspection: &Inspection<'_>) -> Vec<(Finding, Fix)> {
             continue;
         }
         for fix in candidates(plan, inspection, finding) {
-            if tries == 0 {
+            if tries == 0 || flown_s > MOST_FLOWN_S {
                 return fixed;
             }
             tries -= 1;
-            if resolves(plan, inspection, &found, finding, &fix) {
+            let (resolves, longer_s) = tried(plan, inspection, &found, finding, &fix);
+            flown_s += longer_s;
+            if resolves {
                 fixed.push((finding.clone(), fix));
                 break;
             }
@@ -190,13 +199,13 @@ pub fn fixes(plan: &Plan, inspection: &Inspection<'_>) -> Vec<(Finding, Fix)> {
     fixed
 }
 
-/// Whether the finding is gone after a change, and no error is there that was not.
-fn resolves(plan: &Plan, inspection: &Inspection<'_>, before: &[Finding], finding: &Finding, fix: &Fix) -> bool {
+/// Whether the finding is gone after a change, and no error is there that was not; and how long the plan is flown then, s.
+fn tried(plan: &Plan, inspection: &Inspection<'_>, before: &[Finding], finding: &Finding, fix: &Fix) -> (bool, f64) {
     let mut inspection = *inspection;
     if matches!(fix.kind, FixKind::SetParameter { .. }) {
         inspection.context.finds_landing = Some(true);
     }
-    let after = inspection.findings(&fix.applied(plan));
+    let (after, flown_s) = inspection.look(&fix.applied(plan));
     let count = |found: &[Finding], code: FindingCode, is_error: bool| {
         found.iter().filter(|one| one.code() == code && (!is_error || one.severity == Severity::Error)).count()
     };
@@ -204,7 +213,7 @@ fn resolves(plan: &Plan, inspection: &Inspection<'_>, before: &[Finding], findin
     let is_worse = |one: &Finding| {
         one.severity == Severity::Error && count(&after, one.code(), true) > count(before, one.code(), true)
     };
-    is_gone && !after.iter().any(is_worse)
+    (is_gone && !after.iter().any(is_worse), flown_s)
 }
 
 /// Changes that may resolve a finding, the best first.

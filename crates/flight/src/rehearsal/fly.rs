@@ -63,13 +63,15 @@ pub struct Conditions<'a> {
     pub start: Start,
     /// The ground; `None`: level, at home's height and at each landing's.
     pub ground: Option<&'a Ground<'a>>,
+    /// Longest flight that is rehearsed, s; default and most: six hours.
+    pub longest_s: f64,
 }
 
 impl<'a> Conditions<'a> {
     /// From the ground at the plan's home.
     #[must_use]
     pub const fn new(plane: &'a Aircraft, air: Air) -> Self {
-        Self { plane, air, home: None, start: Start::Ground { heading_deg: None }, ground: None }
+        Self { plane, air, home: None, start: Start::Ground { heading_deg: None }, ground: None, longest_s: LONGEST_S }
     }
 }
 
@@ -104,6 +106,7 @@ pub(super) struct Flight<'a> {
     empty: Option<(f64, Option<usize>)>,
     nearest: Nearest,
     step: u32,
+    longest_s: f64,
     has_engine: bool,
     ending: Option<Ending>,
 }
@@ -129,6 +132,7 @@ impl<'a> Flight<'a> {
             empty: None,
             nearest: Nearest::default(),
             step: 0,
+            longest_s: conditions.longest_s.min(LONGEST_S),
             has_engine: true,
             ending: None,
         }
@@ -198,7 +202,7 @@ impl<'a> Flight<'a> {
             match () {
                 () if rests => Some(if self.flown.landed { Ending::Landed } else { Ending::Ground }),
                 () if !body.has_flown && time_s >= GROUNDED_S => Some(Ending::Grounded),
-                () if time_s >= LONGEST_S => Some(Ending::TooLong),
+                () if time_s >= self.longest_s => Some(Ending::TooLong),
                 () if self.nearest.is_held(&self.autopilot, body, time_s) => Some(Ending::Held),
                 () => None,
             }

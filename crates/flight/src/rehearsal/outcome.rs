@@ -31,7 +31,7 @@ words! {
         Grounded = "grounded",
         /// At an item that is not rehearsed.
         NotRehearsed = "not-rehearsed",
-        /// After six hours.
+        /// After the longest time that is rehearsed, mostly six hours.
         TooLong = "too-long",
     }
 }
