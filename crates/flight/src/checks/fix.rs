@@ -4,7 +4,8 @@
 //! not told.
 
 use super::finding::{Finding, FindingCode, FindingKind, Severity};
-use super::{CheckContext, check_plan, rehearse_and_check, with_flown};
+use super::rehearsed::look;
+use super::{CheckContext, check_plan, with_flown};
 use crate::approaches::{Site, landing_alternatives, options_of};
 use crate::geodesy::{GeoPoint, direct, inverse};
 use crate::landing::LandingOptions;
@@ -13,10 +14,11 @@ use crate::progress::target;
 use crate::rehearsal::{Aircraft, Conditions};
 use crate::words::figured;
 
-/// Plans that are looked through at the most, with what each would be after a change; and the time that is flown in them at the most, s: half an
-/// hour in each. What flies for six hours is tried a few times, for with its returns it takes a second or two each time.
+/// Plans that are looked through at the most, with what each would be after a change.
 const MOST_TRIES: usize = 32;
-const MOST_FLOWN_S: f64 = 16.0 * 3_600.0;
+/// The time that is flown in them, s, after which no other is looked through: as long as so many of half an hour take with their returns, some
+/// seconds of a processor.
+const MOST_FLOWN_S: f64 = 72.0 * 3_600.0;
 /// Landings that are tried of those there are to choose from.
 const MOST_LANDINGS: usize = 4;
 /// Height of a take-off that is added, m above home.
@@ -161,12 +163,11 @@ impl Inspection<'_> {
         self.look(plan).0
     }
 
-    /// The same, and how long the plan is flown, s.
+    /// The same, and how long all that is flown for it takes, s.
     fn look(&self, plan: &Plan) -> (Vec<Finding>, f64) {
-        let shown = |conditions: &Conditions<'_>| rehearse_and_check(plan, conditions, self.clearance_m);
         let drawn = check_plan(plan, &self.context);
-        match self.conditions.as_ref().and_then(shown) {
-            Some((rehearsal, flown)) => (with_flown(drawn, flown), rehearsal.duration_s),
+        match self.conditions.as_ref().and_then(|conditions| look(plan, conditions, self.clearance_m)) {
+            Some(looked) => (with_flown(drawn, looked.findings), looked.all_s),
             None => (drawn, 0.0),
         }
     }
@@ -188,8 +189,8 @@ pub fn fixes(plan: &Plan, inspection: &Inspection<'_>) -> Vec<(Finding, Fix)> {
                 return fixed;
             }
             tries -= 1;
-            let (resolves, longer_s) = tried(plan, inspection, &found, finding, &fix);
-            flown_s += longer_s;
+            let (resolves, took_s) = tried(plan, inspection, &found, finding, &fix);
+            flown_s += took_s;
             if resolves {
                 fixed.push((finding.clone(), fix));
                 break;
@@ -199,7 +200,7 @@ pub fn fixes(plan: &Plan, inspection: &Inspection<'_>) -> Vec<(Finding, Fix)> {
     fixed
 }
 
-/// Whether the finding is gone after a change, and no error is there that was not; and how long the plan is flown then, s.
+/// Whether the finding is gone after a change, and no error is there that was not; and how long all that is flown for it takes, s.
 fn tried(plan: &Plan, inspection: &Inspection<'_>, before: &[Finding], finding: &Finding, fix: &Fix) -> (bool, f64) {
     let mut inspection = *inspection;
     if matches!(fix.kind, FixKind::SetParameter { .. }) {

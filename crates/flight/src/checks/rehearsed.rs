@@ -41,12 +41,28 @@ pub fn rehearse_and_check(
     conditions: &Conditions<'_>,
     clearance_m: f64,
 ) -> Option<(Rehearsal, Vec<Finding>)> {
+    let Looked { flown, findings, .. } = look(plan, conditions, clearance_m)?;
+    Some((flown, findings))
+}
+
+/// A plan that was flown and looked at.
+pub(super) struct Looked {
+    pub flown: Rehearsal,
+    pub findings: Vec<Finding>,
+    /// How long all that was flown for it takes, s.
+    pub all_s: f64,
+}
+
+/// As [`rehearse_and_check`].
+pub(super) fn look(plan: &Plan, conditions: &Conditions<'_>, clearance_m: f64) -> Option<Looked> {
     let flown = rehearse(plan, conditions)?;
     let mut moments: Vec<f64> =
         (1..=RETURNS).map(|n| flown.duration_s * f64::from(n) / f64::from(RETURNS + 1)).collect();
     moments.extend(on_final_legs(plan, &flown));
     moments.sort_by(f64::total_cmp);
     let asked = what_ifs(plan, conditions, &[Trigger::ReturnAsked, Trigger::GoAround], &moments)?;
+    let others_s = asked.iter().filter_map(|asked| Some(asked.flown.as_ref()?.duration_s - asked.at.time_s));
+    let all_s = 2.0 * flown.duration_s + others_s.sum::<f64>();
     let (returns, go_arounds): (Vec<_>, Vec<_>) =
         asked.into_iter().partition(|asked| asked.trigger == Trigger::ReturnAsked);
     let mut found = Found { plan, findings: Vec::new() };
@@ -55,8 +71,9 @@ pub fn rehearse_and_check(
     found.battery(&flown);
     found.returns(&returns, conditions.air.wind);
     found.go_arounds(&go_arounds);
-    found.findings.sort_by_key(|finding| finding.item);
-    Some((flown, found.findings))
+    let Found { mut findings, .. } = found;
+    findings.sort_by_key(|finding| finding.item);
+    Some(Looked { flown, findings, all_s })
 }
 
 /// What is wrong or doubtful in a plan that was rehearsed: what its lines show but for the legs that look short, for the flight shows whether

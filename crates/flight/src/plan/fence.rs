@@ -65,7 +65,8 @@ impl FenceShape {
             Self::Polygon { vertices } if vertices.len() > MAX_VERTICES => {
                 Some(ShapeFault::TooManyCorners { count: vertices.len() })
             }
-            Self::Circle { radius_m, .. } if !(radius_m.is_finite() && *radius_m > 0.0) => {
+            // As the wire has it: what is nothing there is none.
+            Self::Circle { radius_m, .. } if !((*radius_m as f32).is_finite() && *radius_m as f32 > 0.0) => {
                 Some(ShapeFault::Radius { radius_m: *radius_m })
             }
             _ => None,
@@ -313,7 +314,7 @@ mod tests {
 
     #[test]
     fn malformed_lists_are_refused_with_the_place() {
-        let cases: [(&[MissionItem], &str); 6] = [
+        let cases: [(&[MissionItem], &str); 7] = [
             (&[corner(2.0, 40.0), corner(2.0, 41.0)], "fence item 0: says that its polygon has 2 corners"),
             (&[corner(3.0, 40.0), corner(3.0, 41.0)], "fence item 0: starts a polygon of 3 corners but only 2"),
             (
@@ -324,6 +325,10 @@ mod tests {
             (
                 &[MissionItem::at(Command::NAV_FENCE_CIRCLE_INCLUSION, [0.0; 4], 40.0, -3.0, 0.0)],
                 "fence item 0: a radius of 0 m",
+            ),
+            (
+                &[MissionItem::at(Command::NAV_FENCE_CIRCLE_INCLUSION, [1e-60, 0.0, 0.0, 0.0], 40.0, -3.0, 0.0)],
+                "fence item 0: a radius of 0.00",
             ),
             (&[corner(f64::MAX, 40.0)], "fence item 0: says that its polygon has 1797"),
         ];
