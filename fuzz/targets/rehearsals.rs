@@ -1,202 +1,123 @@
-//! Any plan, flown by any plane in any wind: every rehearsal ends, and says of each moment only what is a number.
+//! Any plan, flown by any plane in any wind over any ground from any beginning: every rehearsal ends, says of each moment only what is a number,
+//! is the same when flown again, and is fit for all that is told of a flown plan.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use vencejo_flight::checks::rehearse_and_check;
-use vencejo_flight::geodesy::GeoPoint;
-use vencejo_flight::landing::Wind;
-use vencejo_flight::plan::{Command, Home, MavFrame, Mission, MissionItem, Plan};
-use vencejo_flight::rehearsal::{Air, Aircraft, Conditions, Rehearsal, Trigger, glide_range, rehearse, what_ifs};
+use vencejo_flight::alongside::{along, lowest};
+use vencejo_flight::guidance::NorthEast;
+use vencejo_flight::profile::profile;
+use vencejo_flight::progress::ProgressOptions;
+use vencejo_flight::rehearsal::{
+    Air, Conditions, Doubts, Expected, Learner, Recorded, Rehearsal, expected_at, fly_once, gather, nearest_to_ground,
+    rehearse,
+};
+use vencejo_flight::separation::{Limits, conflicts, track_of};
+use vencejo_flight::survey::photographs;
+use vencejo_flight::way::way;
 
+mod plans;
+mod sound;
 mod wild;
+use plans::Settings;
+use sound::check;
 use wild::Wild;
 
-const HOME: Home = Home { lat_deg: 40.0, lon_deg: -3.0, alt_amsl_m: 600.0 };
-
-/// What a rehearsal reads of the vehicle, and how much of it is much.
-const PARAMETERS: [(&str, f64); 87] = [
-    ("AIRSPEED_CRUISE", 40.0),
-    ("AIRSPEED_MAX", 50.0),
-    ("AIRSPEED_MIN", 30.0),
-    ("ALT_SLOPE_MAXHGT", 30.0),
-    ("ALT_SLOPE_MIN", 60.0),
-    ("ARSPD_TYPE", 2.0),
-    ("ARSPD_USE", 2.0),
-    ("BATT_CAPACITY", 9e3),
-    ("BATT_CRT_MAH", 3e3),
-    ("BATT_FS_CRT_ACT", 8.0),
-    ("BATT_FS_LOW_ACT", 8.0),
-    ("BATT_LOW_MAH", 3e3),
-    ("BATT_MONITOR", 10.0),
-    ("FLIGHT_OPTIONS", 4096.0),
-    ("FS_GCS_ENABL", 3.0),
-    ("FS_LONG_ACTN", 6.0),
-    ("FS_LONG_TIMEOUT", 300.0),
-    ("FS_SHORT_ACTN", 5.0),
-    ("FS_SHORT_TIMEOUT", 100.0),
-    ("KFF_RDDRMIX", 2.0),
-    ("LAND_FLARE_AIM", 100.0),
-    ("LAND_FLARE_ALT", 20.0),
-    ("LAND_FLARE_SEC", 10.0),
-    ("LAND_PF_ALT", 30.0),
-    ("LAND_PF_ARSPD", 20.0),
-    ("LAND_PF_SEC", 20.0),
-    ("LAND_PITCH_DEG", 20.0),
-    ("LAND_WIND_COMP", 100.0),
-    ("LEVEL_ROLL_LIMIT", 45.0),
-    ("MIN_GROUNDSPEED", 20.0),
-    ("NAVL1_DAMPING", 1.0),
-    ("NAVL1_LIM_BANK", 89.0),
-    ("NAVL1_PERIOD", 60.0),
-    ("NAVL1_XTRACK_I", 0.1),
-    ("PTCH2SRV_RLL", 1.5),
-    ("PTCH2SRV_RMAX_UP", 100.0),
-    ("PTCH2SRV_TCONST", 1.0),
-    ("PTCH_LIM_MAX_DEG", 90.0),
-    ("PTCH_LIM_MIN_DEG", 90.0),
-    ("PTCH_TRIM_DEG", 45.0),
-    ("RALLY_INCL_HOME", 1.0),
-    ("RALLY_LIMIT_KM", 10.0),
-    ("RLL2SRV_RMAX", 180.0),
-    ("RLL2SRV_TCONST", 1.0),
-    ("ROLL_LIMIT_DEG", 90.0),
-    ("RTL_ALTITUDE", 300.0),
-    ("RTL_AUTOLAND", 4.0),
-    ("RTL_CLIMB_MIN", 30.0),
-    ("RTL_RADIUS", 300.0),
-    ("SCALING_SPEED", 50.0),
-    ("SIM_RATE_HZ", 2400.0),
-    ("SIM_WIND_T", 3.0),
-    ("SIM_WIND_T_ALT", 100.0),
-    ("STALL_PREVENTION", 1.0),
-    ("TECS_APPR_SMAX", 10.0),
-    ("TECS_CLMB_MAX", 20.0),
-    ("TECS_FLARE_HGT", 15.0),
-    ("TECS_HDEM_TCONST", 5.0),
-    ("TECS_INTEG_GAIN", 0.5),
-    ("TECS_LAND_ARSPD", 30.0),
-    ("TECS_LAND_DAMP", 1.0),
-    ("TECS_LAND_PMAX", 45.0),
-    ("TECS_LAND_SINK", 2.0),
-    ("TECS_LAND_SPDWGT", 2.0),
-    ("TECS_LAND_TCONST", 5.0),
-    ("TECS_PITCH_MAX", 45.0),
-    ("TECS_PITCH_MIN", 45.0),
-    ("TECS_PTCH_DAMP", 1.0),
-    ("TECS_RLL2THR", 30.0),
-    ("TECS_SINK_MAX", 20.0),
-    ("TECS_SINK_MIN", 10.0),
-    ("TECS_SPDWEIGHT", 2.0),
-    ("TECS_THR_DAMP", 1.0),
-    ("TECS_TIME_CONST", 10.0),
-    ("TECS_VERT_ACC", 10.0),
-    ("TERRAIN_FOLLOW", 32.0),
-    ("TERRAIN_LOOKAHD", 10_000.0),
-    ("TERRAIN_SPACING", 100.0),
-    ("THR_MAX", 100.0),
-    ("THR_MIN", 100.0),
-    ("THR_SLEWRATE", 120.0),
-    ("TKOFF_ROTATE_SPD", 30.0),
-    ("TKOFF_THR_DELAY", 127.0),
-    ("TKOFF_THR_MINACC", 30.0),
-    ("TRIM_THROTTLE", 100.0),
-    ("WP_LOITER_RAD", 300.0),
-    ("WP_RADIUS", 300.0),
-];
-
-const COMMANDS: [u16; 24] =
-    [16, 16, 16, 17, 18, 19, 20, 21, 22, 30, 31, 82, 92, 93, 112, 114, 177, 178, 188, 189, 203, 206, 600, 601];
+/// Track samples that are learned from and compared at the most: enough for what they lead to.
+const MOST_SAMPLES: usize = 20_000;
 
 fuzz_target!(|data: &[u8]| {
     let mut wild = Wild(data);
     let what = wild.byte();
-    let wind = Wind { from_deg: wild.number(360.0), speed_m_s: wild.number(30.0) };
-    let set: Vec<(&str, f64)> = (0..wild.byte() % 8)
-        .map(|_| {
-            let (name, most) = wild.one_of(&PARAMETERS);
-            (name, wild.number(most))
-        })
-        .collect();
-    let get = |name: &str| set.iter().rev().find(|(set, _)| *set == name).map(|(_, value)| *value);
-    let plan = plan(&mut wild);
-    let plane = Aircraft::from_ardupilot(get);
-    // What a front door lets in.
-    let air = if (0.0..=60.0).contains(&wind.speed_m_s) && wind.from_deg.is_finite() {
-        Air::of(wind, get)
-    } else {
-        Air::default()
-    };
-    let hills = |point: GeoPoint| Some(600.0 + 80.0 * (point.lat_deg() * 3e3).sin() * (point.lon_deg() * 2e3).cos());
-    let conditions =
-        Conditions { ground: if what & 1 == 1 { Some(&hills) } else { None }, ..Conditions::new(&plane, air) };
-    match what >> 1 & 7 {
-        0 => {
-            if let Some((flown, findings)) = rehearse_and_check(&plan, &conditions, 30.0) {
-                check(&flown);
-                findings.iter().for_each(|finding| drop(finding.to_string()));
-            }
-        }
+    let settings = Settings::out_of(&mut wild);
+    let plane = settings.plane(&mut wild);
+    let air = settings.air(&mut wild);
+    let start = plans::start(&mut wild);
+    let plan = plans::plan(&mut wild);
+    let ground = plans::ground(what & 7);
+    let ground = ground.as_ref().map(|ground| ground as &vencejo_flight::rehearsal::Ground<'_>);
+    let conditions = Conditions { start, ground, longest_s: plans::longest_s(what), ..Conditions::new(&plane, air) };
+    let Some(flown) = rehearse(&plan, &conditions) else { return };
+    check(&flown);
+    match what >> 3 & 7 {
+        0 => assert_eq!(rehearse(&plan, &conditions).as_ref(), Some(&flown), "flown again it is the same"),
         1 => {
-            let found = what_ifs(&plan, &conditions, &Trigger::ALL, &[f64::from(wild.byte())]).unwrap_or_default();
-            found.iter().filter_map(|found| found.flown.as_ref()).for_each(check);
-            if let Some(first) = found.first() {
-                drop(glide_range(&plan, &conditions, &first.at));
+            let flights = (1..4).filter_map(|seed| fly_once(&plan, &conditions, &Doubts::default(), &flown, seed));
+            let mut flights: Vec<_> = flights.collect();
+            let spread = gather(flown.clone(), &flights);
+            let corridor = spread.corridor.iter().flat_map(|breadth| [breadth.across_m, breadth.height_m]);
+            let ranges = corridor.chain([spread.duration_s]).chain(spread.energy_wh).chain(spread.battery_left);
+            for range in ranges.chain(spread.touch_down_m) {
+                assert!(range.low <= range.median && range.median <= range.high, "{range:?}");
             }
+            flights.reverse();
+            assert_eq!(gather(flown, &flights), spread, "the order of the flights does not matter");
         }
-        _ => drop(rehearse(&plan, &conditions).as_ref().map(check)),
+        2 => learned(&flown, &plane),
+        _ => told(&plan, &conditions, &flown),
     }
 });
 
-fn plan(wild: &mut Wild<'_>) -> Plan {
-    let mut items = Vec::new();
-    while !wild.0.is_empty() && items.len() < 40 {
-        let command = wild.byte();
-        let command =
-            if command == 255 { u16::from(wild.byte()) } else { COMMANDS[usize::from(command) % COMMANDS.len()] };
-        let frame = wild.one_of(&[
-            MavFrame::GlobalRelativeAlt,
-            MavFrame::Global,
-            MavFrame::GlobalTerrainAlt,
-            MavFrame::Mission,
-            MavFrame::Other(7),
-        ]);
-        let mut params = [Some(0.0); 7];
-        // Bits say which parameters follow.
-        let there = wild.byte();
-        for (index, param) in params.iter_mut().enumerate().take(4) {
-            if there >> index & 1 == 1 {
-                *param = wild.maybe(64.0);
-            }
-        }
-        if there & 16 == 16 {
-            // Some hundred metres from home, or anywhere.
-            let (lat, lon) = (wild.number(0.02), wild.number(0.02));
-            let of = |off: f64, home: f64| Some(if off.abs() <= 0.02 { home + off } else { off });
-            (params[4], params[5]) = (of(lat, HOME.lat_deg), of(lon, HOME.lon_deg));
-        }
-        params[6] = if there & 32 == 32 { wild.maybe(400.0) } else { Some(80.0) };
-        items.push(MissionItem { command: Command(command), frame, params, autocontinue: true });
+/// What is told of a flight beside its plan.
+fn told(plan: &vencejo_flight::plan::Plan, conditions: &Conditions<'_>, flown: &Rehearsal) {
+    let way = way(&plan.mission, conditions.plane.airspeed_cruise_m_s, &ProgressOptions::default());
+    let known = |at| conditions.ground.and_then(|ground| ground(at));
+    let profile = profile(&plan.mission, &way, &known, 30.0);
+    let moments = flown.thinned(2.0);
+    let along_m = along(&moments, &flown.passages, &profile);
+    assert!(along_m.len() == moments.len() && along_m.iter().all(|along_m| along_m.is_finite()), "{along_m:?}");
+    if let Some(lowest) = lowest(&plan.mission, &moments, &along_m, 30.0) {
+        assert!(lowest.clearance_m.is_finite(), "{lowest:?}");
     }
-    Plan::from_mission(Mission { home: Some(HOME), items })
+    assert_eq!(nearest_to_ground(&flown.track).is_some(), flown.track.iter().any(|sample| sample.ground_m.is_some()));
+    let expect = |sample: &&vencejo_flight::rehearsal::Sample| Expected {
+        time_s: sample.time_s,
+        point: sample.point,
+        height_m: sample.height_m,
+        index: sample.index,
+    };
+    let expected: Vec<Expected> = moments.iter().map(expect).collect();
+    for moment in expected.iter().step_by(expected.len().div_ceil(20).max(1)) {
+        if let Some(found) = expected_at(&expected, moment.point, moment.index) {
+            assert!(found.time_s.is_finite() && found.height_m.is_finite(), "{found:?}");
+        }
+    }
+    for photo in photographs(flown, 1.0, 20.0) {
+        assert!(photo.time_s.is_finite() && photo.height_m.is_finite() && photo.heading_deg.is_finite(), "{photo:?}");
+    }
+    let samples = &flown.track[..flown.track.len().min(2_000)];
+    let tracks = [0.0, 7.5].map(|starts_s| track_of(samples, starts_s, 600.0));
+    for conflict in conflicts(&tracks, &Limits::default()) {
+        let numbers = [conflict.begins_s, conflict.ends_s, conflict.horizontal_m, conflict.vertical_m];
+        assert!(numbers.iter().all(|number| number.is_finite()), "{conflict:?}");
+        assert!(conflict.begins_s <= conflict.ends_s, "{conflict:?}");
+    }
 }
 
-fn check(flown: &Rehearsal) {
-    for sample in &flown.track {
-        let numbers = [
-            sample.time_s,
-            sample.height_m,
-            sample.height_asked_m,
-            sample.airspeed_m_s,
-            sample.groundspeed_m_s,
-            sample.course_deg,
-            sample.heading_deg,
-            sample.climb_m_s,
-            sample.bank_deg,
-            sample.pitch_deg,
-            sample.throttle,
-        ];
-        assert!(numbers.iter().all(|number| number.is_finite()), "{sample:?}");
+/// What a flight teaches is a plane that flies.
+fn learned(flown: &Rehearsal, plane: &vencejo_flight::rehearsal::Aircraft) {
+    let mut learner = Learner::of_recording();
+    for sample in flown.track.iter().take(MOST_SAMPLES) {
+        learner.note(Recorded {
+            time_s: sample.time_s,
+            velocity: NorthEast::from_bearing(sample.course_deg.to_radians()) * sample.groundspeed_m_s,
+            climb_m_s: sample.climb_m_s,
+            height_amsl_m: 600.0 + sample.height_m,
+            height_m: sample.height_m,
+            airspeed_m_s: sample.airspeed_m_s,
+            bank_rad: sample.bank_deg.to_radians(),
+            pitch_rad: sample.pitch_deg.to_radians(),
+            throttle: sample.throttle,
+            power_w: Some(300.0 * sample.throttle),
+            voltage_v: Some(11.1),
+        });
     }
-    assert!(flown.duration_s.is_finite() && flown.distance_m.is_finite(), "{flown:?}");
-    assert!(flown.duration_s <= 6.0 * 3_600.0 + 1.0);
+    let Some(learned) = learner.learned(plane) else { return };
+    assert_eq!(learned.airframe.fault(), None, "what was learned is let in again");
+    let wind = learned.wind;
+    assert!((0.0..=60.0).contains(&wind.speed_m_s) && (0.0..360.0).contains(&wind.from_deg), "{wind:?}");
+    let again = vencejo_flight::rehearsal::Aircraft { airframe: learned.airframe, ..*plane };
+    let home = vencejo_flight::plan::Home { lat_deg: 40.0, lon_deg: -3.0, alt_amsl_m: 600.0 };
+    let items = vec![vencejo_flight::plan::MissionItem::waypoint(40.01, -3.0, 80.0)];
+    let plan = vencejo_flight::plan::Plan::from_mission(vencejo_flight::plan::Mission { home: Some(home), items });
+    check(&rehearse(&plan, &Conditions::new(&again, Air::from(wind))).expect("home is known"));
 }

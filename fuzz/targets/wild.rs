@@ -1,4 +1,5 @@
 //! Numbers out of bytes: mostly such as people mean, sometimes such as nobody does.
+#![allow(dead_code)]
 
 /// What is left of the bytes; zeros after them.
 pub struct Wild<'a>(pub &'a [u8]);
@@ -47,7 +48,17 @@ impl Wild<'_> {
         }
     }
 
-    /// The same, or none.
+    /// The value of a setting: as often as not a small whole number, which is what switches, choices, counts and marks that are off have; for
+    /// one in sixteen of these below 0.
+    pub fn setting(&mut self, most: f64) -> f64 {
+        match self.byte() {
+            whole @ ..120 => f64::from(whole % 8),
+            below @ 120..128 => -f64::from(below - 119),
+            _ => self.number(most),
+        }
+    }
+
+    /// The same as [`Self::number`], or none.
     pub fn maybe(&mut self, most: f64) -> Option<f64> {
         if self.flag() { Some(self.number(most)) } else { None }
     }
