@@ -128,7 +128,7 @@ fn unknown(file_name: Option<&str>, found: &str) -> FlightError {
 ///
 /// # Errors
 /// [`FlightError::BadFile`] for a plan of which the format could hold nothing, or only one of two parts, or (GeoJSON, beyond some 6,000
-/// items) more than is read, [`FlightError::BadRally`] as
+/// items) more than is read, or (rows) what another list would have, [`FlightError::BadRally`] as
 /// [`write_plan_json`]; [`FlightError::BadFile`] too for [`PlanFormat::Points`], which is not written. Whatever could not be sent to a
 /// vehicle is not written either, with the error that sending has: nothing would read it.
 pub fn write_plan(plan: &Plan, settings: &PlanSettings, format: PlanFormat) -> Result<WrittenPlan> {
@@ -164,7 +164,10 @@ pub fn write_plan(plan: &Plan, settings: &PlanSettings, format: PlanFormat) -> R
             text
         }
         PlanFormat::Gpx => gpx::write_gpx(plan, &mut notes)?,
-        PlanFormat::Csv => table::write_table(plan),
+        PlanFormat::Csv => {
+            waypoints::check_lists(&plan.mission)?;
+            table::write_table(plan)
+        }
         PlanFormat::Points => {
             return Err(FlightError::BadFile(
                 "lists of points are read, not written; save the plan as .waypoints or .plan".into(),

@@ -245,13 +245,29 @@ fn read_row(line: usize, text: &str, may_be_home: bool) -> std::result::Result<R
     }
 }
 
+/// Whether a list of rows holds a mission: a row is of the list that its command belongs to.
+///
+/// # Errors
+/// [`FlightError::BadFile`] for an item of a fence or a rally point in a mission.
+pub(super) fn check_lists(mission: &Mission) -> Result<()> {
+    let mut items = mission.items.iter().enumerate();
+    items.find(|(_, item)| kind_of(item.command) != PlanKind::Mission).map_or(Ok(()), |(index, item)| {
+        Err(FlightError::BadFile(format!(
+            "item {} of the mission is {}, which such a file has in a list of its own; delete it, or save the plan as .plan",
+            index + 1,
+            item.command
+        )))
+    })
+}
+
 /// Writes the mission of a plan; of one without a mission its fence, else its rally points.
 ///
 /// An unknown home is written as 0/0, an unset parameter as it is sent: "NaN" where the command knows it (heading of a
 /// waypoint, take-off or landing), else 0.
 ///
 /// # Errors
-/// [`FlightError::BadFile`] for a fence and rally points without a mission: a file holds one of the two.
+/// [`FlightError::BadFile`] for a fence and rally points without a mission: a file holds one of the two; and for an item of a fence or a rally
+/// point in a mission, which would be read as another list.
 pub fn write_waypoints(plan: &Plan) -> Result<String> {
     let Plan { mission, fence, rally } = plan;
     let points = match (mission.items.is_empty(), fence.is_empty(), rally.points.is_empty()) {
@@ -264,6 +280,7 @@ pub fn write_waypoints(plan: &Plan) -> Result<String> {
         (true, true, false) => rally.to_items(),
         _ => Vec::new(),
     };
+    check_lists(mission)?;
     let mut text = String::from("QGC WPL 110\n");
     let home = mission.home.unwrap_or(Home { lat_deg: 0.0, lon_deg: 0.0, alt_amsl_m: 0.0 }).to_item();
     for (index, item) in std::iter::once(&home).chain(&mission.items).chain(&points).enumerate() {
@@ -284,6 +301,7 @@ pub fn write_waypoints(plan: &Plan) -> Result<String> {
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
+    use crate::formats::{PlanFormat, PlanSettings, write_plan};
     use proptest::prelude::*;
 
     const SAMPLE: &str = "QGC WPL 110\n\
@@ -291,6 +309,17 @@ pub(crate) mod tests {
         1\t0\t3\t22\t12.00000000\t0.00000000\t0.00000000\t0.00000000\t40.33320000\t-3.80133520\t60.000000\t1\n\
         2\t0\t10\t16\t0\t0\t0\tNaN\t40.3332\t-3.806049\t80\t1\n\
         3\t0\t2\t178\t0\t14\t-1\t0\t0\t0\t0\t1\n";
+
+    #[test]
+    fn an_item_of_another_list_is_not_written_among_those_of_a_mission() {
+        let circle = MissionItem::at(Command::NAV_FENCE_CIRCLE_INCLUSION, [0.0; 4], 40.0, -3.0, 0.0);
+        let items = vec![MissionItem::waypoint(40.0, -3.0, 80.0), circle];
+        let plan = Plan::from_mission(Mission { home: None, items });
+        for format in [PlanFormat::Waypoints, PlanFormat::Csv] {
+            let error = write_plan(&plan, &PlanSettings::default(), format).unwrap_err().to_string();
+            assert!(error.contains("item 2 of the mission is NAV_FENCE_CIRCLE_INCLUSION"), "{error}");
+        }
+    }
 
     #[test]
     fn a_mission_is_read() {
