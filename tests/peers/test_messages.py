@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import pickle
 import random
 import struct
@@ -82,7 +83,11 @@ def test_values_of_python_become_those_of_the_wire() -> None:
         assert (area.payload[:4], area.target_system, area.target_component) == ([0, 255, 16, 0], 1, 42)
         point = sent("SET_POSITION_TARGET_GLOBAL_INT", lat_int=-5, alt=12, vx=True)
         assert (point.lat_int, point.alt, point.vx, point.target_system) == (-5, 12.0, 1.0, 1)
+        itself: list[Any] = []
+        itself.append(itself)
         for name, fields in (
+            ("TUNNEL", {"payload": itself}),
+            ("TUNNEL", {"payload": itertools.count()}),
             ("TUNNEL", {"payload": [256]}),
             ("TUNNEL", {"payload": [0] * 129}),
             ("STATUSTEXT", {"text": "x" * 51}),

@@ -122,7 +122,7 @@ pub fn fields_of(message: &str, fields: &Bound<'_, PyDict>) -> PyResult<BTreeMap
     let mut given = BTreeMap::new();
     for (name, value) in fields.iter().filter(|(_, value)| !value.is_none()) {
         let name = name.extract::<String>()?;
-        let value = to_wire(&value).map_err(|_| {
+        let value = to_wire(&value, true).map_err(|_| {
             let kind = value.get_type();
             errors::raise("InvalidRequest", format!("{message}.{name} takes numbers or text, not {kind}"))
         })?;
@@ -131,7 +131,11 @@ pub fn fields_of(message: &str, fields: &Bound<'_, PyDict>) -> PyResult<BTreeMap
     Ok(given)
 }
 
-fn to_wire(value: &Bound<'_, PyAny>) -> PyResult<FieldValue> {
+/// Values of a sequence that are looked at: a payload has no more bytes, and an iterator need not end.
+const MOST_VALUES: usize = 256;
+
+/// What is within a sequence is none itself: it could hold itself.
+fn to_wire(value: &Bound<'_, PyAny>, may_be_sequence: bool) -> PyResult<FieldValue> {
     if let Ok(text) = value.cast::<PyString>() {
         return Ok(FieldValue::Text(text.to_str()?.to_owned()));
     }
@@ -152,8 +156,9 @@ fn to_wire(value: &Bound<'_, PyAny>) -> PyResult<FieldValue> {
     if let Ok(whole) = value.extract::<i64>() {
         return Ok(FieldValue::Signed(whole));
     }
-    if let Ok(values) = value.try_iter() {
-        return Ok(FieldValue::List(values.map(|value| to_wire(&value?)).collect::<PyResult<_>>()?));
+    if may_be_sequence && let Ok(values) = value.try_iter() {
+        let values = values.take(MOST_VALUES).map(|value| to_wire(&value?, false));
+        return Ok(FieldValue::List(values.collect::<PyResult<_>>()?));
     }
     Ok(FieldValue::Float(value.extract()?))
 }
