@@ -87,6 +87,15 @@ async def test_a_newcomer_draws_a_plan_before_there_is_a_plane(open_station: Ope
         assert (second["item"], second["leg"]["from_item"], second["leg"]["kind"]) == (2, 1, "flown")
         await expect(station.items.nth(1)).to_contain_text(f"{round(second['leg']['course_deg']):03}°")
 
+        # A plan that is opened comes into view, wherever it lies.
+        await open_file(station, DEMO)
+        await expect(station.items).to_have_count(len(Plan.load(DEMO)))
+        scale = await station.map_scale()
+        left, top, right, bottom = await station.free_map()
+        seen = [scale.pixel(item.lat_deg, item.lon_deg) for item in Plan.load(DEMO) if item.lat_deg and item.lon_deg]
+        assert all(left < x < right and top < y < bottom for x, y in seen)
+        assert max(x for x, _ in seen) - min(x for x, _ in seen) > 50
+
 
 async def test_a_plan_is_edited_undone_and_kept(open_station: OpenStation, serve: Serve) -> None:
     with Plane() as plane:

@@ -104,11 +104,11 @@ export const mapEn = {
   'plan.needVehicle': 'A vehicle is needed to send or read.',
   'plan.needControl': 'You can send once you have control.',
   'plan.unconverted.home':
-    'The heights keep their numbers, and are others in space, since the height of home is not known. Check the items {items}.',
+    'The heights keep their numbers, and are others in space, since the height of home is not known. To check: {items}.',
   'plan.unconverted.ground':
-    'The heights keep their numbers, and are others in space, since the height of the ground there is not known. Check the items {items}.',
+    'The heights keep their numbers, and are others in space, since the height of the ground there is not known. To check: {items}.',
   'plan.unconverted.frame':
-    'The heights keep their numbers, since it is not known what they counted from. Check the items {items}.',
+    'The heights keep their numbers, since it is not known what they counted from. To check: {items}.',
   'plan.diff': 'What differs ({count})',
   'plan.diff.added': '{draft}: {name}, not on the vehicle',
   'plan.diff.removed': '{vehicle} on the vehicle: {name}, not in this plan',

@@ -106,11 +106,11 @@ export const mapEs: Record<keyof typeof mapEn, string> = {
   'plan.needVehicle': 'Para enviar o leer hace falta un vehículo.',
   'plan.needControl': 'Podrás enviar cuando tengas el control.',
   'plan.unconverted.home':
-    'Las alturas conservan sus números, y ya no son las mismas en el espacio, porque no se sabe la altura de casa. Revisa los puntos {items}.',
+    'Las alturas conservan sus números, y ya no son las mismas en el espacio, porque no se sabe la altura de casa. A revisar: {items}.',
   'plan.unconverted.ground':
-    'Las alturas conservan sus números, y ya no son las mismas en el espacio, porque no se sabe la altura del terreno allí. Revisa los puntos {items}.',
+    'Las alturas conservan sus números, y ya no son las mismas en el espacio, porque no se sabe la altura del terreno allí. A revisar: {items}.',
   'plan.unconverted.frame':
-    'Las alturas conservan sus números, porque no se sabe desde dónde contaban. Revisa los puntos {items}.',
+    'Las alturas conservan sus números, porque no se sabe desde dónde contaban. A revisar: {items}.',
   'plan.diff': 'Qué es distinto ({count})',
   'plan.diff.added': '{draft}: {name}, no está en el vehículo',
   'plan.diff.removed': '{vehicle} en el vehículo: {name}, no está en este plan',
