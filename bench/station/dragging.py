@@ -57,17 +57,19 @@ WATCH = """() => {
             }));
         },
     });
-    // the canvas of the plan is the third that is painted by hand, from the bottom: it is done when the next one is begun
-    let painting = false;
+    // the canvas of the plan lies below that of the planes, which is the last that is painted by hand
+    const plan = () => [...document.querySelectorAll('.ol-layers canvas[aria-hidden]')].at(-2);
     const clear = CanvasRenderingContext2D.prototype.clearRect;
     CanvasRenderingContext2D.prototype.clearRect = function (...box) {
-        if (painting) {
+        if (answered && asked !== null && this.canvas === plan()) {
             const { at, event } = asked;
-            [asked, answered, painting] = [null, false, false];
-            bench.drawn_ms.push(performance.now() - at);
-            bench.waited_ms.push(at - event);
+            [asked, answered] = [null, false];
+            // it is painted in one go
+            queueMicrotask(() => {
+                bench.drawn_ms.push(performance.now() - at);
+                bench.waited_ms.push(at - event);
+            });
         }
-        painting = answered && asked !== null && this.canvas === document.querySelectorAll('.ol-layers canvas[aria-hidden]')[2];
         return clear.apply(this, box);
     };
 }"""
