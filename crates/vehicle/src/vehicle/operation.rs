@@ -13,6 +13,9 @@ use crate::request::RequestId;
 
 /// How long an effect may take to show after the command was accepted: several heartbeats.
 pub(super) const EFFECT_WITHIN: Duration = Duration::from_secs(5);
+/// And how long when the vehicle has said nothing since that speaks for it or against it: where every second heartbeat is lost, one in thirty
+/// commands has no word within five seconds.
+pub(super) const WORD_WITHIN: Duration = Duration::from_secs(10);
 
 /// A request under way.
 #[derive(Debug)]
@@ -39,8 +42,8 @@ pub(super) enum State {
     Commanding { command: Commanding, id: CommandId, asked: bool },
     /// It was refused; the vehicle may write why.
     Refused { command: Commanding, result: CommandResult, until: MonoTime },
-    /// It was accepted; its effect has to show.
-    Awaiting { command: Commanding, until: MonoTime },
+    /// It was accepted; its effect has to show. Once it is overdue the next word about it decides.
+    Awaiting { command: Commanding, until: MonoTime, is_overdue: bool },
     /// A message without acknowledgement was sent; its effect has to show.
     Telling(Box<Telling>),
     /// A transfer waits until it is written down that it begins.

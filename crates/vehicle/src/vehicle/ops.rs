@@ -5,7 +5,7 @@ use std::time::Duration;
 use vencejo_proto::{Message, MonoTime};
 
 use super::Vehicle;
-use super::operation::{Commanding, EFFECT_WITHIN, Op, Seen, State};
+use super::operation::{Commanding, EFFECT_WITHIN, Op, Seen, State, WORD_WITHIN};
 use super::steps::{Effect, Fallback, Step};
 use crate::command::{CommandId, CommandOutcome, CommandOutput, CommandResult, Unanswered, WhenBusy, cmd};
 use crate::error::VehicleError;
@@ -30,9 +30,10 @@ impl Vehicle {
         self.tell_again(now);
         let mut index = 0;
         while index < self.ops.len() {
+            self.wait_for_a_word(index, now);
             let error = match &self.ops[index].state {
                 State::Refused { command, result, until } if now >= *until => Some(self.refused(command, *result, now)),
-                State::Awaiting { command, until } if now >= *until => Some(self.not_confirmed(command, now)),
+                State::Awaiting { command, until, .. } if now >= *until => Some(self.not_confirmed(command, now)),
                 _ => None,
             };
             match error {
@@ -56,19 +57,19 @@ impl Vehicle {
     }
 
     pub(super) fn not_confirmed(&self, command: &Commanding, now: MonoTime) -> VehicleError {
-        let heartbeat = self.telemetry.heartbeat;
+        let is_since = |at: MonoTime| at >= self.telling_from(command);
+        let heartbeat = self.telemetry.heartbeat.filter(|heartbeat| is_since(heartbeat.at));
+        let mission = self.telemetry.mission.filter(|mission| is_since(mission.at));
         let shown = |text: Option<String>| text.unwrap_or_else(|| "nothing".to_owned());
         let armed = |is_armed: bool| if is_armed { "armed" } else { "disarmed" }.to_owned();
         let (wanted, observed) = match command.effect {
             Effect::Received(message_id) => return VehicleError::MessageNotReceived { message_id },
             Effect::Armed(is_armed) => (armed(is_armed), shown(heartbeat.map(|h| armed(h.value.is_armed)))),
             Effect::Mode(mode) => (format!("mode {mode}"), shown(heartbeat.map(|h| format!("mode {}", h.value.mode)))),
-            Effect::Current(seq) => {
-                (format!("item {seq}"), shown(self.telemetry.mission.map(|m| format!("item {}", m.value.seq))))
-            }
+            Effect::Current(seq) => (format!("item {seq}"), shown(mission.map(|m| format!("item {}", m.value.seq)))),
             Effect::AtBeginning(last) => {
                 let wanted = format!("the mission's beginning (item {last})");
-                (wanted, shown(self.telemetry.mission.map(|m| format!("item {}", m.value.seq))))
+                (wanted, shown(mission.map(|m| format!("item {}", m.value.seq))))
             }
             Effect::Acknowledged | Effect::Airborne | Effect::JumpedFrom(_) | Effect::Restarted => {
                 ("its effect".to_owned(), shown(None))
@@ -319,6 +320,17 @@ impl Vehicle {
         self.ops.iter().position(|op| matches!(op.state, State::Commanding { id, .. } if id == command))
     }
 
+    /// A vehicle that has not said a word about an effect since does not show that it is missing.
+    fn wait_for_a_word(&mut self, index: usize, now: MonoTime) {
+        let State::Awaiting { command, until, is_overdue: false } = &self.ops[index].state else { return };
+        if now < *until || matches!(command.effect, Effect::Received(_)) || self.seen(command) != Seen::NotYet {
+            return;
+        }
+        if let State::Awaiting { until, is_overdue, .. } = &mut self.ops[index].state {
+            (*until, *is_overdue) = (*until + (WORD_WITHIN - EFFECT_WITHIN), true);
+        }
+    }
+
     pub(super) fn on_command_finished(&mut self, index: usize, outcome: CommandOutcome, now: MonoTime) {
         let State::Commanding { command, .. } = std::mem::replace(&mut self.ops[index].state, State::Ready) else {
             return;
@@ -343,7 +355,7 @@ impl Vehicle {
                 };
                 match within {
                     Some(within) => {
-                        self.ops[index].state = State::Awaiting { command, until: now + within };
+                        self.ops[index].state = State::Awaiting { command, until: now + within, is_overdue: false };
                         self.check_effect(index, now);
                     }
                     None => {
@@ -413,6 +425,12 @@ impl Vehicle {
                 self.ops[index].state = State::Ready;
                 self.advance(op, now);
             }
+            (Seen::NotShown | Seen::Overtaken(_), None) => {
+                if matches!(self.ops[index].state, State::Awaiting { is_overdue: true, .. }) {
+                    let error = self.not_confirmed(command, now);
+                    self.finish(index, Err(error));
+                }
+            }
             (Seen::NotShown, Some((id, true))) => {
                 self.commands.repeat(id, now);
                 if let State::Commanding { command, asked, .. } = &mut self.ops[index].state {
@@ -438,10 +456,14 @@ impl Vehicle {
         }
     }
 
+    /// From when on what the vehicle says counts against a command: what was on its way when it was sent proves nothing.
+    fn telling_from(&self, command: &Commanding) -> MonoTime {
+        command.last_sent + self.config.commands.timeout / 2
+    }
+
     /// How the effect of a command looks by what the vehicle has said since it was sent.
     pub(super) fn seen(&self, command: &Commanding) -> Seen {
-        // What was on its way when the command was sent proves nothing against it.
-        let fresh = command.last_sent + self.config.commands.timeout / 2;
+        let fresh = self.telling_from(command);
         let by_heartbeat = |is_shown: bool, at: MonoTime| {
             if is_shown && at >= command.first_sent {
                 Seen::Shown

@@ -563,6 +563,28 @@ fn a_go_to_has_entered_guided_and_takes_it_from_nobody() {
     assert!(matches!(ask(&mut world, go()), Err(VehicleError::NotConfirmed { .. })));
 }
 
+/// Whose heartbeats fail to come says nothing against what it accepted: the next one decides, and without one nothing is known.
+#[test]
+fn an_effect_is_missing_when_the_vehicle_says_so() {
+    let arm_unheard_for = |s: u64, is_lazy: bool| {
+        let mut world = connected();
+        world.plane.is_lazy = is_lazy;
+        let id = start(&mut world, ARM);
+        world.plane.next_heartbeat = world.now + Duration::from_secs(s);
+        let before = world.now;
+        let result = end(&mut world, id, 30);
+        (result, world.now.since(before).as_secs())
+    };
+    assert_eq!(arm_unheard_for(7, false), (Ok(Reply::Done), 7));
+    let shown = |result| match result {
+        (Err(VehicleError::NotConfirmed { observed, .. }), after_s) => (observed, after_s),
+        other => panic!("{other:?}"),
+    };
+    assert_eq!(shown(arm_unheard_for(2, true)), ("disarmed".to_owned(), 5));
+    assert_eq!(shown(arm_unheard_for(7, true)), ("disarmed".to_owned(), 7));
+    assert_eq!(shown(arm_unheard_for(60, true)), ("nothing".to_owned(), 10));
+}
+
 // fault 22: 1 of 10 sent, 9 told that it is under way
 #[test]
 fn one_at_a_time_and_ten_clicks_are_one() {

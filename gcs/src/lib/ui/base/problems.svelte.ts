@@ -2,7 +2,7 @@
 // A code without a text, as of a newer server, is told in the server's own English.
 import { isNoAnswer } from '$lib/api/problem';
 import type { Problem } from '$lib/api/types';
-import { hasText, t, type MessageKey } from '$lib/i18n/index.svelte';
+import { hasText, t, translated, type MessageKey } from '$lib/i18n/index.svelte';
 import { settings } from '$lib/state/settings.svelte';
 import { operatorName } from './names';
 
@@ -19,7 +19,17 @@ type Fields = Readonly<Record<string, unknown>>;
 /** Fields of a cause that hold English words. */
 const WORDS = ['problem', 'expected', 'wanted', 'observed', 'reason', 'step', 'what', 'action'] as const;
 /** Causes whose own text tells these words already. */
-const TOLD = new Set(['recorder', 'not-found', 'plan-unknown', 'only-mission', 'too-many', 'command-refused']);
+const TOLD = new Set([
+  'recorder',
+  'not-found',
+  'not-confirmed',
+  'plan-unknown',
+  'only-mission',
+  'too-many',
+  'command-refused',
+]);
+/** What a vehicle shows, or should. */
+const SHOWN = ['armed', 'disarmed', 'nothing', 'effect', 'beginning', 'mode', 'item'] as const;
 
 export function problemWords(problem: Problem): ProblemWords {
   if (isNoAnswer(problem)) return { text: t('problem.noAnswer'), said: '', remedy: '' };
@@ -56,11 +66,26 @@ function wordsOf(cause: Fields): Record<string, string> {
     Object.entries(cause).map(([name, value]) => {
       const key = `${named[name] ?? ''}.${String(value)}`;
       if (hasText(key)) return [name, t(key)];
-      if (typeof value === 'number') return [name, value.toLocaleString(settings.locale, { maximumFractionDigits: 7 })];
+      if (typeof value === 'number') return [name, numberOf(name, value)];
+      if (name === 'wanted' || name === 'observed') return [name, shownWords(String(value))];
       if (name === 'holder' && typeof value === 'string') return [name, operatorName(value)];
       return [name, value === null ? t('value.none') : String(value)];
     }),
   );
+}
+
+/** The first text that says it: what came of one is not looked up again, so a mode may be called anything. */
+function shownWords(said: string): string {
+  for (const shown of SHOWN) {
+    const words = translated(`shown.${shown}`, said);
+    if (words !== said) return words;
+  }
+  return said;
+}
+
+/** Times and speeds to a tenth, as one tells them; what may be a coordinate as far as a coordinate is known. */
+function numberOf(name: string, value: number): string {
+  return value.toLocaleString(settings.locale, { maximumFractionDigits: name.endsWith('_s') ? 1 : 7 });
 }
 
 /** A word of a closed list that the server gives in English; another word is told as it is. */
