@@ -9,7 +9,7 @@ from collections.abc import AsyncIterator
 
 from playwright.async_api import Browser, async_playwright
 
-NAMES = ("chromium", "chromium-browser", "google-chrome-stable", "google-chrome")
+NAMES = ("chromium-headless-shell", "chromium", "chromium-browser", "google-chrome-stable", "google-chrome")
 ARGUMENTS = [
     *("--disable-gpu", "--disable-quic", "--no-first-run", "--disable-sync"),
     *("--disable-background-networking", "--disable-component-update"),
@@ -45,7 +45,7 @@ PHONE = (390, 844)
 
 
 def chromium() -> str:
-    """Where it is."""
+    """Where it is: the one without windows costs these tests a quarter less than a whole one that shows none."""
     for name in filter(None, (os.environ.get("VENCEJO_CHROMIUM"), *NAMES)):
         if found := shutil.which(name):
             return found
