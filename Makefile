@@ -16,8 +16,8 @@ CHECK := scripts/check.sh
 CARGO_TEST := --workspace --locked --features vencejo-py/fleet
 DEMO_ARGS ?=
 PYTEST_ARGS ?=
-# Twice as many as there are cores: most tests wait for a plane or a page half of their time.
-PYTEST_WORKERS ?= $(shell echo $$(( 2 * $$(nproc) )))
+# Three times as many as there are cores: most tests wait for a plane or a page most of their time.
+PYTEST_WORKERS ?= $(shell echo $$(( 3 * $$(nproc) )))
 # What of `make test` runs side by side: compilers and checkers leave gaps in which the others go on.
 SIDE_BY_SIDE := --no-print-directory --jobs=3 --output-sync IS_SIDE_BY_SIDE=yes
 BENCH_ARGS ?=
@@ -47,15 +47,15 @@ demo: ## The ground station with a simulated plane that flies the demo mission; 
 LINT_CHECKS := clippy arrows rustfmt ruff-format ruff mypy
 test: ## Everything that CI runs: layout, format, lints, types, Rust and Python tests
 	@scripts/tree_state.sh save
-	@$(MAKE) $(SIDE_BY_SIDE) dev-env native-as-tested $(filter-out arrows,$(LINT_CHECKS)) cargo-test gcs-check gcs-test
-	@$(CHECK) pytest $(PY) -m pytest -q -n $(PYTEST_WORKERS) --dist worksteal $(PYTEST_ARGS)
+	@$(MAKE) $(SIDE_BY_SIDE) dev-env native-as-tested $(filter-out arrows,$(LINT_CHECKS)) cargo-test-built gcs-check gcs-test
+	@$(MAKE) $(SIDE_BY_SIDE) cargo-test pytest
 	@$(CHECK) tree scripts/tree_state.sh check
 	@printf '\nmake test: all passed\n'
 
 lint: ## Only the layout, format, lint and type checks
 	@$(MAKE) $(SIDE_BY_SIDE) dev-env lint-checks
 
-.PHONY: lint-checks $(LINT_CHECKS) cargo-test native-as-tested gcs-check gcs-test
+.PHONY: lint-checks $(LINT_CHECKS) cargo-test-built cargo-test pytest native-as-tested gcs-check gcs-test
 lint-checks: $(LINT_CHECKS)
 arrows: dev-env
 	@$(CHECK) arrows $(PY) scripts/check_arrows.py
@@ -70,8 +70,13 @@ mypy: dev-env
 clippy: rust-env
 	@$(CHECK) clippy cargo clippy --quiet $(CARGO_TEST) --all-targets -- -D warnings
 # After clippy, for whose folder it would wait.
-cargo-test: clippy
+cargo-test-built: clippy
+	@$(CHECK) cargo-test-built cargo test --quiet --no-run $(CARGO_TEST)
+cargo-test:
 	@$(CHECK) cargo-test cargo test --quiet $(CARGO_TEST)
+# `+`: told as it goes, also beside another.
+pytest:
+	+@$(CHECK) pytest $(PY) -m pytest -q -n $(PYTEST_WORKERS) --dist worksteal $(PYTEST_ARGS)
 # From what the Rust tests are compiled from, with their assertions and without link-time optimisation: minutes less.
 native-as-tested: app clippy
 	@scripts/setup.sh native as-tested
