@@ -220,6 +220,12 @@ def test_what_is_no_url_is_not_repeated() -> None:
     assert "s3cret" not in str(refused.value)
 
 
+@pytest.mark.parametrize("source", ["on-demand:" * 5000 + "rtsp://cam/live", "on-demand:on-demand:sim"])
+def test_on_demand_stands_once(source: str) -> None:
+    with pytest.raises(CameraError, match="on-demand: stands once"):
+        parse_source(source)
+
+
 class OnDemand:
     """Sources that count how often they are opened, each with a picture a turn."""
 

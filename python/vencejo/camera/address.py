@@ -89,8 +89,13 @@ def parse_source(text: str) -> SourceAddress:
     'rtsp://…@10.0.0.5/live'
     """
     text = text.strip()
+    found = _source(text.removeprefix(ON_DEMAND).strip())
+    return replace(found, is_on_demand=text.startswith(ON_DEMAND))
+
+
+def _source(text: str) -> SourceAddress:
     if text.startswith(ON_DEMAND):
-        return replace(parse_source(text.removeprefix(ON_DEMAND)), is_on_demand=True)
+        raise CameraError(f"{ON_DEMAND} stands once before a source; {HELP}")
     if not text or "\0" in text:
         raise CameraError(f"no camera source: {HELP}")
     scheme = text.partition("://")[0].lower() if "://" in text else ""
