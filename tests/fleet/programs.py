@@ -17,7 +17,7 @@ from tests.fleet.proxy import Way, open_way
 from tests.server.client import Client
 from tests.support import simulated_plane, wait_for
 
-__all__ = ["FarPlane", "Program", "command", "far_plane"]
+__all__ = ["FarPlane", "Program", "command", "far_plane", "ground_station"]
 
 
 class Program:
@@ -58,6 +58,17 @@ def command(data: Path, *args: str, clock: Clock | None = None) -> Iterator[Prog
             process.terminate()
 
 
+@contextlib.contextmanager
+def ground_station(data: Path, listen: int = 0, router: int | None = None) -> Iterator[tuple[Program, dict[str, Any]]]:
+    """A ground station that is a router at a port of this machine, linked with another one's, and what it told of itself at its start."""
+    linked = [] if router is None else ["--fleet-router", f"tcp/127.0.0.1:{router}"]
+    with command(
+        data, "serve", "--fleet", "acme", "--fleet-listen", f"tcp/127.0.0.1:{listen}", *linked, "--port", "0",
+        "--link", "udpin:127.0.0.1:0",
+    ) as program:  # fmt: skip
+        yield program, program.line()
+
+
 @dataclass
 class FarPlane:
     """A simulated plane, the station on board and the ground station as programs of their own, with a way between them that can be cut."""
@@ -90,16 +101,9 @@ class FarPlane:
 
 
 @contextlib.contextmanager
-def far_plane(folder: Path, *on_board: str) -> Iterator[FarPlane]:
-    """A plane far away that is in the ground station's list; `on_board` are options of the station on board."""
-    with (
-        simulated_plane() as link,
-        command(
-            folder / "ground", "serve", "--fleet", "acme", "--fleet-listen", "tcp/127.0.0.1:0", "--port", "0",
-            "--link", "udpin:127.0.0.1:0",
-        ) as ground,
-    ):  # fmt: skip
-        told = ground.line()
+def far_plane(folder: Path, *on_board: str, listen: int = 0, router: int | None = None) -> Iterator[FarPlane]:
+    """A plane far away that is in the ground station's list; `on_board` are options of the station on board, the others of the ground station."""
+    with simulated_plane() as link, ground_station(folder / "ground", listen, router) as (ground, told):
         endpoint, key = told["fleet"]["endpoint"], told["fleet"]["key"]
         with (
             open_way(int(endpoint.rpartition(":")[2])) as way,
