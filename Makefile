@@ -34,7 +34,7 @@ FUZZ_SECONDS ?= 60
 FUZZ_TARGETS ?=
 SCREENSHOT_ARGS ?=
 
-.PHONY: help demo test lint soak faults fuzz sanitize audit fmt bench truth screenshots docs wheel lock clean rust-env dev-env app native
+.PHONY: help demo test lint soak ros faults fuzz sanitize audit fmt bench truth screenshots docs wheel lock clean rust-env dev-env app native
 
 help: ## Show this list
 	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "  make %-8s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -98,6 +98,10 @@ soak: dev-env native ## The long forms of the fault tests, hours of them (SOAK_S
 		real_files lossy:: faults:: mixed:: recorder::tests what_is_sent intact_frames schedules:: every_whole no_bytes_panic no_payload_panics
 	VENCEJO_TEST_FRAMES=$(SOAK_FRAMES) $(PY) -m pytest -q --timeout=0 tests/peers/test_c_parser.py
 	VENCEJO_SOAK_S=$(SOAK_S) VENCEJO_SOAK_TIMES=$(SOAK_TIMES) $(PY) -m pytest -q -s -m soak tests
+
+ros: dev-env native ## A plane in ROS 2 read by rclpy's own serialisation and by hiroz, which is built first (400 crates): the nightly form
+	@scripts/setup.sh ros
+	$(PY) -m pytest -q -m soak tests/fleet/test_ros2_rclpy.py tests/fleet/test_ros2_hiroz.py
 
 audit: dev-env ## Licences, sources, duplicates and known faults of everything that is not ours
 	@$(PY) scripts/audit.py $(AUDIT_ARGS)

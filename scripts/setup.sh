@@ -11,7 +11,8 @@
 #                             reading the web app from gcs/dist; what is there of the other two will do for it
 #   scripts/setup.sh ready    all of that for `make demo` (`ready demo`) or `make native` (`ready native`), side by side, and how far it is
 #   scripts/setup.sh ice      ZeroC Ice and what else the tests of the JdeRobot interfaces need
-#   scripts/setup.sh soak     what `make soak` needs beside that: strace, and where Python is 3.11 ROS 2's own serialisation (.cache/ros)
+#   scripts/setup.sh soak     what `make soak` needs beside that: strace, and `ros`
+#   scripts/setup.sh ros      readers of ROS 2: where Python is 3.11 its own serialisation (.cache/ros), and one in Rust (.cache/ros2-hiroz)
 #   scripts/setup.sh rust     only check that Rust and a C linker are there
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -213,6 +214,12 @@ ros_python() {
     echo "$want" >.cache/ros/lock
 }
 
+# Some 400 crates, minutes and 1.6 GB the first time, for tests/fleet/test_ros2_hiroz.py.
+ros_reader() {
+    need_rust
+    cargo build --quiet --locked --manifest-path tests/fleet/ros2_hiroz/Cargo.toml --target-dir .cache/ros2-hiroz
+}
+
 need_node() {
     local have
     command -v node >/dev/null && command -v npm >/dev/null \
@@ -293,12 +300,13 @@ case "${1:-}" in
     demo) python_env demo ;;
     dev) need_chromium; need_mapserver; need_faketime; python_env dev ;;
     docs) python_env docs ;;
-    soak) command -v strace >/dev/null || apt strace; ros_python ;;
+    soak) command -v strace >/dev/null || apt strace; ros_python; ros_reader ;;
+    ros) ros_python; ros_reader ;;
     app) app; npm_packages gcs ;;
     app-packages) need_node; npm_packages gcs ;;
     native) need_rust; native "${2:-release}" ;;
     ready) need_python; exec "$PYTHON_FOUND" scripts/get_ready.py "${2:-native}" ;;
     ice) ice ;;
     rust) need_rust ;;
-    *) fail "say what: demo, dev, docs, app, app-packages, native, ready, ice, soak or rust" ;;
+    *) fail "say what: demo, dev, docs, app, app-packages, native, ready, ice, soak, ros or rust" ;;
 esac

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import contextlib
 import json
+import os
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
-__all__ = ["Asked", "answer_all", "asked"]
+__all__ = ["Asked", "answer_all", "asked", "started"]
 
 
 class Asked:
@@ -34,10 +35,10 @@ class Asked:
 
 
 @contextlib.contextmanager
-def asked(module: str, *args: object, python: str = sys.executable) -> Iterator[Asked]:
+def started(command: Sequence[object], **env: str) -> Iterator[Asked]:
     """Starts one, and waits until it is ready."""
     with subprocess.Popen(
-        [python, "-m", module, *map(str, args)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+        [*map(str, command)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env={**os.environ, **env}
     ) as process:
         try:
             program = Asked(process)
@@ -45,6 +46,11 @@ def asked(module: str, *args: object, python: str = sys.executable) -> Iterator[
             yield program
         finally:
             process.kill()
+
+
+def asked(module: str, *args: object, python: str = sys.executable) -> contextlib.AbstractContextManager[Asked]:
+    """Starts one of ours."""
+    return started([python, "-m", module, *args])
 
 
 def answer_all(answer: Callable[..., Any]) -> None:

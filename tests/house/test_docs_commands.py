@@ -31,7 +31,7 @@ RUN_BY = {
 NOT_RUN = {
     r"git clone .*": "the checkout is there already, and a test has no network",
     r"source \.venv/bin/activate": "changes the shell alone; the tests use .venv/bin/python",
-    r"make (fmt|bench|truth|soak|fuzz|audit|sanitize|screenshots|lock|wheel|clean|docs|help)( [A-Z_]+=.*)?": "changes files, takes long, or needs a network; "
+    r"make (fmt|bench|truth|soak|ros|fuzz|audit|sanitize|screenshots|lock|wheel|clean|docs|help)( [A-Z_]+=.*)?": "changes files, takes long, or needs a network; "
     "test_make_targets_in_the_documents_exist sees that it is there",
     r"(apt|apt-get|sudo|useradd|install|udevadm|systemctl|journalctl|nmcli) .*": "changes the system; packaging/ is looked at by test_packaging.py",
     r"(/opt/vencejo/bin/)?(python3 -m venv|pip install) .*|\. \.venv/bin/activate": "installs from the network; test_wheel.py installs what we build",

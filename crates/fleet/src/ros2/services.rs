@@ -2,8 +2,8 @@
 
 use super::cdr::{BadCdr, Cdr};
 use super::message::{
-    Cleared, CommandBool, Commanded, Empty, MissionPushed, ModeSent, ModeWanted, Pulled, Pushed, Service, SetBool,
-    SetMode, Switch, Told, Trigger, Waypoint, WaypointClear, WaypointPull, WaypointPush,
+    Cleared, CommandBool, Commanded, MissionPushed, ModeSent, ModeWanted, Pulled, Pushed, Service, SetBool, SetMode,
+    Switch, Told, Trigger, Waypoint, WaypointClear, WaypointPull, WaypointPush,
 };
 use super::name::Names;
 
@@ -62,7 +62,8 @@ fn told(ended: &Ended) -> Vec<u8> {
 }
 
 fn trigger<const WISH: usize>(bytes: &[u8]) -> Result<Wish, BadCdr> {
-    Empty::from_bytes(bytes)?;
+    // The byte in place of fields is left out by some, such as hiroz.
+    <()>::from_bytes(bytes)?;
     Ok([Wish::Return, Wish::Loiter, Wish::Start, Wish::Clear, Wish::Pull, Wish::IsReady][WISH].clone())
 }
 
@@ -121,6 +122,7 @@ fn mode(bytes: &[u8]) -> Result<Wish, BadCdr> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::message::Empty;
     use super::*;
 
     #[test]
@@ -141,7 +143,9 @@ mod tests {
             ("vencejo/mission_start", Wish::Start),
             ("vencejo/mission_clear", Wish::Clear),
         ] {
+            assert_eq!((find(name).read)(b"\0\x01\0\0").as_ref(), Ok(&wish), "{name} without a byte for nothing");
             assert_eq!((find(name).read)(&nothing), Ok(wish), "{name}");
+            assert!((find(name).read)(b"\0\x01").is_err());
         }
         let push = MissionPushed { start_index: 3, waypoints: Vec::new() }.to_bytes();
         assert_eq!((find("mission/push").read)(&push), Ok(Wish::Push(3, Vec::new())));
