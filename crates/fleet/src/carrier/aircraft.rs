@@ -5,26 +5,22 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
-use prost::Message;
 use tokio::runtime::Handle;
 use tokio::sync::{mpsc, watch};
 use tokio::task::JoinHandle;
 use vencejo_proto::MonoTime;
 use vencejo_station::{DropOldest, Operator, Received, RequestResult, Station, Taken, VehicleHandle};
-use zenoh::Session;
-use zenoh::qos::Priority;
 
 use self::holdings::{Holdings, PARAM_VALUE};
-use self::place::{Place, Renewed};
+use self::place::Place;
 use self::work::UnderWay;
 use super::endpoint::{Endpoint, Way};
 use super::history::{Board, HistoryConfig, Told};
 use super::membership::Membership;
 use super::network;
 use crate::authority::{Authority, Claim, Role};
-use crate::budget::{Audience, Budget, ECHO_LOST};
 use crate::error::FleetError;
-use crate::key::{Kind, Name, echo_key, key_of};
+use crate::key::{Kind, Name, key_of};
 use crate::operator::random;
 use crate::payload::{Event, State};
 use crate::seal::Seal;
@@ -35,6 +31,7 @@ mod doing;
 mod holdings;
 mod orders;
 pub(super) mod place;
+mod session;
 #[cfg(test)]
 pub(super) mod tests;
 mod work;
@@ -43,14 +40,6 @@ mod work;
 const TICK: Duration = Duration::from_millis(50);
 /// How long to wait before a router is dialled again.
 const AGAIN: Duration = Duration::from_secs(1);
-/// Echoes lost in a row after which a session is opened anew: one that looks alive may not be.
-const DEAD_AFTER: u32 = 30;
-/// The same where there is another router to go to.
-const DEAD_BESIDE_OTHERS: u32 = 8;
-/// How long Zenoh may take to be with a router again before another is dialled, where there is one.
-const GONE_BESIDE_OTHERS: Duration = Duration::from_secs(1);
-/// Echoes lost in a row after which it is told: a router that does not know an aircraft answers nothing.
-const TELL_AFTER: u32 = 3;
 /// How often a state is made for the history while nobody hears it: each is fetched later, over a way that may be narrow.
 const UNHEARD: Duration = Duration::from_millis(500);
 /// Messages of the autopilot that wait for a tick at most.
@@ -352,172 +341,5 @@ impl<'a> Post<'a> {
                 }
             }
         }
-    }
-
-    /// Until the station is closed, or the session is dead.
-    async fn serve(
-        &mut self,
-        session: &Session,
-        speaker: &mut Speaker,
-        authority: &mut Authority,
-        heard: &DropOldest<Received>,
-        has_others: bool,
-    ) -> Result<Ended, FleetError> {
-        let patience = if has_others { DEAD_BESIDE_OTHERS } else { DEAD_AFTER };
-        let key = |kind| key_of(&self.config.org, &self.config.name, kind);
-        let (state_key, event_key, list_key) = (key(Kind::State), key(Kind::Event), key(Kind::List));
-        let declared = network::failed;
-        let orders = session.declare_queryable(self.order_key.clone()).complete(true).await.map_err(declared)?;
-        let states = session.declare_queryable(state_key.clone()).complete(true).await.map_err(declared)?;
-        let events = session.declare_queryable(event_key.clone()).complete(true).await.map_err(declared)?;
-        let lists = session.declare_queryable(list_key.clone()).complete(true).await.map_err(declared)?;
-        let _answering = match self.history {
-            Some(history) => Some(history.answer(session).await?),
-            None => None,
-        };
-        let _token = session.liveliness().declare_token(key(Kind::Alive)).await.map_err(declared)?;
-        // For whether anybody hears it. A router whose access control does not let it say so is believed only when no ground station
-        // answers the echo either.
-        let voice = session.declare_publisher(state_key.clone()).await.map_err(declared)?;
-        let hearers = voice.matching_listener().await.map_err(declared)?;
-        let mut has_hearers = voice.matching_status().await.map_err(declared)?.matching();
-        let mut is_with_since = self.station.now();
-        let mut budget = Budget::new(self.config.uplink_bit_s, self.station.now());
-        let (echoed, mut echoes) = mpsc::channel(4);
-        let (mut sample_due, mut echo_due, mut lost) = (MonoTime::ZERO, MonoTime::ZERO, 0);
-        let (numbered, mut numbers) = mpsc::channel(4);
-        let (renewed, mut renewals) = mpsc::channel(4);
-        let mut tick = tokio::time::interval(TICK);
-        tick.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
-        loop {
-            tokio::select! {
-                _ = tick.tick() => {
-                    let now = self.station.now();
-                    for event in self.listen(speaker, heard) {
-                        network::tell(session, &event_key, &event, Priority::InteractiveHigh).await;
-                    }
-                    if self.station.is_closed() {
-                        return Ok(Ended::Closed);
-                    }
-                    self.holdings.look(self.vehicle);
-                    authority.on_time(now);
-                    self.keep_order(authority);
-                    if session.info().links().await.next().is_some() {
-                        is_with_since = now;
-                    } else if has_others && now.since(is_with_since) >= GONE_BESIDE_OTHERS {
-                        return Err(self.problem("it has gone"));
-                    }
-                    let audience = match authority.lease() {
-                        Some(_) => Audience::Holder,
-                        None if has_hearers || lost < TELL_AFTER => Audience::List,
-                        None => Audience::Nobody,
-                    };
-                    if now >= sample_due {
-                        let state = self.sample(speaker, authority);
-                        budget.on_sample(state.encoded_len());
-                        network::tell(session, &state_key, &state, Priority::Data).await;
-                        sample_due = now + budget.interval(audience);
-                    } else if lost >= TELL_AFTER || audience == Audience::Nobody {
-                        self.unheard(speaker, authority);
-                    }
-                    if now >= echo_due {
-                        echo_due = now + audience.echo_interval();
-                        let is_encrypted = self.router.as_ref().is_some_and(|router| router.way() != Way::Tcp);
-                        if is_encrypted && !network::is_with_station(session).await {
-                            return Err(self.problem("who answers there now is no router of this fleet"));
-                        }
-                        self.ask_echo(session, echoed.clone(), numbered.clone());
-                        if let Some(place) = &mut self.place {
-                            place.renew(&renewed, now);
-                        }
-                    }
-                    self.show(authority, budget.rate_hz(audience), lost);
-                }
-                Some(renewed) = renewals.recv() => match (renewed, self.place.as_mut()) {
-                    (Renewed::Certificate(member), Some(place)) => {
-                        place.member = *member;
-                        self.on_trust(authority);
-                        return Ok(Ended::Renewed);
-                    }
-                    (Renewed::Stations(list), Some(place)) => {
-                        if place.take(list) {
-                            self.on_trust(authority);
-                        }
-                    }
-                    (_, None) => {}
-                },
-                Some(number) = numbers.recv() => {
-                    if let Some(place) = &mut self.place {
-                        place.on_number(number, session, &self.config.org, &renewed, self.station.now());
-                    }
-                }
-                Ok(status) = hearers.recv_async() => {
-                    has_hearers = status.matching();
-                    if has_hearers && lost >= TELL_AFTER {
-                        // Whoever has come is told at once, and echoes that nobody answered say nothing of the uplink.
-                        (sample_due, echo_due) = (MonoTime::ZERO, MonoTime::ZERO);
-                        budget = Budget::new(self.config.uplink_bit_s, self.station.now());
-                    }
-                }
-                Ok(query) = orders.recv_async() => self.on_order(query, authority),
-                Ok(query) = states.recv_async() => {
-                    let state = speaker.everything(authority.held(), self.station.now());
-                    let state = self.holdings.dress(state, false);
-                    network::reply(query, state_key.clone(), vec![state.encode_to_vec()]);
-                }
-                Ok(query) = events.recv_async() => {
-                    let from = query.parameters().get("from").and_then(|from| from.parse().ok()).unwrap_or(1);
-                    let kept = speaker.events_from(from).map(Message::encode_to_vec).collect();
-                    network::reply(query, event_key.clone(), kept);
-                }
-                Ok(query) = lists.recv_async() => self.holdings.on_asked(query, list_key.clone(), self.station),
-                Some((claim, result)) = self.ends.recv() => self.on_end(&claim, &result, authority),
-                Some(took) = echoes.recv() => {
-                    lost = if took.is_some() { 0 } else { lost + 1 };
-                    match took {
-                        Some(took) => budget.on_echo(took, self.station.now()),
-                        None => budget.on_echo_lost(),
-                    }
-                    if lost >= patience {
-                        return Err(self.problem("it answers no more"));
-                    }
-                }
-            }
-        }
-    }
-
-    /// Measures the way to the router and back; ground stations tell the number of their list of each other with it.
-    fn ask_echo(&self, session: &Session, echoed: mpsc::Sender<Option<Duration>>, numbered: mpsc::Sender<u64>) {
-        let (session, key, station) = (session.clone(), echo_key(&self.config.org), self.station.clone());
-        tokio::spawn(async move {
-            let began = station.now();
-            // Too many are waiting only where nothing is read: the session is at its end.
-            let came = || {
-                let _ = echoed.try_send(Some(station.now().since(began)));
-            };
-            let answers = network::echo(&session, &key, ECHO_LOST, came).await;
-            if answers.is_empty() {
-                let _ = echoed.try_send(None);
-            }
-            let number = |answer: Vec<u8>| Some(u64::from_be_bytes(answer.try_into().ok()?));
-            if let Some(number) = answers.into_iter().filter_map(number).max() {
-                let _ = numbered.try_send(number);
-            }
-        });
-    }
-
-    fn problem(&self, problem: &str) -> FleetError {
-        let address = self.router.as_ref().map_or_else(String::new, Endpoint::to_string);
-        FleetError::Network { address, problem: problem.to_owned() }
-    }
-
-    fn show(&self, authority: &Authority, rate_hz: f64, lost: u32) {
-        let holder = Some(authority.held().holder).filter(|holder| !holder.is_empty());
-        let certificate_ends = self.certificate_ends;
-        let silent = "it is reached and answers nothing: has this aircraft been revoked? see: vencejo fleet doctor";
-        let problem = (lost >= TELL_AFTER).then(|| self.problem(silent).to_string());
-        let problem = problem.or_else(|| self.history.and_then(Board::problem));
-        let status = AircraftStatus { is_connected: true, problem, holder, rate_hz, certificate_ends };
-        *self.status.lock().unwrap_or_else(PoisonError::into_inner) = status;
     }
 }

@@ -9,6 +9,7 @@ use vencejo_flight::plan::{Mission, MissionItem};
 use vencejo_link::LinkOptions;
 use vencejo_proto::{Address, Header, Heartbeat, MavVersion, Message};
 use vencejo_station::StationConfig;
+use zenoh::Session;
 
 use super::*;
 use crate::carrier::network::{Heard, Part as Place};
