@@ -3,10 +3,15 @@
 use std::collections::BTreeMap;
 
 use vencejo_flight::plan::PlanKind;
-use vencejo_link::LinkId;
+use vencejo_link::{LinkError, LinkId};
+use vencejo_maps::MapError;
 use vencejo_proto::Address;
+use vencejo_station::SigningError;
+use vencejo_vehicle::VehicleError;
 use vencejo_vehicle::command::{CommandName, CommandResult};
+use vencejo_vehicle::transfer::TransferError;
 
+use super::from_core::{from_transfer, from_vehicle};
 use super::*;
 
 /// Name of the kind and its problem, for all that the core can end with.
