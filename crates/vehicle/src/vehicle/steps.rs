@@ -2,16 +2,13 @@
 
 use std::collections::VecDeque;
 
-use vencejo_flight::plan::{Command, Mission, PlanKind, items_to_wire};
-use vencejo_proto::dialect::{
-    MISSION_SET_CURRENT_DATA, MavFrame, MavMessage, MavModeFlag, PositionTargetTypemask, SET_MODE_DATA,
-    SET_POSITION_TARGET_LOCAL_NED_DATA,
-};
-use vencejo_proto::{Address, CommandInt, Message, MissionItemFloat, MissionItemInt};
+use vencejo_flight::plan::{Mission, PlanKind, items_to_wire};
+use vencejo_proto::dialect::{MISSION_SET_CURRENT_DATA, MavMessage, MavModeFlag, SET_MODE_DATA};
+use vencejo_proto::{Address, CommandInt, Message, MonoTime};
 
 use super::raw::{self, height, in_range, invalid};
-use crate::choice::{AltFrame, MessageId, ModeChoice, SpeedKind, Turn};
-use crate::command::{CommandMessage, Unanswered, WhenBusy, cmd};
+use crate::choice::{MessageId, ModeChoice, SpeedKind, Turn};
+use crate::command::{CommandMessage, cmd};
 use crate::error::VehicleError;
 use crate::modes::{Action, FlightMode, ModeFamily};
 use crate::preparation::FlightPreparation;
@@ -19,7 +16,11 @@ use crate::request::Request;
 use crate::streams::interval_params;
 use crate::telemetry::{Freshness, Severity, Telemetry};
 use crate::transfer::ParamName;
-use vencejo_proto::MonoTime;
+
+mod guided;
+mod step;
+
+pub(super) use self::step::{Effect, Fallback, Step};
 
 /// Arms or disarms in spite of all checks (param 2 of MAV_CMD_COMPONENT_ARM_DISARM).
 const FORCE_MAGIC: f32 = 21_196.0;
@@ -30,108 +31,6 @@ const TAKEOFF_ALT_PARAM: &str = "TKOFF_ALT";
 
 /// Characters of a text of ours.
 const MAX_NOTE: usize = 500;
-
-/// What shows that a command had its effect.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Effect {
-    /// Its acknowledgement is all there is.
-    Acknowledged,
-    /// HEARTBEAT shows armed, or not.
-    Armed(bool),
-    /// HEARTBEAT shows the mode.
-    Mode(FlightMode),
-    /// The vehicle leaves the ground. Acknowledged is enough; this is read only when nobody answered.
-    Airborne,
-    /// The current mission item is another one than this. As above.
-    JumpedFrom(Option<u16>),
-    /// MISSION_CURRENT shows the item.
-    Current(u16),
-    /// MISSION_CURRENT shows no item after this one, the first that is flown to.
-    AtBeginning(u16),
-    /// The message arrives.
-    Received(u32),
-    /// The vehicle restarts. Acknowledged is enough.
-    Restarted,
-}
-
-/// What to do when the vehicle does not know a command.
-#[derive(Debug, Clone, PartialEq)]
-#[allow(clippy::large_enum_variant, reason = "a few live for the length of a request")]
-pub(super) enum Fallback {
-    /// Send another one.
-    Command(CommandMessage),
-    /// Send a message that is not acknowledged, and wait for the effect.
-    Message(Message, Effect),
-}
-
-/// One thing to do.
-#[derive(Debug, Clone, PartialEq)]
-#[allow(clippy::large_enum_variant, reason = "a few live for the length of a request")]
-pub(super) enum Step {
-    Command {
-        message: CommandMessage,
-        unanswered: Unanswered,
-        when_busy: WhenBusy,
-        effect: Effect,
-        fallback: Option<Fallback>,
-    },
-    /// A message without COMMAND_ACK in place of `command`, for old firmware.
-    Tell {
-        command: CommandMessage,
-        message: Message,
-        effect: Effect,
-    },
-    /// A message that nothing answers: done when it is sent.
-    Send(Message),
-    /// A text of ours.
-    Note(Severity, String),
-    Upload(PlanKind, Vec<MissionItemInt>),
-    Download(PlanKind),
-    Clear(PlanKind),
-    ParamList,
-    ParamRead(ParamName),
-    ParamSet(ParamName, f64),
-}
-
-impl Step {
-    fn command(message: CommandMessage) -> Self {
-        Self::Command {
-            unanswered: Unanswered::for_command(message.command()),
-            message,
-            when_busy: WhenBusy::Refuse,
-            effect: Effect::Acknowledged,
-            fallback: None,
-        }
-    }
-
-    /// Repeats only after reading that the effect is not there.
-    fn proved_by(self, proof: Effect) -> Self {
-        match self {
-            Self::Command { message, when_busy, fallback, .. } => {
-                Self::Command { message, unanswered: Unanswered::Ask, when_busy, effect: proof, fallback }
-            }
-            other => other,
-        }
-    }
-
-    fn or(self, other: Fallback) -> Self {
-        match self {
-            Self::Command { message, unanswered, when_busy, effect, .. } => {
-                Self::Command { message, unanswered, when_busy, effect, fallback: Some(other) }
-            }
-            step => step,
-        }
-    }
-
-    fn waiting(self, effect: Effect) -> Self {
-        match self {
-            Self::Command { message, unanswered, fallback, .. } => {
-                Self::Command { message, unanswered, when_busy: WhenBusy::Wait, effect, fallback }
-            }
-            other => other,
-        }
-    }
-}
 
 /// What is known of the vehicle when a request is made.
 pub(super) struct Context<'a> {
@@ -279,160 +178,6 @@ impl Context<'_> {
             [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, alt]
         };
         Ok([Step::command(self.long(cmd::NAV_TAKEOFF, params)).proved_by(Effect::Airborne)].into())
-    }
-
-    /// A COMMAND_INT with a checked position.
-    fn at_position(
-        &self,
-        command: u16,
-        frame: u8,
-        params: [f32; 4],
-        (lat_deg, lon_deg, alt_m): (f64, f64, f64),
-    ) -> Result<CommandMessage, VehicleError> {
-        in_range("lat_deg", lat_deg, -90.0..=90.0, "a latitude, -90 to 90 degrees")?;
-        in_range("lon_deg", lon_deg, -180.0..=180.0, "a longitude, -180 to 180 degrees")?;
-        let z = height("alt_m", alt_m)?;
-        Ok(CommandMessage::Int(CommandInt {
-            target: self.vehicle,
-            frame,
-            command,
-            current: 0,
-            autocontinue: 0,
-            params,
-            x: (lat_deg * 1e7).round() as i32,
-            y: (lon_deg * 1e7).round() as i32,
-            z,
-        }))
-    }
-
-    /// A mission item that old ArduPlanes take as a guided target (`current` = 2) or height (3). In MISSION_ITEM it goes through
-    /// all versions up to today's, but it is repeated less safely than a command, so it is only for those without COMMAND_INT.
-    fn guided(
-        &self,
-        (lat_deg, lon_deg, alt_m): (f64, f64, f64),
-        alt_frame: AltFrame,
-        current: u8,
-    ) -> Result<Message, VehicleError> {
-        if alt_frame == AltFrame::Terrain {
-            return Err(VehicleError::TooOld {
-                what: "heights above terrain",
-                instead: "give the height above home or above mean sea level",
-            });
-        }
-        Ok(Message::MissionItemFloat(MissionItemFloat {
-            target: self.vehicle,
-            seq: 0,
-            frame: alt_frame.mav_frame(),
-            command: Command::NAV_WAYPOINT.0,
-            current,
-            autocontinue: 0,
-            params: [0.0; 4],
-            x: in_range("lat_deg", lat_deg, -90.0..=90.0, "a latitude, -90 to 90 degrees")?,
-            y: in_range("lon_deg", lon_deg, -180.0..=180.0, "a longitude, -180 to 180 degrees")?,
-            z: height("alt_m", alt_m)?,
-            mission_type: 0,
-        }))
-    }
-
-    /// Go-to for firmware without COMMAND_INT. It enters GUIDED by itself, so without `change_mode` it must be there already;
-    /// it loiters its own way round with its own radius.
-    fn guided_item(
-        &self,
-        place: (f64, f64, f64),
-        alt_frame: AltFrame,
-        is_plain: bool,
-        change_mode: bool,
-    ) -> Result<VecDeque<Step>, VehicleError> {
-        let guided =
-            Action::Guided.mode(self.family()?).ok_or(VehicleError::NoModeFor { action: Action::Guided.name() })?;
-        if !is_plain {
-            return Err(VehicleError::TooOld {
-                what: "a radius, sense or speed of its own for a go-to",
-                instead: "leave them out, and set WP_LOITER_RAD or TRIM_ARSPD_CM where the vehicle needs others",
-            });
-        }
-        if !change_mode && self.telemetry.mode() != Some(guided) {
-            return Err(VehicleError::TooOld {
-                what: "a go-to that leaves the mode as it is",
-                instead: "enter GUIDED first, or allow the change of mode",
-            });
-        }
-        let message = self.guided(place, alt_frame, 2)?;
-        let command = self.long(Command::NAV_WAYPOINT.0, [0.0; 7]);
-        Ok([Step::Tell { command, message, effect: Effect::Mode(guided) }].into())
-    }
-
-    /// Change of height for firmware without DO_CHANGE_ALTITUDE.
-    fn guided_height(&self, alt_m: f64, alt_frame: AltFrame) -> Result<VecDeque<Step>, VehicleError> {
-        let message = self.guided((0.0, 0.0, alt_m), alt_frame, 3)?;
-        let command = self.long(cmd::DO_CHANGE_ALTITUDE, [0.0; 7]);
-        Ok([Step::Tell { command, message, effect: Effect::Acknowledged }].into())
-    }
-
-    /// A target that only exists in ArduPlane's GUIDED. Checked here, because ArduPlane's answer in another mode says only FAILED.
-    fn in_guided(&self, command: u16, frame: u8, params: [f32; 4], z: f32) -> Result<Step, VehicleError> {
-        let guided = Action::Guided.mode(ModeFamily::ArduPlane);
-        self.require_mode(guided, "a course or climb needs an ArduPlane in mode GUIDED; enter it first")?;
-        if !self.has_command_int {
-            return Err(VehicleError::TooOld { what: "courses and climbs", instead: "send it to a position instead" });
-        }
-        Ok(Step::command(CommandMessage::Int(CommandInt {
-            target: self.vehicle,
-            frame,
-            command,
-            current: 0,
-            autocontinue: 0,
-            params,
-            x: 0,
-            y: 0,
-            z,
-        })))
-    }
-
-    fn require_mode(&self, mode: Option<FlightMode>, expected: &'static str) -> Result<(), VehicleError> {
-        self.family()?;
-        let shown = self.telemetry.mode();
-        if mode.is_some() && shown == mode {
-            return Ok(());
-        }
-        Err(invalid("the mode", shown.map_or_else(|| "unknown".to_owned(), |mode| mode.to_string()), expected))
-    }
-
-    fn velocity(&self, body_m_s: [f64; 3], yaw_rate_rad_s: f64) -> Result<Step, VehicleError> {
-        let family = self.family()?;
-        let (mode, frame) = match family {
-            // ArduCopter turns this frame by the heading alone, so that "down" is down at any tilt.
-            ModeFamily::ArduCopter => (Action::Guided.mode(family), MavFrame::MAV_FRAME_BODY_OFFSET_NED),
-            ModeFamily::Px4 => (family.parse("OFFBOARD").ok(), MavFrame::MAV_FRAME_BODY_NED),
-            _ => (None, MavFrame::MAV_FRAME_BODY_NED),
-        };
-        self.require_mode(
-            mode,
-            "a velocity needs a vehicle that hovers, in mode GUIDED (PX4: OFFBOARD); enter it first",
-        )?;
-        let speed = |field, value| in_range(field, value, -50.0..=50.0, "a speed, -50 to 50 m/s");
-        let ignored = [
-            PositionTargetTypemask::POSITION_TARGET_TYPEMASK_X_IGNORE,
-            PositionTargetTypemask::POSITION_TARGET_TYPEMASK_Y_IGNORE,
-            PositionTargetTypemask::POSITION_TARGET_TYPEMASK_Z_IGNORE,
-            PositionTargetTypemask::POSITION_TARGET_TYPEMASK_AX_IGNORE,
-            PositionTargetTypemask::POSITION_TARGET_TYPEMASK_AY_IGNORE,
-            PositionTargetTypemask::POSITION_TARGET_TYPEMASK_AZ_IGNORE,
-            PositionTargetTypemask::POSITION_TARGET_TYPEMASK_YAW_IGNORE,
-        ];
-        let data = SET_POSITION_TARGET_LOCAL_NED_DATA {
-            time_boot_ms: u32::try_from(self.now.as_duration().as_millis()).unwrap_or_default(),
-            target_system: self.vehicle.system.0,
-            target_component: self.vehicle.component.0,
-            coordinate_frame: frame,
-            type_mask: ignored.into_iter().collect(),
-            vx: speed("forward_m_s", body_m_s[0])?,
-            vy: speed("right_m_s", body_m_s[1])?,
-            vz: speed("down_m_s", body_m_s[2])?,
-            yaw_rate: in_range("yaw_rate_rad_s", yaw_rate_rad_s, -10.0..=10.0, "a turn rate, -10 to 10 rad/s")?,
-            ..Default::default()
-        };
-        Ok(Step::Send(Message::Dialect(MavMessage::SET_POSITION_TARGET_LOCAL_NED(data))))
     }
 
     /// The steps of a request.

@@ -1,0 +1,111 @@
+//! One thing to do for a request: a command with what proves it and what stands in for it, a message, a transfer.
+
+use vencejo_flight::plan::PlanKind;
+use vencejo_proto::{Message, MissionItemInt};
+
+use crate::command::{CommandMessage, Unanswered, WhenBusy};
+use crate::modes::FlightMode;
+use crate::telemetry::Severity;
+use crate::transfer::ParamName;
+
+/// What shows that a command had its effect.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Effect {
+    /// Its acknowledgement is all there is.
+    Acknowledged,
+    /// HEARTBEAT shows armed, or not.
+    Armed(bool),
+    /// HEARTBEAT shows the mode.
+    Mode(FlightMode),
+    /// The vehicle leaves the ground. Acknowledged is enough; this is read only when nobody answered.
+    Airborne,
+    /// The current mission item is another one than this. As above.
+    JumpedFrom(Option<u16>),
+    /// MISSION_CURRENT shows the item.
+    Current(u16),
+    /// MISSION_CURRENT shows no item after this one, the first that is flown to.
+    AtBeginning(u16),
+    /// The message arrives.
+    Received(u32),
+    /// The vehicle restarts. Acknowledged is enough.
+    Restarted,
+}
+
+/// What to do when the vehicle does not know a command.
+#[derive(Debug, Clone, PartialEq)]
+#[allow(clippy::large_enum_variant, reason = "a few live for the length of a request")]
+pub(crate) enum Fallback {
+    /// Send another one.
+    Command(CommandMessage),
+    /// Send a message that is not acknowledged, and wait for the effect.
+    Message(Message, Effect),
+}
+
+/// One thing to do.
+#[derive(Debug, Clone, PartialEq)]
+#[allow(clippy::large_enum_variant, reason = "a few live for the length of a request")]
+pub(crate) enum Step {
+    Command {
+        message: CommandMessage,
+        unanswered: Unanswered,
+        when_busy: WhenBusy,
+        effect: Effect,
+        fallback: Option<Fallback>,
+    },
+    /// A message without COMMAND_ACK in place of `command`, for old firmware.
+    Tell {
+        command: CommandMessage,
+        message: Message,
+        effect: Effect,
+    },
+    /// A message that nothing answers: done when it is sent.
+    Send(Message),
+    /// A text of ours.
+    Note(Severity, String),
+    Upload(PlanKind, Vec<MissionItemInt>),
+    Download(PlanKind),
+    Clear(PlanKind),
+    ParamList,
+    ParamRead(ParamName),
+    ParamSet(ParamName, f64),
+}
+
+impl Step {
+    pub(super) fn command(message: CommandMessage) -> Self {
+        Self::Command {
+            unanswered: Unanswered::for_command(message.command()),
+            message,
+            when_busy: WhenBusy::Refuse,
+            effect: Effect::Acknowledged,
+            fallback: None,
+        }
+    }
+
+    /// Repeats only after reading that the effect is not there.
+    pub(super) fn proved_by(self, proof: Effect) -> Self {
+        match self {
+            Self::Command { message, when_busy, fallback, .. } => {
+                Self::Command { message, unanswered: Unanswered::Ask, when_busy, effect: proof, fallback }
+            }
+            other => other,
+        }
+    }
+
+    pub(super) fn or(self, other: Fallback) -> Self {
+        match self {
+            Self::Command { message, unanswered, when_busy, effect, .. } => {
+                Self::Command { message, unanswered, when_busy, effect, fallback: Some(other) }
+            }
+            step => step,
+        }
+    }
+
+    pub(super) fn waiting(self, effect: Effect) -> Self {
+        match self {
+            Self::Command { message, unanswered, fallback, .. } => {
+                Self::Command { message, unanswered, when_busy: WhenBusy::Wait, effect, fallback }
+            }
+            other => other,
+        }
+    }
+}
