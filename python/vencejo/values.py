@@ -72,6 +72,11 @@ class MissionProgress:
         Time to go at the present ground speed.
     leg_distance_m : float or None
         Way to go to the item in execution.
+    circled_turns : float or None
+        Turns that were flown of the circle at the item in execution; ``None`` while it circles at none, and where the
+        beginning was not heard.
+    circled_s : float or None
+        Time on that circle by the vehicle's clock; ``None`` likewise.
     target_off_m : float or None
         An alarm: the vehicle flies to somewhere that is this far from the current item of the plan that was read from it.
         ``None`` while it does not, and where it cannot be told.
@@ -84,6 +89,8 @@ class MissionProgress:
     distance_m: float | None
     time_s: float | None
     leg_distance_m: float | None
+    circled_turns: float | None = None
+    circled_s: float | None = None
     target_off_m: float | None = None
 
 

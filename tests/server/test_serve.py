@@ -137,7 +137,7 @@ def test_a_mission_is_sent_flown_and_followed(flyer: Client) -> None:
         ahead = pilot.done("POST", "plan/what-if", {"vehicle": 1, "triggers": ["return-asked"] * 1_000})
         assert ahead["ahead"]["ending"] == "landed", "the rest of its mission, from where it is"
         assert [one["reaction"] for one in ahead["what_ifs"]] == ["returns"]
-        assert ahead["outlook"] is None, "nothing was expected yet"
+        assert (ahead["outlook"], ahead["is_circle_known"]) == (None, True), "nothing was expected yet"
         track = {name: ahead["ahead"]["track"][name] for name in ("time_s", "lat_deg", "lon_deg", "height_m", "item")}
         followed = {"vehicle": 1, "triggers": [], "begun": {"now": ahead["now"], "track": track}}
         outlook = pilot.done("POST", "plan/what-if", followed)["outlook"]

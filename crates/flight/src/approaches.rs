@@ -8,6 +8,7 @@ use crate::geodesy::{GeoPoint, direct, distance_m, inverse, wrap_180_deg, wrap_3
 use crate::guidance::GRAVITY_M_S2;
 use crate::landing::{CALM_M_S, Landing, LandingCaution, LandingOptions, Wind, design_landing, design_landing_over};
 use crate::plan::{Command, Home, Mission, MissionItem, Plan};
+use crate::progress::Circled;
 use crate::rehearsal::{Aircraft, Autoland, Conditions, Doing, Ending, Origin, Start, rehearse};
 use crate::words::words;
 
@@ -519,6 +520,7 @@ fn flown(way: &Way, landing: &Landing, options: &LandingOptions, conditions: &Co
         airspeed_m_s: conditions.plane.airspeed_cruise_m_s,
         index,
         doing: Doing::Mission,
+        circled: Circled::Nothing,
     };
     let plan = Plan { mission: Mission { home: Some(home), items: landing.items.clone() }, ..Plan::default() };
     let rehearsed = rehearse(&plan, &Conditions { home: Some(home), start, longest_s: LONGEST_S, ..*conditions });

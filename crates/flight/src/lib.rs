@@ -66,6 +66,7 @@
 pub mod alongside;
 pub mod approaches;
 pub mod checks;
+pub mod circled;
 pub mod crs;
 pub mod ending;
 pub mod error;

@@ -33,6 +33,34 @@ impl Default for ProgressOptions {
     }
 }
 
+/// How much was flown of the circle at the item in execution.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum Circled {
+    /// None of it: the plane is on its way there, or the item has no circle.
+    #[default]
+    Nothing,
+    /// So much since it was reached.
+    Flown {
+        /// Turns about the centre, in the circle's own sense.
+        turns: f64,
+        /// Time on it by the vehicle's clock, s.
+        time_s: f64,
+    },
+    /// The plane circles, and was not heard when it began to.
+    Unknown,
+}
+
+impl Circled {
+    /// Turns, and seconds, that were flown, where they are known.
+    #[must_use]
+    pub fn flown(self) -> Option<(f64, f64)> {
+        match self {
+            Self::Flown { turns, time_s } => Some((turns, time_s)),
+            Self::Nothing | Self::Unknown => None,
+        }
+    }
+}
+
 /// What is left of a mission.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Remaining {
@@ -84,7 +112,7 @@ impl Trip {
 pub fn trip(mission: &Mission, speed_m_s: Option<f64>, options: &ProgressOptions) -> Trip {
     let home = mission.home.and_then(|home| home.point().ok());
     match home.or_else(|| mission.items.iter().find_map(|item| place(item, options))) {
-        Some(start) => walk(mission, 0, start, speed_m_s, options),
+        Some(start) => walk(mission, 0, start, Circled::Nothing, speed_m_s, options),
         None => Trip::UNKNOWN,
     }
 }
@@ -93,14 +121,15 @@ pub fn trip(mission: &Mission, speed_m_s: Option<f64>, options: &ProgressOptions
 /// ArduPilot the seq of `MISSION_CURRENT` minus 1).
 ///
 /// The mission ends at its first landing, at a loiter without end, at a return to launch, or after its last
-/// item. Repeats of jumps that are already flown are not known and count as still to come; so do the turns
-/// and the time of the loiter in execution. A take-off counts no distance: its place is not flown to.
+/// item. Repeats of jumps that are already flown are not known and count as still to come; of the loiter in execution
+/// what was flown counts where it is known. A take-off counts no distance: its place is not flown to.
 /// Changes of speed on the way are taken as ground speeds.
 #[must_use]
 pub fn remaining(
     mission: &Mission,
     current_index: usize,
     position: GeoPoint,
+    circled: Circled,
     ground_speed_m_s: Option<f64>,
     options: &ProgressOptions,
 ) -> Remaining {
@@ -109,7 +138,7 @@ pub fn remaining(
         let start = mission.items[..index].iter().rev().find_map(|item| place(item, options));
         way_m(item, start, position, point)
     });
-    let Trip { distance_m, time_s, .. } = walk(mission, current_index, position, ground_speed_m_s, options);
+    let Trip { distance_m, time_s, .. } = walk(mission, current_index, position, circled, ground_speed_m_s, options);
     Remaining { distance_m, time_s, leg_m }
 }
 
@@ -198,6 +227,7 @@ fn walk(
     mission: &Mission,
     start_index: usize,
     start: GeoPoint,
+    circled: Circled,
     ground_speed_m_s: Option<f64>,
     options: &ProgressOptions,
 ) -> Trip {
@@ -218,6 +248,8 @@ fn walk(
         let Some(item) = mission.items.get(index) else {
             return Trip { distance_m: Some(distance_total_m), time_s: time_total_s, end: TripEnd::End, is_estimate };
         };
+        let flown = circled.flown().filter(|_| index == start_index);
+        let (turns_flown, time_flown_s) = flown.unwrap_or_default();
         index += 1;
         let mut leg_m = 0.0;
         let mut wait_s = 0.0;
@@ -239,10 +271,11 @@ fn walk(
                 let radius_m = item.param(3).map(f64::abs).filter(|radius| *radius > 0.0);
                 is_estimate |= radius_m.is_none();
                 let radius_m = radius_m.unwrap_or(options.loiter_radius_m);
-                leg_m += item.param(1).unwrap_or(0.0).max(0.0) * std::f64::consts::TAU * radius_m;
+                let turns = (item.param(1).unwrap_or(0.0) - turns_flown).max(0.0);
+                leg_m += turns * std::f64::consts::TAU * radius_m;
             }
             Command::NAV_LOITER_TIME | Command::NAV_DELAY => {
-                wait_s = item.param(1).unwrap_or(0.0).max(0.0);
+                wait_s = (item.param(1).unwrap_or(0.0) - time_flown_s).max(0.0);
             }
             Command::NAV_SCRIPT_TIME => wait_s = item.param(2).unwrap_or(0.0).max(0.0),
             Command::NAV_LOITER_TO_ALT => {
@@ -321,13 +354,38 @@ mod tests {
 
     fn check(items: Vec<MissionItem>, expected: Option<(f64, f64)>) {
         let mission = Mission { home: Some(HOME), items };
-        let found = remaining(&mission, 0, HOME.point().unwrap(), Some(10.0), &ProgressOptions::default());
+        let found =
+            remaining(&mission, 0, HOME.point().unwrap(), Circled::Nothing, Some(10.0), &ProgressOptions::default());
         match expected {
             None => assert_eq!((found.distance_m, found.time_s), (None, None)),
             Some((distance_m, time_s)) => {
                 assert!((found.distance_m.unwrap() - distance_m).abs() < 0.01, "{found:?}");
                 assert!((found.time_s.unwrap() - time_s).abs() < 0.01, "{found:?}");
             }
+        }
+    }
+
+    #[test]
+    fn what_was_flown_of_a_circle_is_not_flown_again() {
+        let (lat_deg, lon_deg) = north(0.0);
+        let seconds = |item: MissionItem, circled| {
+            let mission = Mission { home: Some(HOME), items: vec![item, waypoint(0.0)] };
+            let here = HOME.point().unwrap();
+            remaining(&mission, 0, here, circled, Some(10.0), &ProgressOptions::default()).time_s.unwrap()
+        };
+        let flown = |turns, time_s| Circled::Flown { turns, time_s };
+        let turns = MissionItem::loiter_turns(lat_deg, lon_deg, 100.0, 3.0, 50.0);
+        let waits = MissionItem::loiter_time(lat_deg, lon_deg, 100.0, 60.0, true);
+        let turn_s = std::f64::consts::TAU * 5.0;
+        for (item, circled, expected_s) in [
+            (&turns, Circled::Unknown, 3.0 * turn_s),
+            (&turns, flown(2.5, 400.0), 0.5 * turn_s),
+            (&turns, flown(3.2, 400.0), 0.0),
+            (&waits, Circled::Nothing, 60.0),
+            (&waits, flown(9.0, 45.0), 15.0),
+        ] {
+            let found_s = seconds(item.clone(), circled);
+            assert!((found_s - expected_s).abs() < 0.01, "{circled:?}: {found_s}");
         }
     }
 
@@ -402,12 +460,12 @@ mod tests {
         let mission = Mission { home: Some(HOME), items: vec![waypoint(1_000.0), waypoint(3_000.0)] };
         let here = HOME.point().unwrap();
         for speed in [None, Some(0.3)] {
-            let found = remaining(&mission, 1, here, speed, &ProgressOptions::default());
+            let found = remaining(&mission, 1, here, Circled::Nothing, speed, &ProgressOptions::default());
             assert_eq!(found.time_s, None);
             assert!((found.distance_m.unwrap() - 3_000.0).abs() < 0.01);
             assert!((found.leg_m.unwrap() - 3_000.0).abs() < 0.01);
         }
-        let past_the_end = remaining(&mission, 7, here, Some(10.0), &ProgressOptions::default());
+        let past_the_end = remaining(&mission, 7, here, Circled::Nothing, Some(10.0), &ProgressOptions::default());
         assert_eq!(past_the_end, Remaining { distance_m: Some(0.0), time_s: Some(0.0), leg_m: None });
     }
 
@@ -446,17 +504,18 @@ mod tests {
             if angle_deg == 180.0 {
                 let (lat_deg, lon_deg) = north(1_500.0);
                 let middle = direct(GeoPoint::new(lat_deg, lon_deg).unwrap(), 270.0, 500.0);
-                let left = remaining(&mission, 1, middle, None, &copter);
+                let left = remaining(&mission, 1, middle, Circled::Nothing, None, &copter);
                 assert!((left.leg_m.unwrap() - length_m / 2.0).abs() < 0.1, "{left:?}");
                 assert!((left.distance_m.unwrap() - length_m / 2.0 - 1_000.0).abs() < 0.1, "{left:?}");
                 // Beside the arc, before its start: nothing better than straight.
                 let away = direct(middle, 90.0, 5_000.0);
-                let left = remaining(&mission, 1, away, None, &copter);
+                let left = remaining(&mission, 1, away, Circled::Nothing, None, &copter);
                 assert!((left.leg_m.unwrap() - distance_m(away, arc(2_000.0, 0.0).point().unwrap())).abs() < 0.01);
             }
             // ArduPlane goes straight from the first to the last.
             assert!((trip(&mission, None, &ProgressOptions::default()).distance_m.unwrap() - 3_000.0).abs() < 0.01);
-            let left = remaining(&mission, 1, HOME.point().unwrap(), None, &ProgressOptions::default());
+            let left =
+                remaining(&mission, 1, HOME.point().unwrap(), Circled::Nothing, None, &ProgressOptions::default());
             assert!((left.leg_m.unwrap() - 3_000.0).abs() < 0.01);
         }
     }

@@ -153,10 +153,10 @@ pub struct Way {
 }
 
 #[derive(Clone, Copy)]
-struct Circle {
-    centre: GeoPoint,
-    radius_m: f64,
-    is_clockwise: bool,
+pub(crate) struct Circle {
+    pub(crate) centre: GeoPoint,
+    pub(crate) radius_m: f64,
+    pub(crate) is_clockwise: bool,
 }
 
 /// A place on the way, with what was flown to.
@@ -356,7 +356,7 @@ fn exit(circle: Circle, to: GeoPoint) -> Option<GeoPoint> {
 }
 
 /// Kind of the circle at an item, with its radius, whose sign is its sense: 0, or -0, for the vehicle's own.
-fn signed_radius_m(item: &MissionItem) -> Option<(Circling, f64)> {
+pub(crate) fn signed_radius_m(item: &MissionItem) -> Option<(Circling, f64)> {
     Some(match item.command {
         Command::NAV_LOITER_TURNS => (Circling::Turns, item.param(3).unwrap_or(0.0)),
         Command::NAV_LOITER_UNLIM => (Circling::Unlimited, item.param(3).unwrap_or(0.0)),
@@ -367,7 +367,8 @@ fn signed_radius_m(item: &MissionItem) -> Option<(Circling, f64)> {
     })
 }
 
-fn circle(item: &MissionItem, options: &ProgressOptions) -> Option<Circle> {
+/// The circle at an item; `None` where it has none, or no place of its own.
+pub(crate) fn circle(item: &MissionItem, options: &ProgressOptions) -> Option<Circle> {
     let (_, signed_m) = signed_radius_m(item)?;
     let radius_m = if signed_m == 0.0 { options.loiter_radius_m.abs() } else { signed_m.abs() };
     Some(Circle { centre: item.point()?, radius_m, is_clockwise: !signed_m.is_sign_negative() })

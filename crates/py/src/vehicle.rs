@@ -168,6 +168,8 @@ impl PyVehicle {
         dict.set_item("distance_m", progress.distance_to_go_m)?;
         dict.set_item("time_s", progress.time_to_go_s)?;
         dict.set_item("leg_distance_m", progress.distance_to_current_m)?;
+        dict.set_item("circled_turns", progress.circled.flown().map(|(turns, _)| turns))?;
+        dict.set_item("circled_s", progress.circled.flown().map(|(_, time_s)| time_s))?;
         dict.set_item("target_off_m", progress.target_off_m)?;
         Ok(dict)
     }

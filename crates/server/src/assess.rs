@@ -9,7 +9,7 @@ use vencejo_flight::geodesy::{GeoPoint, direct};
 use vencejo_flight::landing::Wind;
 use vencejo_flight::plan::{self, Mission};
 use vencejo_flight::profile::profile as height_profile;
-use vencejo_flight::progress::{ProgressOptions, trip};
+use vencejo_flight::progress::{Circled, ProgressOptions, trip};
 use vencejo_flight::rehearsal::{
     self, Air, Aircraft, Conditions, Learned, Range, Sample, Start, Trigger, glide_range, what_ifs,
 };
@@ -280,13 +280,15 @@ fn what_if_over_known(app: &App, asked: &WhatIfRequest) -> Result<WhatIfs, Probl
     let flying = vehicle.as_ref().filter(|_| asked.at_s.is_none());
     let beside = flying.zip(ahead.as_ref()).zip(asked.begun.as_ref());
     let outlook = beside.map(|((vehicle, ahead), begun)| followed::outlook(vehicle, ahead, begun)).transpose()?;
+    let is_circle_known = !matches!(conditions.start, Start::Air { circled: Circled::Unknown, .. });
     let range = at.and_then(|at| glide_range(&plan, &conditions, &at)).unwrap_or_default();
     Ok(WhatIfs {
         at_s: at.map_or(at_s, |at| rounded(at.time_s, 1)),
         at: at.map(|at| place(at.point)),
         height_m: at.map_or(0.0, |at| rounded(at.height_m, 1)),
         ahead,
-        now: flying.map(followed::now),
+        is_circle_known,
+        now: flying.filter(|_| is_circle_known).map(followed::now),
         outlook,
         what_ifs: found.iter().map(described_what_if).collect(),
         glide_range: range.into_iter().map(place).collect(),

@@ -1,7 +1,8 @@
 //! A flight that somebody follows, beside what was expected of it when that began.
 
 use vencejo_flight::geodesy::GeoPoint;
-use vencejo_flight::rehearsal::{Expected, battery_left_pct, expected_at};
+use vencejo_flight::progress::Circled;
+use vencejo_flight::rehearsal::{Expected, battery_left_pct, expected_at, expected_before_leaving};
 use vencejo_station::VehicleHandle;
 
 use crate::dto::{Beginning, ExpectedTrack, FlightNow, Outlook, RehearsedFlight};
@@ -25,16 +26,29 @@ pub(crate) fn outlook(vehicle: &VehicleHandle, ahead: &RehearsedFlight, begun: &
     let (telemetry, _) = vehicle.telemetry();
     let position = telemetry.position.map(|position| position.value);
     let at = position.and_then(|at| GeoPoint::new(at.lat_deg?, at.lon_deg?).ok());
-    let item = vehicle.progress().and_then(|progress| vehicle.item_of_seq(progress.current?));
-    let expected = at.and_then(|at| expected_at(&track, at, item.map(index)));
+    let progress = vehicle.progress().unwrap_or_default();
+    let item = progress.current.and_then(|seq| vehicle.item_of_seq(seq));
     let now = now(vehicle);
     let since_s = now.boot_s.zip(begun.now.boot_s).map(|(now_s, begun_s)| now_s - begun_s);
+    let expected = match progress.circled {
+        Circled::Nothing => at.and_then(|at| expected_at(&track, at, item.map(index))),
+        Circled::Flown { .. } => item
+            .zip(since_s)
+            .and_then(|(item, since_s)| expected_before_leaving(&track, index(item), leaves_s(ahead, item)?, since_s)),
+        Circled::Unknown => None,
+    };
     let battery_pct = || battery_left_pct(begun.now.battery_pct?, now.battery_pct?, since_s?, ahead.ends_s);
     Ok(Outlook {
         late_s: expected.zip(since_s).map(|(expected, since_s)| since_s - expected.time_s),
         low_m: expected.zip(position.and_then(|at| at.alt_rel_home_m)).map(|(expected, m)| expected.height_m - m),
         battery_pct: battery_pct(),
     })
+}
+
+/// When a flight that is at an item leaves it, seconds from now; `None` where it ends there.
+fn leaves_s(ahead: &RehearsedFlight, item: u16) -> Option<f64> {
+    let mut moments = ahead.track.time_s.iter().zip(&ahead.track.item);
+    moments.find(|(_, flown)| **flown != Some(item)).map(|(time_s, _)| *time_s)
 }
 
 fn expected(track: &ExpectedTrack) -> Result<Vec<Expected>, Problem> {

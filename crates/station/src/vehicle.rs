@@ -10,7 +10,7 @@ use vencejo_flight::checks::{
 use vencejo_flight::geodesy::{GeoPoint, direct};
 use vencejo_flight::landing::Wind;
 use vencejo_flight::plan::{Change, Home, Mission, Plan, PlanKind, plan_changes};
-use vencejo_flight::progress::{Trip, trip};
+use vencejo_flight::progress::{Circled, Trip, trip};
 use vencejo_flight::rehearsal::{Air, Aircraft, Conditions, Doing, Ground, Learned, Rehearsal, Start};
 use vencejo_flight::way::{Way, way};
 use vencejo_link::{LinkInfo, LinkStats, SendReport, SourceStats};
@@ -235,7 +235,8 @@ impl VehicleHandle {
         }
         let position = telemetry.position?.value;
         let (point, height_m) = (GeoPoint::new(position.lat_deg?, position.lon_deg?).ok()?, position.alt_rel_home_m?);
-        let current = self.progress().and_then(|progress| self.item_of_seq(progress.current?));
+        let progress = self.progress()?;
+        let current = progress.current.and_then(|seq| self.item_of_seq(seq));
         let current = current.map(|item| usize::from(item - 1));
         // Where it flies to, as ArduPlane's controller has it: the centre of a circle too.
         let target = || {
@@ -271,6 +272,7 @@ impl VehicleHandle {
             airspeed_m_s: telemetry.hud?.value.airspeed_m_s?,
             index: current.unwrap_or(0),
             doing,
+            circled: if doing == Doing::Mission { progress.circled } else { Circled::Nothing },
         })
     }
 

@@ -1,8 +1,11 @@
 //! Where the vehicle stands in its mission: current item, items reached, distance and time to go.
 
+use vencejo_flight::circled::{CircleWatch, Heard};
 use vencejo_flight::geodesy::GeoPoint;
+use vencejo_flight::guidance::NorthEast;
+use vencejo_flight::guidance::l1::L1Params;
 use vencejo_flight::plan::Mission;
-use vencejo_flight::progress::{ProgressOptions, remaining};
+use vencejo_flight::progress::{Circled, ProgressOptions, remaining};
 use vencejo_proto::MissionSeq;
 
 use crate::telemetry::{MissionCurrent, MissionState, Telemetry};
@@ -30,6 +33,8 @@ pub struct MissionProgress {
     pub time_to_go_s: Option<f64>,
     /// Whether it was flown to its end: the vehicle says so, or has disarmed at its last item.
     pub is_complete: bool,
+    /// How much was flown of the circle at the current item.
+    pub circled: Circled,
     /// An alarm: the vehicle flies to somewhere that is this far from the current item of the plan that was read from it, metres.
     /// `None` while it does not, and where it cannot be told.
     pub target_off_m: Option<f64>,
@@ -52,12 +57,14 @@ pub(crate) struct ProgressTracker {
     is_complete: bool,
     state: Option<MissionState>,
     was_armed: bool,
+    circle: CircleWatch,
+    follows_mission: Option<bool>,
 }
 
 impl ProgressTracker {
     /// The mission was replaced, or the vehicle restarted.
     pub fn reset(&mut self) {
-        *self = Self { was_armed: self.was_armed, ..Self::default() };
+        *self = Self { was_armed: self.was_armed, follows_mission: self.follows_mission, ..Self::default() };
     }
 
     /// The mission on board is known now. To learn what is flown already is no other flight; what another station has put in the
@@ -95,6 +102,7 @@ impl ProgressTracker {
         }
         self.state = current.state;
         if self.current != Some(current.seq) {
+            self.circle.begins(self.current.is_some());
             self.current = Some(current.seq);
             changes.current = Some(MissionSeq(current.seq));
         }
@@ -108,6 +116,10 @@ impl ProgressTracker {
             && self.reached.len() < MAX_REACHED
         {
             self.reached.insert(place, seq);
+        }
+        // It is told when the item is done with: one that a jump leads back to begins anew.
+        if self.current == Some(seq) {
+            self.circle.begins(true);
         }
         let has_completed = self.state.is_none() && last == Some(seq) && !self.is_complete;
         self.is_complete |= has_completed;
@@ -124,6 +136,31 @@ impl ProgressTracker {
         Changes { current: None, has_completed }
     }
 
+    /// Whether its mode flies the mission, by the heartbeat. An ArduPlane that comes back to its mission begins the item anew.
+    pub fn on_mode(&mut self, follows_mission: bool) {
+        let before = self.follows_mission.replace(follows_mission);
+        if before.is_some_and(|before| before != follows_mission) {
+            self.circle.begins(true);
+        }
+    }
+
+    /// Where it is. `mission` is the plan on board, where it is known; `first` the seq of its first item.
+    pub fn on_position(
+        &mut self,
+        telemetry: &Telemetry,
+        mission: Option<&Mission>,
+        first: u16,
+        options: &ProgressOptions,
+        law: &L1Params,
+    ) {
+        let Some(heard) = heard(telemetry) else { return };
+        let index = self.current.and_then(|seq| seq.checked_sub(first)).map(usize::from);
+        match mission.zip(index).and_then(|(mission, index)| mission.items.get(index)) {
+            Some(item) if self.follows_mission == Some(true) => self.circle.on(&heard, item, options, law),
+            _ => self.circle.elsewhere(heard.at_s),
+        }
+    }
+
     /// The whole picture. `mission` is the plan on board, where it is known; `first` the seq of its first item.
     pub fn progress(
         &self,
@@ -138,9 +175,10 @@ impl ProgressTracker {
             .position
             .and_then(|position| GeoPoint::new(position.value.lat_deg?, position.value.lon_deg?).ok());
         let groundspeed_m_s = telemetry.hud.and_then(|hud| hud.value.groundspeed_m_s);
+        let circled = self.circle.circled();
         let left = mission.zip(self.current).zip(here).map(|((mission, seq), here)| {
             let index = usize::from(seq.saturating_sub(first));
-            remaining(mission, index, here, groundspeed_m_s, options)
+            remaining(mission, index, here, circled, groundspeed_m_s, options)
         });
         let left = left.unwrap_or_default();
         let by_vehicle = telemetry.nav.and_then(|nav| nav.value.wp_distance_m);
@@ -153,15 +191,27 @@ impl ProgressTracker {
             distance_to_go_m: left.distance_m.filter(|_| !self.is_complete),
             time_to_go_s: left.time_s.filter(|_| !self.is_complete),
             is_complete: self.is_complete,
+            circled,
             target_off_m: None,
         }
     }
 }
 
+fn heard(telemetry: &Telemetry) -> Option<Heard> {
+    let position = telemetry.position?.value;
+    Some(Heard {
+        at_s: f64::from(telemetry.position_boot_ms) / 1e3,
+        point: GeoPoint::new(position.lat_deg?, position.lon_deg?).ok()?,
+        velocity: NorthEast::new(position.velocity_north_m_s?, position.velocity_east_m_s?),
+    })
+}
+
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::PI;
     use std::time::Duration;
 
+    use vencejo_flight::geodesy::direct;
     use vencejo_flight::plan::MissionItem;
 
     use super::*;
@@ -215,6 +265,61 @@ mod tests {
         assert_eq!(progress(&telemetry, None).distance_to_go_m, None);
         telemetry.hud = sampled(Hud { groundspeed_m_s: Some(0.2), ..Hud::default() });
         assert_eq!(progress(&telemetry, Some(&plan)).time_to_go_s, None);
+    }
+
+    /// Half a minute around the third item, at 20 m/s and a radius of 80 m.
+    fn circles(tracker: &mut ProgressTracker, from_s: u32) -> Circled {
+        let centre = GeoPoint::new(40.01, -3.0).unwrap();
+        let items = vec![
+            MissionItem::waypoint(40.0, -3.0, 50.0),
+            MissionItem::waypoint(40.005, -3.0, 50.0),
+            MissionItem::loiter_turns(40.01, -3.0, 50.0, 3.0, 80.0),
+        ];
+        let plan = Mission { home: None, items };
+        for step in 0..=60 {
+            let angle_rad = f64::from(step) * 0.5 * 20.0 / 80.0;
+            let point = direct(centre, angle_rad.to_degrees(), 80.0);
+            let velocity = NorthEast::from_bearing(angle_rad + PI / 2.0) * 20.0;
+            let position = Position {
+                lat_deg: Some(point.lat_deg()),
+                lon_deg: Some(point.lon_deg()),
+                velocity_north_m_s: Some(velocity.north),
+                velocity_east_m_s: Some(velocity.east),
+                ..Position::default()
+            };
+            let position_boot_ms = from_s * 1_000 + step * 500;
+            let telemetry = Telemetry { position: sampled(position), position_boot_ms, ..Telemetry::default() };
+            tracker.on_position(&telemetry, Some(&plan), 1, &ProgressOptions::default(), &L1Params::default());
+        }
+        tracker.circle.circled()
+    }
+
+    #[test]
+    fn a_circle_counts_from_the_item_s_beginning_and_anew_after_another_mode() {
+        let active = |seq| current(seq, Some(MissionState::Active));
+        let is_half_a_minute = |circled| {
+            let Circled::Flown { turns, time_s } = circled else { return false };
+            (turns - 600.0 / (2.0 * PI * 80.0)).abs() < 0.05 && (time_s - 30.0).abs() < 0.6
+        };
+        let mut tracker = ProgressTracker::default();
+        tracker.on_mode(true);
+        tracker.on_current(&active(3));
+        assert_eq!(circles(&mut tracker, 100), Circled::Unknown, "it circled before it was heard");
+        tracker.on_current(&active(2));
+        assert_eq!(circles(&mut tracker, 130), Circled::Nothing, "no circle is there");
+        tracker.on_current(&active(3));
+        assert!(is_half_a_minute(circles(&mut tracker, 160)));
+        tracker.on_current(&active(3));
+        assert_eq!(circles(&mut tracker, 190).flown().map(|(_, time_s)| time_s.round()), Some(60.0), "and goes on");
+        tracker.on_mode(false);
+        assert_eq!(circles(&mut tracker, 220), Circled::Nothing);
+        tracker.on_mode(true);
+        assert!(is_half_a_minute(circles(&mut tracker, 250)), "an ArduPlane begins the item anew");
+        tracker.on_reached(3, None);
+        assert!(is_half_a_minute(circles(&mut tracker, 280)), "a jump led back to it");
+        tracker.reset();
+        tracker.on_current(&active(3));
+        assert_eq!(circles(&mut tracker, 310), Circled::Unknown);
     }
 
     #[test]

@@ -202,6 +202,8 @@ export function telemetryAt(
       distance_m: isArmed ? 2860 - (t % 125) * 14 : null,
       time_s: isArmed ? 174 - (t % 125) : null,
       leg_distance_m: isArmed ? 260 - (t % 25) * 10 : null,
+      circled_turns: null,
+      circled_s: null,
       target_off_m: null,
       preparation: null,
     },

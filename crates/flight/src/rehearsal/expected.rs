@@ -44,6 +44,20 @@ pub fn expected_at(track: &[Expected], at: GeoPoint, index: Option<usize>) -> Op
     nearest.map(|(_, expected)| expected)
 }
 
+/// The moment at which the plane was expected to have `left_s` seconds yet at the item of this index: on a circle, where the place is the same after
+/// each turn. Of an item that is flown several times, the one nearest to `since_s`; `None` where the track does not leave it.
+#[must_use]
+pub fn expected_before_leaving(track: &[Expected], index: usize, left_s: f64, since_s: f64) -> Option<Expected> {
+    let leaves = track.windows(2).filter(|pair| pair[0].index == Some(index) && pair[1].index != Some(index));
+    let moments = leaves.map(|pair| pair[1].time_s - left_s);
+    let time_s = moments.min_by(|a, b| (a - since_s).abs().total_cmp(&(b - since_s).abs()))?;
+    let after = track.partition_point(|moment| moment.time_s <= time_s).clamp(1, track.len() - 1);
+    let (from, to) = (track[after - 1], track[after]);
+    let part = ((time_s - from.time_s) / (to.time_s - from.time_s).max(1e-9)).clamp(0.0, 1.0);
+    let height_m = from.height_m + (to.height_m - from.height_m) * part;
+    Some(Expected { time_s, point: from.point, height_m, index: Some(index) })
+}
+
 /// What will be left of a battery in `left_s` when it goes on as in the `since_s` in which it went from `before_pct` to `now_pct`, per cent;
 /// `None` while less than 2 % of it were used, which says nothing.
 #[must_use]
@@ -83,6 +97,25 @@ mod tests {
         assert_eq!(expected_at(&track(), at(40.005, -3.01), Some(1)), None);
         assert_eq!(expected_at(&track(), at(40.005, -3.0), Some(3)), None);
         assert_eq!(expected_at(&[], at(40.005, -3.0), None), None);
+    }
+
+    #[test]
+    fn on_a_circle_what_is_left_of_it_tells_the_moment() {
+        let found = |index, left_s, since_s| {
+            let expected = expected_before_leaving(&track(), index, left_s, since_s)?;
+            Some((expected.time_s, expected.height_m))
+        };
+        assert_eq!(found(1, 30.0, 40.0), Some((40.0, 65.0)));
+        assert_eq!(found(1, 80.0, 0.0), Some((-10.0, 50.0)), "before the beginning: earlier than expected");
+        assert_eq!(found(2, 5.0, 125.0), None, "it ends there");
+        let twice: Vec<Expected> = track()
+            .into_iter()
+            .chain([170.0, 200.0].map(|time_s| Expected { time_s, ..track()[0] }))
+            .chain([Expected { time_s: 230.0, ..track()[2] }])
+            .collect();
+        let again = |since_s| expected_before_leaving(&twice, 1, 10.0, since_s).unwrap().time_s;
+        assert_eq!((again(65.0), again(215.0)), (60.0, 220.0));
+        assert_eq!(expected_before_leaving(&[], 1, 0.0, 0.0), None);
     }
 
     #[test]

@@ -12,6 +12,7 @@ use super::outcome::{Ending, Rehearsal, Sample};
 use crate::geodesy::GeoPoint;
 use crate::guidance::{NorthEast, wrap_pi};
 use crate::plan::{Home, Plan};
+use crate::progress::Circled;
 
 /// Longest flight that is rehearsed, s.
 pub(super) const LONGEST_S: f64 = 6.0 * 3_600.0;
@@ -47,6 +48,8 @@ pub enum Start {
         index: usize,
         /// What it does.
         doing: Doing,
+        /// How much it has flown of the circle at that item; where that is not known, the circle is flown whole.
+        circled: Circled,
     },
 }
 
@@ -115,12 +118,16 @@ impl<'a> Flight<'a> {
     pub fn new(course: &'a Course<'a>, conditions: &Conditions<'a>) -> Self {
         let Conditions { plane, air, .. } = *conditions;
         let (body, index, doing) = begin(course, conditions);
+        let mut autopilot = Autopilot::new(course, plane, &body, index, doing);
+        if let Start::Air { circled: Circled::Flown { turns, time_s }, .. } = conditions.start {
+            autopilot.resume_circle(turns, time_s, &body);
+        }
         Self {
             course,
             plane,
             air,
             body,
-            autopilot: Autopilot::new(course, plane, &body, index, doing),
+            autopilot,
             gusts: Gusts::new(&air),
             flown: Flown::default(),
             energy_j: 0.0,
@@ -285,7 +292,7 @@ fn begin(course: &Course<'_>, conditions: &Conditions<'_>) -> (Body, usize, Doin
             }
             (Body::parked(home, heading, plane.airframe.level_pitch_rad), 0, Doing::Mission)
         }
-        Start::Air { point, height_m, heading_deg, airspeed_m_s, index, doing } => {
+        Start::Air { point, height_m, heading_deg, airspeed_m_s, index, doing, .. } => {
             let heading = wrap_pi(heading_deg.to_radians());
             (flying(course.position(point), height_m, heading, airspeed_m_s), index, doing)
         }

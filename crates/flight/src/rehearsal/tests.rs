@@ -6,11 +6,12 @@ use vencejo_proto::MissionSeq;
 use super::fly::LONGEST_S;
 use super::*;
 use crate::geodesy::GeoPoint;
-use crate::geodesy::{direct, distance_m, leg_offset};
+use crate::geodesy::{direct, distance_m, inverse, leg_offset};
 use crate::guidance::NorthEast;
 use crate::landing::{LandingOptions, Wind, design_landing};
 use crate::plan::{Command, MavFrame, Mission, MissionItem, Rally, RallyPoint};
 use crate::plan::{Home, Plan};
+use crate::progress::Circled;
 
 const HOME: Home = Home { lat_deg: 40.3332, lon_deg: -3.7978, alt_amsl_m: 600.0 };
 
@@ -742,7 +743,15 @@ fn a_landing_is_broken_off_to_the_height_of_the_mission_s_take_off() {
     let plane = Aircraft::default();
     let index = plan.mission.items.iter().position(|item| item.command == Command::NAV_LAND).unwrap();
     let (point, doing) = (at(0.0, 500.0), Doing::Mission);
-    let start = Start::Air { point, height_m: 25.0, heading_deg: 180.0, airspeed_m_s: 16.0, index, doing };
+    let start = Start::Air {
+        point,
+        height_m: 25.0,
+        heading_deg: 180.0,
+        airspeed_m_s: 16.0,
+        index,
+        doing,
+        circled: Circled::Nothing,
+    };
     let conditions = Conditions { start, ..Conditions::new(&plane, wind(0.0, 0.0)) };
     let asked = what_ifs(&plan, &conditions, &[Trigger::GoAround], &[0.0]).unwrap();
     let flown = asked[0].flown.as_ref().unwrap();
@@ -751,11 +760,63 @@ fn a_landing_is_broken_off_to_the_height_of_the_mission_s_take_off() {
     assert!(turned.height_m > take_off_m, "{} of {take_off_m}", turned.height_m);
 }
 
+/// A flight that is rehearsed from the middle of a circle ends when the whole one did: what was flown of the circle is not flown again.
+#[test]
+fn a_circle_goes_on_where_the_plane_is() {
+    let centre = at(90.0, 800.0);
+    let place = (centre.lat_deg(), centre.lon_deg());
+    let plane = Aircraft::default();
+    for circle in [
+        MissionItem::loiter_turns(place.0, place.1, 80.0, 3.0, -80.0),
+        MissionItem::loiter_time(place.0, place.1, 80.0, 75.0, true),
+        MissionItem::loiter_to_alt(place.0, place.1, 130.0, 80.0),
+    ] {
+        let command = circle.command;
+        let plan = plan(vec![takeoff(50.0), waypoint(45.0, 600.0, 80.0), circle, waypoint(120.0, 1_500.0, 80.0)]);
+        let whole = rehearse(&plan, &Conditions::new(&plane, wind(300.0, 4.0))).unwrap();
+        let circles = |sample: &&Sample| {
+            sample.index == Some(2) && sample.bank_deg.abs() > 15.0 && distance_m(centre, sample.point) < 120.0
+        };
+        let begins_s = whole.track.iter().find(circles).unwrap().time_s;
+        let left_s = whole.passages[2].reached_s.unwrap();
+        for part in [0.2, 0.5, 0.8] {
+            let now = whole.track.iter().find(|sample| sample.time_s >= begins_s + part * (left_s - begins_s)).unwrap();
+            let mut turned_deg = 0.0;
+            let mut before = None;
+            for sample in whole.track.iter().filter(|sample| (begins_s..=now.time_s).contains(&sample.time_s)) {
+                let bearing_deg = inverse(centre, sample.point).bearing_start_deg;
+                turned_deg += before.map_or(0.0, |before| crate::geodesy::wrap_180_deg(bearing_deg - before));
+                before = Some(bearing_deg);
+            }
+            let start = Start::Air {
+                point: now.point,
+                height_m: now.height_m,
+                heading_deg: now.heading_deg,
+                airspeed_m_s: now.airspeed_m_s,
+                index: 2,
+                doing: Doing::Mission,
+                circled: Circled::Flown { turns: f64::abs(turned_deg) / 360.0, time_s: now.time_s - begins_s },
+            };
+            let rest = rehearse(&plan, &Conditions { start, ..Conditions::new(&plane, wind(300.0, 4.0)) }).unwrap();
+            let off_s = now.time_s + rest.duration_s - whole.duration_s;
+            assert!(off_s.abs() < 3.0, "{command:?} {part}: {off_s} s");
+        }
+    }
+}
+
 fn from_now(doing: Doing, settings: &[(&str, f64)], triggers: &[Trigger]) -> (Rehearsal, Vec<WhatIf>) {
     let plane =
         Aircraft::from_ardupilot(|name| settings.iter().find(|(known, _)| *known == name).map(|(_, value)| *value));
     let (plan, point) = (plan(with_landing()), at(45.0, 1_000.0));
-    let start = Start::Air { point, height_m: 90.0, heading_deg: 10.0, airspeed_m_s: 22.0, index: 1, doing };
+    let start = Start::Air {
+        point,
+        height_m: 90.0,
+        heading_deg: 10.0,
+        airspeed_m_s: 22.0,
+        index: 1,
+        doing,
+        circled: Circled::Nothing,
+    };
     let conditions = Conditions { start, ..Conditions::new(&plane, wind(270.0, 5.0)) };
     (rehearse(&plan, &conditions).unwrap(), what_ifs(&plan, &conditions, triggers, &[0.0]).unwrap())
 }
@@ -915,7 +976,7 @@ fn without_an_engine_the_plane_glides_as_far_as_its_polar_says() {
 
 /// A ridge across the way north of home: 1,500 m away, 120 m high, 600 m wide on each side. A map that is 7 m off everywhere.
 fn ridge(point: GeoPoint) -> Option<f64> {
-    let line = crate::geodesy::inverse(HOME.point().unwrap(), point);
+    let line = inverse(HOME.point().unwrap(), point);
     let north_m = line.distance_m * line.bearing_start_deg.to_radians().cos();
     let part = (1.0 - (north_m - 1_500.0).abs() / 600.0).max(0.0);
     (north_m < 3_600.0).then_some(607.0 + 120.0 * part)

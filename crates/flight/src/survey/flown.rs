@@ -5,6 +5,7 @@ use super::region::{Region, range};
 use crate::geodesy::{GeoPoint, direct};
 use crate::guidance::NorthEast;
 use crate::plan::{Home, Mission, Plan};
+use crate::progress::Circled;
 use crate::rehearsal::{Air, Aircraft, Conditions, Doing, Ground, Rehearsal, Sample, Start, rehearse};
 
 /// Cells that an area is divided into, about.
@@ -239,6 +240,7 @@ pub fn rehearse_survey(
         airspeed_m_s: survey.options.airspeed_m_s.unwrap_or(plane.airspeed_cruise_m_s),
         index: 0,
         doing: Doing::Mission,
+        circled: Circled::Nothing,
     };
     let plan = Plan::from_mission(Mission { home: Some(home), items: survey.items.clone() });
     let flown = rehearse(&plan, &Conditions { start, ground, ..Conditions::new(plane, air) })?;

@@ -5,6 +5,7 @@ use crate::checks::{CheckContext, FindingCode, Severity, check_plan, check_surve
 use crate::geodesy::{GeoPoint, direct, inverse, leg_offset, point_in_polygon, wrap_180_deg};
 use crate::landing::Wind;
 use crate::plan::{Command, Home, MavFrame, Mission, Plan};
+use crate::progress::Circled;
 use crate::rehearsal::{Air, Aircraft, Conditions, Doing, Rehearsal, Start, rehearse};
 use proptest::prelude::*;
 
@@ -281,6 +282,7 @@ fn a_camera_takes_its_pictures_as_ardupilot_orders_them() {
         airspeed_m_s: 22.0,
         index: 0,
         doing: Doing::Mission,
+        circled: Circled::Nothing,
     };
     let calm = Air::from(Wind { from_deg: 0.0, speed_m_s: 0.0 });
     let flown = rehearse(&plan, &Conditions { start, ..Conditions::new(&plane, calm) }).unwrap();

@@ -59,6 +59,8 @@ pub(crate) fn progress(vehicle: &VehicleHandle) -> dto::MissionProgress {
         distance_m: progress.distance_to_go_m,
         time_s: progress.time_to_go_s,
         leg_distance_m: progress.distance_to_current_m,
+        circled_turns: progress.circled.flown().map(|(turns, _)| turns),
+        circled_s: progress.circled.flown().map(|(_, time_s)| time_s),
         target_off_m: progress.target_off_m,
         preparation: preparation(vehicle),
     }

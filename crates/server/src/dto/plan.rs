@@ -868,7 +868,11 @@ pub struct WhatIfs {
     /// a pilot steers.
     #[schema(required = true)]
     pub ahead: Option<RehearsedFlight>,
-    /// Of a vehicle as it flies now, by what to know this moment later (`begun`); null for a moment of a plan.
+    /// Whether it is known how much was flown of the circle that the vehicle flies now. Where not, as when the station was started
+    /// while it circled, `ahead` flies it whole, and nobody is told whether the flight is late until it goes on to the next item.
+    pub is_circle_known: bool,
+    /// Of a vehicle as it flies now, by what to know this moment later (`begun`); null for a moment of a plan, and while how much of
+    /// its circle was flown is not known.
     #[schema(required = true)]
     pub now: Option<FlightNow>,
     /// How it goes beside what was expected when it began; null without `begun`, and without `ahead`.

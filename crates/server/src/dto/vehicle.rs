@@ -109,6 +109,12 @@ pub struct MissionProgress {
     /// Distance to the item in execution.
     #[schema(required = true)]
     pub leg_distance_m: Option<f64>,
+    /// Turns that were flown of the circle at the item in execution; null while it circles at none, and where its beginning was not heard.
+    #[schema(required = true)]
+    pub circled_turns: Option<f64>,
+    /// Time on that circle by the vehicle's clock; null likewise.
+    #[schema(required = true)]
+    pub circled_s: Option<f64>,
     /// An alarm: it flies to somewhere that is this far from the current item of the plan that was read from it; null while not.
     #[schema(required = true)]
     pub target_off_m: Option<f64>,

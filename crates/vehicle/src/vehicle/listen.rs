@@ -1,9 +1,12 @@
 //! What comes from the vehicle: telemetry into its groups, changes into events, protocols to their machines.
 
+use std::sync::Arc;
 use std::time::Duration;
 
+use vencejo_flight::guidance::l1::L1Params;
 use vencejo_flight::plan::PlanKind;
 use vencejo_proto::dialect::{MavMessage, TIMESYNC_DATA};
+use vencejo_proto::param::ParamName;
 use vencejo_proto::{Address, ComponentId, Message, MissionAck, MissionSeq, MonoTime, StatusText};
 
 use super::operation::State;
@@ -50,6 +53,7 @@ impl Vehicle {
                     Group::Version => self.on_version(now),
                     Group::Nav => self.on_nav(now),
                     Group::Position => {
+                        self.on_position();
                         if let Some(moment) = self.telemetry.recorded(now) {
                             self.learner.note(moment);
                         }
@@ -172,6 +176,7 @@ impl Vehicle {
             let from = self.told.mode.replace(heartbeat.mode);
             self.event(VehicleEvent::ModeChanged { from, to: heartbeat.mode });
         }
+        self.tracker.on_mode(heartbeat.mode.follows_mission());
         if self.told.is_armed != Some(heartbeat.is_armed) {
             self.told.is_armed = Some(heartbeat.is_armed);
             self.event(VehicleEvent::ArmedChanged { is_armed: heartbeat.is_armed });
@@ -188,6 +193,18 @@ impl Vehicle {
             self.streams.ask(&mut self.commands, now);
             self.pump(now);
         }
+    }
+
+    fn on_position(&mut self) {
+        let parameter = |name| ParamName::new(name).ok().and_then(|name| self.parameters.get(&name).copied());
+        let default = L1Params::default();
+        let law = L1Params {
+            period_s: parameter("NAVL1_PERIOD").unwrap_or(default.period_s),
+            damping: parameter("NAVL1_DAMPING").unwrap_or(default.damping),
+            ..default
+        };
+        let (mission, options) = (self.mission().map(Arc::clone), self.progress_options());
+        self.tracker.on_position(&self.telemetry, mission.as_deref(), self.first_seq(), &options, &law);
     }
 
     pub(super) fn on_extended(&mut self) {

@@ -6218,6 +6218,16 @@ export interface components {
         MissionProgress: {
             /**
              * Format: double
+             * @description Time on that circle by the vehicle's clock; null likewise.
+             */
+            circled_s: number | null;
+            /**
+             * Format: double
+             * @description Turns that were flown of the circle at the item in execution; null while it circles at none, and where its beginning was not heard.
+             */
+            circled_turns: number | null;
+            /**
+             * Format: double
              * @description Distance over ground to the mission's end.
              */
             distance_m: number | null;
@@ -8585,6 +8595,11 @@ export interface components {
              * @description Height above home then, metres.
              */
             height_m: number;
+            /**
+             * @description Whether it is known how much was flown of the circle that the vehicle flies now. Where not, as when the station was started
+             *     while it circled, `ahead` flies it whole, and nobody is told whether the flight is late until it goes on to the next item.
+             */
+            is_circle_known: boolean;
             now: components["schemas"]["FlightNow"] | null;
             outlook: components["schemas"]["Outlook"] | null;
             /** @description One for each that was asked for. */

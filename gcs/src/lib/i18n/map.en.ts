@@ -162,6 +162,8 @@ export const mapEn = {
   'ahead.low': '{height} lower.',
   'ahead.high': '{height} higher.',
   'ahead.battery': 'Battery then: about {battery}.',
+  'ahead.circle': 'How much of its circle is flown is not known.',
+  'ahead.circle-why': 'Rehearsed from where it is, with the whole circle; compared from its next item on.',
   'ahead.why': 'Rehearsed from where it is, and compared with what was expected at {time}.',
   'what-if.title': 'What if, here:',
   'what-if.ask': 'What if …',

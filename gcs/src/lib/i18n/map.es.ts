@@ -165,6 +165,8 @@ export const mapEs: Record<keyof typeof mapEn, string> = {
   'ahead.low': '{height} más bajo.',
   'ahead.high': '{height} más alto.',
   'ahead.battery': 'Batería entonces: cerca del {battery}.',
+  'ahead.circle': 'No se sabe cuánto de su círculo ha volado.',
+  'ahead.circle-why': 'Ensayado desde donde está, con el círculo entero; se compara a partir del siguiente elemento.',
   'ahead.why': 'Ensayado desde donde está, y comparado con lo previsto a las {time}.',
   'what-if.title': 'Y si aquí:',
   'what-if.ask': '¿Y si …?',

@@ -25,8 +25,8 @@ const ASK_MS = 2000;
 /** How it goes; what is not known is `null`. */
 export interface Outlook extends Told {
   readonly flight: RehearsedFlight;
-  /** When the expectation is from. */
-  readonly since: Date;
+  /** When the expectation is from; `null`: there is none, because how much of its circle was flown is not known. */
+  readonly since: Date | null;
 }
 
 /** Nothing is told of the moment at which it begins. */
@@ -65,8 +65,7 @@ class Ahead {
         const { ahead: flight, now, outlook } = await rehearseRest(vehicle, first?.begun);
         if (isOver) return;
         if (flight !== null && now !== null) first ??= { begun: { now, track: expectedOf(flight) }, since: new Date() };
-        this.outlook =
-          flight === null || first === null ? null : { ...(outlook ?? AS_EXPECTED), flight, since: first.since };
+        this.outlook = flight === null ? null : { ...(outlook ?? AS_EXPECTED), flight, since: first?.since ?? null };
       } catch {
         // not known just now: its mission is not read yet, or the server is gone
         if (!isOver) this.outlook = null;

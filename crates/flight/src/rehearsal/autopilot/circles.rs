@@ -16,6 +16,19 @@ const STUCK_LAPS: f64 = 3.0;
 pub(super) const LINED_UP_RAD: f64 = 10.0 * PI / 180.0;
 
 impl Autopilot<'_> {
+    /// Goes on with the circle of the item that it began with, of which so many turns were flown in so long; elsewhere that says nothing.
+    pub fn resume_circle(&mut self, turns: f64, time_s: f64, body: &Body) {
+        let command = self.item().and_then(|index| self.course.items.get(index)).map(|item| item.command);
+        if let Some(Command::NAV_LOITER_TURNS | Command::NAV_LOITER_TIME | Command::NAV_LOITER_TO_ALT) = command {
+            let swept_rad = turns * TAU;
+            self.circle.swept_rad = Some(swept_rad);
+            self.circle.since_s = Some(-time_s);
+            self.circle.bearing_rad = (self.next.at - body.position).bearing_rad();
+            self.circle.look_height_m = body.height_m;
+            self.circle.next_look_rad = swept_rad + STUCK_LAPS * TAU;
+        }
+    }
+
     pub(super) fn loiter(&mut self, item: &MissionItem, index: usize, body: &Body, time_s: f64) -> (Track, bool) {
         let (radius_m, is_anticlockwise) = match item.command {
             Command::NAV_LOITER_TO_ALT => sized(item.param(2)),

@@ -1,0 +1,191 @@
+//! How much a plane has flown of the circle at the item in execution, by what it tells of itself.
+//!
+//! No message says it: an ArduPlane tells that an item began (`MISSION_CURRENT`) and that it is done with (`MISSION_ITEM_REACHED`), and counts turns
+//! and time from the moment at which its lateral law is on the circle (`Plane::verify_loiter_time`, `Plane::loiter_angle_update` of ArduPilot
+//! 4.7). So the same law is asked here whether it is, with every position.
+
+use std::f64::consts::TAU;
+
+use crate::geodesy::{GeoPoint, LocalFrame};
+use crate::guidance::l1::{L1Params, L1State, Motion, Track, Turn, steer};
+use crate::guidance::{NorthEast, wrap_pi};
+use crate::plan::MissionItem;
+use crate::progress::{Circled, ProgressOptions};
+use crate::way::{circle, signed_radius_m};
+
+/// Farther away than so many radii a plane is on its way to a circle (`Plane::update_loiter`).
+const NEAR_RADII: f64 = 3.0;
+/// A plane that was not heard for longer may have reached its circle meanwhile, s.
+const HEARD_WITHIN_S: f64 = 3.0;
+
+/// A plane as it was heard to be.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Heard {
+    /// When, by the vehicle's clock, s.
+    pub at_s: f64,
+    /// Where.
+    pub point: GeoPoint,
+    /// Over ground, m/s.
+    pub velocity: NorthEast,
+}
+
+/// Follows a plane around the circles of its mission.
+#[derive(Debug, Clone, Default)]
+pub struct CircleWatch {
+    /// When it was heard last.
+    heard_s: Option<f64>,
+    /// When it was last known not to be on the circle yet.
+    outside_s: Option<f64>,
+    law: L1State,
+    lap: Option<Lap>,
+    is_unknown: bool,
+}
+
+/// What was flown of a circle.
+#[derive(Debug, Clone, Copy)]
+struct Lap {
+    since_s: f64,
+    swept_rad: f64,
+    bearing_rad: f64,
+}
+
+impl CircleWatch {
+    /// An item begins, or the same one anew: now, or at a moment that was not heard (`is_now` is false).
+    pub fn begins(&mut self, is_now: bool) {
+        let heard_s = self.heard_s;
+        *self = Self { heard_s, outside_s: heard_s.filter(|_| is_now), ..Self::default() };
+    }
+
+    /// The plane is heard while no mission is flown, or one that is not known.
+    pub fn elsewhere(&mut self, at_s: f64) {
+        self.heard_s = Some(at_s);
+    }
+
+    /// The plane is heard while it flies to this item, or around it.
+    pub fn on(&mut self, heard: &Heard, item: &MissionItem, options: &ProgressOptions, law: &L1Params) {
+        let before_s = self.heard_s.replace(heard.at_s);
+        if self.is_unknown || signed_radius_m(item).is_none() {
+            return;
+        }
+        // The place of one without its own is where the plane was.
+        let Some(circle) = circle(item, options) else {
+            self.is_unknown = true;
+            return;
+        };
+        let [north, east, _] = LocalFrame::new(circle.centre, 0.0).ned_m(heard.point, 0.0);
+        let position = NorthEast::new(north, east);
+        let (turn, sign) = if circle.is_clockwise { (Turn::Clockwise, 1.0) } else { (Turn::Anticlockwise, -1.0) };
+        let bearing_rad = position.bearing_rad();
+        if let Some(lap) = &mut self.lap {
+            let dt_s = before_s.map_or(0.0, |before_s| heard.at_s - before_s).max(0.0);
+            // Of several whole turns between two moments the speed tells how many.
+            let about_rad = heard.velocity.length() * dt_s / position.length().max(0.5 * circle.radius_m);
+            lap.swept_rad += about_rad + wrap_pi(sign * (bearing_rad - lap.bearing_rad) - about_rad);
+            lap.bearing_rad = bearing_rad;
+            return;
+        }
+        if position.length() <= NEAR_RADII * circle.radius_m {
+            let track = Track::Circle { centre: NorthEast::default(), radius_m: circle.radius_m, turn };
+            let heading_rad = heard.velocity.bearing_rad();
+            let motion = Motion { position, velocity: heard.velocity, heading_rad };
+            (self.law, _) = steer(self.law, &motion, &track, law, 0.0);
+        } else {
+            self.law = L1State::default();
+        }
+        if !self.law.on_circle {
+            self.outside_s = Some(heard.at_s);
+        } else if self.outside_s.is_some_and(|outside_s| heard.at_s - outside_s <= HEARD_WITHIN_S) {
+            self.lap = Some(Lap { since_s: heard.at_s, swept_rad: 0.0, bearing_rad });
+        } else {
+            self.is_unknown = true;
+        }
+    }
+
+    /// What was flown of the circle.
+    #[must_use]
+    pub fn circled(&self) -> Circled {
+        match (self.is_unknown, self.lap, self.heard_s) {
+            (true, ..) => Circled::Unknown,
+            (false, Some(Lap { since_s, swept_rad, .. }), Some(heard_s)) => {
+                Circled::Flown { turns: (swept_rad / TAU).max(0.0), time_s: (heard_s - since_s).max(0.0) }
+            }
+            _ => Circled::Nothing,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const CENTRE: (f64, f64) = (40.0, -3.0);
+    const RADIUS_M: f64 = 80.0;
+    const SPEED_M_S: f64 = 20.0;
+    /// Between two decisions of the autopilot, s.
+    const STEP_S: f64 = 0.1;
+
+    /// A plane that flies from 700 m in the west to an anticlockwise circle and around it, ten moments a second, and when its own law
+    /// begins to count.
+    fn flight() -> (Vec<Heard>, f64) {
+        let frame = LocalFrame::new(GeoPoint::new(CENTRE.0, CENTRE.1).unwrap(), 0.0);
+        let track = Track::Circle { centre: NorthEast::default(), radius_m: RADIUS_M, turn: Turn::Anticlockwise };
+        let (mut position, mut course_rad) = (NorthEast::new(0.0, -700.0), TAU / 4.0);
+        let (mut law, mut begins_s) = (L1State::default(), None);
+        let mut moments = Vec::new();
+        for step in 0..900_u32 {
+            let at_s = 1_000.0 + f64::from(step) * STEP_S;
+            let velocity = NorthEast::from_bearing(course_rad) * SPEED_M_S;
+            let (point, _) = frame.geodetic_from_ned([position.north, position.east, 0.0]);
+            moments.push(Heard { at_s, point, velocity });
+            if law.on_circle {
+                begins_s.get_or_insert(at_s);
+            }
+            let motion = Motion { position, velocity, heading_rad: course_rad };
+            let (next, output) = steer(law, &motion, &track, &L1Params::default(), STEP_S);
+            law = next;
+            course_rad += output.lateral_accel_m_s2 / SPEED_M_S * STEP_S;
+            position = position + velocity * STEP_S;
+        }
+        (moments, begins_s.unwrap())
+    }
+
+    /// What is known at the end of these parts of that flight, seconds since it was on the circle, of an item that began with the first.
+    fn after(is_now: bool, parts_s: &[(f64, f64)]) -> Circled {
+        let turns = MissionItem::loiter_turns(CENTRE.0, CENTRE.1, 80.0, 3.0, -RADIUS_M);
+        let (moments, begins_s) = flight();
+        let mut watch = CircleWatch::default();
+        let mut begins = Some(is_now);
+        let is_heard = |at_s: f64| parts_s.iter().any(|(from_s, to_s)| (*from_s..=*to_s).contains(&(at_s - begins_s)));
+        for heard in moments.iter().step_by(3).filter(|heard| is_heard(heard.at_s)) {
+            if let Some(is_now) = begins.take() {
+                watch.elsewhere(heard.at_s);
+                watch.begins(is_now);
+            }
+            watch.on(heard, &turns, &ProgressOptions::default(), &L1Params::default());
+        }
+        watch.circled()
+    }
+
+    fn check(is_now: bool, parts_s: &[(f64, f64)], flown_s: f64) {
+        let found = after(is_now, parts_s);
+        let Circled::Flown { turns, time_s } = found else { panic!("{parts_s:?}: {found:?}") };
+        let expected = flown_s * SPEED_M_S / (TAU * RADIUS_M);
+        assert!((turns - expected).abs() < 0.12, "{parts_s:?}: {turns} of {expected} turns");
+        assert!((time_s - flown_s).abs() < 0.7, "{parts_s:?}: {time_s} of {flown_s} s");
+    }
+
+    #[test]
+    fn what_is_flown_of_a_circle_is_counted_from_its_beginning() {
+        assert_eq!(after(true, &[(-20.0, -8.0)]), Circled::Nothing, "on its way");
+        check(true, &[(-20.0, 40.0)], 40.0);
+        check(true, &[(5.0, 45.0)], 40.0);
+        check(false, &[(-20.0, 40.0)], 40.0);
+    }
+
+    #[test]
+    fn turns_that_were_not_heard_count_and_a_beginning_that_was_not_heard_is_not_known() {
+        check(true, &[(-20.0, 3.0), (40.0, 42.0)], 42.0);
+        assert_eq!(after(true, &[(-20.0, -8.0), (20.0, 30.0)]), Circled::Unknown);
+        assert_eq!(after(false, &[(20.0, 30.0)]), Circled::Unknown, "whoever comes while it circles");
+    }
+}
