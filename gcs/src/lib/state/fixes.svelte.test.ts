@@ -3,6 +3,8 @@ import type { FindingFix, PlanFinding, RehearsalRequest } from '$lib/api/types';
 import { makeItem } from '$lib/domain/plan';
 import { fixes } from './fixes.svelte';
 import { plan } from './plan.svelte';
+import { planAssessed } from './plan-assessed.svelte';
+import { planGestures } from './plan-gestures.svelte';
 import { api, station } from './station.svelte';
 
 const HOME = { lat_deg: 40.3332, lon_deg: -3.7978, alt_amsl_m: 690 };
@@ -35,14 +37,14 @@ describe('remedies by one click', () => {
     ask.mockClear();
     plan.clear();
     plan.replace({ ...plan.asApi(), home: HOME, items: [makeItem('takeoff', { at: HOME, alt_m: 50 })] } as never);
-    plan.add('waypoint', AT);
-    plan.add('jump', null);
+    planGestures.add('waypoint', AT);
+    planGestures.add('jump', null);
     plan.setParam(plan.items[2]!.key, 0, 2);
   });
   afterEach(() => vi.useRealTimers());
 
   it('is looked for once the plan is let alone, and taken back as one step', async () => {
-    await vi.waitFor(() => expect(plan.findings).toEqual([FINDING]));
+    await vi.waitFor(() => expect(planAssessed.findings).toEqual([FINDING]));
     fixes.look();
     fixes.look();
     await vi.advanceTimersByTimeAsync(700);
@@ -60,13 +62,13 @@ describe('remedies by one click', () => {
   });
 
   it('asks again for a plan that was edited meanwhile', async () => {
-    await vi.waitFor(() => expect(plan.findings).toEqual([FINDING]));
+    await vi.waitFor(() => expect(planAssessed.findings).toEqual([FINDING]));
     let answer = (_: FindingFix[]): void => undefined;
     ask.mockImplementationOnce(() => new Promise((resolve) => (answer = resolve)));
     fixes.look();
     await vi.advanceTimersByTimeAsync(700);
     plan.setAlt(new Set([plan.items[1]!.key]), 70);
-    await vi.waitFor(() => expect(plan.checkState).toBe('done'));
+    await vi.waitFor(() => expect(planAssessed.checkState).toBe('done'));
     fixes.look();
     await vi.advanceTimersByTimeAsync(700);
     expect(ask).toHaveBeenCalledTimes(1);

@@ -4,6 +4,7 @@ import { type Draft, replaceItems } from '$lib/domain/plan-edit';
 import type { PlanItem } from '$lib/domain/plan';
 import { elevation } from './maps-elevation.svelte';
 import { plan } from './plan.svelte';
+import { planAssessed } from './plan-assessed.svelte';
 import { planWind } from './plan-wind.svelte';
 import { api, problemFrom } from './station.svelte';
 import { vehicles } from './vehicles.svelte';
@@ -27,7 +28,8 @@ class Fixes {
   /** Looks for some when the plan has been let alone for a moment. */
   look(): void {
     clearTimeout(this.#timer);
-    if (plan.findings.some(({ item }) => item !== null)) this.#timer = setTimeout(() => void this.#ask(), QUIET_MS);
+    if (planAssessed.findings.some(({ item }) => item !== null))
+      this.#timer = setTimeout(() => void this.#ask(), QUIET_MS);
   }
 
   async #ask(): Promise<void> {
@@ -61,7 +63,7 @@ class Fixes {
     if (vehicle === null) return;
     try {
       await api.setParam(vehicle.systemId, fix.with.name, fix.with.value);
-      plan.assess();
+      planAssessed.assess();
     } catch (error) {
       this.problem = problemFrom(error);
     }

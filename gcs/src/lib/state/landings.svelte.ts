@@ -1,6 +1,6 @@
 // The landings that there are to choose from, for the landing that the mission ends with and the wind of the plan.
 import type { LandingAlternative, Problem } from '$lib/api/types';
-import { plan } from './plan.svelte';
+import { planLanding } from './plan-landing.svelte';
 import { api, problemFrom } from './station.svelte';
 
 /** So many are shown: the best, and what speaks against others. */
@@ -14,7 +14,7 @@ class LandingChoices {
 
   /** Asks for them; of two questions in a row the last one counts. */
   async ask(): Promise<void> {
-    const asked = plan.landingHere();
+    const asked = planLanding.landingHere();
     if (asked === null) return;
     const run = ++this.#run;
     this.isAsking = true;
@@ -32,7 +32,7 @@ class LandingChoices {
 
   /** The one that the mission has now. */
   isTaken({ landing }: LandingAlternative): boolean {
-    const [now, circle] = [plan.landing.at(-1), plan.landing.at(-2)];
+    const [now, circle] = [planLanding.landing.at(-1), planLanding.landing.at(-2)];
     const [there, round] = [landing.items.at(-1), landing.items.at(-2)];
     const isNear = (a: number | null | undefined, b: number | null | undefined) => Math.abs((a ?? 0) - (b ?? 0)) < 1e-6;
     return [4, 5].every(

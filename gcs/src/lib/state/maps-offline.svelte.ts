@@ -8,6 +8,7 @@ import { placesFlown } from '$lib/domain/way';
 import { type Box, boxCorners, boxOf } from '$lib/domain/tiling';
 import { mapsApi } from './maps.svelte';
 import { plan } from './plan.svelte';
+import { planCompared } from './plan-compared.svelte';
 import { vehicles } from './vehicles.svelte';
 
 export type DraftShape = 'plan' | 'view' | 'box' | 'polygon';
@@ -148,7 +149,7 @@ class OfflineAreas {
 
 /** The places that the plan goes through, in turn; without a plan, home. */
 function planPlaces(): LonLat[] {
-  const items = plan.items.length > 0 ? plan.items : (plan.vehiclePlan?.items ?? []);
+  const items = plan.items.length > 0 ? plan.items : (planCompared.vehiclePlan?.items ?? []);
   const flown = placesFlown(items, plan.home, vehicles.route.fliesArcs).map(({ at }) => at);
   const places = [plan.home, ...(flown.length > 0 ? flown : [items.map(placeOf).find((at) => at !== null)])];
   return places.flatMap((at) => (at == null ? [] : [{ lat_deg: at.lat_deg, lon_deg: at.lon_deg }]));

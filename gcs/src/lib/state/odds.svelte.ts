@@ -1,6 +1,7 @@
 // Many rehearsals of what is edited: where they pass, and what the odds are. Asked for by a person, and taken back when the plan changes.
 import type { Problem, Rehearsal, Spread } from '$lib/api/types';
 import { plan } from './plan.svelte';
+import { planAssessed } from './plan-assessed.svelte';
 import { planWind } from './plan-wind.svelte';
 import { planeProfile } from './plane-profile.svelte';
 import { api, problemFrom } from './station.svelte';
@@ -23,11 +24,11 @@ class Odds {
   isAsking = $state(false);
   problem = $state.raw<Problem | null>(null);
   /** Of the rehearsal that is shown; `null` when it is another by now. */
-  spread = $derived(isSame(this.#told?.of ?? null, plan.rehearsal) ? (this.#told?.spread ?? null) : null);
+  spread = $derived(isSame(this.#told?.of ?? null, planAssessed.rehearsal) ? (this.#told?.spread ?? null) : null);
 
   /** Asks anew; the last question counts. */
   async ask(): Promise<void> {
-    const of = plan.rehearsal;
+    const of = planAssessed.rehearsal;
     this.cancel();
     this.problem = null;
     if (of === null) return;

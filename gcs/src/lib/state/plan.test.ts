@@ -4,6 +4,11 @@ import type { LonLat } from '$lib/domain/lonlat';
 import { makeItem } from '$lib/domain/plan';
 import { api, station } from './station.svelte';
 import { plan } from './plan.svelte';
+import { planAssessed } from './plan-assessed.svelte';
+import { planCompared } from './plan-compared.svelte';
+import { planGestures } from './plan-gestures.svelte';
+import { planLanding } from './plan-landing.svelte';
+import { planTransfers } from './plan-transfers.svelte';
 import { planWind } from './plan-wind.svelte';
 import { vehicles } from './vehicles.svelte';
 
@@ -101,35 +106,37 @@ describe('the plan store', () => {
   });
   /** As the page does when anything is another. */
   const compared = async () => {
-    plan.compare();
+    planCompared.compare();
     await vi.advanceTimersByTimeAsync(100);
   };
   afterEach(() => vi.useRealTimers());
 
   it('says verified only after the vehicle has it, and differs after the next edit', async () => {
-    plan.add('waypoint', AT);
-    expect(plan.state).toBe('unknown');
-    await plan.send();
+    planGestures.add('waypoint', AT);
+    expect(planCompared.state).toBe('unknown');
+    await planTransfers.send();
     expect(plan.problem).toBeNull();
     expect(server.send).toHaveBeenCalledOnce();
-    expect(plan.state).toBe('uncompared');
+    expect(planCompared.state).toBe('uncompared');
     await compared();
-    expect(plan.state).toBe('verified');
+    expect(planCompared.state).toBe('verified');
     plan.setAlt(new Set(plan.items.map((item) => item.key)), 123);
-    expect(plan.state).toBe('uncompared');
+    expect(planCompared.state).toBe('uncompared');
     await compared();
-    expect(plan.state).toBe('differs');
-    expect(plan.difference).toMatchObject([{ change: { kind: 'changed', item: 1 }, was: { params: { 6: 80 } } }]);
-    expect(plan.difference[0]?.item?.params[6]).toBe(123);
+    expect(planCompared.state).toBe('differs');
+    expect(planCompared.difference).toMatchObject([
+      { change: { kind: 'changed', item: 1 }, was: { params: { 6: 80 } } },
+    ]);
+    expect(planCompared.difference[0]?.item?.params[6]).toBe(123);
     plan.undo();
     await compared();
-    expect(plan.state).toBe('verified');
+    expect(planCompared.state).toBe('verified');
     expect(server.compare.mock.lastCall?.[1].items[0]).not.toHaveProperty('key');
   });
 
   it('takes nothing for known that another station may have changed', async () => {
-    plan.add('waypoint', AT);
-    await plan.send();
+    planGestures.add('waypoint', AT);
+    await planTransfers.send();
     vehicles.ensure(1).applyPlanState('mission', {
       state: 'verified',
       count: 3,
@@ -137,25 +144,25 @@ describe('the plan store', () => {
       may_be_mixed: false,
       detail: 'verified: another',
     });
-    expect(plan.state).toBe('unknown');
-    expect(plan.vehiclePlan).toBeNull();
+    expect(planCompared.state).toBe('unknown');
+    expect(planCompared.vehiclePlan).toBeNull();
   });
 
   it('takes over what another station loaded, asks the vehicle nothing, and leaves the draft alone', async () => {
-    plan.add('waypoint', AT);
+    planGestures.add('waypoint', AT);
     server.byOthers([], { ...NEVER_READ, reason: 'changed_elsewhere' });
-    await plan.follow();
+    await planTransfers.follow();
     expect(server.known).not.toHaveBeenCalled();
-    expect(plan.vehiclePlan).toBeNull();
+    expect(planCompared.vehiclePlan).toBeNull();
     server.byOthers([makeItem('takeoff', { at: AT, alt_m: 50 }), makeItem('return_to_launch')]);
-    await plan.follow();
-    await plan.follow();
+    await planTransfers.follow();
+    await planTransfers.follow();
     expect(server.known.mock.calls).toEqual([[1, 'mission']]);
     expect(server.read).not.toHaveBeenCalled();
-    expect(plan.vehiclePlan?.items).toHaveLength(2);
+    expect(planCompared.vehiclePlan?.items).toHaveLength(2);
     expect(plan.items).toHaveLength(1);
     await compared();
-    expect(plan.state).toBe('differs');
+    expect(planCompared.state).toBe('differs');
   });
 
   it('follows what others load, until somebody touches it', async () => {
@@ -166,15 +173,15 @@ describe('the plan store', () => {
     ];
     while (plan.canUndo) plan.undo();
     server.byOthers(whole.slice(0, 1));
-    await plan.follow();
+    await planTransfers.follow();
     expect(plan.items).toHaveLength(1);
     server.byOthers(whole.slice(0, 2));
-    await plan.follow();
+    await planTransfers.follow();
     expect(plan.items).toHaveLength(2);
-    plan.add('waypoint', AT);
+    planGestures.add('waypoint', AT);
     server.byOthers(whole);
-    await plan.follow();
-    expect(plan.vehiclePlan?.items).toHaveLength(3);
+    await planTransfers.follow();
+    expect(planCompared.vehiclePlan?.items).toHaveLength(3);
     plan.undo();
     expect(plan.items).toHaveLength(2);
   });
@@ -186,38 +193,38 @@ describe('the plan store', () => {
       asked.push(draft.items.length);
       return new Promise((resolve) => answers.push(resolve));
     };
-    for (let edit = 0; edit < 4; edit += 1) plan.add('waypoint', AT);
+    for (let edit = 0; edit < 4; edit += 1) planGestures.add('waypoint', AT);
     expect(asked).toEqual([1]);
     const trip = { distance_m: 100, time_s: 5, end: 'end' as const, is_estimate: false };
     answers[0]!({ findings: [], trip, rehearsal: null });
     await vi.waitFor(() => expect(asked).toEqual([1, 4]));
-    expect([plan.trip, plan.checkState]).toEqual([trip, 'checking']);
+    expect([planAssessed.trip, planAssessed.checkState]).toEqual([trip, 'checking']);
     answers[1]!({ findings: [], trip: { ...trip, distance_m: 400 }, rehearsal: null });
-    await vi.waitFor(() => expect(plan.checkState).toBe('done'));
-    expect(plan.trip?.distance_m).toBe(400);
+    await vi.waitFor(() => expect(planAssessed.checkState).toBe('done'));
+    expect(planAssessed.trip?.distance_m).toBe(400);
     station.assess = () => Promise.reject(new Error('away'));
-    plan.add('waypoint', AT);
-    await vi.waitFor(() => expect(plan.checkState).toBe('unavailable'));
-    expect(plan.trip).toBeNull();
+    planGestures.add('waypoint', AT);
+    await vi.waitFor(() => expect(planAssessed.checkState).toBe('unavailable'));
+    expect(planAssessed.trip).toBeNull();
   });
 
   it('keeps the last rehearsal until the next, marked as old when that takes long', async () => {
     const rehearsal = { duration_s: 60 } as Rehearsal;
     station.assess = () => Promise.resolve({ findings: [], trip: null, rehearsal });
-    plan.add('waypoint', AT);
-    await vi.waitFor(() => expect(plan.rehearsal).toBe(rehearsal));
+    planGestures.add('waypoint', AT);
+    await vi.waitFor(() => expect(planAssessed.rehearsal).toBe(rehearsal));
     let answer: ((told: Awaited<ReturnType<typeof station.assess>>) => void) | undefined;
     station.assess = () => new Promise((resolve) => (answer = resolve));
-    plan.add('waypoint', AT);
-    expect([plan.rehearsal, plan.isRehearsalOld]).toEqual([rehearsal, false]);
+    planGestures.add('waypoint', AT);
+    expect([planAssessed.rehearsal, planAssessed.isRehearsalOld]).toEqual([rehearsal, false]);
     vi.advanceTimersByTime(250);
-    expect([plan.rehearsal, plan.isRehearsalOld]).toEqual([rehearsal, true]);
+    expect([planAssessed.rehearsal, planAssessed.isRehearsalOld]).toEqual([rehearsal, true]);
     const next = { duration_s: 80 } as Rehearsal;
     answer?.({ findings: [], trip: null, rehearsal: next });
-    await vi.waitFor(() => expect(plan.rehearsal).toBe(next));
-    expect(plan.isRehearsalOld).toBe(false);
+    await vi.waitFor(() => expect(planAssessed.rehearsal).toBe(next));
+    expect(planAssessed.isRehearsalOld).toBe(false);
     plan.clear();
-    expect(plan.rehearsal).toBeNull();
+    expect(planAssessed.rehearsal).toBeNull();
   });
 
   it('is rehearsed in the wind that the vehicle estimates, until somebody sets one', async () => {
@@ -228,12 +235,12 @@ describe('the plan store', () => {
     };
     const ask = async () => {
       winds.length = 0;
-      plan.assess();
-      await vi.waitFor(() => expect(plan.checkState).toBe('done'));
+      planAssessed.assess();
+      await vi.waitFor(() => expect(planAssessed.checkState).toBe('done'));
       return winds[0];
     };
-    plan.add('waypoint', AT);
-    await vi.waitFor(() => expect(plan.checkState).toBe('done'));
+    planGestures.add('waypoint', AT);
+    await vi.waitFor(() => expect(planAssessed.checkState).toBe('done'));
     expect(winds).toEqual([{ from_deg: 0, speed_m_s: 0 }]);
     const wind = { age_s: 0, from_deg: 358.4, speed_m_s: 4.13, speed_z_m_s: 0 };
     vehicles.ensure(1).apply({ groups: { wind } as never, heardAt_ms: {}, progress: null });
@@ -246,8 +253,8 @@ describe('the plan store', () => {
   });
 
   it('says which heights could not be counted from another level, until they are changed', async () => {
-    plan.add('waypoint', AT);
-    plan.add('waypoint', AT);
+    planGestures.add('waypoint', AT);
+    planGestures.add('waypoint', AT);
     api.countFrom = ({ plan: { items }, frame }) =>
       Promise.resolve({
         items: items.map((item) => ({ ...item, frame: frame === 'amsl' ? 0 : 10 })),
@@ -263,41 +270,41 @@ describe('the plan store', () => {
   });
 
   it('reads into the draft, and undo brings the old one back', async () => {
-    plan.add('waypoint', AT);
+    planGestures.add('waypoint', AT);
     server.byOthers([makeItem('takeoff', { at: AT, alt_m: 50 }), makeItem('return_to_launch')]);
-    await plan.read();
+    await planTransfers.read();
     expect(plan.items).toHaveLength(2);
     await compared();
-    expect(plan.state).toBe('verified');
+    expect(planCompared.state).toBe('verified');
     plan.undo();
     expect(plan.items).toHaveLength(1);
   });
 
   it('clears the vehicle and keeps the draft', async () => {
-    plan.add('waypoint', AT);
-    await plan.send();
-    await plan.clearVehicle();
+    planGestures.add('waypoint', AT);
+    await planTransfers.send();
+    await planTransfers.clear();
     expect(plan.items).toHaveLength(1);
-    expect(plan.state).toBe('not-sent');
+    expect(planCompared.state).toBe('not-sent');
   });
 
   it('shows why a transfer failed, and knows no more than before', async () => {
-    plan.add('waypoint', AT);
+    planGestures.add('waypoint', AT);
     server.send.mockRejectedValueOnce(new Error('no link'));
-    await plan.send();
+    await planTransfers.send();
     expect(plan.problem?.detail).toBe('no link');
-    expect(plan.transfer).toBeNull();
-    expect(plan.state).toBe('unknown');
+    expect(planTransfers.transfer).toBeNull();
+    expect(planCompared.state).toBe('unknown');
   });
 
   it('takes one drag as one step, with the selection that it is part of', () => {
-    for (const metres of [0, 1, 2]) plan.add('waypoint', { ...AT, lat_deg: AT.lat_deg + metres / 1000 });
+    for (const metres of [0, 1, 2]) planGestures.add('waypoint', { ...AT, lat_deg: AT.lat_deg + metres / 1000 });
     plan.select([1, 2]);
     const before = plan.items.map((item) => item.params[4]);
     let from = AT;
     for (let step = 1; step <= 5; step += 1) {
       const to = { ...AT, lat_deg: AT.lat_deg + step * 1e-4 };
-      plan.drag(1, from, to, step === 5);
+      planGestures.drag(1, from, to, step === 5);
       from = to;
     }
     const moved = plan.items.map((item, index) => (item.params[4] ?? 0) - (before[index] ?? 0));
@@ -311,11 +318,11 @@ describe('the plan store', () => {
 
   it('says why a landing cannot be, and takes the last of two', async () => {
     server.design.mockRejectedValueOnce(new Error('no direction'));
-    plan.add('land', AT);
+    planGestures.add('land', AT);
     await vi.waitFor(() => expect(plan.problem).not.toBeNull());
     expect(plan.items).toHaveLength(0);
-    plan.add('land', HOME);
-    plan.add('land', AT);
+    planGestures.add('land', HOME);
+    planGestures.add('land', AT);
     await vi.waitFor(() => expect(plan.items).toHaveLength(2));
     expect(plan.problem).toBeNull();
     expect(plan.items[1]?.params[4]).toBe(AT.lat_deg);
@@ -323,30 +330,30 @@ describe('the plan store', () => {
 
   it('lands on a runway whose two ends are clicked, until the landing is dragged off it', async () => {
     plan.tool = 'runway';
-    plan.addWithTool(HOME);
+    planGestures.addWithTool(HOME);
     expect(plan.items).toHaveLength(0);
     server.design.mockImplementationOnce(({ runway }) => Promise.resolve(landingAt(runway!.end)));
-    plan.addWithTool(AT);
+    planGestures.addWithTool(AT);
     expect(plan.tool).toBe('waypoint');
     await vi.waitFor(() => expect(plan.items).toHaveLength(2));
     const { lat_deg, lon_deg } = HOME;
     const runway = { begin: { lat_deg, lon_deg }, end: AT };
     expect(server.design).toHaveBeenLastCalledWith(expect.objectContaining({ at: null, runway }));
-    expect(plan.landingHere()).toMatchObject({ at: null, runway });
-    plan.drag(2, AT, { ...AT, lon_deg: AT.lon_deg + 1e-3 }, true);
+    expect(planLanding.landingHere()).toMatchObject({ at: null, runway });
+    planGestures.drag(2, AT, { ...AT, lon_deg: AT.lon_deg + 1e-3 }, true);
     await vi.waitFor(() => expect(server.move).toHaveBeenCalledOnce());
-    expect(plan.landingHere()).toMatchObject({ at: { lon_deg: AT.lon_deg + 1e-3 }, runway: null });
+    expect(planLanding.landingHere()).toMatchObject({ at: { lon_deg: AT.lon_deg + 1e-3 }, runway: null });
   });
 
   it('lets the rest of a landing follow the part that is dragged, as one step', async () => {
-    plan.add('land', AT);
+    planGestures.add('land', AT);
     await vi.waitFor(() => expect(plan.items).toHaveLength(2));
     const before = plan.items.map((item) => item.params[4]);
     const keys = plan.items.map((item) => item.key);
     let from = AT;
     for (let step = 1; step <= 5; step += 1) {
       const to = { ...AT, lat_deg: AT.lat_deg + step * 1e-4 };
-      plan.drag(1, from, to, step === 5);
+      planGestures.drag(1, from, to, step === 5);
       expect(plan.items[0]?.params[4]).toBeCloseTo(to.lat_deg, 9);
       from = to;
     }
@@ -361,19 +368,19 @@ describe('the plan store', () => {
   });
 
   it('puts a landing back that cannot be so, and says why', async () => {
-    plan.add('land', AT);
+    planGestures.add('land', AT);
     await vi.waitFor(() => expect(plan.items).toHaveLength(2));
     server.move.mockRejectedValueOnce(new Error('too much wind'));
-    plan.drag(2, AT, HOME, true);
+    planGestures.drag(2, AT, HOME, true);
     await vi.waitFor(() => expect(plan.problem).not.toBeNull());
     expect(plan.items[1]?.params[4]).toBe(AT.lat_deg);
   });
 
   it('gives the tool back after a landing, and keeps the selection on what is there', async () => {
-    plan.add('waypoint', AT);
+    planGestures.add('waypoint', AT);
     plan.tool = 'land';
     const there = { ...AT, lat_deg: AT.lat_deg + 0.01 };
-    plan.addWithTool(there);
+    planGestures.addWithTool(there);
     expect(plan.tool).toBe('waypoint');
     await vi.waitFor(() => expect(plan.items).toHaveLength(3));
     const asked = server.design.mock.lastCall?.[0];

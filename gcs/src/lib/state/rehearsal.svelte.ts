@@ -3,6 +3,7 @@ import type { Trigger, WhatIf } from '$lib/api/types';
 import type { LonLat } from '$lib/domain/lonlat';
 import { momentAt } from '$lib/domain/rehearsal';
 import { plan } from './plan.svelte';
+import { planAssessed } from './plan-assessed.svelte';
 import { planWind } from './plan-wind.svelte';
 import { planeProfile } from './plane-profile.svelte';
 import { api } from './station.svelte';
@@ -18,7 +19,7 @@ class RehearsalView {
   /** Since its beginning; at 0 no plane is shown. */
   time_s = $state(0);
   /** Of what is edited; `null` while nothing is. */
-  shown = $derived(plan.isEditing ? plan.rehearsal : null);
+  shown = $derived(plan.isEditing ? planAssessed.rehearsal : null);
   moment = $derived(this.shown === null || this.time_s <= 0 ? null : momentAt(this.shown.track, this.time_s));
 
   /** What is taken to happen at the moment; `null`: nothing. */

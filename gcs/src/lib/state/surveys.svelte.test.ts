@@ -3,6 +3,8 @@ import type { ComplexPart, Plan, SurveyRequest } from '$lib/api/types';
 import { destination } from '$lib/domain/geo';
 import { makeItem, type PlanItem } from '$lib/domain/plan';
 import { plan } from './plan.svelte';
+import { planFiles } from './plan-files.svelte';
+import { planGestures } from './plan-gestures.svelte';
 import { planWind } from './plan-wind.svelte';
 import { api, station } from './station.svelte';
 import { surveys } from './surveys.svelte';
@@ -41,8 +43,8 @@ describe('surveys of the mission', () => {
   });
 
   it('puts what was drawn before the end of the mission, and lays it out anew in one step a drag', async () => {
-    plan.add('takeoff', HOME);
-    plan.add('return_to_launch', null);
+    planGestures.add('takeoff', HOME);
+    planGestures.add('return_to_launch', null);
     await draw();
     expect(surveys.open?.index).toBe(1);
     expect(plan.items).toHaveLength(6);
@@ -75,8 +77,8 @@ describe('surveys of the mission', () => {
   });
 
   it('stands behind one row, past which items move as a whole, until one of its items is asked for', async () => {
-    plan.add('takeoff', HOME);
-    plan.add('return_to_launch', null);
+    planGestures.add('takeoff', HOME);
+    planGestures.add('return_to_launch', null);
     await draw();
     expect([...surveys.rows.keys()]).toEqual([2]);
     expect([...surveys.folded]).toEqual([2, 3, 4, 5]);
@@ -101,7 +103,7 @@ describe('surveys of the mission', () => {
 
   it('keeps jumps to its beginning, in the wind of the plan', async () => {
     await draw();
-    plan.add('jump', null);
+    planGestures.add('jump', null);
     const jump = plan.items.at(-1)!;
     plan.setParam(jump.key, 0, 1);
     planWind.set({ from_deg: 90, speed_m_s: 6 });
@@ -120,7 +122,7 @@ describe('surveys of the mission', () => {
     Object.assign(api, { formatPlan });
     surveys.change({ height_m: 95, gsd_m: null });
     surveys.close();
-    await plan.fileOf('plan');
+    await planFiles.fileOf('plan');
     const saved = formatPlan.mock.calls[0]?.[0].items.map((item) => item.params[6]);
     expect(saved, 'what is saved meanwhile has it').toEqual([95, 95, 95, 95]);
     await settled();

@@ -5,6 +5,7 @@ import { endOf, type RouteOptions, type ToldWay, type Way, type WayAnswer, wayOf
 import { Asker } from './asker.svelte';
 import { elevation } from './maps-elevation.svelte';
 import { plan } from './plan.svelte';
+import { planCompared } from './plan-compared.svelte';
 import { api, station } from './station.svelte';
 import { vehicles } from './vehicles.svelte';
 
@@ -57,7 +58,7 @@ class Ways {
   readonly #listeners = new Set<() => void>();
   /** Which changes seldom, and takes no draft's turn. */
   readonly #ofBoard = wayAsker((...asked) => api.way(...asked));
-  #boardItems = $derived(plan.vehiclePlan?.items ?? []);
+  #boardItems = $derived(planCompared.vehiclePlan?.items ?? []);
 
   /** The way of the plan that is edited. */
   draft = $derived<Way>(wayOf(plan.items, plan.home, vehicles.route.fliesArcs, this.#ofDraft.answer));

@@ -1,0 +1,98 @@
+// What the core says of the draft: what is wrong or doubtful in it, how far it goes, and how the plane would fly it.
+import type { PlanFinding, Rehearsal, Trip } from '$lib/api/types';
+import { elevation } from './maps-elevation.svelte';
+import { PLAN_PARTS } from './on-board.svelte';
+import { plan } from './plan.svelte';
+import { planWind } from './plan-wind.svelte';
+import { planeProfile } from './plane-profile.svelte';
+import { api, operations, problemFrom, station } from './station.svelte';
+import { vehicles } from './vehicles.svelte';
+
+/** A rehearsal is drawn as old after so long without a newer one: not in the moments between two answers. */
+const OLD_AFTER_MS = 200;
+/** After that the core is asked again for a flight over ground that it did not know yet. */
+const GROUND_AGAIN_MS = 700;
+
+class PlanAssessed {
+  findings = $state.raw<readonly PlanFinding[]>([]);
+  /** The mission as it is flown; `null` when that is not known. */
+  trip = $state.raw<Trip | null>(null);
+  /** The mission as the plane would fly it in the wind; `null` when it was not rehearsed. */
+  rehearsal = $state.raw<Rehearsal | null>(null);
+  /** Whether the rehearsal is of the plan as it was before. */
+  isRehearsalOld = $state(false);
+  checkState = $state<'none' | 'checking' | 'done' | 'unavailable'>('none');
+  isReadingParams = $state(false);
+  #isAsking = false;
+  #asksAgain = false;
+  #oldTimer: ReturnType<typeof setTimeout> | undefined;
+  #groundTimer: ReturnType<typeof setTimeout> | undefined;
+
+  /** Asks the core about the draft: one question at a time, and of the edits that come meanwhile the last. */
+  assess(): void {
+    if (this.#isNothing) {
+      this.#note(null);
+      this.checkState = 'none';
+      return;
+    }
+    // what was found before stands for the moment until the answer
+    if (this.checkState !== 'done') this.checkState = 'checking';
+    if (this.#isAsking) this.#asksAgain = true;
+    else void this.#ask();
+  }
+
+  get #isNothing(): boolean {
+    return PLAN_PARTS.every((part) => plan.isEmpty(part));
+  }
+
+  async #ask(): Promise<void> {
+    this.#isAsking = true;
+    try {
+      do {
+        this.#asksAgain = false;
+        this.#oldTimer ??= setTimeout(() => (this.isRehearsalOld = true), OLD_AFTER_MS);
+        // what stands for several items in a file says nothing of how they are flown
+        const asked = { ...plan.asApi(), complex_items: [] };
+        const vehicle = vehicles.selected?.systemId;
+        const told = await station.assess(asked, vehicle, planWind.wind, elevation.clearance_m, planeProfile.asked);
+        this.#note(this.#isNothing ? null : told);
+        clearTimeout(this.#groundTimer);
+        // ground that the server had not at hand is there a moment later
+        if (told.rehearsal?.is_ground_pending) this.#groundTimer = setTimeout(() => this.assess(), GROUND_AGAIN_MS);
+        if (this.#isNothing) return;
+      } while (this.#asksAgain);
+      this.checkState = 'done';
+    } catch {
+      this.#note(null);
+      this.checkState = 'unavailable';
+    } finally {
+      this.#isAsking = false;
+    }
+  }
+
+  #note(told: Awaited<ReturnType<typeof station.assess>> | null): void {
+    clearTimeout(this.#oldTimer);
+    this.#oldTimer = undefined;
+    this.isRehearsalOld = false;
+    [this.findings, this.trip, this.rehearsal] = [told?.findings ?? [], told?.trip ?? null, told?.rehearsal ?? null];
+  }
+
+  /** Reads the vehicle's parameters, so that the rehearsal flies as it does. */
+  async readParams(): Promise<void> {
+    const vehicle = vehicles.selected;
+    if (vehicle === null || this.isReadingParams) return;
+    plan.problem = null;
+    this.isReadingParams = true;
+    try {
+      await operations.finish(await api.readParams(vehicle.systemId));
+      this.assess();
+    } catch (error) {
+      plan.problem = problemFrom(error);
+    } finally {
+      this.isReadingParams = false;
+    }
+  }
+}
+
+export const planAssessed = new PlanAssessed();
+plan.whenChanged(() => planAssessed.assess());

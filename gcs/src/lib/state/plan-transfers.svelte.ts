@@ -1,0 +1,136 @@
+// The way of the plan to the vehicle and back, part by part, and what the station has read from there.
+import type { Operation, Plan as ApiPlan, PlanKind } from '$lib/api/types';
+import { emptyPlan, type Plan } from '$lib/domain/plan';
+import { type Draft, draftOf } from '$lib/domain/plan-edit';
+import { onBoard, PLAN_PARTS } from './on-board.svelte';
+import { plan } from './plan.svelte';
+import { api, operations, problemFrom } from './station.svelte';
+import { type Vehicle, vehicles } from './vehicles.svelte';
+
+interface Transfer {
+  readonly kind: 'send' | 'read' | 'clear';
+  readonly part: PlanKind;
+  readonly operation: Operation | null;
+}
+
+class PlanTransfers {
+  transfer = $state.raw<Transfer | null>(null);
+  /** The parts of the draft as they were found on board. */
+  readonly #asRead: Partial<Record<PlanKind, unknown>> = {};
+
+  /**
+   * Sends parts of the draft, one after the other, and stops at the first that fails. A part counts as on board only when
+   * the vehicle has been read back.
+   */
+  async send(...parts: readonly PlanKind[]): Promise<void> {
+    let sent: ApiPlan | undefined;
+    for (const part of parts.length > 0 ? parts : (['mission'] as const)) {
+      const isDone = await this.#transfer('send', part, async (vehicle) => {
+        await plan.settled;
+        sent ??= plan.asApi();
+        await this.#follow(await api.sendPlan(vehicle.systemId, part, sent));
+        return sent;
+      });
+      if (!isDone) return;
+    }
+  }
+
+  /** Reads a part of the vehicle's plan into the draft. */
+  async read(part: PlanKind = 'mission'): Promise<void> {
+    await this.#transfer('read', part, async (vehicle) => {
+      const read = await this.#follow<ApiPlan>(await api.readPlan(vehicle.systemId, part));
+      this.#take(part, read);
+      return read;
+    });
+  }
+
+  /** Clears a part of the plan on board; the draft stays. */
+  async clear(part: PlanKind = 'mission'): Promise<void> {
+    await this.#transfer('clear', part, async (vehicle) => {
+      await this.#follow(await api.clearPlan(vehicle.systemId, part));
+      return emptyPlan();
+    });
+  }
+
+  #take(part: PlanKind, read: Plan): void {
+    const { fence, rally } = plan.draft;
+    if (part === 'mission') plan.replace({ ...read, fence, rally: [...rally] });
+    else plan.editAreas((areas) => ({ ...areas, [part]: read[part] }));
+  }
+
+  async cancel(): Promise<void> {
+    const operation = this.transfer?.operation;
+    if (!operation) return;
+    try {
+      await operations.cancel(operation.id);
+    } catch (error) {
+      plan.problem = problemFrom(error);
+    }
+  }
+
+  /** Progress of the transfer, 0 to 1; `null` while it is not known. */
+  done = $derived.by<number | null>(() => {
+    const started = this.transfer?.operation;
+    if (!started) return null;
+    const operation = operations.get(started.id) ?? started;
+    return operation.total > 0 ? Math.min(1, operation.done / operation.total) : null;
+  });
+
+  /**
+   * Takes over what the station has read from the selected vehicle: another station may have loaded a mission that this one
+   * follows. Nothing is asked of the vehicle.
+   */
+  async follow(): Promise<void> {
+    const vehicle = vehicles.selected;
+    if (vehicle === null) return;
+    await Promise.all(PLAN_PARTS.map((part) => this.#followPart(vehicle, part)));
+  }
+
+  async #followPart(vehicle: Vehicle, part: PlanKind): Promise<void> {
+    // a transfer of ours says itself what it brought
+    if (vehicle.planStates?.[part].state !== 'verified' || this.transfer !== null || onBoard.planOf(part) !== null)
+      return;
+    try {
+      const { state, plan: found } = await api.planOnBoard(vehicle.systemId, part);
+      if (found === null || this.transfer !== null) return;
+      onBoard.note(vehicle, part, state, found);
+      // What nobody has touched since goes with the vehicle.
+      const isUntouched = !plan.canUndo && (plan.isEmpty(part) || partOf(plan.draft, part) === this.#asRead[part]);
+      if (vehicle !== vehicles.selected || !isUntouched) return;
+      const { fence, rally } = plan.draft;
+      if (part === 'mission') plan.begin({ ...draftOf(found), fence, rally });
+      else plan.begin({ ...plan.draft, [part]: found[part] });
+      this.#asRead[part] = partOf(plan.draft, part);
+    } catch {
+      // it stays unknown, and says so
+    }
+  }
+
+  async #transfer(kind: Transfer['kind'], part: PlanKind, run: (vehicle: Vehicle) => Promise<Plan>): Promise<boolean> {
+    const vehicle = vehicles.selected;
+    if (vehicle === null || this.transfer !== null) return false;
+    plan.problem = null;
+    this.transfer = { kind, part, operation: null };
+    try {
+      const there = await run(vehicle);
+      onBoard.note(vehicle, part, (await api.planOnBoard(vehicle.systemId, part)).state, there);
+      return true;
+    } catch (error) {
+      plan.problem = problemFrom(error);
+      return false;
+    } finally {
+      this.transfer = null;
+    }
+  }
+
+  async #follow<Result = unknown>(operation: Operation): Promise<Result> {
+    if (this.transfer !== null) this.transfer = { ...this.transfer, operation };
+    return operations.finish<Result>(operation);
+  }
+}
+
+function partOf(draft: Draft, part: PlanKind): unknown {
+  return part === 'mission' ? draft.items : draft[part];
+}
+
+export const planTransfers = new PlanTransfers();
