@@ -65,7 +65,16 @@ if TYPE_CHECKING:
     from vencejo.signing import SigningInfo, SigningKeyInfo
     from vencejo.storage import Floors, StorageProblem
     from vencejo.telemetry import Telemetry
-    from vencejo.values import Event, FlightPreparation, MissionProgress, Parameter, PlanState, RecorderInfo, StatusText
+    from vencejo.values import (
+        Event,
+        FlightPreparation,
+        MissionProgress,
+        Parameter,
+        PlanChange,
+        PlanState,
+        RecorderInfo,
+        StatusText,
+    )
 
 # Imported when somebody asks for it: to make all these classes takes longer than to hear a plane.
 _LATER = {
@@ -79,7 +88,16 @@ _LATER = {
     "signing": {"SigningInfo", "SigningKeyInfo"},
     "storage": {"Floors", "StorageProblem"},
     "telemetry": {"Telemetry"},
-    "values": {"Event", "FlightPreparation", "MissionProgress", "Parameter", "PlanState", "RecorderInfo", "StatusText"},
+    "values": {
+        "Event",
+        "FlightPreparation",
+        "MissionProgress",
+        "Parameter",
+        "PlanChange",
+        "PlanState",
+        "RecorderInfo",
+        "StatusText",
+    },
 }  # fmt: skip
 
 if not TYPE_CHECKING:  # which would take any name for one that there is
@@ -130,6 +148,7 @@ __all__ = [
     "ParameterError",
     "Parameters",
     "Plan",
+    "PlanChange",
     "PlanMismatch",
     "PlanNote",
     "PlanRefused",

@@ -15,6 +15,7 @@ __all__ = [
     "FlightPreparation",
     "MissionProgress",
     "Parameter",
+    "PlanChange",
     "PlanState",
     "RecorderInfo",
     "StatusText",
@@ -92,6 +93,31 @@ class MissionProgress:
     circled_turns: float | None = None
     circled_s: float | None = None
     target_off_m: float | None = None
+
+
+@dataclass(frozen=True)
+class PlanChange:
+    """One step from the list on board to the one of a plan; see `Vehicle.compare_plan`.
+
+    Numbers count from 1, home of a mission left out. Of a fence they count its corners and circles in order, then the return
+    point.
+
+    Attributes
+    ----------
+    kind : {"added", "removed", "changed"}
+        What was done to the item.
+    item : int or None
+        Its number in the plan; ``None`` when it was removed.
+    on_board : int or None
+        The number of the one on board; ``None`` when it was added.
+    fields : tuple of {"command", "place", "height", "parameters"}
+        What of a changed item is another, in this order.
+    """
+
+    kind: Literal["added", "removed", "changed"]
+    item: int | None
+    on_board: int | None
+    fields: tuple[Literal["command", "place", "height", "parameters"], ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from vencejo.signing import SigningInfo
     from vencejo.station import Station
     from vencejo.telemetry import Telemetry
-    from vencejo.values import Event, FlightPreparation, MissionProgress, Parameter, PlanState, StatusText
+    from vencejo.values import Event, FlightPreparation, MissionProgress, Parameter, PlanChange, PlanState, StatusText
     from vencejo.what_if import Trigger, WhatIf
 
 __all__ = [
@@ -166,6 +166,37 @@ class VehicleState:
 
         found = self._native.plan_on_board(kind)
         return None if found is None else Plan._from_native(found)
+
+    def compare_plan(self, plan: Plan, *, kind: PlanKind = "mission") -> tuple[PlanChange, ...] | None:
+        """How the mission, the fence or the rally points of a plan differ from those on board, as this vehicle keeps items.
+
+        Nothing is asked of the vehicle: the station reads by itself what it does not know (see `plan_state`). `download`
+        reads it now.
+
+        Parameters
+        ----------
+        plan : Plan
+            The plan.
+        kind : {"mission", "fence", "rally"}
+            Which part of it.
+
+        Returns
+        -------
+        tuple of PlanChange or None
+            From what is on board to the plan; empty when the vehicle has it as it is. ``None`` while what is on board is
+            not known to be whole.
+
+        Raises
+        ------
+        FileFormatError
+            For a plan that cannot be.
+        """
+        from vencejo.values import PlanChange
+
+        found = self._native.plan_changes(plan._to_native(), kind)
+        if found is None:
+            return None
+        return tuple(PlanChange(what, item, on_board, tuple(fields)) for what, item, on_board, fields in found)
 
     @property
     def link(self) -> LinkInfo | None:

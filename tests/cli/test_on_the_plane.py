@@ -208,6 +208,15 @@ def test_a_mission_there_and_back(parked_plane: str, plan_file: Path, tmp_path: 
     assert [item.command for item in Plan.load(back).items] == commands
     shown = told(run("mission", "show", "--json", link=parked_plane))[0]
     assert [item["command"] for item in shown["items"]] == commands
+    assert run("mission", "compare", str(back), link=parked_plane).stdout == "mission: as on board\n"
+    shorter = tmp_path / "shorter.plan"
+    Plan(items=circuit().items[1:]).save(shorter)
+    differs = run("mission", "compare", str(shorter), "--kind", "all", link=parked_plane)
+    first = "mission: item 1 on board is not in the file"
+    assert (differs.exit_code, differs.stdout.splitlines()) == (3, [first, "fence: as on board", "rally: as on board"])
+    step: dict[str, Any] = {"kind": "removed", "item": None, "on_board": 1, "fields": []}
+    asked = run("mission", "compare", str(shorter), "--json", link=parked_plane)
+    assert (asked.exit_code, told(asked)) == (3, [{"kind": "mission", "changes": [step]}])
     refused = run("mission", "clear", link=parked_plane)
     assert refused.exit_code == 2
     assert "add --yes" in refused.stderr
@@ -274,11 +283,11 @@ def test_one_thing_is_asked_for_by_its_name(parked_plane: str) -> None:
         (("speed", "kind=airspeed"), "speed_m_s is missing (m/s, 0.1 to 200)"),
         (("speed", "kind=airspeed", "speed_m_s=9", "speed_m_s=99"), "speed_m_s is given twice"),
         (("speed", "kind=airspeed", "speed_m_s=fast"), 'speed_m_s is "fast", should be a number (m/s, 0.1 to 200)'),
-        (("speed", "kind=airspeed", "speed_m_s=NaN"), "speed_m_s is NaN: 0.1 to 200 m/s"),
+        (("speed", "kind=airspeed", "speed_m_s=NaN"), "speed_m_s is NaN, should be 0.1 to 200 m/s"),
         (("home", "lat_deg=40.3"), "lon_deg is missing: home is lat_deg, lon_deg and alt_amsl_m, or none"),
         (("mission/current", "item=0"), "counted from 1"),
         (("set-message-rate", "message=ATTITUDES", "rate_hz=5"), "'ATTITUDES' is no message"),
-        (("set-message-rate", "message=ATTITUDE", "rate_hz=1e3"), "rate_hz is 1000: 0.0005"),
+        (("set-message-rate", "message=ATTITUDE", "rate_hz=1e3"), "rate_hz is 1000, should be 0.0005"),
         (("speed", "fast"), "NAME=VALUE"),
         (("reboot",), "(reboot)"),
         (("switch-fence", "on=false"), "(fence-off)"),

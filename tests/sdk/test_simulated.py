@@ -73,6 +73,11 @@ def test_a_mission_is_uploaded_verified_read_and_cleared(plane: vencejo.Vehicle)
     assert read.items[2].params[2] == -70.0
     assert read.home is not None
     assert plane.plan_state().hash == state.hash
+    assert plane.compare_plan(MISSION) == ()
+    first, second, *rest = MISSION.items
+    higher = Plan(items=(first, second.with_altitude(97.0), *rest))
+    assert plane.compare_plan(higher) == (vencejo.PlanChange("changed", 2, 2, ("height",)),)
+    assert plane.compare_plan(Plan(items=MISSION.items[1:])) == (vencejo.PlanChange("removed", None, 1),)
     plane.clear(confirm="clear-mission")
     assert plane.plan_state().state == "empty"
     assert plane.download().items == ()

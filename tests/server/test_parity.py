@@ -27,6 +27,7 @@ ROUTES: dict[str, tuple[str, ...]] = {
     "Vehicle.close": (),  # the server's owner closes the station
     "Vehicle.command": ("POST /command/long",),
     "Vehicle.command_int": ("POST /command/int",),
+    "Vehicle.compare_plan": ("POST /plan/compare",),
     "Vehicle.download": ("POST /plan/mission/read", "POST /plan/fence/read", "POST /plan/rally/read"),
     "Vehicle.flight_preparation": ("GET ", "WS telemetry"),
     "Vehicle.fly_course": ("POST /course",),

@@ -5,7 +5,7 @@ use std::time::Duration;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use vencejo_flight::landing::Wind;
-use vencejo_flight::plan::{Mission, Plan, PlanKind};
+use vencejo_flight::plan::{Change, Mission, Plan, PlanKind};
 use vencejo_flight::rehearsal::{Air, Aircraft, Conditions};
 use vencejo_proto::{Address, CommandInt, CommandLong, Message, SystemId};
 use vencejo_station::{SigningChange, StationError, VehicleHandle};
@@ -22,6 +22,19 @@ use crate::rehearsal::{self, LearnedTuple, Profile, RehearsalTuple, WhatIfTuple}
 use crate::subscription::Subscription;
 use crate::telemetry::{TelemetrySnapshot, seconds};
 use crate::{errors, ground, requests, runtime};
+
+/// A change between two plans: its kind, the item here and on board, from 1, and what differs.
+type ChangeTuple = (&'static str, Option<usize>, Option<usize>, Vec<&'static str>);
+
+fn change_tuple(change: &Change) -> ChangeTuple {
+    match change {
+        Change::Added { item } => ("added", Some(*item), None, Vec::new()),
+        Change::Removed { on_board } => ("removed", None, Some(*on_board), Vec::new()),
+        Change::Changed { item, on_board, fields } => {
+            ("changed", Some(*item), Some(*on_board), fields.iter().map(|field| field.as_str()).collect())
+        }
+    }
+}
 
 /// Adds this module's class and functions.
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
@@ -184,6 +197,14 @@ impl PyVehicle {
         };
         let plan = Plan::from_list(kind, list).map_err(|error| errors::raise("TransferError", error))?;
         Ok(Some(plan_to_tuple(&plan)))
+    }
+
+    /// How a part of a plan differs from what is on board: of each change its kind, the item here and on board, and what differs; `None` while
+    /// what is on board is not known to be whole.
+    fn plan_changes(&self, py: Python<'_>, plan: PlanTuple, kind: &str) -> PyResult<Option<Vec<ChangeTuple>>> {
+        let (plan, kind) = (plan_from_tuple(plan)?, kind_of(kind)?);
+        let changes = py.detach(|| self.vehicle.plan_changes(&plan, kind));
+        Ok(changes.map(|(_, changes)| changes.iter().map(change_tuple).collect()))
     }
 
     fn plan_state<'py>(&self, py: Python<'py>, kind: &str) -> PyResult<Bound<'py, PyDict>> {

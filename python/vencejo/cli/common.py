@@ -76,6 +76,7 @@ class Exit(enum.IntEnum):
     OK = 0
     FAILED = 1
     USAGE = 2
+    DIFFERS = 3
     INTERRUPTED = 130
 
 

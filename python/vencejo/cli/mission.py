@@ -33,6 +33,7 @@ from vencejo.cli.connecting import vehicle_on
 
 if TYPE_CHECKING:
     from vencejo.plan import Plan
+    from vencejo.values import PlanChange
     from vencejo.vehicle import Danger, PlanKind
 
 CLEARS: Final[Mapping[PlanKind, Danger]] = {
@@ -44,7 +45,7 @@ CLEARS: Final[Mapping[PlanKind, Danger]] = {
 
 mission_app = typer.Typer(
     no_args_is_help=True,
-    help="Upload, download, clear or show missions, fences and rally points.\n\nNothing is armed or started by any of "
+    help="Upload, download, compare, clear or show missions, fences and rally points.\n\nNothing is armed or started by any of "
     "these.\n\nExample: vencejo mission show mission.waypoints",
 )
 
@@ -135,6 +136,44 @@ def download(
 
 
 @mission_app.command()
+def compare(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="A plan file.")],
+    link: LinkOption = DEFAULT_LINK,
+    kind: KindOption = Kind.mission,
+    json: JsonOption = False,
+    system: SystemOption = None,
+    timeout: TimeoutOption = 30.0,
+) -> None:
+    """Read what is on board and tell how the file's plan differs from it, as this vehicle keeps items.
+
+    Ends with 0 when nothing differs and with 3 when something does; 1 means that it could not be compared.
+
+    Example: vencejo mission compare mission.waypoints --link tcp:127.0.0.1:5760
+
+    Example: vencejo mission compare field.plan --kind all --json
+    """
+    from vencejo import Plan
+
+    plan = Plan.load(file)
+    with vehicle_on(link, system_id=system, timeout_s=timeout) as vehicle:
+        with progress_bar(f"Reading {kind.value}", quiet=json) as bar:
+            vehicle.download(kinds=_kinds(kind), progress=bar)
+        found = {part: vehicle.compare_plan(plan, kind=part) for part in _kinds(kind)}
+    for part, changes in found.items():
+        if changes is None:
+            raise Failed(f"the {part} on board has changed while it was read; compare it once more")
+        if json:
+            put_json({"kind": part, "changes": [dataclasses.asdict(change) for change in changes]})
+        elif changes:
+            for change in changes:
+                print(f"{part}: {_change_text(change)}")
+        else:
+            print(f"{part}: as on board")
+    if any(found.values()):
+        raise typer.Exit(Exit.DIFFERS)
+
+
+@mission_app.command()
 def clear(
     link: LinkOption = DEFAULT_LINK,
     kind: KindOption = Kind.mission,
@@ -207,6 +246,15 @@ def _read(link: str, kind: Kind, system: int | None, timeout_s: float, *, quiet:
         progress_bar(f"Reading {kind.value}", quiet=quiet) as bar,
     ):
         return vehicle.download(kinds=_kinds(kind), progress=bar)
+
+
+def _change_text(change: PlanChange) -> str:
+    if change.kind == "added":
+        return f"item {change.item} is not on board"
+    if change.kind == "removed":
+        return f"item {change.on_board} on board is not in the file"
+    moved = "" if change.item == change.on_board else f", item {change.on_board} on board"
+    return f"item {change.item}{moved} differs: {', '.join(change.fields)}"
 
 
 def _tell_findings(plan: Plan, findings: tuple[Any, ...], *, json: bool) -> None:
