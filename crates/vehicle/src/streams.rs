@@ -4,6 +4,9 @@
 //! heartbeats. Never periodically: that would override what other stations asked for. SET_MESSAGE_INTERVAL, one at a
 //! time, most wanted first; where it is not known (or never answered), REQUEST_DATA_STREAM. Messages that say what a vehicle
 //! is are asked for once (REQUEST_MESSAGE).
+//!
+//! A refusal is not remembered beyond that. A rate that was refused is asked for once more after a restart, when the vehicle may have
+//! another firmware, other parameters or a sensor that it had not found: one command each, or a ladder's few, and until then none.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::time::Duration;
@@ -543,6 +546,27 @@ mod tests {
         assert!(intervals.contains(&(30, 20_000.0)) && intervals.contains(&(30, 25_000.0)), "{intervals:?}");
         assert_eq!(intervals.iter().filter(|(id, _)| *id == 162).count(), 1);
         assert_eq!(bench.data_streams(), 0);
+    }
+
+    #[test]
+    fn what_was_refused_is_asked_for_once_more_after_a_restart_and_not_before() {
+        let mut bench = Bench::new(StreamConfig::default());
+        bench.streams.set_rate(29, MessageRate::Hz(10.0)).expect("taken");
+        let asked = |bench: &Bench| bench.intervals().iter().filter(|(message_id, _)| *message_id == 29).count();
+        let answer = |refused: f32| {
+            move |params: &[f32; 7], command: u16| {
+                let is_refused = command == cmd::SET_MESSAGE_INTERVAL && params[0] == refused;
+                Some(if is_refused { CommandResult::DENIED } else { CommandResult::ACCEPTED })
+            }
+        };
+        bench.streams.ask(&mut bench.commands, bench.now);
+        bench.run(100_000, answer(29.0));
+        assert_eq!((asked(&bench), bench.streams.is_settled()), (1, true), "a refusal is an answer");
+        for (restarts, refused) in [(2, 29.0), (3, 0.0), (4, 0.0)] {
+            bench.streams.ask(&mut bench.commands, bench.now);
+            bench.run(100_000, answer(refused));
+            assert_eq!((asked(&bench), bench.streams.is_settled()), (restarts, true), "it may have changed its mind");
+        }
     }
 
     #[test]
