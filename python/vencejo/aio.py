@@ -154,7 +154,7 @@ class AsyncVehicle(VehicleState):
     async def stream(self, *, rate_hz: float = 10.0, timeout_s: float | None = None) -> AsyncIterator[Telemetry]:
         """Snapshots for ever, at most this many a second; see `vencejo.Vehicle.stream`."""
         if not 0.1 <= rate_hz <= 50.0:
-            raise InvalidRequest(f"rate_hz is {rate_hz}: it goes from 0.1 to 50")
+            raise InvalidRequest(f"rate_hz is {rate_hz}, should be 0.1 to 50")
         seen: int | None = None
         due = time.monotonic()
         while True:

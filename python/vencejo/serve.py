@@ -167,7 +167,7 @@ class Server(Closing):
     ) -> None:
         address = _address(host)
         if not 0 <= port <= 65535:
-            raise InvalidRequest(f"port is {port}: it goes from 0, which takes a free one, to 65535")
+            raise InvalidRequest(f"port is {port}, should be 0, which takes a free one, to 65535")
         tls = (os.fspath(certificate), os.fspath(key)) if certificate is not None and key is not None else None
         if tls is None and not (certificate is None and key is None):
             raise InvalidRequest("TLS needs both a certificate and its key")

@@ -113,7 +113,7 @@ class Station(Closing):
     ) -> None:
         for name, id in (("system_id", system_id), ("component_id", component_id)):
             if not 1 <= id <= 255:
-                raise InvalidRequest(f"our own {name} is {id}: it goes from 1 to 255")
+                raise InvalidRequest(f"our own {name} is {id}, should be 1 to 255")
         if record is True:
             record_dir: str | None = data_dir("telemetry")
         elif record is False:

@@ -477,7 +477,7 @@ def _design(places: Sequence[GeoPoint], width_m: float | None, given: dict[str, 
         whole |= {name: (count, 16, 100_000) for name, count in pixels.items()}
     for name, (value, low, high) in whole.items():
         if not low <= value <= high:
-            raise InvalidRequest(f"survey: {name} is {value}: it goes from {low} to {high}")
+            raise InvalidRequest(f"survey: {name} is {value}, should be {low} to {high}")
     asked = {name: given[name] for name in _ASKED} | {
         "camera": None if camera is None else astuple(camera),
         "wind": None if wind is None else (wind.from_deg, wind.speed_m_s),

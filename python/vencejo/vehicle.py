@@ -455,7 +455,7 @@ class VehicleState:
             ("y", y, -(2**31), 2**31 - 1),
         ):
             if not low <= value <= high:
-                raise InvalidRequest(f"{name} is {value}: it goes from {low} to {high}")
+                raise InvalidRequest(f"{name} is {value}, should be {low} to {high}")
         number, four = _command_number(command), self._seven(params)[:4]
         return self._native.command_int(number, frame, four, x, y, z, confirm, despite_mixed_plan)
 
@@ -530,7 +530,7 @@ class Vehicle(Closing, VehicleState):
             When the station is closed meanwhile.
         """
         if not 0.1 <= rate_hz <= 50.0:
-            raise InvalidRequest(f"rate_hz is {rate_hz}: it goes from 0.1 to 50")
+            raise InvalidRequest(f"rate_hz is {rate_hz}, should be 0.1 to 50")
         seen: int | None = None
         due = time.monotonic()
         while True:

@@ -284,7 +284,10 @@ def test_one_thing_is_asked_for_by_its_name(parked_plane: str) -> None:
         (("speed", "kind=airspeed", "speed_m_s=9", "speed_m_s=99"), "speed_m_s is given twice"),
         (("speed", "kind=airspeed", "speed_m_s=fast"), 'speed_m_s is "fast", should be a number (m/s, 0.1 to 200)'),
         (("speed", "kind=airspeed", "speed_m_s=NaN"), "speed_m_s is NaN, should be 0.1 to 200 m/s"),
-        (("home", "lat_deg=40.3"), "lon_deg is missing: home is lat_deg, lon_deg and alt_amsl_m, or none"),
+        (
+            ("home", "lat_deg=40.3"),
+            "lon_deg is missing, should be given with the others of lat_deg, lon_deg and alt_amsl_m",
+        ),
         (("mission/current", "item=0"), "counted from 1"),
         (("set-message-rate", "message=ATTITUDES", "rate_hz=5"), "'ATTITUDES' is no message"),
         (("set-message-rate", "message=ATTITUDE", "rate_hz=1e3"), "rate_hz is 1000, should be 0.0005"),

@@ -61,7 +61,7 @@ def test_a_plan_that_ends_with_it_is_sound() -> None:
     [
         (FIELD, {}, "nothing says in which direction"),
         (FIELD, {"wind": Wind(0.0, 0.9)}, "nothing says in which direction"),
-        (FIELD, {"course_deg": 0.0, "slope": 0.5}, "slope is 0.5: it goes from 0.02 to 0.25"),
+        (FIELD, {"course_deg": 0.0, "slope": 0.5}, "slope is 0.5, should be 0.02 to 0.25"),
         (FIELD, {"course_deg": math.nan}, "course_deg is NaN"),
         (GeoPoint(91.0, 0.0), {"course_deg": 0.0}, "not a position on Earth"),
         (FIELD, {"coming_from": GeoPoint(0.0, 181.0)}, "not a position on Earth"),

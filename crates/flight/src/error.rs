@@ -115,7 +115,7 @@ impl fmt::Display for Plain {
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum LandingProblem {
     /// An option is out of its range.
-    #[error("{option} is {}: it goes from {low} to {high}", Plain(*value))]
+    #[error("{option} is {}, should be {low} to {high}", Plain(*value))]
     OutOfRange {
         /// Its name.
         option: &'static str,
@@ -157,7 +157,7 @@ pub enum LandingProblem {
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum SurveyProblem {
     /// An option is out of its range.
-    #[error("{option} is {}: it goes from {low} to {high}", Plain(*value))]
+    #[error("{option} is {}, should be {low} to {high}", Plain(*value))]
     OutOfRange {
         /// Its name.
         option: &'static str,
@@ -250,6 +250,6 @@ mod tests {
             .map(|value| Plain(value).to_string());
         assert_eq!(shown, ["0", "91", "-3.7", "100000000000000", "0.000000001", "1e308", "-1e-300", "NaN", "-inf"]);
         let odd = SurveyProblem::OutOfRange { option: "height_m", value: 1e308, low: 5.0, high: 10_000.0 };
-        assert_eq!(FlightError::BadSurvey(odd).to_string(), "survey: height_m is 1e308: it goes from 5 to 10000");
+        assert_eq!(FlightError::BadSurvey(odd).to_string(), "survey: height_m is 1e308, should be 5 to 10000");
     }
 }

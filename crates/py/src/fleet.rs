@@ -239,7 +239,7 @@ impl PyReplay {
         repeat: bool,
     ) -> PyResult<Self> {
         let name = path.display().to_string();
-        let bad = || errors::raise("InvalidRequest", "speed goes from 0.01 to 10,000, and a place is no less than 0 s");
+        let bad = || errors::raise("InvalidRequest", "speed should be 0.01 to 10,000, and a place 0 s or more");
         let start = std::time::Duration::try_from_secs_f64(start_s).map_err(|_| bad())?;
         if !(0.01..=10_000.0).contains(&speed) {
             return Err(bad());

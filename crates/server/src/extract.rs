@@ -167,7 +167,7 @@ impl FromRequestParts<App> for Id {
 
     async fn from_request_parts(parts: &mut Parts, app: &App) -> Result<Self, Problem> {
         let id = path_param(parts, app, "id").await?;
-        id.parse().map(Self).map_err(|_| Problem::invalid_value("id", &id, "ids are whole numbers"))
+        id.parse().map(Self).map_err(|_| Problem::invalid_value("id", &id, "a whole number"))
     }
 }
 

@@ -86,13 +86,13 @@ impl Problem {
     /// A value that may not be.
     pub fn invalid_value(field: &str, value: impl ToString, expected: &str) -> Self {
         let value = value.to_string();
-        let detail = format!("{field} is {value}: {expected}");
+        let detail = format!("{field} is {value}, should be {expected}");
         Self::new(Cause::InvalidValue { field: field.to_owned(), value, expected: expected.to_owned() }, detail)
     }
 
     /// A number of a request that is out of its range.
     pub fn out_of_range<T: std::fmt::Display>(field: &str, value: T, low: T, high: T) -> Self {
-        Self::invalid_value(field, value, &format!("it goes from {low} to {high}"))
+        Self::invalid_value(field, value, &format!("{low} to {high}"))
     }
 
     /// There is no such thing.

@@ -46,7 +46,7 @@ pub struct Floors {
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum BadFloors {
     /// One is larger than any disk of ours.
-    #[error("the floor of {class} is {mb} MB: it goes from 0 to {MAX_FLOOR_MB}")]
+    #[error("the floor of {class} is {mb} MB, should be 0 to {MAX_FLOOR_MB}")]
     OutOfRange {
         /// Which.
         class: Class,

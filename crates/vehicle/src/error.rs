@@ -82,7 +82,7 @@ pub enum VehicleError {
         action: &'static str,
     },
     /// A value that may not be sent.
-    #[error("{field} is {value}: {expected}")]
+    #[error("{field} is {value}, should be {expected}")]
     InvalidValue {
         /// Which value.
         field: &'static str,

@@ -143,7 +143,7 @@ class Camera(Closing):
         if NAME.fullmatch(name) is None:
             raise CameraError(f"{name!r} is no name for a camera: 1 to 32 letters, digits, '-' or '_'")
         if not 1 <= jpeg_quality <= 100:
-            raise CameraError(f"jpeg_quality is {jpeg_quality}: it goes from 1 to 100")
+            raise CameraError(f"jpeg_quality is {jpeg_quality}, should be 1 to 100")
         self.name = name
         self._address = parse_source(source)
         self._recording_dir = recording_dir or default_video_dir()

@@ -57,11 +57,11 @@ class FrameSource:
     ) -> None:
         for what, side in (("max_width", max_width), ("max_height", max_height)):
             if side is not None and not 16 <= side <= MAX_SIDE:
-                raise CameraError(f"{what} is {side}: it goes from 16 to {MAX_SIDE} pixels")
+                raise CameraError(f"{what} is {side}, should be 16 to {MAX_SIDE} pixels")
         if not 0.01 <= max_rate_hz <= 1000.0:
-            raise CameraError(f"max_rate_hz is {max_rate_hz}: it goes from 0.01 to 1000")
+            raise CameraError(f"max_rate_hz is {max_rate_hz}, should be 0.01 to 1000")
         if not 1 <= jpeg_quality <= 100:
-            raise CameraError(f"jpeg_quality is {jpeg_quality}: it goes from 1 to 100")
+            raise CameraError(f"jpeg_quality is {jpeg_quality}, should be 1 to 100")
         self.camera = camera
         self._limits = (max_width, max_height)
         self._period_s = 1.0 / max_rate_hz

@@ -111,7 +111,7 @@ class Feed:
 
     def _add(self, vehicle: Vehicle, observer: Any, rate_hz: float) -> int:
         if not 0.1 <= rate_hz <= 50.0:
-            raise InvalidRequest(f"rateHz is {rate_hz}: it goes from 0.1 to 50")
+            raise InvalidRequest(f"rateHz is {rate_hz}, should be 0.1 to 50")
         with self._changed:
             if len(self._subscribers) >= _MAX_SUBSCRIPTIONS:
                 raise Busy(f"there are {_MAX_SUBSCRIPTIONS} subscriptions already")

@@ -154,7 +154,7 @@ def _problem(lat: float, lon: float, height: float, *, is_landing: bool) -> str 
     if lat == 0.0 and lon == 0.0:
         return "x and y are 0, which is no place that was chosen"
     if abs(height) > MAX_HEIGHT_M or (not is_landing and height < MIN_HEIGHT_M):
-        return f"h is {height:g} m above home; it goes from {MIN_HEIGHT_M:g} to {MAX_HEIGHT_M:g}"
+        return f"h is {height:g} m above home, should be {MIN_HEIGHT_M:g} to {MAX_HEIGHT_M:g}"
     return None
 
 

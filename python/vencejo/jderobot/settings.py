@@ -145,7 +145,7 @@ class IceSettings:
         for name, low, high in _RANGES:
             value = getattr(self, name)
             if value is not None and not low <= value <= high:
-                raise InvalidRequest(f"{name} is {value}: it goes from {low:g} to {high:g}")
+                raise InvalidRequest(f"{name} is {value}, should be {low:g} to {high:g}")
         for name, choices in _CHOICES.items():
             if getattr(self, name) not in choices:
                 raise InvalidRequest(f"{name} is {getattr(self, name)!r}: it is {' or '.join(choices)}")

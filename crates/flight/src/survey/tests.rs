@@ -311,7 +311,7 @@ fn what_cannot_be_is_refused_with_what_to_change() {
         (SurveyOptions { gsd_m: Some(0.03), ..fine }, "give either"),
         (SurveyOptions { camera: None, ..fine }, "without a camera give the distance between lines"),
         (SurveyOptions { camera: None, height_m: None, gsd_m: Some(0.03), ..fine }, "needs a camera"),
-        (SurveyOptions { spacing_m: Some(0.0), ..fine }, "spacing_m is 0: it goes from 1 to 10000"),
+        (SurveyOptions { spacing_m: Some(0.0), ..fine }, "spacing_m is 0, should be 1 to 10000"),
         (SurveyOptions { side_overlap: 1.0, ..fine }, "side_overlap is 1"),
         (SurveyOptions { front_overlap: f64::NAN, ..fine }, "front_overlap is NaN"),
         (SurveyOptions { gsd_m: Some(0.000_5), height_m: None, ..fine }, "height_m is 2"),

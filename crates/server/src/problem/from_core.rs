@@ -197,7 +197,7 @@ pub fn from_flight(error: &FlightError) -> Problem {
         }
         FlightError::BadLanding(problem) => match *problem {
             LandingProblem::OutOfRange { option, value, low, high } => {
-                return Problem::invalid_value(option, Plain(value), &format!("{low} to {high}"));
+                return Problem::out_of_range(option, Plain(value), Plain(low), Plain(high));
             }
             LandingProblem::NoDirection { nearest_m } => Cause::LandingDirection { nearest_m },
             LandingProblem::TooMuchWind { wind_m_s, airspeed_m_s, course_deg } => {
@@ -207,7 +207,7 @@ pub fn from_flight(error: &FlightError) -> Problem {
         },
         FlightError::BadSurvey(problem) => match *problem {
             SurveyProblem::OutOfRange { option, value, low, high } => {
-                return Problem::invalid_value(option, Plain(value), &format!("{low} to {high}"));
+                return Problem::out_of_range(option, Plain(value), Plain(low), Plain(high));
             }
             SurveyProblem::CrossesItself { one, other } => {
                 Cause::SurveyCrosses { one: one as u64, other: other as u64 }

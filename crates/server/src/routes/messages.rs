@@ -45,7 +45,11 @@ fn number_of(command: &CommandChoice) -> Result<u16, Problem> {
 /// Parameters as the wire has them: 32 bits, NaN for one that is left to the vehicle, 0 for one that is not given.
 fn params_of<const N: usize>(given: &[Option<f64>]) -> Result<[f32; N], Problem> {
     if given.len() > N {
-        return Err(Problem::invalid_value("params", format!("a list of {}", given.len()), &format!("at most {N}")));
+        return Err(Problem::invalid_value(
+            "params",
+            format!("a list of {}", given.len()),
+            &format!("a list of at most {N}"),
+        ));
     }
     let mut params = [0.0; N];
     for (param, value) in params.iter_mut().zip(given) {

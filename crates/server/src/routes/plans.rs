@@ -92,7 +92,7 @@ fn upload(kind: PlanKind, plan: &Plan, despite_findings: bool) -> Result<Request
             PlanKind::Fence => ("fence", "fence.zones"),
             PlanKind::Rally => ("rally points", "rally"),
         };
-        let expected = format!("at least one; DELETE on this path removes the {part} on board");
+        let expected = format!("one or more; DELETE on this path removes the {part} on board");
         return Err(Problem::invalid_value(field, "empty", &expected));
     }
     Ok(Request::UploadPlan { kind: convert::core_plan_kind(kind), items, home, despite_findings })

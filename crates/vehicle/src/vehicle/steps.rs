@@ -123,7 +123,8 @@ impl Context<'_> {
         let given = [("lat_deg", lat_deg), ("lon_deg", lon_deg), ("alt_amsl_m", alt_amsl_m)];
         let is_here = given.iter().all(|(_, value)| value.is_none());
         if let Some((field, _)) = given.iter().find(|(_, value)| value.is_none()).filter(|_| !is_here) {
-            let expected = "home is lat_deg, lon_deg and alt_amsl_m, or none of them for where the vehicle is";
+            let expected =
+                "given with the others of lat_deg, lon_deg and alt_amsl_m, or none of them for where the vehicle is";
             return Err(invalid(field, "missing", expected));
         }
         let [lat_deg, lon_deg, alt_m] = given.map(|(_, value)| value.unwrap_or_default());
@@ -342,12 +343,12 @@ impl Context<'_> {
             Request::ParamRead { name } => Step::ParamRead(param_name(&name)?),
             Request::ParamSet { name, value } => {
                 if !value.is_finite() {
-                    return Err(invalid("value", value, "a parameter's value is a finite number"));
+                    return Err(invalid("value", value, "a finite number"));
                 }
                 Step::ParamSet(param_name(&name)?, value)
             }
             Request::Note { severity, .. } if severity.0 > 7 => {
-                return Err(invalid("severity", severity.0, "it goes from 0, an emergency, to 7, debug"));
+                return Err(invalid("severity", severity.0, "0, an emergency, to 7, debug"));
             }
             Request::Note { severity, text } => Step::Note(severity, text.chars().take(MAX_NOTE).collect()),
             Request::SwitchFence { on } => {

@@ -25,7 +25,7 @@ export const findingsEn = {
   'finding.ignored-command': '{item} is for other vehicles: this one passes over it.',
   'finding.ignored-command.remedy': 'Delete it.',
   'finding.ignored-command.needs-hover': '{item} needs a plane that can hover.',
-  'finding.param-out-of-range': '{item}: {label} is {value}, and goes from {min} to {max}.',
+  'finding.param-out-of-range': '{item}: {label} is {value}, should be {min} to {max}.',
   'finding.param-out-of-range.remedy': 'Choose a value in its range.',
   'finding.param-changed': '{item}: {label} of {value} is kept as {kept}.',
   'finding.param-changed.remedy': 'Choose a value that is kept.',

@@ -26,7 +26,7 @@ export const findingsEs: Record<keyof typeof findingsEn, string> = {
   'finding.ignored-command': '{item} es para otros vehículos: este lo pasa por alto.',
   'finding.ignored-command.remedy': 'Elimínalo.',
   'finding.ignored-command.needs-hover': '{item} necesita un avión que pueda hacer estacionario.',
-  'finding.param-out-of-range': '{item}: {label} es {value}, y va de {min} a {max}.',
+  'finding.param-out-of-range': '{item}: {label} es {value}, debe estar entre {min} y {max}.',
   'finding.param-out-of-range.remedy': 'Elige un valor dentro del rango.',
   'finding.param-changed': '{item}: {label} de {value} se guarda como {kept}.',
   'finding.param-changed.remedy': 'Elige un valor que se conserve.',

@@ -105,7 +105,7 @@ impl Context<'_> {
     /// A target that only exists in ArduPlane's GUIDED. Checked here, because ArduPlane's answer in another mode says only FAILED.
     pub(super) fn in_guided(&self, command: u16, frame: u8, params: [f32; 4], z: f32) -> Result<Step, VehicleError> {
         let guided = Action::Guided.mode(ModeFamily::ArduPlane);
-        self.require_mode(guided, "a course or climb needs an ArduPlane in mode GUIDED; enter it first")?;
+        self.require_mode(guided, "GUIDED, of an ArduPlane, for a course or climb; enter it first")?;
         if !self.has_command_int {
             return Err(VehicleError::TooOld { what: "courses and climbs", instead: "send it to a position instead" });
         }
@@ -139,10 +139,7 @@ impl Context<'_> {
             ModeFamily::Px4 => (family.parse("OFFBOARD").ok(), MavFrame::MAV_FRAME_BODY_NED),
             _ => (None, MavFrame::MAV_FRAME_BODY_NED),
         };
-        self.require_mode(
-            mode,
-            "a velocity needs a vehicle that hovers, in mode GUIDED (PX4: OFFBOARD); enter it first",
-        )?;
+        self.require_mode(mode, "GUIDED (PX4: OFFBOARD), of a vehicle that hovers, for a velocity; enter it first")?;
         let speed = |field, value| in_range(field, value, -50.0..=50.0, "a speed, -50 to 50 m/s");
         let ignored = [
             PositionTargetTypemask::POSITION_TARGET_TYPEMASK_X_IGNORE,
