@@ -244,7 +244,7 @@ class Station(Closing):
         ----------
         callback : function of a MavlinkMessage
             Its ``system_id`` tells the vehicle. A slow one loses the oldest messages (`Subscription.dropped`), it never delays a link.
-            While more than 4,000 come a second it is called with several at a time, up to 1 ms later.
+            While more than 4,000 come a second it is called with several at a time, up to 2 ms later.
         names : iterable of str, optional
             Only these messages.
         capacity : int, optional

@@ -268,7 +268,7 @@ class VehicleState:
         ----------
         callback : function of a MavlinkMessage
             A slow one loses the oldest messages (`Subscription.dropped`), it never delays the link. While more than 4,000 come a
-            second it is called with several at a time, up to 1 ms later.
+            second it is called with several at a time, up to 2 ms later.
         names : iterable of str, optional
             Only these messages.
         capacity : int, optional

@@ -31,14 +31,14 @@ impl Pace {
         self.taken = self.taken.saturating_add(1);
     }
 
-    /// Nothing is left at this moment: how long to let some come before the next is waited for.
+    /// Nothing is left at this moment: how long to let some come before the next is waited for; not at all when none was read since.
     pub fn pause(&mut self, now: Instant) -> Option<Duration> {
         let since = self.looked.replace(now).map(|looked| now.saturating_duration_since(looked));
-        if let (Some(since), 1..) = (since, self.taken) {
-            self.gap = (self.gap * 3 + since.min(SILENCE) / self.taken) / 4;
+        let taken = std::mem::take(&mut self.taken);
+        if let (Some(since), 1..) = (since, taken) {
+            self.gap = (self.gap * 3 + since.min(SILENCE) / taken) / 4;
         }
-        self.taken = 0;
-        (self.gap < FAST).then_some(self.pause)
+        (taken > 0 && self.gap < FAST).then_some(self.pause)
     }
 }
 
@@ -60,6 +60,8 @@ mod tests {
         assert!((0..100).any(|_| reads(1, fast)));
         assert!((0..100).all(|_| reads(10, fast)));
         assert!((0..5).any(|_| !reads(1, slow)), "and soon at once again");
+        assert!((0..100).any(|_| reads(1, fast)));
+        assert!(!reads(0, slow), "none came");
         reads(1, Duration::from_secs(3600));
         assert!(!reads(0, slow), "after a silence");
     }

@@ -136,13 +136,18 @@ impl Intake {
         Self::default()
     }
 
-    /// Takes in bytes; calls `each` with every frame in them.
+    /// Takes in bytes; calls `each` with every frame in them, which is counted by then.
     pub(crate) fn feed(&mut self, port: &Port, bytes: &[u8], mut each: impl FnMut(&Frame)) {
         self.decoder.push(bytes);
         while let Some(frame) = self.decoder.next_frame() {
             self.framed_bytes += frame.bytes().len() as u64;
+            self.count(port);
             each(&frame);
         }
+        self.count(port);
+    }
+
+    fn count(&mut self, port: &Port) {
         let stats = self.decoder.stats();
         port.counters.add_decoded(self.counted, stats);
         self.counted = stats;

@@ -241,10 +241,11 @@ mod tests {
         let mut pace = Pace::new(Duration::from_millis(1));
         let start = Instant::now();
         // As though thousands had come.
-        for n in 1..=20 {
+        for n in 1..=40 {
             pace.on_taken();
             pace.pause(start + Duration::from_micros(n));
         }
+        pace.on_taken();
         queue.push(1);
         queue.push(2);
         assert_eq!((queue.take_paced(&mut pace), queue.take_paced(&mut pace)), (Taken::Item(1), Taken::Item(2)));

@@ -3,51 +3,67 @@
 
 use std::io::{Error, ErrorKind, Result};
 use std::net::{SocketAddr, UdpSocket};
+use std::sync::Arc;
 
 use crate::outlet::Sent;
 
-/// A socket whose sending never waits. So the runtime is not to be woken each time that the system has sent something and has
-/// room for more, as it is with tokio's own socket.
+/// A socket that never waits to send. So the runtime is not to be woken each time that the system has sent something and has room
+/// for more, as it is with tokio's own socket.
 #[cfg(unix)]
-pub(super) struct Datagrams(tokio::io::unix::AsyncFd<UdpSocket>);
+pub(super) struct Datagrams(UdpSocket);
 
 #[cfg(unix)]
 impl Datagrams {
     /// Takes a socket that does not block.
-    #[expect(
-        deprecated,
-        reason = "what takes its place is unsafe; a socket that is owned stays open and the same, which is all it asks"
-    )]
     pub(super) fn new(socket: UdpSocket) -> Result<Self> {
-        Ok(Self(tokio::io::unix::AsyncFd::with_interest(socket, tokio::io::Interest::READABLE)?))
+        Ok(Self(socket))
     }
 
-    pub(super) async fn readable(&self) -> Result<()> {
-        self.0.readable().await?.retain_ready();
-        Ok(())
+    pub(super) fn recv(&self, buffer: &mut [u8]) -> Result<usize> {
+        self.0.recv(buffer)
     }
 
-    fn read<T>(&self, read: impl FnOnce(&UdpSocket) -> Result<T>) -> Result<T> {
-        self.0.try_io(tokio::io::Interest::READABLE, read)
-    }
-
-    pub(super) fn try_recv(&self, buffer: &mut [u8]) -> Result<usize> {
-        self.read(|socket| socket.recv(buffer))
-    }
-
-    pub(super) fn try_recv_from(&self, buffer: &mut [u8]) -> Result<(usize, SocketAddr)> {
-        self.read(|socket| socket.recv_from(buffer))
+    pub(super) fn recv_from(&self, buffer: &mut [u8]) -> Result<(usize, SocketAddr)> {
+        self.0.recv_from(buffer)
     }
 
     fn try_send(&self, (bytes, place): &Datagram<'_>) -> Result<usize> {
         match place {
-            Some(place) => self.0.get_ref().send_to(bytes, place),
-            None => self.0.get_ref().send(bytes),
+            Some(place) => self.0.send_to(bytes, place),
+            None => self.0.send(bytes),
         }
     }
 
     pub(super) fn local_addr(&self) -> Result<SocketAddr> {
-        self.0.get_ref().local_addr()
+        self.0.local_addr()
+    }
+}
+
+#[cfg(unix)]
+impl std::os::fd::AsRawFd for Datagrams {
+    fn as_raw_fd(&self) -> std::os::fd::RawFd {
+        self.0.as_raw_fd()
+    }
+}
+
+/// While it lives, the runtime is woken by what comes to a socket.
+#[cfg(unix)]
+pub(super) struct Watch(tokio::io::unix::AsyncFd<Arc<Datagrams>>);
+
+#[cfg(unix)]
+impl Watch {
+    #[expect(
+        deprecated,
+        reason = "what takes its place is unsafe; a socket that is owned stays open and the same, which is all it asks"
+    )]
+    pub(super) fn new(socket: &Arc<Datagrams>) -> Result<Self> {
+        Ok(Self(tokio::io::unix::AsyncFd::with_interest(socket.clone(), tokio::io::Interest::READABLE)?))
+    }
+
+    /// Waits until something came since this was waited for, or had come before it was watched: all of it is to be read then.
+    pub(super) async fn readable(&self) -> Result<()> {
+        self.0.readable().await?.clear_ready();
+        Ok(())
     }
 }
 
@@ -62,20 +78,16 @@ impl Datagrams {
         Ok(Self(tokio::net::UdpSocket::from_std(socket)?))
     }
 
-    pub(super) async fn readable(&self) -> Result<()> {
-        self.0.readable().await
-    }
-
     /// Until the runtime has seen that there is room, nothing leaves that is sent without waiting.
     pub(super) async fn writable(&self) -> Result<()> {
         self.0.writable().await
     }
 
-    pub(super) fn try_recv(&self, buffer: &mut [u8]) -> Result<usize> {
+    pub(super) fn recv(&self, buffer: &mut [u8]) -> Result<usize> {
         self.0.try_recv(buffer)
     }
 
-    pub(super) fn try_recv_from(&self, buffer: &mut [u8]) -> Result<(usize, SocketAddr)> {
+    pub(super) fn recv_from(&self, buffer: &mut [u8]) -> Result<(usize, SocketAddr)> {
         self.0.try_recv_from(buffer)
     }
 
@@ -88,6 +100,21 @@ impl Datagrams {
 
     pub(super) fn local_addr(&self) -> Result<SocketAddr> {
         self.0.local_addr()
+    }
+}
+
+/// Tokio's own socket is watched always.
+#[cfg(not(unix))]
+pub(super) struct Watch(Arc<Datagrams>);
+
+#[cfg(not(unix))]
+impl Watch {
+    pub(super) fn new(socket: &Arc<Datagrams>) -> Result<Self> {
+        Ok(Self(socket.clone()))
+    }
+
+    pub(super) async fn readable(&self) -> Result<()> {
+        self.0.0.readable().await
     }
 }
 
@@ -142,7 +169,7 @@ fn send_some(socket: &Datagrams, datagrams: &[Datagram<'_>]) -> usize {
             None => MMsgHdr::new(bytes, control),
         })
         .collect();
-    sendmmsg(socket.0.get_ref(), &mut messages, SendFlags::empty()).unwrap_or(0)
+    sendmmsg(&socket.0, &mut messages, SendFlags::empty()).unwrap_or(0)
 }
 
 /// None: this system has no such call that Rust's libraries know.

@@ -2,6 +2,7 @@
 //! file of its own.
 
 mod datagrams;
+mod reader;
 mod serial;
 mod stream;
 mod tcp;
@@ -172,8 +173,10 @@ impl Endpoint {
 
     /// Waits for whatever it has started.
     async fn finish(&mut self) {
-        if let Self::TcpServer(server) = self {
-            server.finish().await;
+        match self {
+            Self::TcpServer(server) => server.finish().await,
+            Self::Udp(udp) => udp.finish().await,
+            Self::TcpClient(_) | Self::Serial(_) | Self::Tlog(_) => {}
         }
     }
 }

@@ -7,21 +7,20 @@
 //! place of one who never spoke MAVLink, else of one who said a frame or two and no more, else of one who is silent.
 //! So whoever sends from a thousand ports shuts nobody out, and a vehicle that comes back on another port is heard at once.
 
-use std::io::ErrorKind;
 use std::net::{IpAddr, SocketAddr};
 use std::sync::{Arc, PoisonError, RwLock};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use smallvec::SmallVec;
 use socket2::{Domain, Protocol, SockAddr, Socket, Type};
 use vencejo_proto::{Frame, MonoTime};
 
-use super::datagrams::{Datagram, Datagrams, is_passing, send_all};
+use super::datagrams::{Datagram, Datagrams, send_all};
+use super::reader::{Listener, Paced, Reader};
 use super::{Context, End, bind_error, resolve};
 use crate::address::HostPort;
 use crate::onward::Onward;
 use crate::outlet::{Class, Outlet, PeerId, Sent, To};
-use crate::pace::Pace;
 use crate::port::Intake;
 use crate::systems::SystemSet;
 
@@ -33,10 +32,6 @@ const EARNED_FRAMES: u32 = 5;
 const QUIET: Duration = Duration::from_secs(5);
 /// A peer that was silent so long is not answered any more.
 pub(crate) const PEER_LIFE: Duration = Duration::from_secs(60);
-/// Datagrams read before other tasks have their turn.
-const READ_BURST: usize = 256;
-/// How late datagrams may be read while they come thousands a second.
-const PAUSE: Duration = Duration::from_micros(250);
 /// The largest datagram.
 const DATAGRAM_BYTES: usize = 65_536;
 /// Asked for the socket's receive buffer; the system may give less.
@@ -149,6 +144,8 @@ impl Outlet for UdpOutlet {
 pub(super) struct Udp {
     mode: Mode,
     outlet: Arc<UdpOutlet>,
+    /// What reads when much comes.
+    paced: Option<Paced<Ear>>,
 }
 
 impl Udp {
@@ -169,23 +166,36 @@ impl Udp {
     }
 
     fn new(mode: Mode) -> Self {
-        Self { mode, outlet: Arc::default() }
+        Self { mode, outlet: Arc::default(), paced: None }
     }
 
     pub(super) fn outlet(&self) -> Arc<dyn Outlet> {
         self.outlet.clone()
     }
 
-    pub(super) async fn run(&mut self, context: &Context) -> End {
+    pub(super) async fn run(&mut self, context: &Arc<Context>) -> End {
         let socket = match self.open().await {
             Ok(socket) => socket,
             Err(end) => return end,
         };
-        let listens = !matches!(self.mode, Mode::Connect { .. });
-        context.up(socket.local_addr().ok(), usize::from(!listens));
-        let end = if listens { self.hear_many(context, &socket).await } else { self.hear_one(context, &socket).await };
+        let heard = match &self.mode {
+            Mode::Connect { .. } => Heard::One(Intake::new()),
+            Mode::Listen { bind } if bind.is_lan() => Heard::Near(Callers::default()),
+            Mode::Listen { .. } | Mode::Call { .. } => Heard::All(Callers::default()),
+        };
+        context.up(socket.local_addr().ok(), usize::from(matches!(heard, Heard::One(_))));
+        let ear = Ear::new(context.clone(), self.outlet.clone(), heard);
+        let Err(error) = Reader::new(socket, ear).run(&mut self.paced).await;
         self.outlet.change(|door| *door = Door::default());
-        end.into()
+        error.into()
+    }
+
+    /// Waits until nothing of a link that was closed is read any more.
+    pub(super) async fn finish(&mut self) {
+        if let Some(paced) = self.paced.take() {
+            // That it panicked has been reported by the runtime.
+            let _ = paced.await;
+        }
     }
 
     async fn open(&self) -> Result<Arc<Datagrams>, End> {
@@ -226,106 +236,6 @@ impl Udp {
         });
         Ok(socket)
     }
-
-    /// Reads a connected socket until it breaks.
-    async fn hear_one(&self, context: &Context, socket: &Datagrams) -> std::io::Error {
-        let (mut intake, mut onward, mut pace) = (Intake::new(), Onward::default(), Pace::new(PAUSE));
-        let mut buffer = vec![0; DATAGRAM_BYTES];
-        loop {
-            if let Err(error) = socket.readable().await {
-                return error;
-            }
-            let now = context.hub.clock().now();
-            let read = read_burst(&mut pace, || {
-                let count = socket.try_recv(&mut buffer)?;
-                intake.feed_datagram(&context.port, &buffer[..count], |frame| {
-                    context.hub.receive(&context.port, PeerId::default(), frame, now, &mut onward);
-                });
-                Ok(())
-            });
-            context.hub.end_reading(&mut onward);
-            match read {
-                Ok(is_empty) => rest(&mut pace, is_empty).await,
-                Err(error) => return error,
-            }
-        }
-    }
-
-    /// Reads a socket that anybody may send to, until it breaks.
-    async fn hear_many(&self, context: &Context, socket: &Datagrams) -> std::io::Error {
-        let is_lan = matches!(&self.mode, Mode::Listen { bind } if bind.is_lan());
-        let (mut callers, mut onward, mut pace) = (Callers::default(), Onward::default(), Pace::new(PAUSE));
-        let mut buffer = vec![0; DATAGRAM_BYTES];
-        let mut sweep = tokio::time::interval(PEER_LIFE / 12);
-        loop {
-            tokio::select! {
-                ready = socket.readable() => if let Err(error) = ready { return error },
-                _ = sweep.tick() => {
-                    callers.forget_silent(context.hub.clock().now());
-                    self.publish(context, &callers);
-                    continue;
-                }
-            }
-            let now = context.hub.clock().now();
-            let read = read_burst(&mut pace, || {
-                let (count, place) = socket.try_recv_from(&mut buffer)?;
-                if is_lan && !is_near(place.ip()) {
-                    tracing::debug!(link = %context.port.id, %place, "not heard: from outside the private networks");
-                    Intake::ignore(&context.port, count);
-                } else {
-                    self.hear(context, &mut callers, place, &buffer[..count], now, &mut onward);
-                }
-                Ok(())
-            });
-            context.hub.end_reading(&mut onward);
-            match read {
-                Ok(is_empty) => rest(&mut pace, is_empty).await,
-                Err(error) => return error,
-            }
-        }
-    }
-
-    /// Takes in a datagram of somebody.
-    fn hear(
-        &self,
-        context: &Context,
-        callers: &mut Callers,
-        place: SocketAddr,
-        datagram: &[u8],
-        now: MonoTime,
-        onward: &mut Onward,
-    ) {
-        let Some(caller) = callers.find_or_add(place, now) else {
-            return Intake::ignore(&context.port, datagram.len());
-        };
-        let mut is_new = false;
-        let Caller { number, intake, systems, frames, .. } = caller;
-        let number = *number;
-        // The place must be known before the hub answers what it hears.
-        intake.feed_datagram(&context.port, datagram, |frame| {
-            if frame.is_known() {
-                systems.insert(frame.source().system);
-                if *frames == 0 {
-                    is_new = true;
-                    self.outlet.change(|door| {
-                        door.peers.push(Peer { number, place, systems: systems.clone() });
-                    });
-                }
-                *frames = frames.saturating_add(1);
-            }
-            context.hub.receive(&context.port, number, frame, now, onward);
-        });
-        if is_new || std::mem::take(&mut callers.has_dropped_a_peer) {
-            self.publish(context, callers);
-        }
-    }
-
-    /// Tells the senders and the link's state who is there.
-    fn publish(&self, context: &Context, callers: &Callers) {
-        let peers: Vec<Peer> = callers.spoken().collect();
-        context.peers(peers.len());
-        self.outlet.change(|door| door.peers = peers);
-    }
 }
 
 impl Drop for Udp {
@@ -334,27 +244,118 @@ impl Drop for Udp {
     }
 }
 
-/// Reads datagram after datagram until none is left, or others shall have their turn; whether none is left. An error is the
-/// socket's end.
-fn read_burst(pace: &mut Pace, mut read: impl FnMut() -> std::io::Result<()>) -> std::io::Result<bool> {
-    for _ in 0..READ_BURST {
-        match read() {
-            Ok(()) => pace.on_taken(),
-            Err(error) if error.kind() == ErrorKind::WouldBlock => return Ok(true),
-            Err(error) if is_passing(&error) => {}
-            Err(error) => return Err(error),
-        }
-    }
-    Ok(false)
+/// Who is heard.
+enum Heard {
+    /// The one at the other end of a connected socket.
+    One(Intake),
+    /// Whoever sends.
+    All(Callers),
+    /// Whoever sends from the private networks.
+    Near(Callers),
 }
 
-/// Lets other tasks have their turn. While datagrams come thousands a second, a few are let come together meanwhile: the thread
-/// sleeps for less than the runtime's timers are exact, for the runtime itself would be woken by each of them.
-async fn rest(pace: &mut Pace, is_empty: bool) {
-    if is_empty && let Some(pause) = pace.pause(Instant::now()) {
-        std::thread::sleep(pause);
+/// Takes in what a socket of the link brings.
+struct Ear {
+    context: Arc<Context>,
+    outlet: Arc<UdpOutlet>,
+    heard: Heard,
+    onward: Onward,
+    /// When the reading began.
+    now: MonoTime,
+    buffer: Vec<u8>,
+}
+
+impl Ear {
+    fn new(context: Arc<Context>, outlet: Arc<UdpOutlet>, heard: Heard) -> Self {
+        let (onward, now, buffer) = (Onward::default(), MonoTime::ZERO, vec![0; DATAGRAM_BYTES]);
+        Self { context, outlet, heard, onward, now, buffer }
     }
-    tokio::task::consume_budget().await;
+}
+
+impl Listener for Ear {
+    fn hear(&mut self, socket: &Datagrams) -> std::io::Result<()> {
+        let Self { context, outlet, heard, onward, now, buffer } = self;
+        let (callers, is_near_only) = match heard {
+            Heard::One(intake) => {
+                let count = socket.recv(buffer)?;
+                intake.feed_datagram(&context.port, &buffer[..count], |frame| {
+                    context.hub.receive(&context.port, PeerId::default(), frame, *now, onward);
+                });
+                return Ok(());
+            }
+            Heard::All(callers) => (callers, false),
+            Heard::Near(callers) => (callers, true),
+        };
+        let (count, place) = socket.recv_from(buffer)?;
+        if is_near_only && !is_near(place.ip()) {
+            tracing::debug!(link = %context.port.id, %place, "not heard: from outside the private networks");
+            Intake::ignore(&context.port, count);
+        } else {
+            hear(context, outlet, callers, place, &buffer[..count], *now, onward);
+        }
+        Ok(())
+    }
+
+    fn begin(&mut self) {
+        self.now = self.context.hub.clock().now();
+    }
+
+    fn end(&mut self) {
+        self.context.hub.end_reading(&mut self.onward);
+    }
+
+    fn sweep(&mut self) {
+        if let Heard::All(callers) | Heard::Near(callers) = &mut self.heard {
+            callers.forget_silent(self.context.hub.clock().now());
+            publish(&self.context, &self.outlet, callers);
+        }
+    }
+
+    fn is_closed(&self) -> bool {
+        self.context.cancel.is_cancelled()
+    }
+}
+
+/// Takes in a datagram of somebody.
+fn hear(
+    context: &Context,
+    outlet: &UdpOutlet,
+    callers: &mut Callers,
+    place: SocketAddr,
+    datagram: &[u8],
+    now: MonoTime,
+    onward: &mut Onward,
+) {
+    let Some(caller) = callers.find_or_add(place, now) else {
+        return Intake::ignore(&context.port, datagram.len());
+    };
+    let mut is_new = false;
+    let Caller { number, intake, systems, frames, .. } = caller;
+    let number = *number;
+    // The place must be known before the hub answers what it hears.
+    intake.feed_datagram(&context.port, datagram, |frame| {
+        if frame.is_known() {
+            systems.insert(frame.source().system);
+            if *frames == 0 {
+                is_new = true;
+                outlet.change(|door| {
+                    door.peers.push(Peer { number, place, systems: systems.clone() });
+                });
+            }
+            *frames = frames.saturating_add(1);
+        }
+        context.hub.receive(&context.port, number, frame, now, onward);
+    });
+    if is_new || std::mem::take(&mut callers.has_dropped_a_peer) {
+        publish(context, outlet, callers);
+    }
+}
+
+/// Tells the senders and the link's state who is there.
+fn publish(context: &Context, outlet: &UdpOutlet, callers: &Callers) {
+    let peers: Vec<Peer> = callers.spoken().collect();
+    context.peers(peers.len());
+    outlet.change(|door| door.peers = peers);
 }
 
 /// Whether an address is of this machine or of a network that the internet does not route (RFC 1918, RFC 3927, RFC 4193).
@@ -459,6 +460,8 @@ impl Callers {
 
 #[cfg(test)]
 mod tests {
+    use std::io::ErrorKind;
+
     use tokio::net::UdpSocket;
 
     use super::*;

@@ -1,0 +1,218 @@
+//! Owns when a socket for datagrams is read: the runtime waits for it, and all that is there is read in one go. While datagrams come
+//! thousands a second, a thread of its own reads them at intervals in place of being woken: that costs as much as to handle ten of
+//! them, a runtime that watched the socket would be woken by each, and one of its threads that slept would keep others waiting.
+
+use std::convert::Infallible;
+use std::io::{Error, ErrorKind, Result};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use tokio::task::JoinHandle;
+use tokio::time::MissedTickBehavior;
+
+use super::datagrams::{Datagrams, Watch, is_passing};
+use crate::pace::Pace;
+
+/// How late datagrams may be read while they come thousands a second.
+const PAUSE: Duration = Duration::from_micros(500);
+/// Readings in a row that found too little before the thread ends: what comes about as fast is not handed to and fro.
+const PATIENCE: u32 = 10;
+/// Datagrams read before others have their turn.
+const BURST: usize = 256;
+/// How often [`Listener::sweep`] is called.
+const SWEEP: Duration = Duration::from_secs(5);
+
+/// Who takes in what is read.
+pub(super) trait Listener: Send + 'static {
+    /// Takes in the next datagram that waits, or says that there is none.
+    fn hear(&mut self, socket: &Datagrams) -> Result<()>;
+
+    /// Called before and after each reading.
+    fn begin(&mut self);
+    fn end(&mut self);
+
+    /// Called each [`SWEEP`] or so.
+    fn sweep(&mut self);
+
+    /// Whether the link is closed.
+    fn is_closed(&self) -> bool;
+}
+
+/// Reads a socket for a listener.
+pub(super) struct Reader<L> {
+    socket: Arc<Datagrams>,
+    listener: L,
+    pace: Pace,
+}
+
+/// A thread that reads. It gives the reader back, at the latest one pause after the link was closed.
+pub(super) type Paced<L> = JoinHandle<(Reader<L>, Result<()>)>;
+
+impl<L: Listener> Reader<L> {
+    pub(super) fn new(socket: Arc<Datagrams>, listener: L) -> Self {
+        Self { socket, listener, pace: Pace::new(PAUSE) }
+    }
+
+    /// Reads until the socket breaks. Who drops this waits for the thread that is left in `paced`.
+    pub(super) async fn run(mut self, paced: &mut Option<Paced<L>>) -> Result<Infallible> {
+        let mut sweep = tokio::time::interval(SWEEP);
+        sweep.set_missed_tick_behavior(MissedTickBehavior::Delay);
+        loop {
+            let watch = Watch::new(&self.socket)?;
+            loop {
+                tokio::select! {
+                    ready = watch.readable() => ready?,
+                    _ = sweep.tick() => {
+                        self.listener.sweep();
+                        continue;
+                    }
+                }
+                while !self.read()? {
+                    tokio::task::yield_now().await;
+                }
+                if self.pace.pause(Instant::now()).is_some() {
+                    break;
+                }
+                tokio::task::consume_budget().await;
+            }
+            drop(watch);
+            let thread = tokio::task::spawn_blocking(move || {
+                let read = self.read_paced();
+                (self, read)
+            });
+            let read;
+            (self, read) = paced.insert(thread).await.map_err(Error::other)?;
+            *paced = None;
+            read?;
+        }
+    }
+
+    /// Reads on this thread as long as datagrams come fast and the link is not closed.
+    fn read_paced(&mut self) -> Result<()> {
+        let (mut slow, mut swept) = (0, Instant::now());
+        loop {
+            std::thread::sleep(PAUSE);
+            while !self.read()? && !self.listener.is_closed() {}
+            let now = Instant::now();
+            slow = if self.pace.pause(now).is_some() { 0 } else { slow + 1 };
+            if slow == PATIENCE || self.listener.is_closed() {
+                return Ok(());
+            }
+            if now - swept >= SWEEP {
+                self.listener.sweep();
+                swept = now;
+            }
+        }
+    }
+
+    /// Reads datagram after datagram until none is left, or others shall have their turn; whether none is left. An error is the
+    /// socket's end.
+    fn read(&mut self) -> Result<bool> {
+        self.listener.begin();
+        let read = self.read_burst();
+        self.listener.end();
+        read
+    }
+
+    fn read_burst(&mut self) -> Result<bool> {
+        for _ in 0..BURST {
+            match self.listener.hear(&self.socket) {
+                Ok(()) => self.pace.on_taken(),
+                Err(error) if error.kind() == ErrorKind::WouldBlock => return Ok(true),
+                Err(error) if is_passing(&error) => {}
+                Err(error) => return Err(error),
+            }
+        }
+        Ok(false)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::net::{SocketAddr, UdpSocket};
+    use std::thread::ThreadId;
+
+    use tokio::sync::mpsc::{UnboundedSender, unbounded_channel};
+
+    use super::*;
+    use crate::testing::in_time;
+
+    /// Tells of each datagram, a number, and of the thread that read it.
+    struct Teller(UnboundedSender<(u32, ThreadId)>);
+
+    impl Listener for Teller {
+        fn hear(&mut self, socket: &Datagrams) -> Result<()> {
+            let mut number = [0; 4];
+            socket.recv(&mut number)?;
+            self.0.send((u32::from_le_bytes(number), std::thread::current().id())).map_err(Error::other)
+        }
+
+        fn begin(&mut self) {}
+        fn end(&mut self) {}
+        fn sweep(&mut self) {}
+
+        fn is_closed(&self) -> bool {
+            // So that each pause is the last, and the runtime has it back.
+            true
+        }
+    }
+
+    /// Finds a datagram each time.
+    struct Flooded(usize);
+
+    impl Listener for Flooded {
+        fn hear(&mut self, _: &Datagrams) -> Result<()> {
+            self.0 += 1;
+            Ok(())
+        }
+
+        fn begin(&mut self) {}
+        fn end(&mut self) {}
+        fn sweep(&mut self) {}
+
+        fn is_closed(&self) -> bool {
+            false
+        }
+    }
+
+    fn socket() -> (Arc<Datagrams>, SocketAddr) {
+        let socket = UdpSocket::bind("127.0.0.1:0").unwrap();
+        socket.set_nonblocking(true).unwrap();
+        let place = socket.local_addr().unwrap();
+        (Arc::new(Datagrams::new(socket).unwrap()), place)
+    }
+
+    #[tokio::test]
+    async fn each_datagram_is_read_once_and_in_order_by_the_runtime_or_by_a_thread() {
+        let ((socket, place), (sender, mut heard)) = (socket(), unbounded_channel());
+        let from = UdpSocket::bind("127.0.0.1:0").unwrap();
+        from.connect(place).unwrap();
+        let (mut paced, here) = (None, std::thread::current().id());
+        let changes = async {
+            let (mut number, mut changes, mut last) = (0_u32, 0, here);
+            // Until a thread has taken over from the runtime, which takes over again, three times.
+            while changes < 6 {
+                let burst = number..number + 100;
+                burst.clone().for_each(|number| _ = from.send(&number.to_le_bytes()).unwrap());
+                for expected in burst {
+                    let (found, reader) = in_time(heard.recv()).await.unwrap();
+                    assert_eq!(found, expected);
+                    changes += u32::from((reader == here) != (last == here));
+                    last = reader;
+                }
+                number += 100;
+            }
+        };
+        tokio::select! {
+            end = Reader::new(socket, Teller(sender)).run(&mut paced) => panic!("{end:?}"),
+            () = changes => {}
+        }
+    }
+
+    #[test]
+    fn a_flood_lets_others_have_their_turn() {
+        let mut reader = Reader::new(socket().0, Flooded(0));
+        assert!(!reader.read().unwrap(), "more is there");
+        assert_eq!(reader.listener.0, BURST);
+    }
+}
