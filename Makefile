@@ -48,7 +48,7 @@ LINT_CHECKS := clippy arrows rustfmt ruff-format ruff mypy
 test: ## Everything that CI runs: layout, format, lints, types, Rust and Python tests
 	@scripts/tree_state.sh save
 	@$(MAKE) $(SIDE_BY_SIDE) dev-env native-as-tested $(filter-out arrows,$(LINT_CHECKS)) cargo-test-built gcs-check gcs-test
-	@$(MAKE) $(SIDE_BY_SIDE) cargo-test pytest
+	@$(MAKE) $(SIDE_BY_SIDE) --output-sync=none cargo-test pytest
 	@$(CHECK) tree scripts/tree_state.sh check
 	@printf '\nmake test: all passed\n'
 
@@ -72,11 +72,12 @@ clippy: rust-env
 # After clippy, for whose folder it would wait.
 cargo-test-built: clippy
 	@$(CHECK) cargo-test-built cargo test --quiet --no-run $(CARGO_TEST)
+# Beside pytest, which tells how far it is: this one tells all when it is done.
 cargo-test:
-	@$(CHECK) cargo-test cargo test --quiet $(CARGO_TEST)
-# `+`: told as it goes, also beside another.
+	@mkdir -p .cache
+	@code=0; $(CHECK) cargo-test cargo test --quiet $(CARGO_TEST) >.cache/cargo-test.log 2>&1 || code=$$?; cat .cache/cargo-test.log; exit $$code
 pytest:
-	+@$(CHECK) pytest $(PY) -m pytest -q -n $(PYTEST_WORKERS) --dist worksteal $(PYTEST_ARGS)
+	@$(CHECK) pytest $(PY) -m pytest -q -n $(PYTEST_WORKERS) --dist worksteal $(PYTEST_ARGS)
 # From what the Rust tests are compiled from, with their assertions and without link-time optimisation: minutes less.
 native-as-tested: app clippy
 	@scripts/setup.sh native as-tested
