@@ -112,5 +112,10 @@ def test_its_commands_bring_a_plane_and_a_follower_in(tmp_path: Path) -> None:
             run("follower", tmp_path, PROGRAM=str(EXAMPLE / "follow.py")) as follower,
         ):
             wait_for(lambda: any(each["remote_name"] == "plane1" for each in ana.done("GET", "vehicles")), "the plane")
+            # Over TLS what reads and what writes a session must not be two threads (docs/adr/0036).
+            tasks = Path(f"/proc/{ground.process.pid}/task").glob("*/comm")
+            threads = {task.read_text(encoding="utf-8").rstrip("0123456789\n") for task in tasks}
+            assert "tx-" in threads
+            assert "rx-" not in threads
             said = until(follower, r"^plane1: \w+, 40\.33\d+ -3\.76\d+, control: nobody")
             assert "LOST" not in said
