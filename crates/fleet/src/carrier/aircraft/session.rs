@@ -4,8 +4,6 @@ use std::sync::PoisonError;
 use std::time::Duration;
 
 use prost::Message;
-use rand::SeedableRng;
-use rand::rngs::SmallRng;
 use tokio::sync::mpsc;
 use vencejo_proto::MonoTime;
 use vencejo_station::{DropOldest, Received};
@@ -61,12 +59,9 @@ impl Post<'_> {
         let hearers = voice.matching_listener().await.map_err(declared)?;
         let mut has_hearers = voice.matching_status().await.map_err(declared)?.matching();
         let mut is_with_since = self.station.now();
-        let (uplink_bit_s, seed) = (self.config.uplink_bit_s, getrandom::u64());
-        let mut rng = SmallRng::seed_from_u64(seed.map_err(|error| FleetError::NoRandom(error.to_string()))?);
-        let mut new_budget = |now| Budget::new(uplink_bit_s, SmallRng::from_rng(&mut rng), now);
-        let mut budget = new_budget(self.station.now());
+        let mut budget = Budget::new(self.config.uplink_bit_s, self.station.now());
         let (echoed, mut echoes) = mpsc::channel(4);
-        let (mut sample_due, mut lost) = (MonoTime::ZERO, 0);
+        let (mut sample_due, mut echo_due, mut lost) = (MonoTime::ZERO, MonoTime::ZERO, 0);
         let (numbered, mut numbers) = mpsc::channel(4);
         let (renewed, mut renewals) = mpsc::channel(4);
         let mut tick = tokio::time::interval(TICK);
@@ -94,8 +89,16 @@ impl Post<'_> {
                         None if has_hearers || lost < TELL_AFTER => Audience::List,
                         None => Audience::Nobody,
                     };
-                    // Before a sample, behind which it would wait on a narrow line.
-                    if budget.asks_echo(audience, now) {
+                    if now >= sample_due {
+                        let state = self.sample(speaker, authority);
+                        budget.on_sample(state.encoded_len());
+                        network::tell(session, &state_key, &state, Priority::Data).await;
+                        sample_due = now + budget.interval(audience);
+                    } else if lost >= TELL_AFTER || audience == Audience::Nobody {
+                        self.unheard(speaker, authority);
+                    }
+                    if now >= echo_due {
+                        echo_due = now + audience.echo_interval();
                         let is_encrypted = self.router.as_ref().is_some_and(|router| router.way() != Way::Tcp);
                         if is_encrypted && !network::is_with_station(session).await {
                             return Err(self.problem("who answers there now is no router of this fleet"));
@@ -104,14 +107,6 @@ impl Post<'_> {
                         if let Some(place) = &mut self.place {
                             place.renew(&renewed, now);
                         }
-                    }
-                    if now >= sample_due {
-                        let state = self.sample(speaker, authority);
-                        budget.on_sample(state.encoded_len());
-                        network::tell(session, &state_key, &state, Priority::Data).await;
-                        sample_due = now + budget.interval(audience);
-                    } else if lost >= TELL_AFTER || audience == Audience::Nobody {
-                        self.unheard(speaker, authority);
                     }
                     self.show(authority, budget.rate_hz(audience), lost);
                 }
@@ -137,8 +132,8 @@ impl Post<'_> {
                     has_hearers = status.matching();
                     if has_hearers && lost >= TELL_AFTER {
                         // Whoever has come is told at once, and echoes that nobody answered say nothing of the uplink.
-                        sample_due = MonoTime::ZERO;
-                        budget = new_budget(self.station.now());
+                        (sample_due, echo_due) = (MonoTime::ZERO, MonoTime::ZERO);
+                        budget = Budget::new(self.config.uplink_bit_s, self.station.now());
                     }
                 }
                 Ok(query) = orders.recv_async() => self.on_order(query, authority),
@@ -158,7 +153,7 @@ impl Post<'_> {
                     lost = if took.is_some() { 0 } else { lost + 1 };
                     match took {
                         Some(took) => budget.on_echo(took, self.station.now()),
-                        None => budget.on_echo_lost(self.station.now()),
+                        None => budget.on_echo_lost(),
                     }
                     if lost >= patience {
                         return Err(self.problem("it answers no more"));
