@@ -260,7 +260,8 @@ def _shown(found: Member) -> dict[str, Any]:
 def acl(org: OrgOption = None) -> None:
     """Print the settings of an existing zenohd: encrypted ways alone, and who may say and hear what.
 
-    A router of your own takes them with --config, and has to be started again for each new aircraft. The router in
+    A router of your own takes them with --config, and has to be started again for each new aircraft, with
+    ZENOH_RUNTIME='(rx: (handover: tx))' in its environment: over TLS Zenoh 1.10 may end without. The router in
     `vencejo serve --fleet` needs none of this.
 
     Example: vencejo fleet acl --fleet acme
