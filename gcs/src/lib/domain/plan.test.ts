@@ -90,7 +90,10 @@ describe('items', () => {
     const loiter = withCommand(waypoint, COMMAND.loiter_turns, {});
     expect(placeOf(loiter)).toEqual(placeOf(waypoint));
     expect([altOf_m(loiter), loiter.frame]).toEqual([70, FRAME.amsl]);
-    expect(altOf_m(withCommand(waypoint, COMMAND.land, {}))).toBe(0);
+    // nought above the sea is below the ground almost everywhere
+    const land = withCommand(waypoint, COMMAND.land, {});
+    expect([altOf_m(land), land.frame]).toEqual([0, FRAME.home]);
+    expect(withCommand({ ...waypoint, frame: FRAME.terrain }, COMMAND.land, {}).frame).toBe(FRAME.terrain);
     const back = withCommand(withCommand(waypoint, COMMAND.return_to_launch, {}), COMMAND.waypoint, {
       at: HOME,
       alt_m: 33,

@@ -200,7 +200,7 @@ export const withAlt = (item: PlanItem, alt_m: number): PlanItem => withParam(it
 
 /**
  * The item as another command of the table. Place, height and frame stay where both have them; `fallback` stands in when the old
- * one had none.
+ * one had none. A landing is on the ground: at home's height, and where the height counts from the terrain at that.
  */
 export function withCommand(item: PlanItem, command: number, fallback: NewItem): PlanItem {
   const info = commandInfo(command);
@@ -209,5 +209,6 @@ export function withCommand(item: PlanItem, command: number, fallback: NewItem):
   const height_m = altOf_m(item) ?? fallback.alt_m ?? 0;
   const alt_m = command === COMMAND.land ? 0 : height_m;
   const made = newItem(info, { ...fallback, at, alt_m });
-  return { ...made, frame: info.has_position && isPlaced(item) ? item.frame : made.frame };
+  const keepsFrame = info.has_position && isPlaced(item) && (command !== COMMAND.land || item.frame === FRAME.terrain);
+  return { ...made, frame: keepsFrame ? item.frame : made.frame };
 }
