@@ -7,6 +7,7 @@ import {
   formatSpeed,
   lengthFrom_m,
   lengthTo_m,
+  parseMeasure,
   parseNumber,
   SI,
   speedFrom_m_s,
@@ -52,5 +53,10 @@ describe('units', () => {
     expect(parseNumber('−3')).toBe(-3);
     expect(parseNumber('.5')).toBe(0.5);
     for (const text of ['', '1.2.3', 'a', '1e9', 'Infinity']) expect(parseNumber(text)).toBeNull();
+  });
+
+  it('takes no height for a thousandth of itself because of how its digits are grouped', () => {
+    for (const text of ['1,500', '1.500', ' −1,476 ', '12.345', '1,234,567']) expect(parseMeasure(text)).toBeNull();
+    expect(['1500', '1,5', '0,125', '1234.567', '1.50'].map(parseMeasure)).toEqual([1500, 1.5, 0.125, 1234.567, 1.5]);
   });
 });
