@@ -33,7 +33,7 @@ function read(value: unknown): Limits | null {
 
 class Separations {
   #limits = $state.raw<Limits>(load('separation', USUAL, read));
-  found = $state.raw<Separation | null>(null);
+  #found = $state.raw<{ readonly of: string; readonly separation: Separation } | null>(null);
   problem = $state.raw<Problem | null>(null);
   isUnderWay = $state(false);
 
@@ -43,6 +43,13 @@ class Separations {
       .filter(({ planStates }) => planStates?.mission.state === 'verified' && (planStates.mission.count ?? 0) > 0)
       .slice(0, MOST),
   );
+
+  /** All that an answer is of: the limits, and which mission each of them has. */
+  #question = $derived(
+    JSON.stringify([this.#limits, this.known.map(({ systemId, planStates }) => [systemId, planStates?.mission.hash])]),
+  );
+  /** The core's answer, while it is of what is on board and of the limits; `null` otherwise. */
+  found = $derived(this.#found?.of === this.#question ? this.#found.separation : null);
 
   get limits(): Limits {
     return this.#limits;
@@ -60,11 +67,12 @@ class Separations {
     if (this.isUnderWay || this.known.length < 2) return;
     this.isUnderWay = true;
     this.problem = null;
+    const of = this.#question;
     try {
       const flights = this.known.map(({ systemId }) => ({ vehicle: systemId, starts_s: 0 }));
-      this.found = await api.separation({ flights, ...this.#limits });
+      this.#found = { of, separation: await api.separation({ flights, ...this.#limits }) };
     } catch (error) {
-      this.found = null;
+      this.#found = null;
       this.problem = problemFrom(error);
     } finally {
       this.isUnderWay = false;
