@@ -63,7 +63,7 @@ const notesOf = (answer: Response): PlanFileNote[] =>
 export class Api extends Http {
   info = () => this.json<Info>('GET', '/info');
   openSession = (body: NewSession, signal?: AbortSignal) =>
-    this.json<Session>('POST', '/session', body, signal === undefined ? {} : { signal });
+    this.json<Session>('POST', '/session', body, signalled(signal));
   takeControl = () => this.json<Partial<Session>>('POST', '/control/take', {});
   releaseControl = () => this.json<Partial<Session>>('POST', '/control/release', {});
   requestControl = () => this.json<Partial<Session>>('POST', '/control/request', {});
@@ -104,8 +104,8 @@ export class Api extends Http {
     this.confirmed([`clear-${kind}`], (options) =>
       this.json<Operation>('DELETE', `/vehicles/${id}/plan/${kind}`, undefined, options),
     );
-  operation = <Result>(id: Operation['id']) =>
-    this.json<Operation<Result>>('GET', `/operations/${encodeURIComponent(id)}`);
+  operation = <Result>(id: Operation['id'], signal?: AbortSignal) =>
+    this.json<Operation<Result>>('GET', `/operations/${encodeURIComponent(id)}`, undefined, signalled(signal));
   cancelOperation = (id: Operation['id']) => this.json<unknown>('DELETE', `/operations/${encodeURIComponent(id)}`);
 
   async parsePlan(name: string, file: Blob): Promise<{ plan: Plan; notes: PlanFileNote[] }> {
@@ -156,3 +156,5 @@ export class Api extends Http {
       this.json<Parameter>('PUT', `/vehicles/${id}/params/${encodeURIComponent(name)}`, { value }, options),
     );
 }
+
+const signalled = (signal: AbortSignal | undefined): Options => (signal === undefined ? {} : { signal });

@@ -67,11 +67,12 @@ export class Asker<Question extends object, Answer> {
         if (early_ms > 0) await new Promise((done) => setTimeout(done, early_ms));
       }
     } catch {
-      // no answer, until the question is another one or the station is back
-      this.forget();
+      // no answer, until the question is another one, which may be here already, or the station is back
+      if (this.#next === null) this.forget();
     } finally {
       this.#isAsking = false;
     }
+    if (this.#next !== null) await this.#work();
   }
 }
 

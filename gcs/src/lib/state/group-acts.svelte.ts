@@ -3,7 +3,7 @@ import { SvelteMap } from 'svelte/reactivity';
 import type { Problem } from '$lib/api/types';
 import { type GroupAct, inTurns, isToldNothing, type Outcome, OUTCOMES, outcomeOf } from '$lib/domain/group-act';
 import type { Listed } from '$lib/domain/roster';
-import { api, problemFrom } from './station.svelte';
+import { api, problemFrom, station } from './station.svelte';
 
 /** Requests under way at once: a browser has six connections, and a single act must find one free. */
 const AT_ONCE = 4;
@@ -44,10 +44,11 @@ class GroupActs {
       this.#answers.set(row.id, { id: row.id, name, state, problem: null, isDisarmed });
     }
     const told = whom.filter(({ row }) => !isToldNothing(row));
+    const { whileConnected: signal } = station;
     await inTurns(told, AT_ONCE, async ({ row, name }) => {
       let answer: GroupAnswer = { id: row.id, name, state: 'done', problem: null, isDisarmed: false };
       try {
-        await api.command(row.id, act, {});
+        await api.command(row.id, act, {}, { signal });
       } catch (error) {
         const problem = problemFrom(error);
         answer = { ...answer, state: outcomeOf(problem.cause?.code ?? null), problem };

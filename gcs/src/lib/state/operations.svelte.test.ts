@@ -1,4 +1,4 @@
-import { describe, expect, it } from 'vitest';
+import { describe, expect, it, vi } from 'vitest';
 import { Api } from '$lib/api/client';
 import { ProblemError } from '$lib/api/problem';
 import type { Operation } from '$lib/api/types';
@@ -43,6 +43,24 @@ describe('Operations', () => {
     operations.update({ ...running, done: 1 });
     expect(operations.get(4)?.state).toBe('cancelled');
     await expect(operations.finish(running)).rejects.toBeInstanceOf(ProblemError);
+  });
+
+  it('asks one question at a time where no answer comes', async () => {
+    vi.useFakeTimers();
+    let asked = 0;
+    const api = new Api('', (_, init) => {
+      asked += 1;
+      return new Promise((_resolve, reject) =>
+        init?.signal?.addEventListener('abort', () => reject(new Error('late'))),
+      );
+    });
+    const operations = new Operations(api);
+    const finished = operations.finish(running);
+    await vi.advanceTimersByTimeAsync(4000);
+    expect(asked).toBe(1);
+    operations.update({ ...running, state: 'done', done: 2, result });
+    expect(await finished).toEqual(result);
+    vi.useRealTimers();
   });
 
   it('keeps a bounded number of ended ones', () => {

@@ -8,6 +8,8 @@ import type { Operation } from '$lib/api/types';
 const KEPT = 20;
 /** When no message tells of an operation, it is asked for this often. */
 const ASK_MS = 1000;
+/** So long an answer is waited for. */
+const ANSWER_MS = 5000;
 
 interface Waiter {
   resolve(operation: Operation): void;
@@ -18,6 +20,8 @@ export class Operations {
   readonly #api: Api;
   readonly #byId = new SvelteMap<string, Operation>();
   readonly #waiters = new Map<string, Waiter[]>();
+  /** Those that are asked for now. */
+  readonly #asked = new Set<string>();
 
   constructor(api: Api) {
     this.#api = api;
@@ -70,11 +74,17 @@ export class Operations {
   }
 
   async #ask(id: Operation['id']): Promise<void> {
+    const key = String(id);
+    // where answers do not come, questions would take the browser's few connections from what commands the vehicle
+    if (this.#asked.has(key)) return;
+    this.#asked.add(key);
     try {
-      this.update(await this.#api.operation(id));
+      this.update(await this.#api.operation(id, AbortSignal.timeout(ANSWER_MS)));
     } catch (error) {
       // No answer: it is asked again. An answer that says no: a new server does not know it any more.
-      if (error instanceof ProblemError && error.problem.status === 404) this.#fail(String(id), error);
+      if (error instanceof ProblemError && error.problem.status === 404) this.#fail(key, error);
+    } finally {
+      this.#asked.delete(key);
     }
   }
 

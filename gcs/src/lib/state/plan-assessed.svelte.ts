@@ -68,6 +68,8 @@ class PlanAssessed {
     } finally {
       this.#isAsking = false;
     }
+    // of the plan that was refused an answer was not the last word, when it has been edited since
+    if (this.#asksAgain) await this.#ask();
   }
 
   #note(told: Awaited<ReturnType<typeof station.assess>> | null): void {

@@ -44,6 +44,7 @@ class RehearsalView {
     } finally {
       this.#isAsking = false;
     }
+    if (this.#asksAgain) await this.ask();
   }
 
   async #outcome(): Promise<Outcome | null> {

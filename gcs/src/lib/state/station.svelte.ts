@@ -73,6 +73,9 @@ export class Station {
   /** What is told of a vehicle while its whole state is asked for; of the two, this is the newer. */
   readonly #meanwhile = new Map<number, ServerMessage[]>();
 
+  /** Ends with the connection. */
+  #connection = new AbortController();
+
   readonly #assessments = new Pending<Assessment>();
   readonly #ways = new Pending<Way>();
   #nextSeq = 1;
@@ -96,6 +99,14 @@ export class Station {
   isOperator = $derived(this.session?.role === 'operator');
   /** Who asks for control. */
   requestedBy = $derived(this.session?.requested_by ?? null);
+
+  /**
+   * Ends what asks for an answer that may never come: a network that swallows everything ends no request by itself, and the button
+   * that waits for it would be dead after the connection is back.
+   */
+  get whileConnected(): AbortSignal {
+    return this.#connection.signal;
+  }
 
   start(): void {
     this.#token = takeToken();
@@ -176,7 +187,9 @@ export class Station {
     let answer: Answer;
     try {
       const acts = 'force' in body && body.force === true ? [`force-${command}`] : [];
-      const send = (confirmed: Options) => api.command(vehicle.systemId, command, body, { ...options, ...confirmed });
+      const { whileConnected: signal } = this;
+      const send = (confirmed: Options) =>
+        api.command(vehicle.systemId, command, body, { ...options, ...confirmed, signal });
       // What is forced has been held for a second: that confirms it.
       await api.confirmed(acts, send);
       answer = { ...asked, state: 'accepted', at_ms: performance.now() };
@@ -329,6 +342,8 @@ export class Station {
       for (const vehicle of vehicles.all) void this.#meet(vehicle);
     } else {
       this.#away_ms ??= performance.now();
+      this.#connection.abort('the connection was lost');
+      this.#connection = new AbortController();
       this.#endQuestions('the connection was lost');
     }
   }
