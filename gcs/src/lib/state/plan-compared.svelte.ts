@@ -53,7 +53,8 @@ class PlanCompared {
 
   /** `isNothing`: whether nothing is on board; `null` when that is not known. */
   #stateOf(part: PlanKind, isNothing: boolean | null): DraftState {
-    if (planTransfers.transfer?.kind === 'send' && planTransfers.transfer.part === part) return 'sending';
+    const { transfer } = planTransfers;
+    if (transfer?.kind === 'send' && transfer.part === part && transfer.vehicle === vehicles.selected) return 'sending';
     const isEmpty = plan.isEmpty(part);
     if (vehicles.selected === null) return isEmpty ? 'empty' : 'not-sent';
     if (isNothing === null) return 'unknown';

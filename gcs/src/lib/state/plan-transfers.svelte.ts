@@ -9,6 +9,7 @@ import { type Vehicle, vehicles } from './vehicles.svelte';
 
 interface Transfer {
   readonly kind: 'send' | 'read' | 'clear';
+  readonly vehicle: Vehicle;
   readonly part: PlanKind;
   readonly operation: Operation | null;
 }
@@ -19,13 +20,14 @@ class PlanTransfers {
   readonly #asRead: Partial<Record<PlanKind, unknown>> = {};
 
   /**
-   * Sends parts of the draft, one after the other, and stops at the first that fails. A part counts as on board only when
-   * the vehicle has been read back.
+   * Sends parts of the draft, one after the other, and stops at the first that fails. All go to the vehicle that is selected now,
+   * whichever is selected meanwhile. A part counts as on board only when the vehicle has been read back.
    */
   async send(...parts: readonly PlanKind[]): Promise<void> {
+    const vehicle = vehicles.selected;
     let sent: ApiPlan | undefined;
     for (const part of parts.length > 0 ? parts : (['mission'] as const)) {
-      const isDone = await this.#transfer('send', part, async (vehicle) => {
+      const isDone = await this.#transfer('send', part, vehicle, async (vehicle) => {
         await plan.settled;
         sent ??= plan.asApi();
         await this.#follow(await api.sendPlan(vehicle.systemId, part, sent));
@@ -37,7 +39,7 @@ class PlanTransfers {
 
   /** Reads a part of the vehicle's plan into the draft. */
   async read(part: PlanKind = 'mission'): Promise<void> {
-    await this.#transfer('read', part, async (vehicle) => {
+    await this.#transfer('read', part, vehicles.selected, async (vehicle) => {
       const read = await this.#follow<ApiPlan>(await api.readPlan(vehicle.systemId, part));
       this.#take(part, read);
       return read;
@@ -46,7 +48,7 @@ class PlanTransfers {
 
   /** Clears a part of the plan on board; the draft stays. */
   async clear(part: PlanKind = 'mission'): Promise<void> {
-    await this.#transfer('clear', part, async (vehicle) => {
+    await this.#transfer('clear', part, vehicles.selected, async (vehicle) => {
       await this.#follow(await api.clearPlan(vehicle.systemId, part));
       return emptyPlan();
     });
@@ -106,11 +108,15 @@ class PlanTransfers {
     }
   }
 
-  async #transfer(kind: Transfer['kind'], part: PlanKind, run: (vehicle: Vehicle) => Promise<Plan>): Promise<boolean> {
-    const vehicle = vehicles.selected;
+  async #transfer(
+    kind: Transfer['kind'],
+    part: PlanKind,
+    vehicle: Vehicle | null,
+    run: (vehicle: Vehicle) => Promise<Plan>,
+  ): Promise<boolean> {
     if (vehicle === null || this.transfer !== null) return false;
     plan.problem = null;
-    this.transfer = { kind, part, operation: null };
+    this.transfer = { kind, part, vehicle, operation: null };
     try {
       const there = await run(vehicle);
       onBoard.note(vehicle, part, (await api.planOnBoard(vehicle.systemId, part)).state, there);

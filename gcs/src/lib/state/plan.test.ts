@@ -280,6 +280,21 @@ describe('the plan store', () => {
     expect(plan.items).toHaveLength(1);
   });
 
+  it('sends all parts to the vehicle that was selected, whichever is selected meanwhile', async () => {
+    planGestures.add('waypoint', AT);
+    vehicles.ensure(2).applyPlanState('mission', NEVER_READ);
+    const sending = planTransfers.send('mission', 'rally');
+    vehicles.select(2);
+    expect(planCompared.states.mission).not.toBe('sending');
+    await sending;
+    expect(server.send.mock.calls.map(([id, part]) => [id, part])).toEqual([
+      [1, 'mission'],
+      [1, 'rally'],
+    ]);
+    vehicles.select(1);
+    vehicles.drop(2);
+  });
+
   it('clears the vehicle and keeps the draft', async () => {
     planGestures.add('waypoint', AT);
     await planTransfers.send();

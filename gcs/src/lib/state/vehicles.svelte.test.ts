@@ -3,7 +3,7 @@ import type { TelemetryChanges } from '$lib/api/types';
 import { telemetryAt } from '../../../dev/mock/flight';
 import { destination, distance_m } from '$lib/domain/geo';
 import { clock } from './clock.svelte';
-import { Vehicle, heardAt, withChanges } from './vehicles.svelte';
+import { Vehicle, heardAt, vehicles, withChanges } from './vehicles.svelte';
 
 const { groups, progress } = telemetryAt(100);
 
@@ -14,6 +14,23 @@ function heard(changes: TelemetryChanges, now_ms: number): Vehicle {
 }
 
 beforeEach(() => clock.tick(10_000));
+
+describe('Vehicles', () => {
+  it('keeps the one that is selected until a person selects another', () => {
+    vehicles.ensure(5);
+    expect(vehicles.selected?.systemId).toBe(5);
+    vehicles.ensure(1);
+    expect(vehicles.selected?.systemId).toBe(5);
+    expect(vehicles.next?.systemId).toBe(1);
+    vehicles.drop(1);
+    expect(vehicles.selected?.systemId).toBe(5);
+    vehicles.drop(5);
+    expect(vehicles.selected).toBeNull();
+    vehicles.ensure(7);
+    expect(vehicles.selected?.systemId).toBe(7);
+    vehicles.drop(7);
+  });
+});
 
 describe('Vehicle', () => {
   it('knows nothing before it is heard', () => {
@@ -31,6 +48,18 @@ describe('Vehicle', () => {
     });
     expect(freshness).toEqual(['fresh', 'stale', 'stale', 'lost']);
     expect(vehicle.mode).toBe('AUTO');
+  });
+
+  it('counts the warnings that nobody has looked at, for each vehicle by itself', () => {
+    const [one, other] = [new Vehicle(1), new Vehicle(2)];
+    const warn = (vehicle: Vehicle) => vehicle.addText({ severity: 4, text: 'Bad', time_s: 0 }, 10_000);
+    [one, one, one, other].forEach(warn);
+    one.addText({ severity: 6, text: 'Well', time_s: 0 }, 10_000);
+    expect([one.unseenWarnings, other.unseenWarnings]).toEqual([3, 1]);
+    one.see();
+    expect([one.unseenWarnings, other.unseenWarnings]).toEqual([0, 1]);
+    warn(one);
+    expect(one.unseenWarnings).toBe(1);
   });
 
   it('takes over the age that a group had when it was sent', () => {

@@ -16,6 +16,7 @@ import { vehicleKind } from '$lib/domain/core';
 import { freshness, type Freshness } from '$lib/domain/freshness';
 import { deadReckon, followTrack, type Ghost, type LastKnown } from '$lib/domain/ghost';
 import { lonLat, wrap360_deg } from '$lib/domain/lonlat';
+import { WARNING } from '$lib/domain/messages';
 import type { Track } from '$lib/domain/rehearsal';
 import { PLANE_ROUTE, type RouteOptions } from '$lib/domain/way';
 import { t } from '$lib/i18n/index.svelte';
@@ -93,6 +94,12 @@ export class Vehicle {
   /** Server time (`time_s`) minus our monotonic time: tells when a text of the past came. */
   #serverOffset_s: number | null = null;
   #nextText = 1;
+  /** The newest text that a person has looked at. */
+  #seenText = $state(0);
+  /** Warnings that came since. */
+  unseenWarnings = $derived(
+    this.texts.filter(({ isLive, id, severity }) => isLive && id > this.#seenText && severity <= WARNING).length,
+  );
 
   age_s = $derived(clock.age_s(this.lastHeard_ms));
   freshness = $derived<Freshness>(freshness(this.age_s));
@@ -228,6 +235,11 @@ export class Vehicle {
     this.planStates = { ...(this.planStates ?? { mission: unknown, fence: unknown, rally: unknown }), [kind]: state };
   }
 
+  /** A person has looked at its texts. */
+  see(): void {
+    this.#seenText = this.texts.at(-1)?.id ?? 0;
+  }
+
   setServerTime(time_s: number, now_ms: number): void {
     this.#serverOffset_s = time_s - now_ms / 1000;
   }
@@ -296,8 +308,9 @@ class Vehicles {
   });
 
   all = $derived([...this.#byId.values()].sort((a, b) => a.systemId - b.systemId));
+  /** The one that commands and plans are for: the first that was heard, until a person selects another. It never changes by itself. */
   selected = $derived<Vehicle | null>(
-    (this.#selectedId === null ? undefined : this.#byId.get(this.#selectedId)) ?? this.all[0] ?? null,
+    (this.#selectedId === null ? undefined : this.#byId.get(this.#selectedId)) ?? null,
   );
 
   /** What decides where a plan takes the selected vehicle; without one, an ArduPlane as it comes. */
@@ -315,6 +328,7 @@ class Vehicles {
       vehicle = new Vehicle(id);
       this.#byId.set(id, vehicle);
     }
+    this.#selectedId ??= id;
     return vehicle;
   }
 
@@ -325,12 +339,13 @@ class Vehicles {
   /** Forgets one that is not followed any more. */
   drop(id: number): void {
     this.#byId.delete(id);
+    if (this.#selectedId === id) this.#selectedId = null;
   }
 
-  selectNext(): void {
+  /** The one after the selected, in the order of their ids; after the last the first. */
+  get next(): Vehicle | undefined {
     const at = this.all.findIndex((vehicle) => vehicle === this.selected);
-    const next = this.all[(at + 1) % this.all.length];
-    if (next) this.select(next.systemId);
+    return this.all[(at + 1) % this.all.length];
   }
 
   /** Calls `listener` after each frame in which a vehicle changed; for what is drawn outside of components. */

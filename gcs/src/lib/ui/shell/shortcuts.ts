@@ -4,6 +4,7 @@ import { cameras } from '$lib/state/camera.svelte';
 import { help } from '$lib/state/help.svelte';
 import { layout, type Panel } from '$lib/state/layout.svelte';
 import { settings } from '$lib/state/settings.svelte';
+import { station } from '$lib/state/station.svelte';
 import { vehicles } from '$lib/state/vehicles.svelte';
 
 interface Shortcut {
@@ -30,7 +31,12 @@ export const SHORTCUTS: readonly Shortcut[] = [
   panel('l', 'maps'),
   panel(',', 'settings'),
   { key: 'c', shown: 'C', text: () => t('key.camera'), run: () => cameras.toggle() },
-  { key: 'v', shown: 'V', text: () => t('key.vehicle'), run: () => vehicles.selectNext() },
+  {
+    key: 'v',
+    shown: 'V',
+    text: () => t('key.vehicle'),
+    run: () => vehicles.next && station.choose(vehicles.next.systemId),
+  },
   {
     key: 't',
     shown: 'T',
