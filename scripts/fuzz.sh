@@ -6,13 +6,13 @@ cd "$(dirname "$0")/.."
 seconds=${1:-60}
 shift || true
 targets=("$@")
-[ ${#targets[@]} -gt 0 ] || mapfile -t targets < <(sed -n 's/^name = "\(.*\)"/\1/p' fuzz/Cargo.toml | tail -n +2)
+[ ${#targets[@]} -gt 0 ] || mapfile -t targets < <(sed -n 's/^path = "targets\/\(.*\)\.rs"/\1/p' fuzz/Cargo.toml)
 
 host=$(rustc -vV | sed -n 's/^host: //p')
 # With a target named, build scripts and macros go without the counters.
 RUSTFLAGS="-Cpasses=sancov-module -Cllvm-args=-sanitizer-coverage-level=4 -Cllvm-args=-sanitizer-coverage-inline-8bit-counters \
 -Cllvm-args=-sanitizer-coverage-pc-table -Cllvm-args=-sanitizer-coverage-trace-compares --cfg fuzzing" \
-  cargo build --quiet --locked --release --manifest-path fuzz/Cargo.toml --target "$host" --target-dir .cache/fuzz/build
+  cargo build --quiet --locked --profile fuzz --package vencejo-fuzz --bins --features fuzzer --target "$host" --target-dir .cache/fuzz/build
 
 # Files that targets read are in memory, and gone with the last of them.
 TMPDIR=$(mktemp -d -p "$([ -w /dev/shm ] && echo /dev/shm || echo "${TMPDIR:-/tmp}")" vencejo-fuzz.XXXXXX)
@@ -21,7 +21,7 @@ trap 'rm -rf "$TMPDIR"' EXIT
 
 failed=()
 for target in "${targets[@]}"; do
-  program=.cache/fuzz/build/$host/release/$target
+  program=.cache/fuzz/build/$host/fuzz/$target
   mkdir -p ".cache/fuzz/$target" "fuzz/crashers/$target"
   limits=(-rss_limit_mb=2048 -timeout=10 -artifact_prefix="fuzz/crashers/$target/")
   mapfile -t crashers < <(find "fuzz/crashers/$target" -type f ! -name .gitkeep | sort)

@@ -14,7 +14,7 @@ use vencejo_flight::plan::{
     plans_equal_as_stored,
 };
 use vencejo_flight::profile::profile;
-use vencejo_flight::progress::{ProgressOptions, remaining, trip};
+use vencejo_flight::progress::{Circled, ProgressOptions, remaining, trip};
 use vencejo_flight::rehearsal::Ground;
 use vencejo_flight::way::way;
 use vencejo_proto::Address;
@@ -45,11 +45,12 @@ fuzz_target!(|data: &[u8]| {
     let wind = Wind { from_deg: wild.number(360.0), speed_m_s: wild.number(20.0) };
     let plan = plans::plan(&mut wild);
     let ground = plans::ground(what & 7);
+    let circled = plans::circled(&mut wild);
     let known = |at: GeoPoint| ground.as_ref().and_then(|ground| ground(at));
     let found = quick(|| check_plan(&plan, &context));
     found.iter().for_each(|finding| assert!(!finding.to_string().is_empty()));
     assert_eq!(check_plan(&plan, &context), found, "checked again it is the same");
-    quick(|| drawn(&plan.mission, speed_m_s, &options, &known));
+    quick(|| drawn(&plan.mission, circled, speed_m_s, &options, &known));
     quick(|| ended(&plan.mission, speed_m_s, &options, wind));
     quick(|| drop(squares_around(&plan, None)));
     counted(&plan);
@@ -57,7 +58,7 @@ fuzz_target!(|data: &[u8]| {
     written(&plan);
 });
 
-fn drawn(mission: &Mission, speed_m_s: f64, options: &ProgressOptions, known: &Ground<'_>) {
+fn drawn(mission: &Mission, circled: Circled, speed_m_s: f64, options: &ProgressOptions, known: &Ground<'_>) {
     let way = way(mission, speed_m_s, options);
     for stop in &way.stops {
         assert!((1..=mission.items.len()).contains(&stop.item));
@@ -83,7 +84,7 @@ fn drawn(mission: &Mission, speed_m_s: f64, options: &ProgressOptions, known: &G
     assert!([trip.distance_m, trip.time_s].iter().flatten().all(|number| number.is_finite()), "{trip:?}");
     let here = GeoPoint::new(40.001, -3.001).expect("it is on Earth");
     for index in [0, mission.items.len() / 2, mission.items.len(), usize::MAX] {
-        let left = remaining(mission, index, here, Some(speed_m_s), options);
+        let left = remaining(mission, index, here, circled, Some(speed_m_s), options);
         let numbers = [left.distance_m, left.time_s, left.leg_m];
         assert!(numbers.iter().flatten().all(|number| number.is_finite()), "{left:?}");
     }

@@ -28,7 +28,7 @@ fuzz_target!(|data: &[u8]| quick(|| {
         let length = usize::from(u16::from_be_bytes([high & 0x3f, low])).min(tail.len());
         let (bytes, tail) = tail.split_at(length);
         rest = tail;
-        now = now + std::time::Duration::from_millis(u64::from(high) * 16);
+        now += std::time::Duration::from_millis(u64::from(high) * 16);
         match kind % 5 {
             0 => {
                 if let Ok(state) = State::read(bytes) {

@@ -30,7 +30,7 @@ fuzz_target!(|data: &[u8]| quick(|| {
             assert_eq!(FtpPayload::decode(&payload.encode()).as_ref(), Ok(&payload));
             get.on_message(plane, &payload.to_message(us), now);
         }
-        now = now + Duration::from_millis(u64::from(answer[0]));
+        now += Duration::from_millis(u64::from(answer[0]));
         get.on_time(now);
     }
 }));

@@ -21,7 +21,7 @@ fuzz_target!(|data: &[u8]| quick(|| {
     while let Some((&[kind, after, length], tail)) = rest.split_first_chunk::<3>() {
         let (bytes, tail) = tail.split_at(usize::from(length).min(tail.len()));
         rest = tail;
-        now = now + Duration::from_millis(u64::from(after) * 40);
+        now += Duration::from_millis(u64::from(after) * 40);
         if let Some(question) = fill.ask(now) {
             if let Question::Piece(wanted) = question {
                 assert!(0 < wanted.first && wanted.first <= wanted.last, "nothing is asked for: {wanted:?}");

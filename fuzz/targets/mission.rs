@@ -30,7 +30,7 @@ fuzz_target!(|data: &[u8]| quick(|| {
     while let Some((&[act, value], tail)) = rest.split_first_chunk::<2>() {
         rest = tail;
         match act % 8 {
-            0 => now = now + Duration::from_millis(u64::from(value) * 40),
+            0 => now += Duration::from_millis(u64::from(value) * 40),
             1 => {
                 let kind = PlanKind::ALL[usize::from(value) % 3];
                 let request = match value / 3 % 6 {

@@ -8,6 +8,7 @@ use vencejo_flight::landing::Wind;
 use vencejo_flight::plan::{
     Command, Fence, FenceShape, FenceZone, Home, MavFrame, Mission, MissionItem, Plan, Rally, RallyPoint,
 };
+use vencejo_flight::progress::Circled;
 use vencejo_flight::rehearsal::{Air, Aircraft, Airframe, BatterySettings, Doing, Origin, Start};
 
 use super::wild::Wild;
@@ -399,5 +400,19 @@ pub fn start(wild: &mut Wild<'_>) -> Start {
         _ => Doing::Soaring,
     };
     let heading_deg = heading_deg.unwrap_or(0.0);
-    Start::Air { point, height_m, heading_deg, airspeed_m_s, index: usize::from(what >> 4), doing }
+    let circled = circled(wild);
+    Start::Air { point, height_m, heading_deg, airspeed_m_s, index: usize::from(what >> 4), circled, doing }
+}
+
+/// What was flown of a circle: nothing, so many turns (none below zero) for so long, or nobody knows.
+pub fn circled(wild: &mut Wild<'_>) -> Circled {
+    match wild.byte() % 4 {
+        0 => Circled::Unknown,
+        1 => {
+            let mut told = |most: f64| wild.number(most).abs();
+            let (turns, time_s) = (told(10.0), told(3600.0));
+            if turns.is_finite() && time_s.is_finite() { Circled::Flown { turns, time_s } } else { Circled::Unknown }
+        }
+        _ => Circled::Nothing,
+    }
 }

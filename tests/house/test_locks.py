@@ -56,7 +56,7 @@ def test_what_the_project_depends_on_is_locked() -> None:
 
 
 def test_every_crate_takes_the_lints_of_the_workspace() -> None:
-    manifests = tracked("crates/*/Cargo.toml", "bench/*/Cargo.toml")
+    manifests = tracked("crates/*/Cargo.toml", "bench/*/Cargo.toml", "fuzz/Cargo.toml")
     assert len(manifests) >= 7
     for manifest in manifests:
         text = manifest.read_text(encoding="utf-8")
