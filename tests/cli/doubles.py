@@ -111,7 +111,7 @@ class FakeVehicle:
         self.station = FakeStation()
         self.findings = findings
         self.frames: list[Telemetry] = []
-        self.fails: dict[str, Exception] = {}
+        self.fails: dict[str, BaseException] = {}
         self.after: dict[str, Callable[[], None]] = {}
         self.flight_preparation: FlightPreparation | None = None
 

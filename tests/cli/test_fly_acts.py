@@ -8,7 +8,17 @@ from collections.abc import Callable
 from typing import Any, cast
 
 import pytest
-from vencejo import CommandRefused, Fence, Finding, FlightPreparation, NotPossibleNow, Plan, StatusText, Vehicle
+from vencejo import (
+    CommandRefused,
+    CommandTimeout,
+    Fence,
+    Finding,
+    FlightPreparation,
+    NotPossibleNow,
+    Plan,
+    StatusText,
+    Vehicle,
+)
 from vencejo.cli.common import Failed
 from vencejo.cli.fly import Flight, fly_plan
 from vencejo.cli.follow import Ending
@@ -169,12 +179,56 @@ def test_what_cannot_be_started_is_disarmed_again(capsys: pytest.CaptureFixture[
     assert "THE PLANE IS STILL ARMED" in capsys.readouterr().err
 
 
-def test_a_start_that_may_have_worked_is_not_undone() -> None:
+@pytest.mark.parametrize("end", [KeyboardInterrupt(), SystemExit(143), BrokenPipeError(), CommandTimeout("not shown")])
+@pytest.mark.parametrize("act", ["arm", "armed", "start_mission"])
+def test_whatever_ends_it_before_the_start_the_plane_is_not_left_armed(
+    act: str, end: BaseException, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
     vehicle = ready_vehicle()
-    vehicle.fails["start_mission"] = TimeoutError("no answer, but it shows AUTO")
-    with pytest.raises(TimeoutError):
+    if act == "arm":
+        del vehicle.after["arm"]  # the heartbeat that would show it has not come yet
+    vehicle.after["start_mission"] = lambda: None
+    if act == "armed":
+
+        def step(self: Reporter, event: str, text: str, /, **_: Any) -> None:
+            if event == "armed":
+                raise end
+
+        monkeypatch.setattr(Reporter, "step", step)
+    else:
+        vehicle.fails[act] = end
+    with pytest.raises(type(end)):
+        fly(vehicle)
+    assert vehicle.calls[-1] == "disarm"
+    assert "the plane is disarmed again" in capsys.readouterr().err
+    vehicle.fails["disarm"] = KeyboardInterrupt()
+    vehicle.show(parked())
+    vehicle.frames = [parked(), parked()]
+    with pytest.raises(type(end)):
+        fly(vehicle)
+    state = "MAY BE ARMED" if act == "arm" else "IS STILL ARMED"
+    assert f"THE PLANE {state}: KeyboardInterrupt" in capsys.readouterr().err
+
+
+def test_a_pilot_who_arms_during_the_upload_is_not_disarmed() -> None:
+    vehicle = ready_vehicle()
+    vehicle.frames = []
+    vehicle.after["upload"] = lambda: vehicle.show(parked(armed=True))
+    vehicle.after["start_mission"] = lambda: None
+    vehicle.fails["start_mission"] = CommandRefused("mode AUTO refused")
+    with pytest.raises(CommandRefused):
+        fly(vehicle)
+    assert vehicle.calls == ["upload mission", "start_mission 1"]
+
+
+@pytest.mark.parametrize("end", [TimeoutError("no answer, but it shows AUTO"), SystemExit(143)])
+def test_a_start_that_may_have_worked_is_not_undone(end: BaseException, capsys: pytest.CaptureFixture[str]) -> None:
+    vehicle = ready_vehicle()
+    vehicle.fails["start_mission"] = end
+    with pytest.raises(type(end)):
         fly(vehicle)
     assert vehicle.calls[-1] == "start_mission 1"
+    assert "THE PLANE IS ARMED, in AUTO" in capsys.readouterr().err
 
 
 def test_what_a_flight_needs_first_is_said_before_it_is_done(capsys: pytest.CaptureFixture[str]) -> None:

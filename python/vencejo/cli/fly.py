@@ -177,10 +177,11 @@ def fly_plan(
         _wait_until_ready(vehicle, reporter, ready_timeout_s)
         if not ask("Arm and start the mission now? The propeller will turn."):
             raise Failed("not armed: the mission is on board and verified")
-        _arm(vehicle, reporter, despite_mixed_plan)
-    elif not ask("The plane is armed. Start the mission now?"):
+        _arm_and_start(vehicle, reporter, despite_mixed_plan)
+    elif ask("The plane is armed. Start the mission now?"):
+        _start(vehicle, reporter, despite_mixed_plan, from_item=1)
+    else:
         raise Failed("not started: the mission is on board and verified, the plane is armed")
-    _start(vehicle, reporter, armed_by_us=not telemetry.is_armed, despite=despite_mixed_plan)
     return follow(vehicle, plan, reporter, patience_s=patience_s, alive=alive)
 
 
@@ -353,30 +354,42 @@ def _prepare(vehicle: Vehicle, reporter: Reporter, despite: bool) -> None:
     vehicle.prepare_flight(despite_mixed_plan=despite)
 
 
-def _arm(vehicle: Vehicle, reporter: Reporter, despite: bool) -> None:
-    vehicle.arm(despite_mixed_plan=despite)
-    reporter.step("armed", "armed")
+def _arm_and_start(vehicle: Vehicle, reporter: Reporter, despite: bool) -> None:
+    """Arm, and start the mission at its first item. Whatever ends this in between, Ctrl-C too, the plane is not left armed unseen."""
+    from vencejo import CommandRefused, ControlHeld, NotPossibleNow, modes
 
-
-def _start(vehicle: Vehicle, reporter: Reporter, *, armed_by_us: bool, despite: bool) -> None:
-    """Start the mission at its first item. When that fails, what we armed is disarmed if it still stands."""
-    from vencejo import modes
-
+    may_be_armed = True
     try:
-        runs = armed_by_us and vehicle.telemetry.mode in modes.MISSION
-        vehicle.start_mission(from_item=None if runs else 1, despite_mixed_plan=despite)
-    except (Exception, KeyboardInterrupt):
-        if armed_by_us and vehicle.telemetry.mode not in modes.MISSION:
-            _disarm_again(vehicle)
+        try:
+            vehicle.arm(despite_mixed_plan=despite)
+        except (CommandRefused, ControlHeld, NotPossibleNow):
+            may_be_armed = False
+            raise
+        reporter.step("armed", "armed")
+        # A pilot who chose AUTO before has started it by that.
+        _start(vehicle, reporter, despite, from_item=None if vehicle.telemetry.mode in modes.MISSION else 1)
+    except BaseException:
+        if may_be_armed:
+            _stand_down(vehicle)
         raise
+
+
+def _start(vehicle: Vehicle, reporter: Reporter, despite: bool, *, from_item: int | None) -> None:
+    vehicle.start_mission(from_item=from_item, despite_mixed_plan=despite)
     reporter.step("started", f"mission started: the plane is in {vehicle.telemetry.mode}")
 
 
-def _disarm_again(vehicle: Vehicle) -> None:
-    from vencejo import VencejoError
+def _stand_down(vehicle: Vehicle) -> None:
+    """Disarm what was armed here, also where it does not show that yet; what flies its mission already goes on."""
+    from vencejo import modes
 
+    telemetry = vehicle.telemetry
+    if telemetry.is_armed and telemetry.mode in modes.MISSION:
+        say(f"THE PLANE IS ARMED, in {telemetry.mode}: it flies its mission.")
+        return
     try:
         vehicle.disarm()
-        say("The mission could not be started: the plane is disarmed again.")
-    except VencejoError as error:
-        say(f"The mission could not be started and THE PLANE IS STILL ARMED: {error}")
+        say("The mission was not started: the plane is disarmed again.")
+    except BaseException as error:  # noqa: BLE001 - what ended the flight is raised by the caller
+        armed = "IS STILL ARMED" if vehicle.telemetry.is_armed else "MAY BE ARMED"
+        say(f"The mission was not started and THE PLANE {armed}: {str(error) or type(error).__name__}")
