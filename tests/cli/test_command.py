@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import io
 import json
 import re
 import shlex
@@ -21,7 +22,10 @@ from typer.testing import CliRunner, Result
 from vencejo.cli import app
 from vencejo.cli.common import EXIT_CODES, Exit, clean, describe_error
 from vencejo.cli.demo import demo_mission
+from vencejo.cli.onboard import tell_status
 from vencejo.cli.params import compare, same
+from vencejo.cli.serve import tell_storage
+from vencejo.storage import StorageProblem
 
 from tests.support import CAPTURES
 
@@ -166,6 +170,28 @@ def test_debug_shows_the_traceback_wherever_it_stands(place: int) -> None:
 def test_text_from_outside_cannot_steer_the_terminal() -> None:
     assert clean("a\x1b[31mb\rc\nd") == "a\ufffd[31mb\ufffdc\ufffdd"
     assert clean("a\nb", keep_lines=True) == "a\nb"
+
+
+@pytest.mark.parametrize("fault", [BrokenPipeError(32, "Broken pipe"), OSError(5, "Input/output error"), ValueError()])
+def test_those_who_serve_go_on_when_nobody_reads_what_they_say(
+    fault: Exception, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    written: list[str] = []
+
+    class Gone(io.StringIO):
+        def write(self, text: str) -> int:
+            written.append(text)
+            raise fault
+
+    for name in ("stderr", "stdout"):
+        monkeypatch.setattr(sys, name, Gone())
+    low = StorageProblem(what="maps", fault="low_space", text="maps are not kept")
+    told = tell_storage([low], {})
+    assert tell_storage([], told) == {}
+    for as_json in (False, True):
+        status: Any = SimpleNamespace(is_connected=False, holder=None, problem="no router")
+        assert tell_status(status, None, json=as_json) == (False, None, frozenset({"no router"}))
+    assert len(written) == 4
 
 
 def test_a_link_that_cannot_be_read() -> None:

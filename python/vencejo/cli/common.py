@@ -151,7 +151,7 @@ class RootGroup(TyperGroup):
             if self.debug:
                 traceback.print_exc()
             code, text = describe_error(error)
-            print(f"Error: {clean(text, keep_lines=True)}", file=sys.stderr)
+            say(f"Error: {text}")
             raise typer.Exit(code) from error
 
 
@@ -189,9 +189,14 @@ def _console(file: Any) -> Console:
     return console
 
 
+UNREAD: Final = (OSError, ValueError)
+"""What writing raises once nobody reads: the other end of the pipe is gone, the terminal or the file is closed."""
+
+
 def say(text: str) -> None:
-    """One line of status to standard error."""
-    print(clean(text, keep_lines=True), file=sys.stderr, flush=True)
+    """One line of status to standard error. It is nobody's result: where it is not read any more, the command goes on."""
+    with contextlib.suppress(*UNREAD):
+        print(clean(text, keep_lines=True), file=sys.stderr, flush=True)
 
 
 def warn_of_open_key(key: Path | None) -> None:

@@ -10,7 +10,17 @@ from typing import TYPE_CHECKING, Annotated, Final, TypeAlias
 
 import typer
 
-from vencejo.cli.common import Exit, Failed, ForwardOption, HistoryOption, JsonOption, RecordOption, put_json, say
+from vencejo.cli.common import (
+    UNREAD,
+    Exit,
+    Failed,
+    ForwardOption,
+    HistoryOption,
+    JsonOption,
+    RecordOption,
+    put_json,
+    say,
+)
 from vencejo.cli.fleet import joined
 from vencejo.cli.ros import (
     Names,
@@ -271,7 +281,11 @@ def tell_status(status: AircraftStatus, told: Told | None, *, json: bool, name: 
     of = "" if name is None else f"{name}: "
     if json:
         called = {} if name is None else {"name": name}
-        put_json({**called, "is_connected": status.is_connected, "holder": status.holder, "problem": status.problem})
+        # A plane does not leave its fleet because nobody reads this any more.
+        with contextlib.suppress(*UNREAD):
+            put_json(
+                {**called, "is_connected": status.is_connected, "holder": status.holder, "problem": status.problem}
+            )
     elif not status.is_connected:
         say(f"{of}Not in the fleet yet: {status.problem or 'no plane is heard'}")
     elif status.problem is not None:
