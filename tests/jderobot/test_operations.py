@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from vencejo.serve import renew_tokens
 
 from tests.jderobot.support import (
     EMPTY,
@@ -402,6 +403,16 @@ def test_others_need_a_token_where_they_are_let_in(tmp_path: Path) -> None:
                 mission.setMissionData(client.mission_data(), viewer)
             assert "operator's token" in refused.value.unknown
             assert mission.setMissionData(client.mission_data(), operator) == 1, "let in, and an empty mission is none"
+            new = {"token": renew_tokens(tmp_path / "server-tokens.json").operator}
+
+            def is_refused(token: dict[str, str]) -> bool:
+                with contextlib.suppress(client.ice.UnknownException):
+                    mission.ice_ping(token)
+                    return False
+                return True
+
+            wait_for(lambda: is_refused(operator), "the replaced token is refused")
+            assert not is_refused(new)
 
 
 def test_settings_come_from_the_command_line_a_cfg_file_and_the_configuration(

@@ -26,6 +26,7 @@ from vencejo.jderobot.mission import MAX_POSES, Situation, check_poses, mission_
 from vencejo.jderobot.pose import quaternion
 from vencejo.jderobot.settings import INTERFACES, setting_names
 from vencejo.landing import Wind
+from vencejo.serve import Tokens
 
 from tests.jderobot.support import SLICE, operations
 from tests.support import HOME, ROOT
@@ -415,8 +416,8 @@ def test_the_documentation_names_every_setting_and_answer() -> None:
 
 
 def test_others_need_a_token_of_their_role_or_a_network_that_is_let_in() -> None:
-    gate = Gate("v" * 32, "o" * 32, [ipaddress.ip_network("192.168.1.0/24")])
-    assert Gate(None, None, ()).refusal("203.0.113.1", "", "arm") is None
+    gate = Gate(lambda: Tokens(viewer="v" * 32, operator="o" * 32), [ipaddress.ip_network("192.168.1.0/24")])
+    assert Gate(None).refusal("203.0.113.1", "", "arm") is None
     assert gate.refusal("192.168.1.7", "", "setMissionData") is None
     assert gate.refusal("::ffff:192.168.1.7", "", "setMissionData") is None
     assert gate.refusal("203.0.113.1", "o" * 32, "setMissionData") is None
@@ -428,9 +429,9 @@ def test_others_need_a_token_of_their_role_or_a_network_that_is_let_in() -> None
     )
     assert gate.refusal("192.168.1.7", "o" * 32, "setMissionData", other) is None
     for origin in ("http://localhost:3000", "http://127.0.0.1", "http://[::1]:80", None):
-        assert Gate(None, None, ()).refusal("127.0.0.1", "", "arm", origin) is None
+        assert Gate(None).refusal("127.0.0.1", "", "arm", origin) is None
     for origin in (other, page, "null", "http://[", ""):
-        assert Gate(None, None, ()).refusal("127.0.0.1", "", "arm", origin), origin
+        assert Gate(None).refusal("127.0.0.1", "", "arm", origin), origin
     for remote, token, operation in (
         ("203.0.113.1", "", "getPose3DData"),
         ("203.0.113.1", "v" * 32, "setMissionData"),
@@ -438,6 +439,20 @@ def test_others_need_a_token_of_their_role_or_a_network_that_is_let_in() -> None
         (None, "ö", "ice_ping"),
     ):
         assert gate.refusal(remote, token, operation), (remote, token, operation)
+
+
+def test_a_token_that_was_replaced_is_refused_from_then_on_and_the_new_one_is_taken() -> None:
+    held: list[Tokens | None] = [Tokens(viewer="v" * 32, operator="o" * 32)]
+    gate = Gate(lambda: held[0])
+
+    def may(token: str) -> bool:
+        return gate.refusal("203.0.113.1", token, "setMissionData") is None
+
+    assert [may("o" * 32), may("n" * 32)] == [True, False]
+    held[0] = Tokens(viewer="v" * 32, operator="n" * 32)
+    assert [may("o" * 32), may("n" * 32)] == [False, True]
+    held[0] = None
+    assert not may("n" * 32), "without tokens nobody else is let in"
 
 
 @pytest.mark.fault(44, figure="what a viewer may call over Ice commands nothing")
@@ -490,7 +505,7 @@ def test_every_role_at_every_operation() -> None:
     builtin = {name for name in READS if name.startswith("ice_")}
     assert (READS - builtin) | WRITES == names, "say who may call a new operation"
     assert not READS & WRITES
-    gate = Gate("v" * 32, "o" * 32, ())
+    gate = Gate(lambda: Tokens(viewer="v" * 32, operator="o" * 32))
     for name in names | builtin:
         may = [gate.refusal("203.0.113.1", token, name) is None for token in ("", "v" * 32, "o" * 32)]
         assert may == [False, name in READS, True], name

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -121,7 +121,7 @@ class IceOptions:
 
 @contextlib.contextmanager
 def ice_server(
-    station: Station, settings: IceSettings | None, tokens: Tokens | None, **cameras: Any
+    station: Station, settings: IceSettings | None, tokens: Callable[[], Tokens | None], **cameras: Any
 ) -> Iterator[IceServer | None]:
     """The interfaces while the server runs; ``None`` without `--ice`."""
     if settings is None:

@@ -277,7 +277,7 @@ def serve(
         joined_fleet(station, fleet, listen=fleet_listen, door=fleet_door, router=fleet_router, history=history) as far,
         ros.gateway(station) as gateway,
         served_cameras(server, camera, floors) as cameras,
-        ice_server(station, settings, server.tokens, **for_ice(cameras)) as interfaces,
+        ice_server(station, settings, lambda: server.tokens, **for_ice(cameras)) as interfaces,
     ):
         tell(server, json=json, ice=None if interfaces is None else interfaces.proxies, fleet=far)
         if open_browser:

@@ -8,7 +8,7 @@ import ipaddress
 import os
 import socket
 import threading
-from collections.abc import Collection, Iterator
+from collections.abc import Callable, Collection, Iterator
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 from urllib.parse import urlsplit
@@ -17,6 +17,7 @@ from vencejo.control import Operator
 from vencejo.jderobot.runtime import tolerant
 from vencejo.jderobot.settings import Network, is_loopback
 from vencejo.jderobot.subject import LOG
+from vencejo.serve import Tokens
 
 __all__ = [
     "ConnectionLimit",
@@ -51,21 +52,20 @@ class Gate:
 
     Parameters
     ----------
-    viewer, operator : str or None
-        Tokens, in the request's context under ``token``; ``None``: everybody may.
+    tokens : function that gives Tokens, or None
+        Asked at each request, whose context has one of them under ``token``: new ones hold at once. ``None``: everybody may.
     allow : collection of networks
         Whoever comes from there needs none: existing programs cannot send one.
     """
 
-    def __init__(self, viewer: str | None, operator: str | None, allow: Collection[Network]) -> None:
-        self._viewer = viewer
-        self._operator = operator
+    def __init__(self, tokens: Callable[[], Tokens | None] | None, allow: Collection[Network] = ()) -> None:
+        self._tokens = tokens
         self._allow = allow
 
     @property
     def is_open(self) -> bool:
         """Whether every program may; pages of other machines in a browser here may not even so."""
-        return self._operator is None
+        return self._tokens is None
 
     def refusal(self, remote: str | None, token: str, operation: str, origin: str | None = None) -> str | None:
         """Why a request is refused, ``None`` when it is not.
@@ -82,14 +82,14 @@ class Gate:
             has to be let in too.
         """
         is_known_page = origin is None or self._is_let_in_page(origin)
-        if self._operator is None or self._viewer is None:
+        if self._tokens is None:
             return None if is_known_page else f"pages of {origin} are not let in: serve the page from this machine"
         if is_known_page and self._is_let_in((remote or "").removeprefix("::ffff:")):
             return None
-        given = token.encode()
+        given, tokens = token.encode(), self._tokens()
         # Both are compared, whole.
-        is_operator = hmac.compare_digest(given, self._operator.encode())
-        is_viewer = hmac.compare_digest(given, self._viewer.encode())
+        is_operator = tokens is not None and hmac.compare_digest(given, tokens.operator.encode())
+        is_viewer = tokens is not None and hmac.compare_digest(given, tokens.viewer.encode())
         if is_operator or (is_viewer and operation in READS):
             return None
         if is_viewer:

@@ -51,8 +51,8 @@ class IceServer(Closing):
     cameras : sequence of FrameSource, optional
     jpeg : function of an RGB picture, optional
         Encodes pictures of format ``"JPEG"``.
-    tokens : Tokens, optional
-        What requests need when others than this machine are let in: those of the browser's server.
+    tokens : function that gives Tokens, optional
+        What requests need when others than this machine are let in: those that the browser's server has at that time.
 
     Raises
     ------
@@ -69,7 +69,7 @@ class IceServer(Closing):
         *,
         cameras: Sequence[FrameSource] = (),
         jpeg: Callable[[NDArray[np.uint8]], bytes] | None = None,
-        tokens: Tokens | None = None,
+        tokens: Callable[[], Tokens | None] = lambda: None,
     ) -> None:
         self._settings = settings = settings or IceSettings()
         slices = load()
@@ -89,7 +89,7 @@ class IceServer(Closing):
         station: Station,
         cameras: Sequence[FrameSource],
         jpeg: Callable[[NDArray[np.uint8]], bytes] | None,
-        tokens: Tokens | None,
+        tokens: Callable[[], Tokens | None],
     ) -> dict[str, Any]:
         settings, closing = self._settings, self._closing
         operator = station.add_operator(OPERATOR, transient=True)
@@ -187,12 +187,12 @@ class IceServer(Closing):
         except ice.EndpointParseException as error:
             raise InvalidRequest(f"{interface}.Endpoints is {endpoints!r}: {error.str}") from error
 
-    def _gate(self, adapter: Any, tokens: Tokens | None) -> Gate:
+    def _gate(self, adapter: Any, tokens: Callable[[], Tokens | None]) -> Gate:
         if all(is_loopback(host) for host, _ in _listening(adapter)):
-            return Gate(None, None, ())
-        if tokens is None:
+            return Gate(None)
+        if tokens() is None:
             raise InvalidRequest("others than this machine are let in, and there are no tokens that they could need")
-        return Gate(tokens.viewer, tokens.operator, self._settings.allow)
+        return Gate(tokens, self._settings.allow)
 
     def _takes_pages(self, adapter: Any) -> bool:
         """Whether pages in a browser reach an adapter: they speak WebSocket only."""
