@@ -367,6 +367,7 @@ class Flier:
         self.fails_at, self.error = fails_at, error
         self.go = threading.Event()
         self.go.set()
+        self.at: dict[str, Callable[[], None]] = {}
         self.plan: vencejo.Plan | None = None
         self.params = {"RTL_AUTOLAND": 0.0}
         self.telemetry = SimpleNamespace(
@@ -381,6 +382,7 @@ class Flier:
     def _do(self, what: str) -> None:
         self.told.append(what)
         self.go.wait(30.0)
+        self.at.get(what, lambda: None)()
         if what == self.fails_at:
             assert self.error is not None
             raise self.error
@@ -399,6 +401,9 @@ class Flier:
 
     def arm(self, *, despite_mixed_plan: bool) -> None:
         self._act("arm", despite_mixed_plan)
+
+    def disarm(self) -> None:
+        self._do("disarm")
 
     def start_mission(self, *, from_item: int, despite_mixed_plan: bool) -> None:
         assert from_item == 1
@@ -538,6 +543,34 @@ def test_a_lost_vehicle_is_answered_at_once_and_gets_nothing() -> None:
         extra.close()
         workers.close()
     assert vehicle.told == []
+
+
+@pytest.mark.parametrize(
+    ("ends_at", "fails_at", "told", "says"),
+    [
+        ("upload", "", [], "not armed for: the driver is ending"),
+        ("prepare", "", ["prepare"], "not armed for: the driver is ending"),
+        ("arm", "", ["prepare", "arm", "disarm"], "not started: the driver is ending"),
+        (
+            "arm",
+            "disarm",
+            ["prepare", "arm", "disarm"],
+            "not started: the driver is ending, and THE VEHICLE IS STILL ARM",
+        ),
+    ],
+)
+def test_a_driver_that_ends_begins_no_further_act_of_a_mission(
+    ends_at: str, fails_at: str, told: list[str], says: str
+) -> None:
+    """Its sender was told that it failed: nothing is armed or started after that."""
+    vehicle, marks = Flier(fails_at, errors.CommandRefused("in the air")), Marks(5.0)
+    servant, subject, workers = mission_servant(vehicle, marks)
+    vehicle.at[ends_at] = workers.close
+    marks.mark(0.0, takeoff=True)
+    with pytest.raises(errors.Busy, match="the driver is ending"):
+        servant.setMissionData(poses(50.0, 60.0)).result(30.0)
+    wait_for(lambda: says in subject.said[-1], "the mission's end")
+    assert vehicle.told == ["upload", *told]
 
 
 def test_a_vehicle_that_comes_back_gets_nothing_of_a_mission_that_was_answered_as_lost() -> None:
@@ -810,6 +843,33 @@ def test_a_take_off_that_is_refused_leaves_the_mode_as_it_was(extra: tuple[Extra
     servant.act_alone(Taken(takeoff=True))
     assert vehicle.told == [("set_mode", ("GUIDED",)), ("set_mode", ("MANUAL",))]
     assert "take-off: no GPS" in subject.said[-1]
+
+
+def test_a_driver_that_ends_begins_no_further_act_of_a_take_off(extra: tuple[Extra, Hoverer, TheOne, Clock]) -> None:
+    servant, vehicle, subject, _ = extra
+
+    def tell(*what: Any) -> None:
+        vehicle.told.append(what)
+        if what[0] == last:
+            servant._workers.close()
+
+    vehicle.mode = "STABILIZE"
+    vehicle.__dict__["prepare_flight"] = lambda **_: tell("prepare")
+    vehicle.__dict__["set_mode"] = lambda mode: tell("mode", mode)
+    vehicle.__dict__["arm"] = lambda **_: tell("arm")
+    modes = [("mode", "GUIDED"), ("mode", "STABILIZE")]
+    for act, is_armed, told in (
+        ("arm", True, [modes[0], ("arm",)]),  # it was armed before
+        ("arm", False, [("prepare",), modes[0], ("arm",), ("disarm", {})]),
+        ("mode", False, [("prepare",), *modes]),
+        ("prepare", False, [("prepare",)]),
+    ):
+        vehicle.told.clear()
+        last, servant._workers = act, Workers()
+        vehicle.is_on_ground, vehicle.is_armed = True, is_armed
+        servant.act_alone(Taken(takeoff=True))
+        assert vehicle.told == told
+        assert subject.said[-1] == "take-off: the driver is ending"
 
 
 def test_marks_act_alone_after_the_wait_and_not_before(extra: tuple[Extra, Hoverer, TheOne, Clock]) -> None:

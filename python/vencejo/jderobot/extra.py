@@ -7,11 +7,11 @@ import time
 from collections.abc import Callable
 from typing import Any, Final, Protocol
 
-from vencejo.errors import Busy, CommandRefused, VencejoError
+from vencejo.errors import Busy, Cancelled, CommandRefused, VencejoError
 from vencejo.jderobot.access import despite_mixed_plan
 from vencejo.jderobot.marks import Marks, Taken
 from vencejo.jderobot.settings import IceSettings
-from vencejo.jderobot.subject import Subject
+from vencejo.jderobot.subject import Subject, stand_down
 from vencejo.jderobot.workers import Workers
 from vencejo.landing import landing_item
 from vencejo.vehicle import Vehicle
@@ -158,6 +158,7 @@ class Extra:
         if not telemetry.is_armed:
             # In the landing sequence of its last mission it would not arm.
             vehicle.prepare_flight(despite_mixed_plan=despite)
+        self._workers.go_on()
         mode = vehicle.telemetry.mode
         if telemetry.heartbeat is not None and telemetry.heartbeat.mav_type == _FIXED_WING:
             # It begins to roll when it is armed.
@@ -166,14 +167,15 @@ class Extra:
         else:
             vehicle.set_mode("GUIDED")
             self._arm(vehicle, mode, despite)
+            self._workers.go_on(otherwise=lambda: None if telemetry.is_armed else stand_down(vehicle))
             vehicle.takeoff(alt_rel_home_m=self._settings.takeoff_alt_m)
 
-    @staticmethod
-    def _arm(vehicle: Vehicle, mode_before: str | None, despite: bool) -> None:
+    def _arm(self, vehicle: Vehicle, mode_before: str | None, despite: bool) -> None:
         """Arm; where that is refused go back to the mode before: whoever arms later by radio expects that one."""
         try:
+            self._workers.go_on()
             vehicle.arm(despite_mixed_plan=despite)
-        except CommandRefused:
+        except (CommandRefused, Cancelled):
             if mode_before is not None:
                 vehicle.set_mode(mode_before)
             raise

@@ -16,7 +16,7 @@ from vencejo.jderobot.answers import Answer, answer_of
 from vencejo.jderobot.marks import Marks, Taken
 from vencejo.jderobot.runtime import Slices
 from vencejo.jderobot.settings import MissionPolicy
-from vencejo.jderobot.subject import Subject
+from vencejo.jderobot.subject import Subject, stand_down
 from vencejo.jderobot.workers import Workers
 from vencejo.landing import LandingCaution, Wind, design_landing
 from vencejo.plan import Frame, GeoPoint, MissionItem, Plan
@@ -243,10 +243,14 @@ class Mission:
                 self._subject.tell(f"a mission of {len(plan)} items is on board; it was not started", is_problem=False)
                 return Answer.DONE
             step = "not armed for"
+            self._workers.go_on()
             if not vehicle.telemetry.is_armed:
                 # A text in the station says before what it changes.
                 vehicle.prepare_flight(despite_mixed_plan=despite)
+                self._workers.go_on()
                 vehicle.arm(despite_mixed_plan=despite)
+                step = "not started"
+                self._workers.go_on(otherwise=lambda: stand_down(vehicle))
             step = "not started, and the vehicle is armed"
             vehicle.start_mission(from_item=1, despite_mixed_plan=despite)
         except VencejoError as error:

@@ -97,7 +97,6 @@ class IceServer(Closing):
         presence = Presence(operator)
         subject = Subject(station, settings.system_id, operator)
         workers = Workers()
-        closing.callback(workers.close)
         marks = Marks(settings.alone_after_s)
         jderobot, precise = slices.jderobot, slices.precise
         # Each servant is a class of ours with the skeleton of the Slice file behind it.
@@ -109,6 +108,8 @@ class IceServer(Closing):
         states = States(slices)
         feed = Feed(slices, states)
         closing.callback(feed.close)
+        # Ended before the others: what is under way begins no act any more while they close.
+        closing.callback(workers.close)
         faults = Faults(slices, workers)
         mission = slices.servant(Mission, jderobot.Mission)(slices, subject, workers, marks, settings.missions)
         bare = slices.servant(MissionOfPoses, jderobot.MissionOfPoses)(mission)

@@ -101,6 +101,20 @@ class Subject:
             pass  # a station that ends; the log has it
 
 
+def stand_down(vehicle: Vehicle) -> None:
+    """Disarm what was armed for a flight that does not begin.
+
+    Raises
+    ------
+    VencejoError
+        When it stays armed.
+    """
+    try:
+        vehicle.disarm()
+    except VencejoError as error:
+        raise VencejoError(f"the driver is ending, and THE VEHICLE IS STILL ARMED: {error}") from error
+
+
 class Held:
     """The last value of each name: interfaces without a word for "unknown" keep giving that."""
 

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from concurrent.futures import Future, InvalidStateError, ThreadPoolExecutor
 from typing import Any, Final, TypeVar
 
-from vencejo.errors import Busy, VencejoError
+from vencejo.errors import Busy, Cancelled, VencejoError
 from vencejo.jderobot.subject import LOG
 
 __all__ = ["Workers"]
@@ -47,6 +47,23 @@ class Workers:
             self._pool.submit(self._run, work, promise)
         return promise
 
+    def go_on(self, otherwise: Callable[[], object] = lambda: None) -> None:
+        """Called by what consists of several acts, before each: when the driver ends, whoever asked was told that it failed.
+
+        Parameters
+        ----------
+        otherwise : function, optional
+            Undoes the act before, when no other may follow.
+
+        Raises
+        ------
+        Cancelled
+            When everything ends.
+        """
+        if self._closed:
+            otherwise()
+            raise Cancelled(_ENDING)
+
     def _run(self, work: Callable[[], _T], promise: Future[_T]) -> None:
         # It was answered already when the driver ended meanwhile.
         with contextlib.suppress(InvalidStateError):
@@ -67,7 +84,7 @@ class Workers:
             self._promised.discard(promise)
 
     def close(self) -> None:
-        """Take nothing more, and answer what is under way: it ends by itself, and Ice would wait for it."""
+        """Take nothing more, and answer what is under way: it ends by itself (`go_on`), and Ice would wait for it."""
         with self._lock:
             self._closed = True
             promised, self._promised = self._promised, set()
