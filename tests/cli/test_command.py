@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import inspect
 import io
 import json
@@ -23,7 +24,7 @@ from vencejo.cli import app
 from vencejo.cli.common import EXIT_CODES, Exit, clean, describe_error
 from vencejo.cli.demo import demo_mission
 from vencejo.cli.onboard import tell_status
-from vencejo.cli.params import compare, same
+from vencejo.cli.params import Change, compare, same, write_all
 from vencejo.cli.serve import tell_storage
 from vencejo.storage import StorageProblem
 
@@ -375,6 +376,39 @@ def test_same_value_in_a_file_and_on_a_vehicle() -> None:
     assert same(943.2181, 943.21814)
     assert not same(50.0, 50.1)
     assert not same(0.0, 1e300)
+
+
+@pytest.mark.parametrize("end", [None, vencejo.CommandTimeout("no answer"), KeyboardInterrupt()])
+def test_a_file_of_parameters_tells_what_became_of_each(
+    end: BaseException | None, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    has: dict[str, float] = {}
+
+    def set_(name: str, value: float, confirm: str | None = None) -> None:
+        if name == "FENCE_ENABLE" and confirm is None:
+            raise vencejo.ConfirmationNeeded("it switches the fence off", "fence-off")
+        if name == "NEVER":
+            raise vencejo.ParameterError("the vehicle kept 3")
+        if name == "ENDS" and end is not None:
+            raise end
+        has[name] = value
+
+    monkeypatch.setattr("vencejo.cli.params.confirm", lambda question, *, yes: False)
+    vehicle: Any = SimpleNamespace(params=SimpleNamespace(set=set_))
+    names = ["A", "FENCE_ENABLE", "NEVER", "B", "ENDS", "LAST"]
+    with contextlib.suppress(vencejo.CommandTimeout, KeyboardInterrupt):
+        refused = write_all(vehicle, Path("x"), [Change(name, 1.0, 0.0) for name in names], yes=False, json=True)
+        assert refused == ["FENCE_ENABLE", "NEVER"]
+    said = capsys.readouterr()
+    shown = {"file": "x", "written": len(has), "refused": ["FENCE_ENABLE", "NEVER"]}
+    if end is None:
+        assert list(has) == ["A", "B", "ENDS", "LAST"]
+        assert json.loads(said.out) == {**shown, "unknown": None, "untried": []}
+        return
+    assert list(has) == ["A", "B"]
+    assert json.loads(said.out) == {**shown, "unknown": "ENDS", "untried": ["LAST"]}
+    assert "It ended while ENDS was being written" in said.err
+    assert "Not tried: LAST" in said.err
 
 
 def test_what_a_parameter_file_would_change() -> None:

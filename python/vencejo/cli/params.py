@@ -6,7 +6,7 @@ import fnmatch
 import math
 import struct
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, cast
 
@@ -66,6 +66,10 @@ def get(
         print(f"{parameter.name} {text(parameter.value)}")
 
 
+class Declined(Failed):
+    """Whoever was asked did not want a parameter to be written."""
+
+
 def write(vehicle: Vehicle, name: str, value: float, *, yes: bool) -> Parameter:
     """Write a parameter; when that is dangerous, after asking."""
     from vencejo import ConfirmationNeeded
@@ -75,7 +79,7 @@ def write(vehicle: Vehicle, name: str, value: float, *, yes: bool) -> Parameter:
     except ConfirmationNeeded as needed:
         danger = cast("Danger", needed.act)
         if not confirm(f"{name} = {text(value)} is dangerous ({danger}). Write it?", yes=yes):
-            raise Failed(f"{name} was not written") from needed
+            raise Declined(f"{name} was not written") from needed
     return vehicle.params.set(name, value, confirm=danger)
 
 
@@ -174,7 +178,7 @@ def load(
 
     Example: vencejo params load bixler.param --link /dev/ttyACM0,115200
     """
-    from vencejo import ParameterError, load_params
+    from vencejo import load_params
 
     wanted = load_params(file)
     with vehicle_on(link, system_id=system, timeout_s=timeout) as vehicle:
@@ -182,34 +186,63 @@ def load(
         if unknown:
             say(f"Not on this vehicle, left out: {', '.join(unknown)}")
         if not changes:
-            _tell_load(file, 0, [], json=json)
+            _tell_load(file, Written(), json=json)
             return
         if not json:
             stdout().print(changes_table(changes))
         question = f"Write {len(changes)} parameter{'s' if len(changes) > 1 else ''}"
         if not confirm(question + (" to the vehicle, which is ARMED?" if vehicle.telemetry.is_armed else "?"), yes=yes):
             raise Failed("nothing was written")
-        refused: list[str] = []
-        with progress_bar("Writing parameters", quiet=json) as bar:
-            for done, change in enumerate(changes, start=1):
-                try:
-                    write(vehicle, change.name, change.wanted, yes=yes)
-                except ParameterError as error:
-                    refused.append(change.name)
-                    say(str(error))
-                bar(done, len(changes))
-    _tell_load(file, len(changes) - len(refused), refused, json=json)
+        refused = write_all(vehicle, file, changes, yes=yes, json=json)
     if refused:
         raise Failed(f"{len(refused)} of {len(changes)} parameters were not written: {', '.join(refused)}")
 
 
-def _tell_load(file: Path, written: int, refused: list[str], *, json: bool) -> None:
+@dataclass
+class Written:
+    """What became of the parameters of a file."""
+
+    written: int = 0
+    refused: list[str] = field(default_factory=list)
+    """By the vehicle, or by whoever was asked."""
+    unknown: str | None = None
+    """Which one was being written when something ended it."""
+    untried: list[str] = field(default_factory=list)
+
+
+def write_all(vehicle: Vehicle, file: Path, changes: list[Change], *, yes: bool, json: bool) -> list[str]:
+    """Write the changes and tell what became of all of them, whatever ends it; gives back those that were refused."""
+    from vencejo import ParameterError
+
+    done = Written(untried=[change.name for change in changes])
+    try:
+        with progress_bar("Writing parameters", quiet=json) as bar:
+            for count, change in enumerate(changes, start=1):
+                done.unknown = done.untried.pop(0)
+                try:
+                    write(vehicle, change.name, change.wanted, yes=yes)
+                    done.written += 1
+                except (Declined, ParameterError) as error:
+                    done.refused.append(change.name)
+                    say(str(error))
+                done.unknown = None
+                bar(count, len(changes))
+    finally:
+        _tell_load(file, done, json=json)
+    return done.refused
+
+
+def _tell_load(file: Path, done: Written, *, json: bool) -> None:
+    if done.unknown is not None:
+        say(f"It ended while {done.unknown} was being written: whether the vehicle has it is not known.")
+    if done.untried:
+        say(f"Not tried: {', '.join(done.untried)}")
     if json:
-        put_json({"file": str(file), "written": written, "refused": refused})
-    elif not written and not refused:
+        put_json({"file": str(file), **asdict(done)})
+    elif done == Written():
         print(f"{file}: the vehicle has these values already")
     else:
-        print(f"{file}: {written} parameters written")
+        print(f"{file}: {done.written} parameters written")
 
 
 @dataclass(frozen=True)
