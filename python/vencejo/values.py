@@ -64,7 +64,7 @@ class MissionProgress:
     total : int or None
         Items on board.
     reached : tuple of int
-        Items reached since the mission began, in order.
+        Items reached since the mission began, each once, ascending.
     is_complete : bool
         Whether the mission was flown to its end.
     distance_m : float or None

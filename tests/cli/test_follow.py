@@ -59,6 +59,16 @@ def test_a_flight_from_take_off_to_landing() -> None:
     assert follower.flight_time_s == 80.0
 
 
+def test_items_that_are_reached_out_of_order_are_each_told_once() -> None:
+    follower = started()
+    told = []
+    # As the core has them, ascending: item 5 was chosen, then 3, and then the mission began anew.
+    for item, reached in ((5, (1, 2)), (3, (1, 2, 5)), (4, (1, 2, 3, 5)), (5, (1, 2, 3, 4, 5)), (2, (1,)), (3, (1, 2))):
+        notes = follower.step(flying(120.0), progress(item, reached=reached), [])
+        told.append([note.values["item"] for note in notes])
+    assert told == [[2], [5], [3], [4], [], [2]]
+
+
 def test_flight_time_is_on_the_vehicles_clock() -> None:
     follower = Follower(circuit())
 

@@ -285,7 +285,8 @@ class Follower:
         self._skipped: _Left | None = None
         self._lost = False
         self._text_s: float | None = None
-        self._reached = 0
+        self._reached: frozenset[int] = frozenset()
+        """Items that were told as reached, of this run of the mission."""
         self._item: int | None = None
         self._recent: list[StatusText] = []
         self.outcome: Outcome | None = None
@@ -308,7 +309,6 @@ class Follower:
         if self._began_s is None:
             self._began_s = now_s
             self._text_s = now_s
-            self._reached = 0
             self._vehicle_began_s = _vehicle_clock_s(telemetry)
         self._clock_s = self._elapsed(telemetry, now_s)
         notes = [*self._new_texts(texts, now_s)]
@@ -350,12 +350,11 @@ class Follower:
 
     def _new_items(self, progress: MissionProgress) -> list[Note]:
         notes = []
-        if len(progress.reached) < self._reached:
-            self._reached = 0
-        for item in progress.reached[self._reached :]:
+        reached = frozenset(progress.reached)
+        for item in sorted(reached - self._reached):
             name = _item_name(self._plan, item)
             notes.append(Note("item_reached", f"reached item {item}" + (f" {name}" if name else ""), {"item": item}))
-        self._reached = len(progress.reached)
+        self._reached = reached
         if progress.item is not None:
             self._item = progress.item
         before = self._resumed.item if self._resumed is not None else None
