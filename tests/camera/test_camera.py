@@ -13,17 +13,29 @@ import sys
 import threading
 from collections.abc import Iterator
 from pathlib import Path
+from typing import cast
 
 import cv2
 import numpy as np
 import pytest
 from PIL import Image
-from vencejo.camera import Camera, CameraError, CameraState, EncodedFrame, FrameSource, still_picture
+from vencejo.camera import (
+    Camera,
+    CameraError,
+    CameraState,
+    CameraStatus,
+    EncodedFrame,
+    FrameSource,
+    Recording,
+    still_picture,
+)
 from vencejo.camera.address import SourceAddress, parse_source
 from vencejo.camera.recorder import RecorderLimits, VideoRecorder
 from vencejo.camera.sources import Source
 from vencejo.camera.sources.rpicam import RpicamSource, command
 from vencejo.camera.still import Pose, with_pose
+from vencejo.cli.camera import watch
+from vencejo.cli.common import Failed
 
 from tests.camera.mjpeg_server import MjpegServer, picture
 from tests.camera.test_bytes import VIDEO, coded, coded_times
@@ -351,6 +363,38 @@ def test_a_recording_holds_what_the_source_sent(tmp_path: Path) -> None:
     assert all(units in originals for units in again), "not encoded anew"
     times = coded_times(ended.path)
     assert times[-1] == pytest.approx(ended.duration_s, abs=0.05)
+
+
+def test_the_command_fails_when_nothing_came_of_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for options, says in (
+        ({"record": True, "seconds": 0.1}, "nothing was recorded: .* is not there"),
+        ({"record": False, "seconds": 0.1}, "no picture came from .*none.mp4 in 0.1 s: .* is not there"),
+    ):
+        with Camera(str(tmp_path / "none.mp4")) as camera, pytest.raises(Failed, match=says):
+            watch(camera, json=False, **options)  # type: ignore[arg-type]
+
+    class Filling:
+        """Its disk is full by the time of Ctrl-C."""
+
+        looks = 0
+
+        @property
+        def status(self) -> CameraStatus:
+            self.looks += 1
+            if self.looks > 1:
+                raise KeyboardInterrupt
+            return CameraStatus(state=CameraState.LIVE, frames=9)
+
+        def start_recording(self) -> Recording:
+            return Recording(
+                path=tmp_path / "nose.mkv", duration_s=4.0, bytes=10**6, dropped=0, problem="the disk is full"
+            )
+
+        stop_recording = start_recording
+
+    with pytest.raises(Failed, match="the disk is full"):
+        watch(cast("Camera", Filling()), record=True, seconds=None, json=False)
+    assert "Recorded 4.0 s, 1.0 MB" in capsys.readouterr().err
 
 
 def h264_units(data: bytes) -> Iterator[bytes]:

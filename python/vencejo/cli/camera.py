@@ -57,6 +57,7 @@ def camera(
 ) -> None:
     """Try a camera: tell whether pictures come, take one, or record.
 
+    Ends with 1 when nothing was recorded with --record, no picture came in the time of --seconds, or a recording ended by itself.
     To see it in the ground station: vencejo serve --camera SOURCE
 
     Example: vencejo camera /dev/video0
@@ -70,8 +71,7 @@ def camera(
         if snapshot is not None:
             take_snapshot(opened, snapshot, seconds or 15.0, json=json)
             return
-        with contextlib.suppress(KeyboardInterrupt):
-            watch(opened, record=record, seconds=seconds, json=json)
+        watch(opened, record=record, seconds=seconds, json=json)
 
 
 def take_snapshot(camera: Camera, path: Path, timeout_s: float, *, json: bool) -> None:
@@ -80,9 +80,7 @@ def take_snapshot(camera: Camera, path: Path, timeout_s: float, *, json: bool) -
     from vencejo.storage import write_file
 
     if camera.latest_jpeg(timeout_s) is None:
-        raise Failed(
-            f"no picture came from {camera.source} in {timeout_s:g} s: {camera.status.reason or 'no reason known'}"
-        )
+        raise Failed(f"no picture came from {camera.source} in {timeout_s:g} s: {why_nothing(camera)}")
     write_file(path, still_picture(camera))
     if json:
         put_json({"file": str(path), "bytes": path.stat().st_size})
@@ -90,8 +88,34 @@ def take_snapshot(camera: Camera, path: Path, timeout_s: float, *, json: bool) -
         say(f"Wrote {path}")
 
 
+def why_nothing(camera: Camera) -> str:
+    """Why no pictures come."""
+    return camera.status.reason or "no reason known"
+
+
 def watch(camera: Camera, *, record: bool, seconds: float | None, json: bool) -> None:
-    """Tell how the camera is: when that changes, and now and then."""
+    """Tell how the camera is until the time is up or Ctrl-C, and then what was recorded.
+
+    Raises
+    ------
+    Failed
+        When nothing came in that time, nothing was recorded, or a recording ended by itself.
+    """
+    with contextlib.suppress(KeyboardInterrupt):
+        tell(camera, record=record, seconds=seconds, json=json)
+    recording = camera.stop_recording()
+    if recording is not None:
+        say(f"Recorded {recording.duration_s:.1f} s, {recording.bytes / 1e6:.1f} MB: {recording.path}")
+        if recording.problem is not None:
+            raise Failed(recording.problem)
+    elif record:
+        raise Failed(f"nothing was recorded: {why_nothing(camera)}")
+    elif seconds is not None and camera.status.frames == 0:
+        raise Failed(f"no picture came from {camera.source} in {seconds:g} s: {why_nothing(camera)}")
+
+
+def tell(camera: Camera, *, record: bool, seconds: float | None, json: bool) -> None:
+    """Tell how the camera is: when that changes, and now and then. Begins to record with the first pictures."""
     # Opening a source takes its time; what was asked for is counted from there on.
     end_s = None if seconds is None else time.monotonic() + seconds + OPENING_S
     is_opening = True
@@ -114,11 +138,6 @@ def watch(camera: Camera, *, record: bool, seconds: float | None, json: bool) ->
             else:
                 print(describe(status), flush=True)
         pause.wait(LOOK_INTERVAL_S)
-    recording = camera.stop_recording()
-    if recording is not None:
-        say(f"Recorded {recording.duration_s:.1f} s, {recording.bytes / 1e6:.1f} MB: {recording.path}")
-        if recording.problem is not None:
-            raise Failed(recording.problem)
 
 
 def describe(status: CameraStatus) -> str:
