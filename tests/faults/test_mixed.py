@@ -10,6 +10,8 @@ from typing import Any
 
 import pytest
 import vencejo
+from typer.testing import CliRunner
+from vencejo.cli import app
 
 from tests.faults.mock import MockPlane
 from tests.faults.test_transfers import mission
@@ -45,7 +47,7 @@ def assert_held_back(mock: MockPlane, plane: vencejo.Vehicle, detail: str) -> No
     assert mock.acts()[before:] == []
 
 
-def test_a_doubt_outlives_the_program_and_a_damaged_record_is_one() -> None:
+def test_a_doubt_outlives_the_program_and_a_damaged_record_is_one(tmp_path: Path) -> None:
     with MockPlane() as mock:
         with vencejo.connect(mock.link, record=False) as plane:
             plane.upload(mission(1))
@@ -65,6 +67,12 @@ def test_a_doubt_outlives_the_program_and_a_damaged_record_is_one() -> None:
             assert_held_back(mock, plane, "what was written down of it is damaged")
             assert plane.download().items, "reading it is possible"
             assert_held_back(mock, plane, "perhaps mixed")
+        mission(1).save(tmp_path / "it.waypoints")
+        told = CliRunner().invoke(app, ["mission", "compare", str(tmp_path / "it.waypoints"), "--link", mock.link])
+        assert told.exit_code == 1
+        assert "the mission on board cannot be compared: perhaps mixed" in told.stderr
+        assert "upload it again" in told.stderr
+        with vencejo.connect(mock.link, record=False) as plane:
             plane.upload(mission(2))
             assert not plane.plan_state().may_be_mixed
             plane.arm()

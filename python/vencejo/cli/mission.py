@@ -159,7 +159,10 @@ def compare(
         with progress_bar(f"Reading {kind.value}", quiet=json) as bar:
             vehicle.download(kinds=_kinds(kind), progress=bar)
         found = {part: vehicle.compare_plan(plan, kind=part) for part in _kinds(kind)}
+        states = {part: vehicle.plan_state(part) for part in found}
     for part, changes in found.items():
+        if changes is None and states[part].may_be_mixed:
+            raise Failed(f"the {part} on board cannot be compared: {states[part].detail}; upload it again")
         if changes is None:
             raise Failed(f"the {part} on board has changed while it was read; compare it once more")
         if json:
