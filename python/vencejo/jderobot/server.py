@@ -51,8 +51,9 @@ class IceServer(Closing):
     cameras : sequence of FrameSource, optional
     jpeg : function of an RGB picture, optional
         Encodes pictures of format ``"JPEG"``.
-    tokens : function that gives Tokens, optional
-        What requests need when others than this machine are let in: those that the browser's server has at that time.
+    tokens : Tokens or function that gives them, optional
+        What requests need when others than this machine are let in. A function is asked at each request: `lambda: server.tokens` are
+        those that the browser's server has at that time.
 
     Raises
     ------
@@ -69,7 +70,7 @@ class IceServer(Closing):
         *,
         cameras: Sequence[FrameSource] = (),
         jpeg: Callable[[NDArray[np.uint8]], bytes] | None = None,
-        tokens: Callable[[], Tokens | None] = lambda: None,
+        tokens: Tokens | Callable[[], Tokens | None] | None = None,
     ) -> None:
         self._settings = settings = settings or IceSettings()
         slices = load()
@@ -78,7 +79,7 @@ class IceServer(Closing):
         self._closing = contextlib.ExitStack()
         try:
             self._communicator = self._closing.enter_context(_communicator(slices, settings))
-            self._adapters = self._serve(slices, station, cameras, jpeg, tokens)
+            self._adapters = self._serve(slices, station, cameras, jpeg, tokens if callable(tokens) else lambda: tokens)
         except BaseException:
             self._closing.close()
             raise
