@@ -436,7 +436,10 @@ impl Hub {
     pub fn links_of(&self, system: SystemId) -> Vec<(LinkId, MonoTime)> {
         let now = self.shared.clock.now();
         let mut inner = self.inner();
-        let links = inner.router.links_of(system, now);
+        let mut links = inner.router.links_of(system, now);
+        if let Some((chosen, _)) = inner.chosen_of(system, None) {
+            links.sort_by_key(|(slot, _)| *slot != chosen);
+        }
         links.into_iter().filter_map(|(slot, heard)| Some((inner.link(slot)?.port.id, heard))).collect()
     }
 

@@ -372,7 +372,8 @@ impl VehicleHandle {
     /// `despite_mixed_plan`.
     ///
     /// # Errors
-    /// [`StationError::Control`], [`StationError::NeedsConfirmation`], [`StationError::BadConfirmation`] and
+    /// [`StationError::Control`], [`StationError::NeedsConfirmation`], [`StationError::BadConfirmation`],
+    /// [`StationError::RemoteRefused`] of one far away or of a recording, and
     /// [`VehicleError::PlanUnknown`](vencejo_vehicle::VehicleError::PlanUnknown).
     pub fn send(
         &self,

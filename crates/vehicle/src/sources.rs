@@ -3,7 +3,8 @@
 //! A vehicle may be heard over several links, and come back on another port; it may also be that two vehicles use one system
 //! id. What tells them apart is their time since boot, which goes on in one vehicle and is another in two, their unique ids,
 //! and their positions. The source that was heard first is the one that is followed and commanded; what comes from another is
-//! taken only once it has shown that it is the same vehicle, or when the first is silent.
+//! taken only once it has shown that it is the same vehicle, or when the first is silent. A recording is never what is live: it
+//! takes no live vehicle's place, however silent that is, and gives its own up to a live one at once.
 
 use std::time::Duration;
 
@@ -36,6 +37,8 @@ pub struct SourceId {
     pub link: u32,
     /// Who at its other end.
     pub peer: u32,
+    /// Whether the link plays a recording.
+    pub is_recording: bool,
 }
 
 /// What a source has shown.
@@ -159,7 +162,7 @@ impl Source {
 pub enum Taken {
     /// It is the vehicle's.
     Yes,
-    /// It is of another vehicle, which is followed from now on because the one before is silent.
+    /// It is of another vehicle, which is followed from now on because the one before is silent or a recording.
     Replaced,
     /// It is not, or it is not known to be.
     No,
@@ -188,6 +191,14 @@ impl Sources {
         let (first, others) = self.list.split_at_mut(1);
         let (followed, source) = (&first[0], &mut others[index - 1]);
         source.hear(message, now);
+        if source.id.is_recording != followed.id.is_recording {
+            source.standing = Standing::Other;
+            if source.id.is_recording {
+                return Taken::No;
+            }
+            self.follow(index, false);
+            return Taken::Replaced;
+        }
         let silence = now.since(followed.heard_at);
         source.standing = match (source.is_same_as(followed, now), source.standing) {
             (Some(true), _) => Standing::Same,
@@ -259,10 +270,11 @@ impl Sources {
         self.list.iter().skip(1).filter(is_rival).max_by_key(|source| source.heard_at).map(|source| source.id)
     }
 
-    /// Whether this source is known to be another vehicle.
+    /// Whether this source is known to be another vehicle, or a recording where a live one is followed.
     #[must_use]
     pub fn is_rival(&self, id: SourceId) -> bool {
-        self.list.iter().skip(1).any(|source| source.id == id && source.standing == Standing::Other)
+        self.followed().is_some_and(|followed| followed.is_recording != id.is_recording)
+            || self.list.iter().skip(1).any(|source| source.id == id && source.standing == Standing::Other)
     }
 
     /// Follows the other vehicle from now on: a person's choice. Whether there is one.
@@ -281,9 +293,10 @@ mod tests {
 
     use super::*;
 
-    const A: SourceId = SourceId { link: 1, peer: 0 };
-    const B: SourceId = SourceId { link: 2, peer: 0 };
-    const A_MOVED: SourceId = SourceId { link: 1, peer: 7 };
+    const A: SourceId = SourceId { link: 1, peer: 0, is_recording: false };
+    const B: SourceId = SourceId { link: 2, peer: 0, is_recording: false };
+    const A_MOVED: SourceId = SourceId { link: 1, peer: 7, is_recording: false };
+    const RECORDING: SourceId = SourceId { link: 3, peer: 0, is_recording: true };
 
     fn at(ms: u64) -> MonoTime {
         MonoTime::from_millis(1_000_000 + ms)
@@ -401,9 +414,33 @@ mod tests {
         }
         assert!(over.is_some_and(|ms| ms <= 1_100), "{over:?}");
         // Restarted, and on another port again: its life began after it was heard last.
-        let after = SourceId { link: 1, peer: 8 };
+        let after = SourceId { peer: 8, ..A };
         assert_eq!(sources.on_message(after, &attitude(300), at(9_000)), Taken::Yes);
         assert_eq!(sources.followed(), Some(after));
+    }
+
+    #[test]
+    fn a_recording_takes_no_live_vehicles_place_and_gives_its_own_up() {
+        let mut sources = Sources::default();
+        assert_eq!(sources.on_message(RECORDING, &attitude(600_000), at(0)), Taken::Yes);
+        assert_eq!(sources.on_message(A, &heartbeat(), at(10)), Taken::Replaced);
+        assert!(sources.is_rival(RECORDING) && !sources.is_rival(A));
+        // It begins at boot, goes with the live one's clock, or is of another flight; the live one falls silent.
+        for begin in [0, 50_000, 600_000] {
+            for ms in (0..20_000).step_by(100) {
+                let now = at(100_000 + ms);
+                if ms < 5_000 {
+                    assert_eq!(sources.on_message(A, &attitude(50_000 + ms), now), Taken::Yes);
+                }
+                assert_eq!(sources.on_message(RECORDING, &attitude(begin + ms), now), Taken::No);
+            }
+            assert_eq!((sources.followed(), sources.rival(at(120_000))), (Some(A), Some(RECORDING)));
+        }
+        // A person wants to see it: until the live one is heard again.
+        assert!(sources.follow_rival(at(120_000)));
+        assert_eq!(sources.on_message(RECORDING, &attitude(700_000), at(120_100)), Taken::Yes);
+        assert_eq!(sources.on_message(A, &attitude(70_200), at(120_200)), Taken::Replaced);
+        assert_eq!(sources.followed(), Some(A));
     }
 
     #[test]
@@ -413,7 +450,7 @@ mod tests {
             if ms % 100 == 0 {
                 assert_eq!(sources.on_message(A, &attitude(50_000 + ms), at(ms)), Taken::Yes);
             }
-            let stranger = SourceId { link: 1, peer: 100 + ms as u32 };
+            let stranger = SourceId { peer: 100 + ms as u32, ..A };
             assert_eq!(sources.on_message(stranger, &heartbeat(), at(ms)), Taken::No);
         }
         assert!(sources.list.len() <= MAX_SOURCES);

@@ -180,6 +180,10 @@ fn a_command_goes_over_one_link_and_changes_over_within_the_failover_time() {
     assert!((10..=22).contains(&change), "within 3 s after the link fell silent, not before: {change}");
     assert!(over[change..].iter().all(|over| *over == 1));
     assert_eq!(bench.hub.links_of(SystemId(1)).first().unwrap().0, bench.ports[1].id);
+    // A place that was chosen is told as the one where things go.
+    let origin = Origin { link: bench.ports[0].id, peer: PeerId(0) };
+    bench.hub.choose(Address::new(1, 1), Some(origin));
+    assert_eq!(bench.hub.links_of(SystemId(1)).first().unwrap().0, bench.ports[0].id);
 }
 
 #[test]

@@ -8,10 +8,28 @@ use vencejo_proto::{Address, Frame, Message, MonoTime};
 use vencejo_vehicle::{SourceId, Taken, Vehicle, VehicleEvent, VehicleId};
 
 use super::shared::{Core, Shared, Watchers};
+use crate::error::StationError;
 use crate::subscriptions::Observed;
 
 /// `TIMESYNC`: its answers tell the round trip.
 const TIMESYNC_ID: u32 = 111;
+
+impl Core {
+    /// Whether what is followed of a vehicle is a recording, which answers nothing.
+    pub(super) fn is_replayed(&self, system: VehicleId) -> bool {
+        let followed = self.watchers.get(&system).and_then(|watchers| watchers.sources.followed());
+        followed.is_some_and(|source| source.is_recording)
+    }
+
+    /// Lets through what is to be sent to a vehicle. A recording is refused: what it holds would be taken for the answers.
+    pub(super) fn admit(&self, system: VehicleId) -> Result<(), StationError> {
+        if !self.is_replayed(system) {
+            return Ok(());
+        }
+        let why = "it is a recording, which takes no orders".to_owned();
+        Err(StationError::RemoteRefused { name: format!("{system} (replay)"), why })
+    }
+}
 
 impl Shared {
     /// A frame from a link, in the task that read it.
@@ -27,6 +45,7 @@ impl Shared {
             return;
         }
         let mut core = self.core();
+        let is_known = core.vehicles.get(from.system).is_some();
         if !self.is_the_vehicles(&mut core, origin, from, &message, now) {
             return;
         }
@@ -48,6 +67,10 @@ impl Shared {
             watchers.changes.notify();
         }
         self.carry_out(&mut core, now);
+        if !is_known {
+            // One that was not known before is followed where it was heard.
+            self.is_the_vehicles(&mut core, origin, from, &message, now);
+        }
     }
 
     /// All that was read in one go has been heard. Whoever is told only now that a command was answered has nothing to ask
@@ -67,7 +90,8 @@ impl Shared {
     ) -> bool {
         let Some(autopilot) = core.vehicles.get(from.system).map(Vehicle::address) else { return true };
         let Some(watchers) = core.watchers.get_mut(&from.system.into()) else { return true };
-        let id = SourceId { link: origin.link.0, peer: origin.peer.0 };
+        let is_recording = self.hub.is_replay(origin.link);
+        let id = SourceId { link: origin.link.0, peer: origin.peer.0, is_recording };
         if autopilot != from {
             // Cameras and radios have no boot clock to go by; those of a known stranger are not the vehicle's.
             return !watchers.sources.is_rival(id);
@@ -122,14 +146,9 @@ impl Shared {
     /// Whether a vehicle hears us. Of a recording nobody can say.
     pub(crate) fn is_reached(&self, system: VehicleId) -> Option<bool> {
         let now = self.clock.now();
-        let reached = self.core().vehicles.get(system)?.is_reached(now);
-        reached.filter(|_| !self.is_replayed(system))
-    }
-
-    /// Whether a vehicle comes from a recording, which answers nothing.
-    pub(super) fn is_replayed(&self, system: VehicleId) -> bool {
-        let link = system.system().and_then(|system| self.hub.links_of(system).first().copied());
-        link.is_some_and(|(link, _)| self.hub.is_replay(link))
+        let core = self.core();
+        let reached = core.vehicles.get(system)?.is_reached(now);
+        reached.filter(|_| !core.is_replayed(system))
     }
 
     /// Where else a vehicle's id is used, in words.

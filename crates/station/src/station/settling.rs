@@ -121,7 +121,7 @@ impl Shared {
                         core.ended.push((finisher, result.map_err(StationError::from)));
                     }
                 }
-                Output::Event(VehicleEvent::Unreached | VehicleEvent::Reached) if self.is_replayed(system) => {}
+                Output::Event(VehicleEvent::Unreached | VehicleEvent::Reached) if core.is_replayed(system) => {}
                 Output::Event(event) => {
                     match event {
                         VehicleEvent::Unreached => {
@@ -175,6 +175,12 @@ impl Shared {
         if *self.closing.borrow() {
             return Pending::ended(Err(StationError::Closed));
         }
+        // A note goes nowhere: it is for those who look at it here.
+        if !matches!(request, Request::Note { .. })
+            && let Err(refused) = core.admit(system)
+        {
+            return Pending::ended(Err(refused));
+        }
         let Some(vehicle) = core.vehicles.get_mut(system) else {
             return Pending::ended(Err(StationError::Vehicle(VehicleError::NotHeard { age: LOST_AFTER })));
         };
@@ -203,6 +209,7 @@ impl Shared {
     ) -> Result<SendReport, StationError> {
         let now = self.clock.now();
         let mut core = self.core();
+        core.admit(system)?;
         let guarded = core.vehicles.on_sending(message, despite_mixed_plan, now);
         self.settle(&mut core, now);
         guarded?;

@@ -416,6 +416,49 @@ async fn of_two_autopilots_with_one_id_the_first_is_followed_and_commanded() {
     station.close().await;
 }
 
+fn roll(vehicle: &VehicleHandle) -> Option<f64> {
+    vehicle.telemetry().0.attitude.and_then(|attitude| attitude.value.roll_rad)
+}
+
+/// What an autopilot says: its heartbeat, and an attitude at a time since boot.
+fn speak(station: &Station, link: LinkId, (boot_ms, roll): (u64, f32), now: MonoTime) {
+    let data = ATTITUDE_DATA { time_boot_ms: boot_ms as u32, roll, ..ATTITUDE_DATA::default() };
+    let header = Header { sequence: 0, source: Address::new(1, 1), version: MavVersion::V2 };
+    let attitude = Message::Dialect(MavMessage::ATTITUDE(data)).encode(header);
+    for frame in [plane_heartbeat(1), attitude] {
+        station.shared.on_frame(Origin { link, peer: PeerId(0) }, &frame, now);
+    }
+}
+
+#[tokio::test]
+async fn a_recording_takes_no_orders_and_no_live_vehicles_place() {
+    let station = start();
+    let played = station.open_link("tlog:/there/is/none.tlog", LinkOptions::default()).expect("opens");
+    let (live, begun) = (LinkId(0), station.now());
+    let at = |ms| begun + Duration::from_millis(ms);
+    station.shared.on_frame(Origin { link: played, peer: PeerId(0) }, &plane_heartbeat(1), begun);
+    let vehicle = station.vehicle(VehicleId::new(1)).expect("heard");
+    let refused = |request| matches!(vehicle.request(request).end(), Some(Err(StationError::RemoteRefused { .. })));
+    let set = || Request::ParamSet { name: "WP_RADIUS".into(), value: 90.0 };
+    assert!(refused(set()) && refused(Request::ParamList), "from its first message on");
+    let message = Message::Heartbeat(Heartbeat::default());
+    assert!(matches!(vehicle.send(&message, false, None), Err(StationError::RemoteRefused { .. })));
+    assert_eq!(vehicle.is_reached(), None);
+    speak(&station, played, (600_000, 0.5), at(0));
+    assert_eq!(roll(&vehicle), Some(0.5));
+    // What is live is followed at once, and stays so when it falls silent.
+    speak(&station, live, (90_000, 0.1), at(100));
+    speak(&station, played, (600_100, 0.5), at(200));
+    assert_eq!(roll(&vehicle), Some(f64::from(0.1_f32)));
+    assert!(vehicle.rival().is_some());
+    for ms in (1_000..10_000).step_by(200) {
+        speak(&station, played, (ms, 0.5), at(ms));
+    }
+    assert_eq!(roll(&vehicle), Some(f64::from(0.1_f32)));
+    assert!(!refused(set()));
+    station.close().await;
+}
+
 // fault 33: told within 5 s; our own echo is not
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn another_station_with_our_address_is_told_and_our_own_echo_is_not() {
