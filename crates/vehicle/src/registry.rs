@@ -127,21 +127,28 @@ impl Vehicles {
             let group = vehicle.on_message(source.component, message, now);
             return group.map(|group| (source.system.into(), group));
         }
-        if let Message::Dialect(MavMessage::RADIO_STATUS(_) | MavMessage::RADIO(_)) = message {
-            // A radio speaks for the link, under a system id of its own.
-            let mut changed = None;
-            for (system, vehicle) in self.vehicles.range_mut(AT_LINKS) {
-                touch(&mut self.touched, *system);
-                changed = vehicle.on_radio(message, now).map(|group| (*system, group)).or(changed);
-            }
-            return changed;
-        }
         if let Some(target) = message.target().system
             && let Some(vehicle) = self.get_mut(target)
         {
             vehicle.on_foreign(source, message, now);
         }
         None
+    }
+
+    /// Whether it is a link's radio that speaks, under a system id of its own.
+    #[must_use]
+    pub fn is_radio(&self, source: Address, message: &Message) -> bool {
+        !self.vehicles.contains_key(&source.system.into())
+            && matches!(message, Message::Dialect(MavMessage::RADIO_STATUS(_) | MavMessage::RADIO(_)))
+    }
+
+    /// The state of a link's radio, for the vehicles that are followed on that link.
+    pub fn on_radio(&mut self, followed: impl IntoIterator<Item = VehicleId>, message: &Message, now: MonoTime) {
+        for id in followed {
+            if let Some(vehicle) = self.get_mut(id) {
+                vehicle.on_radio(message, now);
+            }
+        }
     }
 
     /// Whether a message that a caller wants to send as it is may go out: see [`Vehicle::on_sending`], for all to whom it is
@@ -353,10 +360,13 @@ mod tests {
         vehicles.on_message(Address::new(2, 154), &text, at(2));
         assert_eq!(vehicles.get(SystemId(2)).expect("vehicle").texts().total(), 1);
         assert_eq!(vehicles.get(SystemId(1)).expect("vehicle").texts().total(), 0);
-        // The radio speaks for the link.
+        // The radio speaks for those on its link.
         let radio = RADIO_STATUS_DATA { rssi: 180, ..RADIO_STATUS_DATA::default() };
-        vehicles.on_message(Address::new(51, 68), &Message::Dialect(MavMessage::RADIO_STATUS(radio)), at(3));
-        assert!(vehicles.iter().all(|(_, vehicle)| vehicle.telemetry().radio.is_some()));
+        let radio = Message::Dialect(MavMessage::RADIO_STATUS(radio));
+        assert!(vehicles.is_radio(Address::new(51, 68), &radio) && !vehicles.is_radio(Address::new(1, 68), &radio));
+        vehicles.on_radio([SystemId(2).into()], &radio, at(3));
+        let has_radio = |system| vehicles.get(SystemId(system)).expect("vehicle").telemetry().radio.is_some();
+        assert_eq!((has_radio(1), has_radio(2)), (false, true));
         assert_eq!(vehicles.len(), 2);
     }
 

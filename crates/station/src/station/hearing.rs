@@ -49,6 +49,12 @@ impl Shared {
         if !self.is_the_vehicles(&mut core, origin, from, &message, now) {
             return;
         }
+        if core.vehicles.is_radio(from, &message) {
+            let Core { vehicles, watchers, .. } = &mut *core;
+            let is_there = |watchers: &Watchers| watchers.sources.followed().is_some_and(|at| at.link == link.0);
+            let there = watchers.iter().filter(|(_, watchers)| is_there(watchers)).map(|(id, _)| *id);
+            vehicles.on_radio(there, &message, now);
+        }
         core.vehicles.on_message(from, &message, now);
         core.vehicles.on_protocol_version(from, frame.version());
         if frame.message_id() == TIMESYNC_ID

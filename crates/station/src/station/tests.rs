@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use tokio::runtime::Handle;
 use vencejo_flight::plan::{Command, MissionItem, PlanKind};
 use vencejo_link::{Clock, LinkOptions, Origin, PeerId, SystemClock};
-use vencejo_proto::dialect::{ATTITUDE_DATA, MavMessage};
+use vencejo_proto::dialect::{ATTITUDE_DATA, MavMessage, RADIO_STATUS_DATA};
 use vencejo_proto::{Address, CommandAck, Frame, FrameDecoder, Header, Heartbeat, MavVersion, Message};
 use vencejo_vehicle::{Request, SpeedKind, VehicleError, VehicleEvent};
 
@@ -456,6 +456,24 @@ async fn a_recording_takes_no_orders_and_no_live_vehicles_place() {
     }
     assert_eq!(roll(&vehicle), Some(f64::from(0.1_f32)));
     assert!(!refused(set()));
+    station.close().await;
+}
+
+#[tokio::test]
+async fn a_links_radio_is_that_of_the_vehicles_that_are_followed_there() {
+    let station = start();
+    let now = station.now();
+    let hear = |link, frame: &Frame| {
+        station.shared.on_frame(Origin { link: LinkId(link), peer: PeerId(0) }, frame, now);
+    };
+    for system in [1, 2] {
+        hear(system.into(), &plane_heartbeat(system));
+    }
+    let radio = MavMessage::RADIO_STATUS(RADIO_STATUS_DATA { rssi: 180, ..RADIO_STATUS_DATA::default() });
+    let header = Header { sequence: 0, source: Address::new(51, 68), version: MavVersion::V2 };
+    hear(2, &Message::Dialect(radio).encode(header));
+    let has_radio = |system| station.shared.telemetry(VehicleId::new(system)).0.radio.is_some();
+    assert_eq!((has_radio(1), has_radio(2)), (false, true));
     station.close().await;
 }
 
