@@ -63,7 +63,8 @@ class Station(Closing):
     message_rates : mapping of str to float, optional
         Other rates for single messages by name, such as ``{"ATTITUDE": 50}``.
     request_streams : bool, optional
-        Whether to ask for rates at all; ``False`` only listens.
+        Whether to ask for rates at all; ``False`` only listens: until you ask a vehicle for something, nothing goes to it but our
+        heartbeat, and whether it hears us (``is_reached``) stays unknown.
     heartbeat : bool, optional
         Whether to send our heartbeat each second. The vehicle's ground-station failsafe counts it.
     record : bool or path, optional

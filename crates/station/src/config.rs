@@ -21,7 +21,7 @@ pub struct StationConfig {
     pub rate_hz: f64,
     /// Other rates for single messages, by message id, Hz.
     pub message_rates: BTreeMap<u32, f64>,
-    /// Whether to ask for rates at all.
+    /// Whether to ask for rates at all. Where not, nothing but our heartbeat goes to a vehicle by itself until something is asked of it.
     pub request_streams: bool,
     /// Name of the operator in whose name the program acts.
     pub operator: String,

@@ -44,6 +44,7 @@ impl Station {
             seed: clock.unix_us() as u32,
             // Who only listens sends nothing by itself.
             reads_back: config.request_streams,
+            only_listens: !config.request_streams,
             keeps_records: config.missions_dir.is_some(),
             ..VehicleConfig::default()
         };

@@ -148,7 +148,7 @@ impl Vehicle {
 
     pub(super) fn on_timesync(&mut self, message: &TIMESYNC_DATA, now: MonoTime) {
         match self.timesync.on_message(message, now) {
-            Some(TimeSyncEvent::Answer(answer)) => self.outputs.push_back(Output::Send(answer)),
+            Some(TimeSyncEvent::Answer(answer)) if self.speaks() => self.outputs.push_back(Output::Send(answer)),
             Some(TimeSyncEvent::Measured { has_gone_back, .. }) => {
                 self.commands.set_round_trip(self.timesync.round_trip());
                 let is_news = self.reach.on_timesync(self.timesync.round_trip(), now);
@@ -159,7 +159,7 @@ impl Vehicle {
                     self.pump(now);
                 }
             }
-            None => {}
+            Some(TimeSyncEvent::Answer(_)) | None => {}
         }
     }
 

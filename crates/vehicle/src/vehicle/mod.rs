@@ -86,6 +86,9 @@ pub struct VehicleConfig {
     /// Whether no link reaches it: what is known of its plans is what a station on board tells ([`Vehicle::on_plan_told`]), whatever its own
     /// messages seem to say. Default no.
     pub is_hosted: bool,
+    /// Whether nothing is sent to it by itself, not even TIMESYNC or the answer to one, until something is asked of it: whether it hears us
+    /// and the round trip stay unknown until then. Default no.
+    pub only_listens: bool,
     /// Whether the owner writes down what [`Output::Keep`] asks for, and answers with [`Vehicle::on_kept`]. Default no.
     pub keeps_records: bool,
 }
@@ -99,6 +102,7 @@ impl Default for VehicleConfig {
             seed: 0,
             reads_back: false,
             is_hosted: false,
+            only_listens: false,
             keeps_records: false,
         }
     }
@@ -179,6 +183,8 @@ pub struct Vehicle {
     ftp_sessions: FtpSessions,
     told: Told,
     has_asked: bool,
+    /// Whether its owner asked something of it.
+    has_requested: bool,
     heard_at: MonoTime,
     is_lost: bool,
     restarted_at: Option<MonoTime>,
@@ -216,6 +222,7 @@ impl Vehicle {
             ftp_sessions: FtpSessions::new(config.seed),
             told: Told::default(),
             has_asked: false,
+            has_requested: false,
             heard_at: now,
             is_lost: false,
             restarted_at: None,
@@ -377,7 +384,7 @@ impl Vehicle {
         let lanes = [&self.transfer, &self.param].into_iter().flatten().filter_map(|lane| lane.machine.deadline());
         let lost = (!self.is_lost).then(|| self.lost_at());
         let machines = [self.commands.deadline(), self.streams.deadline(), self.texts.deadline()];
-        let asked = (!self.config.is_hosted).then(|| [Some(self.timesync.deadline()), self.reach_deadline()]);
+        let asked = self.speaks().then(|| [Some(self.timesync.deadline()), self.reach_deadline()]);
         [lost, self.on_board_deadline()]
             .into_iter()
             .chain(asked.into_iter().flatten())
@@ -386,6 +393,11 @@ impl Vehicle {
             .chain(ops)
             .chain(lanes)
             .min()
+    }
+
+    /// Whether anything of ours goes to it by itself: where not, no answer is awaited.
+    fn speaks(&self) -> bool {
+        !self.config.is_hosted && (!self.config.only_listens || self.has_requested)
     }
 
     fn lost_at(&self) -> MonoTime {
@@ -499,8 +511,7 @@ impl Vehicle {
             let text = text.clone();
             self.event(VehicleEvent::Text(text));
         }
-        // Nothing of ours goes to one that is hosted: no answer is awaited.
-        if !self.config.is_hosted {
+        if self.speaks() {
             // A lost vehicle is asked too: its answer is the first sign of life on a silent link.
             if let Some(request) = self.timesync.on_time(now) {
                 self.reach.on_timesync_asked(now);

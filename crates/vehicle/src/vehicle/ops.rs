@@ -118,6 +118,7 @@ impl Vehicle {
     pub fn request(&mut self, request: Request, now: MonoTime) -> RequestId {
         let id = RequestId(self.next_request);
         self.next_request += 1;
+        self.has_requested |= !matches!(request, Request::Note { .. });
         if let Err(error) = self.begin(id, request, now) {
             self.outputs.push_back(Output::Finished { id, result: Err(error) });
         }

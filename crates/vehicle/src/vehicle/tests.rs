@@ -1384,6 +1384,30 @@ fn a_refusal_to_arm_names_the_mode_that_cures_it() {
 }
 
 #[test]
+fn who_only_listens_sends_nothing_until_something_is_asked() {
+    let config = VehicleConfig { streams: StreamConfig::listen_only(), only_listens: true, ..VehicleConfig::default() };
+    let mut station = Station::with(config);
+    let heartbeat = Message::Heartbeat(Heartbeat { mav_type: 1, autopilot: 3, ..Heartbeat::default() });
+    let asks = Message::Dialect(MavMessage::TIMESYNC(TIMESYNC_DATA { ts1: 5, ..TIMESYNC_DATA::default() }));
+    let pass = |station: &mut Station, ms| {
+        station.receive(PLANE, &heartbeat, MonoTime::from_millis(ms));
+        station.receive(PLANE, &asks, MonoTime::from_millis(ms));
+        station.tick(MonoTime::from_millis(ms));
+    };
+    for ms in (0..20_000).step_by(500) {
+        pass(&mut station, ms);
+        assert_eq!(station.next_output(), None, "at {ms} ms");
+        assert!(station.vehicle.deadline().is_some_and(|due| due > station.now), "and does not wake for nothing");
+        assert_eq!(station.vehicle.is_reached(station.now), None);
+    }
+    station.vehicle.request(Request::ReturnToLaunch, station.now);
+    pass(&mut station, 19_500);
+    let sent: Vec<_> = std::iter::from_fn(|| station.next_output()).collect();
+    let questions = sent.iter().filter(|message| matches!(message, Message::Dialect(MavMessage::TIMESYNC(_))));
+    assert_eq!((sent.len(), questions.count()), (3, 2), "the act, an answer and a question: {sent:?}");
+}
+
+#[test]
 fn requests_are_bounded() {
     let mut world = connected();
     let now = world.now;
