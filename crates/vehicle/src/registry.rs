@@ -142,6 +142,11 @@ impl Vehicles {
             && matches!(message, Message::Dialect(MavMessage::RADIO_STATUS(_) | MavMessage::RADIO(_)))
     }
 
+    /// A message of a vehicle's autopilot over another link than the one over which it is followed: see [`Vehicle::on_beside`].
+    pub fn on_beside(&mut self, id: VehicleId, message: &Message, now: MonoTime) -> Option<Group> {
+        self.get_mut(id)?.on_beside(message, now)
+    }
+
     /// The state of a link's radio, for the vehicles that are followed on that link.
     pub fn on_radio(&mut self, followed: impl IntoIterator<Item = VehicleId>, message: &Message, now: MonoTime) {
         for id in followed {

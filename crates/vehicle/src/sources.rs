@@ -6,12 +6,14 @@
 //! taken only once it has shown that it is the same vehicle, or when the first is silent. A recording is never what is live: it
 //! takes no live vehicle's place, however silent that is, and gives its own up to a live one at once.
 
+use std::collections::BTreeMap;
 use std::time::Duration;
 
 use vencejo_proto::dialect::MavMessage;
 use vencejo_proto::{Message, MonoTime};
 
 use crate::telemetry::{LOST_AFTER, boot_ms_of};
+use crate::vehicle::is_answer;
 
 /// Sources of one vehicle that are told apart; beyond, what is not the followed one is not taken.
 const MAX_SOURCES: usize = 16;
@@ -21,6 +23,8 @@ const CLOCK_SLACK: Duration = Duration::from_secs(3);
 const SILENCE: Duration = Duration::from_millis(2500);
 /// The same for another peer of the same link: it came back on another port.
 const MOVED: Duration = Duration::from_secs(1);
+/// A silence of the followed source after which what the same vehicle says elsewhere is taken from there, as soon as it is no older.
+const HICCUP: Duration = Duration::from_millis(500);
 /// Differing readings in a row that prove another vehicle: one old datagram does not.
 const PROOFS: u32 = 3;
 /// Positions taken within this …
@@ -150,6 +154,11 @@ impl Source {
         (is_near || theirs.is_measured).then_some(is_near)
     }
 
+    /// Whether what it says now is no older than what the other said last: links may be seconds late.
+    fn has_caught_up_with(&self, other: &Self) -> bool {
+        self.clock.is_some_and(|ours| other.clock.is_none_or(|theirs| ours.boot_ms >= theirs.boot_ms))
+    }
+
     /// Whether its life began after that moment: then it is the same vehicle, restarted.
     fn began_after(&self, moment: MonoTime, now: MonoTime) -> bool {
         let age_s = self.clock.map(|clock| clock.now_s(now) / clock.rate.max(1.0));
@@ -160,8 +169,12 @@ impl Source {
 /// What is to be done with a message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Taken {
-    /// It is the vehicle's.
+    /// It is the vehicle's, from where that is followed.
     Yes,
+    /// It is the vehicle's, from elsewhere, and either a step of a conversation or what is not heard where it is followed.
+    Beside,
+    /// It is the vehicle's, and heard where that is followed too: nothing, or it would overwrite what is newer.
+    Twice,
     /// It is of another vehicle, which is followed from now on because the one before is silent or a recording.
     Replaced,
     /// It is not, or it is not known to be.
@@ -173,21 +186,19 @@ pub enum Taken {
 pub struct Sources {
     /// The first is followed.
     list: Vec<Source>,
+    /// When each kind of message came last from there, by message id.
+    kinds: BTreeMap<u32, MonoTime>,
 }
 
 impl Sources {
     /// A message of the vehicle's autopilot from `id`.
     pub fn on_message(&mut self, id: SourceId, message: &Message, now: MonoTime) -> Taken {
-        let Some(followed) = self.list.first_mut() else {
-            self.list.push(Source::new(id, now));
+        let Some(index) = self.find_or_add(id, now) else { return Taken::No };
+        if index == 0 {
             self.list[0].hear(message, now);
-            return Taken::Yes;
-        };
-        if followed.id == id {
-            followed.hear(message, now);
+            self.kinds.insert(message.id(), now);
             return Taken::Yes;
         }
-        let Some(index) = self.find_or_add(id, now) else { return Taken::No };
         let (first, others) = self.list.split_at_mut(1);
         let (followed, source) = (&first[0], &mut others[index - 1]);
         source.hear(message, now);
@@ -212,21 +223,31 @@ impl Sources {
             (Some(false), Standing::Unknown { .. }) => Standing::Other,
             (Some(false), Standing::Same) => Standing::Unknown { differed: 1 },
         };
+        let has_caught_up = source.has_caught_up_with(followed);
         let takes_over = match source.standing {
-            Standing::Same => silence > if source.id.link == followed.id.link { MOVED } else { SILENCE },
             _ if silence > MOVED && source.began_after(followed.heard_at, now) => true,
+            Standing::Same if has_caught_up => {
+                silence > if source.id.link == followed.id.link { MOVED } else { SILENCE }
+            }
+            Standing::Same => silence > LOST_AFTER,
             Standing::Unknown { .. } => silence > SILENCE,
             Standing::Other => silence > LOST_AFTER,
         };
         let was = source.standing;
         let is_same = was == Standing::Same;
+        let is_brought = self.kinds.get(&message.id()).is_some_and(|at| now.since(*at) <= LOST_AFTER);
+        // A text may have been lost on its way, and is told once.
+        let is_wanted = is_answer(message) || matches!(message, Message::StatusText(_));
+        let is_news = is_wanted || !is_brought || silence > HICCUP && has_caught_up;
         if takes_over {
             self.follow(index, is_same);
+            self.kinds.insert(message.id(), now);
         }
         match (takes_over, was) {
             (true, Standing::Other) => Taken::Replaced,
             (true, _) => Taken::Yes,
-            (false, _) if is_same => Taken::Yes,
+            (false, _) if is_same && is_news => Taken::Beside,
+            (false, _) if is_same => Taken::Twice,
             (false, _) => Taken::No,
         }
     }
@@ -234,6 +255,7 @@ impl Sources {
     /// Follows another from now on.
     fn follow(&mut self, index: usize, is_same: bool) {
         self.list.swap(0, index);
+        self.kinds.clear();
         if !is_same {
             // What the others showed was shown against the one before.
             for source in &mut self.list {
@@ -331,11 +353,12 @@ mod tests {
                 let late = 50_000 + ms.saturating_sub(700) * rate;
                 let message = if ms == 0 { heartbeat() } else { attitude(late) };
                 let taken = sources.on_message(B, &message, at(ms));
-                // How fast its clock goes is known after half a second.
-                assert!(taken == Taken::Yes || ms <= 600, "{rate} {ms}");
+                // How fast its clock goes is known after half a second. What the first brings too is not taken twice.
+                assert!(taken == Taken::Twice || ms <= 600, "{rate} {ms}");
                 assert_eq!(sources.rival(at(ms)), None, "{rate} {ms}");
             }
             assert_eq!((sources.followed(), sources.rival(at(10_000))), (Some(A), None));
+            assert_eq!(sources.on_message(B, &heartbeat(), at(10_000)), Taken::Beside, "the first brings none");
             let mut over = None;
             for ms in (10_000..20_000).step_by(100) {
                 sources.on_message(B, &attitude(50_000 + ms * rate), at(ms));
@@ -409,7 +432,8 @@ mod tests {
         let mut over = None;
         for ms in (5_000..8_000).step_by(100) {
             let taken = sources.on_message(A_MOVED, &attitude(50_000 + ms), at(ms));
-            assert_eq!(taken, Taken::Yes, "{ms}");
+            assert!(taken == Taken::Yes || ms < 6_100, "{ms}");
+            assert!(taken != Taken::Twice || ms < 5_500, "seen there soon: {ms}");
             over = over.or((sources.followed() == Some(A_MOVED)).then_some(ms - 5_000));
         }
         assert!(over.is_some_and(|ms| ms <= 1_100), "{over:?}");

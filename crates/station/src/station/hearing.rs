@@ -46,7 +46,8 @@ impl Shared {
         }
         let mut core = self.core();
         let is_known = core.vehicles.get(from.system).is_some();
-        if !self.is_the_vehicles(&mut core, origin, from, &message, now) {
+        let taken = self.whose(&mut core, origin, from, &message, now);
+        if taken == Taken::No {
             return;
         }
         if core.vehicles.is_radio(from, &message) {
@@ -55,7 +56,11 @@ impl Shared {
             let there = watchers.iter().filter(|(_, watchers)| is_there(watchers)).map(|(id, _)| *id);
             vehicles.on_radio(there, &message, now);
         }
-        core.vehicles.on_message(from, &message, now);
+        match taken {
+            Taken::Twice => {}
+            Taken::Beside => drop(core.vehicles.on_beside(from.system.into(), &message, now)),
+            _ => drop(core.vehicles.on_message(from, &message, now)),
+        }
         core.vehicles.on_protocol_version(from, frame.version());
         if frame.message_id() == TIMESYNC_ID
             && let Some(round_trip) = core.vehicles.get(from.system).and_then(Vehicle::round_trip)
@@ -75,7 +80,7 @@ impl Shared {
         self.carry_out(&mut core, now);
         if !is_known {
             // One that was not known before is followed where it was heard.
-            self.is_the_vehicles(&mut core, origin, from, &message, now);
+            self.whose(&mut core, origin, from, &message, now);
         }
     }
 
@@ -85,22 +90,16 @@ impl Shared {
         self.core().end_requests();
     }
 
-    /// Whether a message is of the vehicle that is followed under its id, and not of another that uses the same.
-    fn is_the_vehicles(
-        &self,
-        core: &mut Core,
-        origin: Origin,
-        from: Address,
-        message: &Message,
-        now: MonoTime,
-    ) -> bool {
-        let Some(autopilot) = core.vehicles.get(from.system).map(Vehicle::address) else { return true };
-        let Some(watchers) = core.watchers.get_mut(&from.system.into()) else { return true };
+    /// Whether a message is of the vehicle that is followed under its id, and not of another that uses the same, and what is to be
+    /// done with it.
+    fn whose(&self, core: &mut Core, origin: Origin, from: Address, message: &Message, now: MonoTime) -> Taken {
+        let Some(autopilot) = core.vehicles.get(from.system).map(Vehicle::address) else { return Taken::Yes };
+        let Some(watchers) = core.watchers.get_mut(&from.system.into()) else { return Taken::Yes };
         let is_recording = self.hub.is_replay(origin.link);
         let id = SourceId { link: origin.link.0, peer: origin.peer.0, is_recording };
         if autopilot != from {
             // Cameras and radios have no boot clock to go by; those of a known stranger are not the vehicle's.
-            return !watchers.sources.is_rival(id);
+            return if watchers.sources.is_rival(id) { Taken::No } else { Taken::Yes };
         }
         let before = watchers.sources.followed();
         let taken = watchers.sources.on_message(id, message, now);
@@ -108,7 +107,7 @@ impl Shared {
             // The one that is followed is where this message came from: only a message makes another one that.
             self.hub.choose(from, Some(origin));
         }
-        if taken != Taken::Yes {
+        if matches!(taken, Taken::No | Taken::Replaced) {
             self.tell_contest(watchers, from.system.into(), now);
         }
         if taken == Taken::Replaced
@@ -116,7 +115,7 @@ impl Shared {
         {
             vehicle.on_replaced(now);
         }
-        taken != Taken::No
+        taken
     }
 
     /// Tells when another vehicle begins or ends to use a vehicle's id.

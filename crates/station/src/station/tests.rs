@@ -477,6 +477,39 @@ async fn a_links_radio_is_that_of_the_vehicles_that_are_followed_there() {
     station.close().await;
 }
 
+#[tokio::test]
+async fn a_second_link_that_is_seconds_late_overwrites_nothing_and_is_no_restart() {
+    let station = start();
+    let (begun, early, late) = (station.now(), LinkId(1), LinkId(2));
+    let at = |ms| begun + Duration::from_millis(ms);
+    speak(&station, early, (600_000, 0.25), begun);
+    let vehicle = station.vehicle(VehicleId::new(1)).expect("heard");
+    let events = vehicle.subscribe_events(64);
+    let restarts = || {
+        let mut told = 0;
+        while let Taken::Item(observed) = events.take_ready() {
+            told += u32::from(observed.event == VehicleEvent::Rebooted);
+        }
+        told
+    };
+    for ms in (100..10_000).step_by(100) {
+        speak(&station, early, (600_000 + ms, 0.25), at(ms));
+        speak(&station, late, (598_000 + ms, 0.5), at(ms));
+        assert_eq!(roll(&vehicle), Some(0.25), "{ms}");
+    }
+    // The first falls silent: the other is taken from where the first ended.
+    for ms in (10_000..15_000).step_by(100) {
+        speak(&station, late, (598_000 + ms, 0.5), at(ms));
+        assert_eq!(roll(&vehicle), Some(if ms < 11_900 { 0.25 } else { 0.5 }), "{ms}");
+    }
+    assert_eq!(restarts(), 0);
+    for ms in (15_000..16_000).step_by(100) {
+        speak(&station, late, (ms - 14_000, 0.5), at(ms));
+    }
+    assert_eq!(restarts(), 1, "that was one");
+    station.close().await;
+}
+
 // fault 33: told within 5 s; our own echo is not
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn another_station_with_our_address_is_told_and_our_own_echo_is_not() {

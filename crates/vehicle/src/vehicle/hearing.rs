@@ -9,6 +9,25 @@ use crate::reach::Probe;
 use crate::request::{Output, VehicleEvent};
 use crate::transfer::{ItemForm, TransferError, TransferOutput};
 
+/// Whether a message is a step of a conversation, about a command, a plan, parameters or files.
+pub(crate) fn is_answer(message: &Message) -> bool {
+    matches!(
+        message,
+        Message::CommandAck(_)
+            | Message::MissionAck(_)
+            | Message::MissionItemInt(_)
+            | Message::MissionItemFloat(_)
+            | Message::Dialect(
+                MavMessage::MISSION_REQUEST_INT(_)
+                    | MavMessage::MISSION_REQUEST(_)
+                    | MavMessage::MISSION_COUNT(_)
+                    | MavMessage::FILE_TRANSFER_PROTOCOL(_)
+                    | MavMessage::PARAM_ERROR(_)
+                    | MavMessage::PARAM_VALUE(_)
+            )
+    )
+}
+
 impl Vehicle {
     /// Whether it says of itself that it is too old to answer TIMESYNC.
     fn is_of_old(&self) -> bool {
@@ -44,24 +63,11 @@ impl Vehicle {
 
     /// Notes what shows that we are heard. TIMESYNC is known by its own time and noted where that is read.
     pub(super) fn note_answer(&mut self, message: &Message, now: MonoTime) {
-        let is_plan_or_file = matches!(
-            message,
-            Message::MissionAck(_)
-                | Message::MissionItemInt(_)
-                | Message::MissionItemFloat(_)
-                | Message::Dialect(
-                    MavMessage::MISSION_REQUEST_INT(_)
-                        | MavMessage::MISSION_REQUEST(_)
-                        | MavMessage::MISSION_COUNT(_)
-                        | MavMessage::FILE_TRANSFER_PROTOCOL(_)
-                        | MavMessage::PARAM_ERROR(_)
-                )
-        );
-        let is_command = matches!(message, Message::CommandAck(_));
-        let is_param = matches!(message, Message::Dialect(MavMessage::PARAM_VALUE(_)));
-        if !(is_plan_or_file || is_command || is_param) || !message.target().includes(self.our) {
+        if !is_answer(message) || !message.target().includes(self.our) {
             return;
         }
+        let is_command = matches!(message, Message::CommandAck(_));
+        let is_param = matches!(message, Message::Dialect(MavMessage::PARAM_VALUE(_)));
         // Parameters go to everybody, also what others asked for.
         if is_param && self.transfer.is_none() && self.param.is_none() {
             return;

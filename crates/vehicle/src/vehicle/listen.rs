@@ -40,6 +40,18 @@ impl Vehicle {
             self.on_restart(since, now);
             self.pump(now);
         }
+        self.take(message, now)
+    }
+
+    /// A message of the autopilot over another link than the one over which it is followed. That link may be seconds later, so the time
+    /// since boot tells nothing of a restart.
+    pub fn on_beside(&mut self, message: &Message, now: MonoTime) -> Option<Group> {
+        self.hear(now);
+        self.note_answer(message, now);
+        self.take(message, now)
+    }
+
+    fn take(&mut self, message: &Message, now: MonoTime) -> Option<Group> {
         let group = self.telemetry.apply(message, now);
         match group {
             Some(Group::Heartbeat) => self.on_heartbeat(now),

@@ -63,6 +63,7 @@ use crate::telemetry::{BootClock, LOST_AFTER, LandedState, StatusLog, Telemetry}
 use crate::timesync::TimeSync;
 use crate::transfer::FtpSessions;
 use board::OnBoard;
+pub(crate) use hearing::is_answer;
 use lane::Lane;
 use operation::{Op, State};
 pub(crate) use sent::commands_of;
