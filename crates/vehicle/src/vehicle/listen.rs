@@ -248,7 +248,7 @@ impl Vehicle {
         let ids = [current.mission_id, current.fence_id, current.rally_points_id];
         for (kind, (before, id)) in PlanKind::ALL.into_iter().zip(self.mission_ids.into_iter().zip(ids)) {
             if before.is_some() && id.is_some() && before != id {
-                self.changed_elsewhere(kind, now);
+                self.told_changed(kind, now);
             }
         }
         self.mission_ids = ids;
@@ -274,12 +274,25 @@ impl Vehicle {
         if ack.result == 0
             && let Ok(kind) = PlanKind::try_from(ack.mission_type)
         {
-            self.changed_elsewhere(kind, now);
+            if Message::MissionAck(*ack).target().includes(self.our) {
+                self.told_changed(kind, now);
+            } else {
+                self.changed_elsewhere(kind);
+            }
         }
     }
 
-    /// What is known of a plan is void, unless it is our own writing that is talked about.
-    pub(super) fn changed_elsewhere(&mut self, kind: PlanKind, now: MonoTime) {
+    /// The vehicle says that a plan is another one: what is known of it is void, unless our own writing may be meant.
+    fn told_changed(&mut self, kind: PlanKind, now: MonoTime) {
+        let is_moving = self.transfer.as_ref().is_some_and(|lane| lane.is_about(kind));
+        if is_moving || !self.is_echo(kind, now) {
+            self.changed_elsewhere(kind);
+        }
+    }
+
+    /// Somebody else changes a plan: what is known of it is void, and what the vehicle says of it from now on is no echo of ours.
+    pub(super) fn changed_elsewhere(&mut self, kind: PlanKind) {
+        self.written[kind as usize] = None;
         if let Some(lane) = &mut self.transfer
             && lane.is_about(kind)
         {
@@ -288,7 +301,7 @@ impl Vehicle {
             return;
         }
         let is_settled = !matches!(self.plans.get(kind), PlanState::Unknown(_) | PlanState::Differs { .. });
-        if !self.is_echo(kind, now) && is_settled {
+        if is_settled {
             self.set_plan(kind, PlanState::Unknown(Unknown::ChangedElsewhere));
         }
     }

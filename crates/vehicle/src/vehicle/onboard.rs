@@ -239,7 +239,7 @@ impl Vehicle {
                 for kind in PlanKind::ALL {
                     let is_all = clear.mission_type == MavMissionType::MAV_MISSION_TYPE_ALL;
                     if is_all || clear.mission_type as u8 == kind.mission_type() {
-                        self.changed_elsewhere(kind, now);
+                        self.changed_elsewhere(kind);
                     }
                 }
             }
@@ -258,14 +258,14 @@ impl Vehicle {
             }
             _ => {
                 if let Some((_, request)) = FtpPayload::from_message(message) {
-                    self.on_file_written(from, &request, now);
+                    self.on_file_written(from, &request);
                 }
             }
         }
     }
 
     /// A plan file of another station: it becomes the plan when its session ends.
-    fn on_file_written(&mut self, from: Address, request: &FtpPayload, now: MonoTime) {
+    fn on_file_written(&mut self, from: Address, request: &FtpPayload) {
         match request.opcode {
             FtpOpcode::CREATE_FILE | FtpOpcode::OPEN_FILE_WO => {
                 let path = String::from_utf8_lossy(&request.data);
@@ -275,7 +275,7 @@ impl Vehicle {
             }
             FtpOpcode::TERMINATE_SESSION | FtpOpcode::RESET_SESSIONS => {
                 if let Some((_, kind)) = self.on_board.incoming_file.take_if(|(writer, _)| *writer == from) {
-                    self.changed_elsewhere(kind, now);
+                    self.changed_elsewhere(kind);
                 }
             }
             _ => {}
@@ -286,7 +286,7 @@ impl Vehicle {
     fn on_upload_begins(&mut self, from: Address, kind: MavMissionType, count: usize, now: MonoTime) {
         let Some(kind) = PlanKind::ALL.into_iter().find(|plan| plan.mission_type() == kind as u8) else { return };
         if kind != PlanKind::Mission {
-            return self.changed_elsewhere(kind, now);
+            return self.changed_elsewhere(kind);
         }
         if let Some(lane) = &mut self.transfer
             && lane.plan_before.as_ref().is_some_and(|before| before.kind == kind)
@@ -372,7 +372,7 @@ impl Vehicle {
             return;
         }
         if self.transfer.as_ref().is_some_and(|lane| lane.is_about(PlanKind::Mission)) {
-            return self.changed_elsewhere(PlanKind::Mission, now);
+            return self.changed_elsewhere(PlanKind::Mission);
         }
         self.on_board.moving_until = Some(now + COUNT_REST);
         if self.on_board.doubt.is_none() {

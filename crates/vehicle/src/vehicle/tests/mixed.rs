@@ -5,7 +5,10 @@
 use std::sync::Arc;
 
 use vencejo_flight::plan::Mission;
-use vencejo_proto::dialect::{MISSION_SET_CURRENT_DATA, MavModeFlag, SET_MODE_DATA};
+use vencejo_proto::dialect::{
+    MISSION_CLEAR_ALL_DATA, MISSION_SET_CURRENT_DATA, MavMissionType, MavModeFlag, SET_MODE_DATA,
+};
+use vencejo_proto::ftp::{FtpOpcode, FtpPayload};
 use vencejo_proto::plan_file::decode_plan_file;
 use vencejo_proto::{MissionItemInt, SystemId};
 
@@ -406,6 +409,65 @@ fn a_half_upload_of_another_station_blocks_and_its_end_unblocks() {
     from_rival(&mut world, &rival_count(700));
     wait(&mut world, 5_000);
     assert!(matches!(state(&world), PlanState::Verified { count: 12, .. }), "{}", state(&world));
+}
+
+#[test]
+fn what_others_do_just_after_our_upload_is_no_echo_of_it() {
+    let kind = PlanKind::Rally;
+    let clear = |mission_type| {
+        let data = MISSION_CLEAR_ALL_DATA { target_system: 1, target_component: 1, mission_type };
+        vec![Message::Dialect(MavMessage::MISSION_CLEAR_ALL(data))]
+    };
+    let count = MISSION_COUNT_DATA {
+        count: 3,
+        target_system: 1,
+        target_component: 1,
+        mission_type: MavMissionType::MAV_MISSION_TYPE_RALLY,
+        ..Default::default()
+    };
+    let file = |opcode, path: &[u8]| FtpPayload::request(opcode, 1, 1, 0, path).to_message(PLANE);
+    let ack = |target| vec![Message::MissionAck(MissionAck { target, result: 0, mission_type: 2, opaque_id: 0 })];
+    let writings = [
+        (RIVAL, clear(MavMissionType::MAV_MISSION_TYPE_RALLY)),
+        (RIVAL, clear(MavMissionType::MAV_MISSION_TYPE_ALL)),
+        (RIVAL, vec![Message::Dialect(MavMessage::MISSION_COUNT(count))]),
+        (RIVAL, vec![file(FtpOpcode::CREATE_FILE, b"@MISSION/rally.dat"), file(FtpOpcode::TERMINATE_SESSION, b"")]),
+        // The vehicle's word to the other one.
+        (PLANE, ack(RIVAL)),
+    ];
+    let mut world = world(VehicleConfig::default());
+    let rally = MissionItem { command: Command::NAV_RALLY_POINT, ..MissionItem::waypoint(40.3432, -3.7978, 80.0) };
+    let upload = Request::UploadPlan { kind, items: vec![rally], home: None, despite_findings: false };
+    for (from, messages) in writings {
+        ask(&mut world, upload.clone()).expect("uploaded");
+        let now = world.now;
+        let vehicle = &mut world.station.vehicle;
+        for message in ack(STATION) {
+            vehicle.on_message(PLANE.component, &message, now);
+        }
+        assert!(matches!(vehicle.plan_state(kind), PlanState::Verified { .. }), "an echo");
+        for message in &messages {
+            if from == PLANE {
+                vehicle.on_message(from.component, message, now);
+            } else {
+                vehicle.on_foreign(from, message, now);
+            }
+        }
+        assert_eq!(vehicle.plan_state(kind), PlanState::Unknown(Unknown::ChangedElsewhere), "{messages:?}");
+        assert!(vehicle.plan_on_board(kind).is_none(), "{messages:?}");
+    }
+    // Nor is what the vehicle says of it afterwards.
+    ask(&mut world, upload).expect("uploaded");
+    let now = world.now;
+    let vehicle = &mut world.station.vehicle;
+    for message in clear(MavMissionType::MAV_MISSION_TYPE_RALLY) {
+        vehicle.on_sending(&message, false, now).expect("sent");
+    }
+    vehicle.set_plan(kind, PlanState::Empty);
+    for message in ack(STATION) {
+        vehicle.on_message(PLANE.component, &message, now);
+    }
+    assert_eq!(vehicle.plan_state(kind), PlanState::Unknown(Unknown::ChangedElsewhere));
 }
 
 #[test]
