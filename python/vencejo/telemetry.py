@@ -385,7 +385,7 @@ class MissionCurrent(Group):
     seq : int
         Number of the item in execution on the wire.
     total : int or None
-        Items on board, home not counted; ``None`` when the vehicle does not say.
+        Items on board, home not counted, 0 where there is no mission; ``None`` when the vehicle does not say.
     state : str or None
         ``"no mission"``, ``"not started"``, ``"active"``, ``"paused"`` or ``"complete"``; ``None`` when the vehicle
         does not say.

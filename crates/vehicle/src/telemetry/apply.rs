@@ -563,11 +563,15 @@ fn mission_current(m: &MISSION_CURRENT_DATA) -> MissionCurrent {
         WireMissionState::MISSION_STATE_COMPLETE => Some(MissionState::Complete),
     };
     let id = |raw: u32| (raw != 0).then_some(raw);
-    // `total` is an extension field: without a state beside it, 0 is a vehicle that does not send it.
-    let says_total = m.total != u16::MAX && (m.total != 0 || state.is_some());
+    let total = match m.total {
+        u16::MAX => Some(0),
+        // An extension field: without a state beside it, 0 is a vehicle that does not send it.
+        0 if state.is_none() => None,
+        total => Some(total),
+    };
     MissionCurrent {
         seq: m.seq,
-        total: says_total.then_some(m.total),
+        total,
         state,
         in_mission_mode: match m.mission_mode {
             // ArduPilot sends 1 and 0 and always says a state; elsewhere 1 is in, 2 out, 0 not said.

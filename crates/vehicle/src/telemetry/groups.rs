@@ -222,7 +222,7 @@ groups! {
     pub struct MissionCurrent {
         /// Number of the item in execution on the wire.
         pub seq: u16,
-        /// Items on board, home not counted; `None` when the vehicle does not say.
+        /// Items on board, home not counted, 0 where there is no mission; `None` when the vehicle does not say.
         pub total: Option<u16>,
         /// `"no mission"`, `"not started"`, `"active"`, `"paused"` or `"complete"`; `None` when the vehicle does not say.
         #[cfg_attr(feature = "describe", schema(value_type = Option<String>))]
@@ -230,7 +230,7 @@ groups! {
         /// Whether the vehicle is in a mode that follows the mission; `None` when it does not say.
         #[cfg_attr(feature = "describe", serde(skip))]
         pub in_mission_mode: Option<bool>,
-        /// Identity of the mission on board, where the vehicle has one (PX4).
+        /// Identity of the mission on board; `None` where there is none, and where the vehicle gives it none (not PX4).
         #[cfg_attr(feature = "describe", serde(skip))]
         pub mission_id: Option<u32>,
         /// Identity of the geofence on board.

@@ -173,6 +173,14 @@ fn unknown_is_none_and_not_invalid() {
     let t = apply(MavMessage::MISSION_CURRENT(MISSION_CURRENT_DATA { seq: 3, ..MISSION_CURRENT_DATA::default() }));
     let mission = t.mission.expect("mission").value;
     assert_eq!((mission.total, mission.state, mission.in_mission_mode), (None, None, None), "an old vehicle");
+    let unknown = vencejo_proto::dialect::MissionState::MISSION_STATE_UNKNOWN;
+    let none = vencejo_proto::dialect::MissionState::MISSION_STATE_NO_MISSION;
+    // PX4, PX4 1.14, ArduPilot.
+    for (total, mission_state) in [(u16::MAX, none), (u16::MAX, unknown), (0, none)] {
+        let data = MISSION_CURRENT_DATA { total, mission_state, ..MISSION_CURRENT_DATA::default() };
+        let t = apply(MavMessage::MISSION_CURRENT(data));
+        assert_eq!(t.mission.expect("mission").value.total, Some(0), "{total}, {mission_state:?}: no mission on board");
+    }
 
     let t = apply(MavMessage::SYSTEM_TIME(SYSTEM_TIME_DATA { time_unix_usec: 0, time_boot_ms: 9 }));
     assert_eq!(t.system_time.expect("time").utc_offset_us(), None);

@@ -244,17 +244,17 @@ impl Vehicle {
         if changes.has_completed {
             self.event(VehicleEvent::MissionComplete);
         }
-        // PX4 names its plans; another name is another plan.
+        // Without the number of items it is an old message, which has no room for names either.
+        let Some(total) = current.total else { return };
+        // PX4 names its plans, and one that is not there has no name; another name is another plan.
         let ids = [current.mission_id, current.fence_id, current.rally_points_id];
-        for (kind, (before, id)) in PlanKind::ALL.into_iter().zip(self.mission_ids.into_iter().zip(ids)) {
-            if before.is_some() && id.is_some() && before != id {
+        let before = self.mission_ids.replace(ids).unwrap_or(ids);
+        for (kind, (before, id)) in PlanKind::ALL.into_iter().zip(before.into_iter().zip(ids)) {
+            if before != id {
                 self.told_changed(kind, now);
             }
         }
-        self.mission_ids = ids;
-        if let Some(total) = current.total {
-            self.on_total(total, now);
-        }
+        self.on_total(total, now);
     }
 
     pub(super) fn on_item_reached(&mut self) {
@@ -330,7 +330,7 @@ impl Vehicle {
         self.telemetry.forget_before(since);
         self.told = Told { mode: self.told.mode, is_armed: self.told.is_armed, ..Told::default() };
         self.tracker.reset();
-        self.mission_ids = [None; 3];
+        self.mission_ids = None;
         self.event(VehicleEvent::Rebooted);
         for mut lane in [self.transfer.take(), self.param.take()].into_iter().flatten() {
             lane.machine.cancel(now);

@@ -166,7 +166,8 @@ pub struct Vehicle {
     target: TargetWatch,
     /// The plans on board by kind, while they are known and there are any.
     copies: [Option<Arc<Mission>>; 3],
-    mission_ids: [Option<u32>; 3],
+    /// What the vehicle calls its plans by kind, as MISSION_CURRENT told last; `None` before the first.
+    mission_ids: Option<[Option<u32>; 3]>,
     flight_parameters: FlightParameters,
     /// What it flew of late, to learn the plane from.
     learner: Learner,
@@ -211,7 +212,7 @@ impl Vehicle {
             on_board: OnBoard::new(now),
             target: TargetWatch::default(),
             copies: Default::default(),
-            mission_ids: [None; 3],
+            mission_ids: None,
             flight_parameters: FlightParameters::default(),
             learner: Learner::default(),
             parameters: Arc::default(),

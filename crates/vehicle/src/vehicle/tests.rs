@@ -783,6 +783,32 @@ fn another_stations_plan_makes_ours_unknown() {
 }
 
 #[test]
+fn a_list_that_a_vehicle_names_otherwise_is_another() {
+    let changed = PlanState::Unknown(Unknown::ChangedElsewhere);
+    let verified = PlanState::Verified { count: 3, hash: 1 };
+    let mut vehicle = Vehicle::new(PLANE, STATION, VehicleConfig::default(), MonoTime::ZERO);
+    let mut hear = |total, [mission_id, fence_id, rally_points_id]: [u32; 3]| {
+        for kind in PlanKind::ALL {
+            vehicle.set_plan(kind, verified);
+        }
+        let current = MISSION_CURRENT_DATA { total, mission_id, fence_id, rally_points_id, ..Default::default() };
+        let current = Message::Dialect(MavMessage::MISSION_CURRENT(current));
+        vehicle.on_message(PLANE.component, &current, MonoTime::from_millis(10_000));
+        PlanKind::ALL.map(|kind| vehicle.plan_state(kind))
+    };
+    assert_eq!(hear(3, [7, 8, 0]), [verified; 3], "the names that they have");
+    assert_eq!(hear(3, [7, 8, 0]), [verified; 3], "the same");
+    assert_eq!(hear(0, [0; 3]), [verified; 3], "MAVLink 1 does not tell");
+    assert_eq!(hear(3, [7, 9, 0]), [verified, changed, verified], "another fence");
+    assert_eq!(hear(3, [7, 0, 0]), [verified, changed, verified], "none any more");
+    assert_eq!(hear(3, [7, 0, 4]), [verified, verified, changed], "rally points where there were none");
+    // Of one without names the number tells it, until it rests as an upload under way.
+    let moving = PlanState::Unknown(Unknown::SentElsewhere);
+    assert_eq!(hear(u16::MAX, [7, 0, 4]), [moving, verified, verified], "no mission any more");
+    assert_eq!(hear(3, [7, 0, 4]), [moving, verified, verified], "one of the same length");
+}
+
+#[test]
 fn what_was_reached_before_the_mission_is_read_stays_reached() {
     let reaches = |world: &mut Pair, seq: u16| {
         let reached = MISSION_ITEM_REACHED_DATA { seq };

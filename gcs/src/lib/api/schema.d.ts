@@ -6200,7 +6200,7 @@ export interface components {
             state: string | null;
             /**
              * Format: int32
-             * @description Items on board, home not counted; null when the vehicle does not say.
+             * @description Items on board, home not counted, 0 where there is no mission; null when the vehicle does not say.
              */
             total: number | null;
         };
