@@ -43,6 +43,8 @@ pub(super) struct Own {
 #[derive(Debug)]
 pub(super) struct OnBoard {
     pub(super) doubt: Option<Doubt>,
+    /// Whether the doubt began since the vehicle started: it is about the one that is there, whoever that will tell to be.
+    pub(super) is_doubt_new: bool,
     /// The mission that was read back last, in this run or one before.
     pub(super) verified: Option<(u16, u64)>,
     /// Whose record this is; `None` until the vehicle is identified.
@@ -82,6 +84,7 @@ impl OnBoard {
     pub(super) fn new(now: MonoTime) -> Self {
         Self {
             doubt: None,
+            is_doubt_new: false,
             verified: None,
             key: None,
             stand_in: None,
@@ -119,6 +122,7 @@ impl OnBoard {
 
     /// What this run has seen of the mission: from now on it is this vehicle's own, whoever it will tell to be.
     pub(super) fn set_doubt(&mut self, doubt: Option<Doubt>) {
+        self.is_doubt_new = doubt.is_some();
         self.doubt = doubt;
         self.stand_in = None;
     }

@@ -15,7 +15,9 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use vencejo_flight::checks::CheckContext;
 use vencejo_flight::plan::PlanKind;
+use vencejo_flight::rehearsal::Learner;
 use vencejo_proto::dialect::{MavMessage, MavMissionType};
 use vencejo_proto::ftp::{FtpOpcode, FtpPayload};
 use vencejo_proto::param::ParamName;
@@ -82,18 +84,31 @@ impl Vehicle {
         }
     }
 
-    /// Another vehicle is in its place: what is remembered of that one counts.
+    /// Another vehicle is in its place: what is remembered of that one counts, and of the one before it is remembered what is known.
     pub(super) fn on_board_replaced(&mut self, now: MonoTime) {
-        let stored = std::mem::take(&mut self.on_board.stored);
-        let ticket = self.on_board.ticket;
-        self.on_board = OnBoard { ticket, ..OnBoard::new(now) };
-        for kind in PlanKind::ALL {
-            self.set_plan(kind, PlanState::Unknown(Unknown::NeverRead));
+        let mut before = std::mem::replace(&mut self.on_board, OnBoard::new(now));
+        self.on_board.ticket = before.ticket;
+        self.on_board.incoming = before.incoming;
+        if let Some(key) = before.key {
+            let record = PlanRecord { verified: before.verified, doubt: before.doubt.clone() };
+            before.stored.retain(|stored| stored.key != key);
+            before.stored.push(StoredRecord { key, system: Some(self.address.system), record });
         }
-        self.on_board.verified = None;
+        for kind in PlanKind::ALL {
+            // What is being written is written to this one.
+            if self.plans.get(kind) != PlanState::Unknown(Unknown::Transferring) {
+                self.set_plan(kind, PlanState::Unknown(Unknown::NeverRead));
+            }
+        }
         self.flight_parameters = FlightParameters::default();
         self.parameters = Arc::default();
-        self.on_records(stored, now);
+        self.limits = CheckContext::default();
+        self.learner = Learner::default();
+        self.on_records(before.stored, now);
+        if before.is_doubt_new {
+            self.on_board.set_doubt(None);
+            self.take_over(before.doubt);
+        }
     }
 
     /// Doubts a mission as it was doubted in a run before.
@@ -114,11 +129,21 @@ impl Vehicle {
     }
 
     /// It is known who it is.
-    fn identify(&mut self, key: VehicleKey, _now: MonoTime) {
-        let board = &mut self.on_board;
-        if board.key.as_ref() == Some(&key) {
+    fn identify(&mut self, key: VehicleKey, now: MonoTime) {
+        if self.on_board.key.as_ref() == Some(&key) {
             return;
         }
+        if self.on_board.key.as_ref().is_some_and(|before| before.system().is_none()) {
+            // One that has told its hardware's id keeps it. Another id is another vehicle on the same link.
+            if key.system().is_none() {
+                self.on_restart(now, now);
+                self.on_board_replaced(now);
+                self.identify(key, now);
+                self.pump(now);
+            }
+            return;
+        }
+        let board = &mut self.on_board;
         let before = board.key.replace(key.clone());
         let is_another = board.stand_in.take().is_some_and(|stand_in| stand_in != key);
         if is_another {
@@ -384,7 +409,7 @@ impl Vehicle {
     pub(super) fn on_board_restarted(&mut self, now: MonoTime) {
         let board = &mut self.on_board;
         (board.incoming_file, board.total, board.moving_until, board.own) = (None, None, None, None);
-        (board.quiet_since, board.parameters_asked) = (now, 0);
+        (board.quiet_since, board.parameters_asked, board.is_doubt_new) = (now, 0, false);
         if let Some(incoming) = board.incoming.take() {
             self.keep_heard(incoming);
         }

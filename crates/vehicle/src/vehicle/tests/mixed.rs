@@ -4,6 +4,7 @@
 
 use std::sync::Arc;
 
+use vencejo_flight::checks::CheckContext;
 use vencejo_flight::plan::Mission;
 use vencejo_proto::dialect::{
     MISSION_CLEAR_ALL_DATA, MISSION_SET_CURRENT_DATA, MavMissionType, MavModeFlag, SET_MODE_DATA,
@@ -16,6 +17,7 @@ use super::*;
 use crate::plan_record::{Doubt, PlanRecord, StoredRecord, VehicleKey, Writer};
 use crate::plan_state::hash_items;
 use crate::transfer::testing::seeds;
+use crate::vehicle::FlightParameters;
 
 const MISSION: PlanKind = PlanKind::Mission;
 
@@ -333,6 +335,66 @@ fn a_record_goes_with_the_hardware_and_not_with_the_system_id() {
         assert_blocked(&mut vehicle, MonoTime::ZERO, "damaged record");
         version(&mut vehicle, uid, now);
         assert_eq!(vehicle.plan_state(MISSION).may_be_mixed(), stays, "{uid}");
+    }
+}
+
+#[test]
+fn another_vehicle_in_the_place_of_one_takes_over_nothing_of_it() {
+    let version = |vehicle: &mut Vehicle, uid, now| {
+        let data = AUTOPILOT_VERSION_DATA { uid, ..Default::default() };
+        vehicle.on_message(PLANE.component, &Message::Dialect(MavMessage::AUTOPILOT_VERSION(data)), now);
+    };
+    let kept = |vehicle: &mut Vehicle| {
+        let outputs = std::iter::from_fn(|| vehicle.poll_output());
+        let kept = outputs.filter_map(|output| match output {
+            Output::Keep { stored, .. } => Some((stored.key.as_str().to_owned(), stored.record.doubt.is_some())),
+            _ => None,
+        });
+        kept.collect::<Vec<_>>()
+    };
+    let (one, other) = ("uid-000000000000002a".to_owned(), "uid-000000000000002b".to_owned());
+    for keeps_records in [true, false] {
+        let config = VehicleConfig { keeps_records, ..reading() };
+        let mut vehicle = Vehicle::new(PLANE, STATION, config, MonoTime::ZERO);
+        vehicle.on_records(vec![], MonoTime::ZERO);
+        version(&mut vehicle, 0x2a, MonoTime::from_millis(5));
+        for (name, value) in [("WP_LOITER_RAD", 95.0), ("ROLL_LIMIT_DEG", 55.0)] {
+            let name = ParamName::new(name).expect("a name");
+            vehicle.learn(&Param { name, value: ParamValue::F32(value) });
+        }
+        vehicle.on_sending(&rival_count(9), false, MonoTime::from_millis(6)).expect("sent");
+        assert!(vehicle.plan_state(MISSION).may_be_mixed());
+        assert_eq!(kept(&mut vehicle), if keeps_records { vec![(one.clone(), true)] } else { vec![] });
+
+        // Its battery is taken out, and another one with the same system id is switched on.
+        vehicle.on_restart(MonoTime::from_millis(20_000), MonoTime::from_millis(20_000));
+        assert!(vehicle.plan_state(MISSION).may_be_mixed(), "it may be the same");
+        version(&mut vehicle, 0x2b, MonoTime::from_millis(21_000));
+        assert_eq!(vehicle.plan_state(MISSION), PlanState::Unknown(Unknown::NeverRead));
+        assert_eq!(kept(&mut vehicle), [], "nothing of the other's is written down, and its doubt stays");
+        assert_eq!(vehicle.flight_parameters(), FlightParameters::default());
+        assert!(vehicle.parameters().is_empty());
+        assert_eq!(vehicle.check_context().bank_deg, CheckContext::default().bank_deg);
+        version(&mut vehicle, 0x2b, MonoTime::from_millis(22_000));
+        version(&mut vehicle, 0, MonoTime::from_millis(22_000));
+        assert_eq!(vehicle.plan_state(MISSION), PlanState::Unknown(Unknown::NeverRead), "still the same");
+
+        // The first comes back, and restarts as itself.
+        version(&mut vehicle, 0x2a, MonoTime::from_millis(40_000));
+        assert!(vehicle.plan_state(MISSION).may_be_mixed(), "{}", vehicle.plan_state(MISSION));
+        vehicle.on_restart(MonoTime::from_millis(60_000), MonoTime::from_millis(60_000));
+        version(&mut vehicle, 0x2a, MonoTime::from_millis(61_000));
+        assert!(vehicle.plan_state(MISSION).may_be_mixed(), "{}", vehicle.plan_state(MISSION));
+
+        // What begins before the other tells who it is, is the other's.
+        version(&mut vehicle, 0x2b, MonoTime::from_millis(80_000));
+        vehicle.on_restart(MonoTime::from_millis(90_000), MonoTime::from_millis(90_000));
+        vehicle.on_sending(&rival_count(9), false, MonoTime::from_millis(90_000)).expect("sent");
+        kept(&mut vehicle);
+        version(&mut vehicle, 0x2c, MonoTime::from_millis(91_000));
+        assert!(vehicle.plan_state(MISSION).may_be_mixed(), "{}", vehicle.plan_state(MISSION));
+        let third = other.replace("2b", "2c");
+        assert_eq!(kept(&mut vehicle), if keeps_records { vec![(third, true)] } else { vec![] });
     }
 }
 
