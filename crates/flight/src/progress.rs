@@ -227,7 +227,7 @@ fn walk(
     mission: &Mission,
     start_index: usize,
     start: GeoPoint,
-    circled: Circled,
+    mut circled: Circled,
     ground_speed_m_s: Option<f64>,
     options: &ProgressOptions,
 ) -> Trip {
@@ -248,8 +248,8 @@ fn walk(
         let Some(item) = mission.items.get(index) else {
             return Trip { distance_m: Some(distance_total_m), time_s: time_total_s, end: TripEnd::End, is_estimate };
         };
-        let flown = circled.flown().filter(|_| index == start_index);
-        let (turns_flown, time_flown_s) = flown.unwrap_or_default();
+        // Of the item in execution: where a jump leads back to it, it is flown whole.
+        let (turns_flown, time_flown_s) = std::mem::take(&mut circled).flown().unwrap_or_default();
         index += 1;
         let mut leg_m = 0.0;
         let mut wait_s = 0.0;
@@ -368,8 +368,9 @@ mod tests {
     #[test]
     fn what_was_flown_of_a_circle_is_not_flown_again() {
         let (lat_deg, lon_deg) = north(0.0);
-        let seconds = |item: MissionItem, circled| {
-            let mission = Mission { home: Some(HOME), items: vec![item, waypoint(0.0)] };
+        let seconds = |item: &MissionItem, circled, repeats| {
+            let items = vec![item.clone(), waypoint(0.0), MissionItem::jump(MissionSeq(1), repeats)];
+            let mission = Mission { home: Some(HOME), items };
             let here = HOME.point().unwrap();
             remaining(&mission, 0, here, circled, Some(10.0), &ProgressOptions::default()).time_s.unwrap()
         };
@@ -377,15 +378,19 @@ mod tests {
         let turns = MissionItem::loiter_turns(lat_deg, lon_deg, 100.0, 3.0, 50.0);
         let waits = MissionItem::loiter_time(lat_deg, lon_deg, 100.0, 60.0, true);
         let turn_s = std::f64::consts::TAU * 5.0;
-        for (item, circled, expected_s) in [
-            (&turns, Circled::Unknown, 3.0 * turn_s),
-            (&turns, flown(2.5, 400.0), 0.5 * turn_s),
-            (&turns, flown(3.2, 400.0), 0.0),
-            (&waits, Circled::Nothing, 60.0),
-            (&waits, flown(9.0, 45.0), 15.0),
+        for (item, circled, whole_s, rest_s) in [
+            (&turns, Circled::Unknown, 3.0 * turn_s, 3.0 * turn_s),
+            (&turns, flown(2.5, 400.0), 3.0 * turn_s, 0.5 * turn_s),
+            (&turns, flown(3.2, 400.0), 3.0 * turn_s, 0.0),
+            (&waits, Circled::Nothing, 60.0, 60.0),
+            (&waits, flown(9.0, 45.0), 60.0, 15.0),
         ] {
-            let found_s = seconds(item.clone(), circled);
-            assert!((found_s - expected_s).abs() < 0.01, "{circled:?}: {found_s}");
+            // A jump leads back to the whole of it.
+            for repeats in [0, 2] {
+                let found_s = seconds(item, circled, repeats);
+                let expected_s = rest_s + f64::from(repeats) * whole_s;
+                assert!((found_s - expected_s).abs() < 0.01, "{circled:?}, {repeats} repeats: {found_s}");
+            }
         }
     }
 
