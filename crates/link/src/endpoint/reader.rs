@@ -80,9 +80,11 @@ impl<L: Listener> Reader<L> {
                 let read = self.read_paced();
                 (self, read)
             });
-            let read;
-            (self, read) = paced.insert(thread).await.map_err(Error::other)?;
+            let ended = paced.insert(thread).await;
+            // It is not to be awaited a second time, however it ended.
             *paced = None;
+            let read;
+            (self, read) = ended.map_err(Error::other)?;
             read?;
         }
     }
@@ -175,6 +177,24 @@ mod tests {
         }
     }
 
+    /// Breaks as soon as another thread than this reads it.
+    struct Brittle(ThreadId);
+
+    impl Listener for Brittle {
+        fn hear(&mut self, socket: &Datagrams) -> Result<()> {
+            assert_eq!(std::thread::current().id(), self.0, "it breaks, as it shall");
+            socket.recv(&mut [0; 4]).map(|_| ())
+        }
+
+        fn begin(&mut self) {}
+        fn end(&mut self) {}
+        fn sweep(&mut self) {}
+
+        fn is_closed(&self) -> bool {
+            false
+        }
+    }
+
     fn socket() -> (Arc<Datagrams>, SocketAddr) {
         let socket = UdpSocket::bind("127.0.0.1:0").unwrap();
         socket.set_nonblocking(true).unwrap();
@@ -207,6 +227,25 @@ mod tests {
             end = Reader::new(socket, Teller(sender)).run(&mut paced) => panic!("{end:?}"),
             () = changes => {}
         }
+    }
+
+    #[tokio::test]
+    async fn a_thread_that_breaks_is_told_of_and_not_waited_for_again() {
+        let ((socket, place), mut paced) = (socket(), None);
+        let from = UdpSocket::bind("127.0.0.1:0").unwrap();
+        from.connect(place).unwrap();
+        let flood = async {
+            loop {
+                (0..100_u32).for_each(|number| _ = from.send(&number.to_le_bytes()).unwrap());
+                tokio::task::yield_now().await;
+            }
+        };
+        let end = tokio::select! {
+            end = Reader::new(Arc::clone(&socket), Brittle(std::thread::current().id())).run(&mut paced) => end,
+            () = flood => unreachable!("it goes on"),
+        };
+        assert!(end.is_err_and(|error| error.to_string().contains("panicked")));
+        assert!(paced.is_none());
     }
 
     #[test]
