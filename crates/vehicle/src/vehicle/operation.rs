@@ -84,7 +84,7 @@ pub(super) enum Seen {
     NotYet,
 }
 
-/// A message of which the effect is waited for.
+/// A message of which the effect is waited for. Once it is overdue it is not sent again, and the next word about it decides.
 #[derive(Debug)]
 pub(super) struct Telling {
     /// What it stands for, and its effect.
@@ -96,10 +96,16 @@ pub(super) struct Telling {
     pub attempts: u32,
     pub retry_at: MonoTime,
     pub until: MonoTime,
+    pub is_overdue: bool,
 }
 
 impl Telling {
     pub(super) fn deadline(&self) -> MonoTime {
-        self.retry_at.min(self.until)
+        if self.is_overdue { self.until } else { self.retry_at.min(self.until) }
+    }
+
+    /// Whether it waits for its answer, and not for its effect.
+    pub(super) fn waits_for_ack(&self) -> bool {
+        self.wants_ack && !self.has_ack
     }
 }

@@ -27,10 +27,12 @@ const MAX_REASONS: usize = 16;
 impl Vehicle {
     /// Ends the waits whose time is over.
     pub(super) fn end_waits(&mut self, now: MonoTime) {
+        for index in 0..self.ops.len() {
+            self.wait_for_a_word(index, now);
+        }
         self.tell_again(now);
         let mut index = 0;
         while index < self.ops.len() {
-            self.wait_for_a_word(index, now);
             let error = match &self.ops[index].state {
                 State::Refused { command, result, until } if now >= *until => Some(self.refused(command, *result, now)),
                 State::Awaiting { command, until, .. } if now >= *until => Some(self.not_confirmed(command, now)),
@@ -79,7 +81,7 @@ impl Vehicle {
             command: command.name(),
             wanted,
             observed,
-            within: now.since(command.last_sent),
+            within: now.since(command.first_sent),
             reasons: self.reasons(command, now),
         }
     }
@@ -323,13 +325,22 @@ impl Vehicle {
 
     /// A vehicle that has not said a word about an effect since does not show that it is missing.
     fn wait_for_a_word(&mut self, index: usize, now: MonoTime) {
-        let State::Awaiting { command, until, is_overdue: false } = &self.ops[index].state else { return };
-        if now < *until || matches!(command.effect, Effect::Received(_)) || self.seen(command) != Seen::NotYet {
+        let (command, until) = match &self.ops[index].state {
+            State::Awaiting { command, until, is_overdue: false } => (command, *until),
+            State::Telling(telling) if !telling.is_overdue && !telling.waits_for_ack() => {
+                (&telling.command, telling.until)
+            }
+            _ => return,
+        };
+        if now < until || matches!(command.effect, Effect::Received(_)) || self.seen(command) != Seen::NotYet {
             return;
         }
-        if let State::Awaiting { until, is_overdue, .. } = &mut self.ops[index].state {
-            (*until, *is_overdue) = (*until + (WORD_WITHIN - EFFECT_WITHIN), true);
-        }
+        let (until, is_overdue) = match &mut self.ops[index].state {
+            State::Awaiting { until, is_overdue, .. } => (until, is_overdue),
+            State::Telling(telling) => (&mut telling.until, &mut telling.is_overdue),
+            _ => return,
+        };
+        (*until, *is_overdue) = (*until + (WORD_WITHIN - EFFECT_WITHIN), true);
     }
 
     pub(super) fn on_command_finished(&mut self, index: usize, outcome: CommandOutcome, now: MonoTime) {

@@ -26,14 +26,14 @@ impl Vehicle {
         self.reach.on_question(now);
         self.outputs.push_back(super::Output::Send(message.clone()));
         let (retry_at, until) = (now + self.tell_again_after(), now + EFFECT_WITHIN);
-        let telling = Telling { command, message, wants_ack, has_ack: false, attempts: 1, retry_at, until };
+        let telling =
+            Telling { command, message, wants_ack, has_ack: false, attempts: 1, retry_at, until, is_overdue: false };
         self.ops[index].state = State::Telling(Box::new(telling));
     }
 
     /// Whether a MISSION_ACK answered a guided target or height; then it is about no plan.
     pub(super) fn on_guided_ack(&mut self, ack: &MissionAck, now: MonoTime) -> bool {
-        let is_waiting =
-            |state: &State| matches!(state, State::Telling(telling) if telling.wants_ack && !telling.has_ack);
+        let is_waiting = |state: &State| matches!(state, State::Telling(telling) if telling.waits_for_ack());
         let Some(index) = self.ops.iter().position(|op| is_waiting(&op.state)) else { return false };
         if ack.mission_type != 0 || self.transfer.is_some() {
             return false;
@@ -61,13 +61,17 @@ impl Vehicle {
     pub(super) fn check_telling(&mut self, index: usize, now: MonoTime) {
         let State::Telling(telling) = &self.ops[index].state else { return };
         let command = &telling.command;
-        let is_shown = command.effect == Effect::Acknowledged || self.seen(command) == Seen::Shown;
+        let seen = self.seen(command);
+        let is_shown = command.effect == Effect::Acknowledged || seen == Seen::Shown;
         // A change of mode proves that the message came; a mode that was there before does not.
         let is_change = matches!(command.effect, Effect::Mode(mode) if command.mode_before != Some(mode));
-        if is_shown && (telling.has_ack || !telling.wants_ack || is_change) {
+        if is_shown && (!telling.waits_for_ack() || is_change) {
             let id = self.ops[index].id;
             self.ops[index].state = State::Ready;
             self.advance(id, now);
+        } else if telling.is_overdue && seen != Seen::NotYet {
+            let error = self.not_confirmed(command, now);
+            self.finish(index, Err(error));
         }
     }
 
@@ -105,17 +109,11 @@ impl Vehicle {
     /// Why something is not told again.
     fn retold(&self, telling: &Telling, now: MonoTime) -> Option<VehicleError> {
         let command = &telling.command;
-        if let (Seen::Overtaken(observed), Effect::Mode(mode)) = (self.seen(command), command.effect) {
-            return Some(VehicleError::NotConfirmed {
-                command: command.name(),
-                wanted: format!("mode {mode}"),
-                observed,
-                within: now.since(command.last_sent),
-                reasons: self.reasons(command, now),
-            });
+        if matches!(self.seen(command), Seen::Overtaken(_)) {
+            return Some(self.not_confirmed(command, now));
         }
         (now >= telling.until).then(|| {
-            if telling.wants_ack && !telling.has_ack {
+            if telling.waits_for_ack() {
                 VehicleError::CommandTimeout {
                     target: self.address,
                     command: command.name(),

@@ -347,6 +347,7 @@ impl Endpoint for Plane {
                 self.ints.push(*int);
                 self.command(from, int.command, int.params);
             }
+            Message::Dialect(MavMessage::SET_MODE(_)) if self.is_lazy => {}
             Message::Dialect(MavMessage::SET_MODE(mode)) => self.mode = mode.custom_mode,
             Message::Dialect(MavMessage::SET_POSITION_TARGET_LOCAL_NED(target)) => self.velocities.push(target.clone()),
             Message::Dialect(MavMessage::TIMESYNC(sync)) if sync.tc1 == 0 => {
@@ -563,26 +564,38 @@ fn a_go_to_has_entered_guided_and_takes_it_from_nobody() {
     assert!(matches!(ask(&mut world, go()), Err(VehicleError::NotConfirmed { .. })));
 }
 
-/// Whose heartbeats fail to come says nothing against what it accepted: the next one decides, and without one nothing is known.
+/// Whose heartbeats fail to come says nothing against what it accepted, or was told by a message that it does not answer: the next
+/// one decides, and without one nothing is known.
 #[test]
 fn an_effect_is_missing_when_the_vehicle_says_so() {
-    let arm_unheard_for = |s: u64, is_lazy: bool| {
+    let unheard_for = |request: Request, ms: u64, is_lazy: bool| {
         let mut world = connected();
+        // Its mode is set by a message.
+        world.plane.unknown = vec![cmd::DO_SET_MODE];
         world.plane.is_lazy = is_lazy;
-        let id = start(&mut world, ARM);
-        world.plane.next_heartbeat = world.now + Duration::from_secs(s);
+        let id = start(&mut world, request);
+        world.plane.next_heartbeat = world.now + Duration::from_millis(ms);
         let before = world.now;
         let result = end(&mut world, id, 30);
         (result, world.now.since(before).as_secs())
     };
-    assert_eq!(arm_unheard_for(7, false), (Ok(Reply::Done), 7));
     let shown = |result| match result {
-        (Err(VehicleError::NotConfirmed { observed, .. }), after_s) => (observed, after_s),
+        (Err(VehicleError::NotConfirmed { observed, within, .. }), after_s) => {
+            assert_eq!(within.as_secs(), after_s);
+            (observed, after_s)
+        }
         other => panic!("{other:?}"),
     };
-    assert_eq!(shown(arm_unheard_for(2, true)), ("disarmed".to_owned(), 5));
-    assert_eq!(shown(arm_unheard_for(7, true)), ("disarmed".to_owned(), 7));
-    assert_eq!(shown(arm_unheard_for(60, true)), ("nothing".to_owned(), 10));
+    for (request, before) in [(ARM, "disarmed"), (mode("RTL"), "mode FBWA")] {
+        assert_eq!(unheard_for(request.clone(), 7_000, false), (Ok(Reply::Done), 7));
+        // However the heartbeats lie beside what is told again each second.
+        for phase_ms in [100, 300, 500, 700, 900] {
+            assert_eq!(shown(unheard_for(request.clone(), phase_ms, true)), (before.to_owned(), 5), "{phase_ms} ms");
+        }
+        assert_eq!(shown(unheard_for(request.clone(), 2_000, true)), (before.to_owned(), 5));
+        assert_eq!(shown(unheard_for(request.clone(), 7_000, true)), (before.to_owned(), 7));
+        assert_eq!(shown(unheard_for(request, 60_000, true)), ("nothing".to_owned(), 10));
+    }
 }
 
 // fault 22: 1 of 10 sent, 9 told that it is under way
@@ -602,9 +615,9 @@ fn an_old_vehicle_takes_the_older_messages() {
     world.plane.unknown = vec![cmd::DO_SET_MODE, cmd::DO_SET_MISSION_CURRENT, cmd::DO_CHANGE_ALTITUDE];
     assert_eq!(ask(&mut world, mode("RTL")), Ok(Reply::Done));
     assert_eq!(world.plane.mode, 11);
-    // The mission has no item 3: nothing shows, and that is said.
+    // The mission has no item 3: it shows where it stands, and that is said.
     let error = ask(&mut world, Request::SetCurrentItem { item: 3 }).expect_err("not shown");
-    assert!(matches!(error, VehicleError::NotConfirmed { .. }), "{error}");
+    assert!(matches!(&error, VehicleError::NotConfirmed { observed, .. } if observed == "item 0"), "{error}");
     let higher = Request::ChangeAltitude { alt_m: 90.0, alt_frame: AltFrame::RelHome };
     assert!(ask(&mut world, higher).is_err());
     let older = world.plane.ints.last().expect("the older command");
