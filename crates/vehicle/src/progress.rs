@@ -144,6 +144,11 @@ impl ProgressTracker {
         }
     }
 
+    /// It was set to an item. It begins that one, also where it is the one in execution.
+    pub fn on_set_current(&mut self) {
+        self.circle.begins(true);
+    }
+
     /// Where it is. `mission` is the plan on board, where it is known; `first` the seq of its first item.
     pub fn on_position(
         &mut self,
@@ -317,9 +322,11 @@ mod tests {
         assert!(is_half_a_minute(circles(&mut tracker, 250)), "an ArduPlane begins the item anew");
         tracker.on_reached(3, None);
         assert!(is_half_a_minute(circles(&mut tracker, 280)), "a jump led back to it");
+        tracker.on_set_current();
+        assert!(is_half_a_minute(circles(&mut tracker, 310)), "it was set to it once more");
         tracker.reset();
         tracker.on_current(&active(3));
-        assert_eq!(circles(&mut tracker, 310), Circled::Unknown);
+        assert_eq!(circles(&mut tracker, 340), Circled::Unknown);
     }
 
     #[test]

@@ -12,6 +12,7 @@ use vencejo_proto::{Address, ComponentId, Message, MissionAck, MissionSeq, MonoT
 use super::operation::State;
 use super::steps::Effect;
 use super::{Told, Vehicle};
+use crate::command::cmd;
 use crate::error::VehicleError;
 use crate::plan_state::{PlanState, Unknown};
 use crate::reach::Reach;
@@ -134,6 +135,10 @@ impl Vehicle {
         match message {
             Message::StatusText(text) => self.on_text(self.address.component, text, now),
             Message::CommandAck(ack) => {
+                // Whoever has asked for it.
+                if (ack.command, ack.result) == (cmd::DO_SET_MISSION_CURRENT, 0) {
+                    self.tracker.on_set_current();
+                }
                 self.commands.on_ack(self.address, ack, now);
                 self.pump(now);
                 return;

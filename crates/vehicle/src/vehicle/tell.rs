@@ -66,6 +66,9 @@ impl Vehicle {
         // A change of mode proves that the message came; a mode that was there before does not.
         let is_change = matches!(command.effect, Effect::Mode(mode) if command.mode_before != Some(mode));
         if is_shown && (!telling.waits_for_ack() || is_change) {
+            if matches!(command.effect, Effect::Current(_) | Effect::AtBeginning(_)) {
+                self.tracker.on_set_current();
+            }
             let id = self.ops[index].id;
             self.ops[index].state = State::Ready;
             self.advance(id, now);

@@ -10,6 +10,7 @@ use std::time::Duration;
 
 use rand::rngs::SmallRng;
 use rand::{Rng, SeedableRng};
+use vencejo_flight::geodesy::{GeoPoint, direct};
 use vencejo_flight::plan::{Command, Home, MissionItem, PlanKind};
 use vencejo_proto::dialect::{
     ATTITUDE_DATA, AUTOPILOT_VERSION_DATA, EXTENDED_SYS_STATE_DATA, GLOBAL_POSITION_INT_DATA, HOME_POSITION_DATA,
@@ -622,6 +623,56 @@ fn an_old_vehicle_takes_the_older_messages() {
     assert!(ask(&mut world, higher).is_err());
     let older = world.plane.ints.last().expect("the older command");
     assert_eq!((older.command, older.frame, older.z), (cmd::GUIDED_CHANGE_ALTITUDE, 3, 90.0));
+}
+
+/// Set to the circle that it flies, an autopilot begins it once more. What stands in for the command is shown to have come.
+#[test]
+fn a_circle_that_it_is_set_to_again_counts_anew() {
+    for is_old in [false, true] {
+        let mut world = connected();
+        let items =
+            vec![MissionItem::waypoint(40.33, -3.79, 80.0), MissionItem::loiter_turns(40.34, -3.79, 80.0, 3.0, 80.0)];
+        let plan = Request::UploadPlan { kind: PlanKind::Mission, items, home: None, despite_findings: false };
+        ask(&mut world, plan).expect("uploaded");
+        (world.plane.mode, world.plane.is_streaming) = (10, false);
+        wait(&mut world, 1_500);
+        let stands_at = |world: &mut Pair, seq| {
+            let data = MISSION_CURRENT_DATA { seq, total: 2, ..Default::default() };
+            let (vehicle, now) = (&mut world.station.vehicle, world.now);
+            vehicle.on_message(PLANE.component, &Message::Dialect(MavMessage::MISSION_CURRENT(data)), now);
+        };
+        let circles = |world: &mut Pair, from_ms: u32| {
+            let centre = GeoPoint::new(40.34, -3.79).expect("a place");
+            for step in 0..20 {
+                // 20 m/s around 80 m, each half second
+                let angle_rad = f64::from(step) * 0.125;
+                let point = direct(centre, angle_rad.to_degrees(), 80.0);
+                let data = GLOBAL_POSITION_INT_DATA {
+                    time_boot_ms: from_ms + step * 500,
+                    lat: (point.lat_deg() * 1e7) as i32,
+                    lon: (point.lon_deg() * 1e7) as i32,
+                    vx: (-2_000.0 * angle_rad.sin()) as i16,
+                    vy: (2_000.0 * angle_rad.cos()) as i16,
+                    ..Default::default()
+                };
+                let (vehicle, now) = (&mut world.station.vehicle, world.now);
+                vehicle.on_message(PLANE.component, &Message::Dialect(MavMessage::GLOBAL_POSITION_INT(data)), now);
+            }
+            let circled = world.station.vehicle.progress().circled;
+            circled.flown().map(|(_, time_s)| time_s.round())
+        };
+        stands_at(&mut world, 1);
+        circles(&mut world, 500_000);
+        stands_at(&mut world, 2);
+        assert_eq!(circles(&mut world, 510_000), Some(10.0));
+        assert_eq!(circles(&mut world, 520_000), Some(20.0));
+        world.plane.unknown = if is_old { vec![cmd::DO_SET_MISSION_CURRENT] } else { Vec::new() };
+        let id = start(&mut world, Request::SetCurrentItem { item: 2 });
+        wait(&mut world, 500);
+        stands_at(&mut world, 2);
+        assert_eq!(world.station.results.get(&id), Some(&Ok(Reply::Done)));
+        assert_eq!(circles(&mut world, 530_000), Some(10.0), "old: {is_old}");
+    }
 }
 
 /// Success means that the vehicle shows it; failure comes in time; and there is one of them.
