@@ -11,12 +11,15 @@ use crate::guidance::l1::{L1Params, L1State, Motion, Track, Turn, steer};
 use crate::guidance::{NorthEast, wrap_pi};
 use crate::plan::MissionItem;
 use crate::progress::{Circled, ProgressOptions};
-use crate::way::{circle, signed_radius_m};
+use crate::way::{Circling, circle, signed_radius_m};
 
 /// Farther away than so many radii a plane is on its way to a circle (`Plane::update_loiter`).
 const NEAR_RADII: f64 = 3.0;
 /// A plane that was not heard for longer may have reached its circle meanwhile, s.
 const HEARD_WITHIN_S: f64 = 3.0;
+/// A plane that is done with a circle stays on it until it heads for the next item, a turn at the most where nothing disturbs it
+/// (`Plane::verify_loiter_heading`).
+const TURNS_AFTER: f64 = 1.5;
 
 /// A plane as it was heard to be.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -49,6 +52,17 @@ struct Lap {
     bearing_rad: f64,
 }
 
+impl Lap {
+    /// Turns since the item's own were flown, or since its time was over; less than 0 before, and 0 where it has no such end.
+    fn turns_after(&self, kind: Circling, amount: f64, at_s: f64) -> f64 {
+        match kind {
+            Circling::Turns => self.swept_rad / TAU - amount,
+            Circling::Time => self.swept_rad / TAU * (1.0 - amount / (at_s - self.since_s)),
+            Circling::Height | Circling::Unlimited => 0.0,
+        }
+    }
+}
+
 impl CircleWatch {
     /// An item begins, or the same one anew: now, or at a moment that was not heard (`is_now` is false).
     pub fn begins(&mut self, is_now: bool) {
@@ -64,9 +78,7 @@ impl CircleWatch {
     /// The plane is heard while it flies to this item, or around it.
     pub fn on(&mut self, heard: &Heard, item: &MissionItem, options: &ProgressOptions, law: &L1Params) {
         let before_s = self.heard_s.replace(heard.at_s);
-        if self.is_unknown || signed_radius_m(item).is_none() {
-            return;
-        }
+        let Some((kind, _)) = signed_radius_m(item).filter(|_| !self.is_unknown) else { return };
         // The place of one without its own is where the plane was.
         let Some(circle) = circle(item, options) else {
             self.is_unknown = true;
@@ -82,6 +94,8 @@ impl CircleWatch {
             let about_rad = heard.velocity.length() * dt_s / position.length().max(0.5 * circle.radius_m);
             lap.swept_rad += about_rad + wrap_pi(sign * (bearing_rad - lap.bearing_rad) - about_rad);
             lap.bearing_rad = bearing_rad;
+            // It has begun anew, and nobody heard when.
+            self.is_unknown = lap.turns_after(kind, item.param(1).unwrap_or(0.0), heard.at_s) > TURNS_AFTER;
             return;
         }
         if position.length() <= NEAR_RADII * circle.radius_m {
@@ -117,6 +131,7 @@ impl CircleWatch {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::plan::Command;
 
     const CENTRE: (f64, f64) = (40.0, -3.0);
     const RADIUS_M: f64 = 80.0;
@@ -152,6 +167,10 @@ mod tests {
     /// What is known at the end of these parts of that flight, seconds since it was on the circle, of an item that began with the first.
     fn after(is_now: bool, parts_s: &[(f64, f64)]) -> Circled {
         let turns = MissionItem::loiter_turns(CENTRE.0, CENTRE.1, 80.0, 3.0, -RADIUS_M);
+        flown_of(&turns, &ProgressOptions::default(), is_now, parts_s)
+    }
+
+    fn flown_of(item: &MissionItem, options: &ProgressOptions, is_now: bool, parts_s: &[(f64, f64)]) -> Circled {
         let (moments, begins_s) = flight();
         let mut watch = CircleWatch::default();
         let mut begins = Some(is_now);
@@ -161,7 +180,7 @@ mod tests {
                 watch.elsewhere(heard.at_s);
                 watch.begins(is_now);
             }
-            watch.on(heard, &turns, &ProgressOptions::default(), &L1Params::default());
+            watch.on(heard, item, options, &L1Params::default());
         }
         watch.circled()
     }
@@ -180,6 +199,24 @@ mod tests {
         check(true, &[(-20.0, 40.0)], 40.0);
         check(true, &[(5.0, 45.0)], 40.0);
         check(false, &[(-20.0, 40.0)], 40.0);
+    }
+
+    #[test]
+    fn a_plane_that_circles_on_and_on_has_begun_anew_unheard() {
+        let turn_s = TAU * RADIUS_M / SPEED_M_S;
+        let (lat_deg, lon_deg) = CENTRE;
+        let turns = MissionItem::loiter_turns(lat_deg, lon_deg, 80.0, 0.5, -RADIUS_M);
+        let time = MissionItem::loiter_time(lat_deg, lon_deg, 80.0, 0.5 * turn_s, false);
+        let unlimited = MissionItem { command: Command::NAV_LOITER_UNLIM, ..turns.clone() };
+        let options = ProgressOptions { loiter_radius_m: RADIUS_M, ..ProgressOptions::default() };
+        let knows = |item: &MissionItem, turns: f64| {
+            let found = flown_of(item, &options, true, &[(-20.0, turns * turn_s)]);
+            found != Circled::Unknown
+        };
+        for item in [turns, time] {
+            assert!(knows(&item, 1.85) && !knows(&item, 2.15), "{item:?}");
+        }
+        assert!(knows(&unlimited, 2.15));
     }
 
     #[test]
