@@ -17,6 +17,8 @@ use crate::way::{Circling, circle, signed_radius_m};
 const NEAR_RADII: f64 = 3.0;
 /// A plane that was not heard for longer may have reached its circle meanwhile, s.
 const HEARD_WITHIN_S: f64 = 3.0;
+/// What a plane turns unheard is between so many times what its rate tells: in wind that differs from place to place.
+const UNHEARD: (f64, f64) = (0.5, 1.5);
 /// A plane that is done with a circle stays on it until it heads for the next item, a turn at the most where nothing disturbs it
 /// (`Plane::verify_loiter_heading`).
 const TURNS_AFTER: f64 = 1.5;
@@ -50,6 +52,8 @@ struct Lap {
     since_s: f64,
     swept_rad: f64,
     bearing_rad: f64,
+    /// How fast it turns about the centre.
+    rate_rad_s: f64,
 }
 
 impl Lap {
@@ -88,14 +92,24 @@ impl CircleWatch {
         let position = NorthEast::new(north, east);
         let (turn, sign) = if circle.is_clockwise { (Turn::Clockwise, 1.0) } else { (Turn::Anticlockwise, -1.0) };
         let bearing_rad = position.bearing_rad();
+        let rate_rad_s = heard.velocity.length() / position.length().max(0.5 * circle.radius_m);
         if let Some(lap) = &mut self.lap {
             let dt_s = before_s.map_or(0.0, |before_s| heard.at_s - before_s).max(0.0);
-            // Of several whole turns between two moments the speed tells how many.
-            let about_rad = heard.velocity.length() * dt_s / position.length().max(0.5 * circle.radius_m);
-            lap.swept_rad += about_rad + wrap_pi(sign * (bearing_rad - lap.bearing_rad) - about_rad);
-            lap.bearing_rad = bearing_rad;
-            // It has begun anew, and nobody heard when.
-            self.is_unknown = lap.turns_after(kind, item.param(1).unwrap_or(0.0), heard.at_s) > TURNS_AFTER;
+            // Of whole turns between two moments the rate tells how many: that of all turns before, else of both ends.
+            let mean_rad_s = if lap.swept_rad >= TAU {
+                lap.swept_rad / (heard.at_s - dt_s - lap.since_s)
+            } else {
+                0.5 * (lap.rate_rad_s + rate_rad_s)
+            };
+            let about_rad = mean_rad_s * dt_s;
+            let swept_rad = about_rad + wrap_pi(sign * (bearing_rad - lap.bearing_rad) - about_rad);
+            // A turn more or less might be as true.
+            let is_doubtful = swept_rad - TAU > UNHEARD.0 * about_rad || swept_rad + TAU < UNHEARD.1 * about_rad;
+            lap.swept_rad += swept_rad;
+            (lap.bearing_rad, lap.rate_rad_s) = (bearing_rad, rate_rad_s);
+            // One that goes on has begun anew, and nobody heard when.
+            self.is_unknown =
+                is_doubtful || lap.turns_after(kind, item.param(1).unwrap_or(0.0), heard.at_s) > TURNS_AFTER;
             return;
         }
         if position.length() <= NEAR_RADII * circle.radius_m {
@@ -109,7 +123,7 @@ impl CircleWatch {
         if !self.law.on_circle {
             self.outside_s = Some(heard.at_s);
         } else if self.outside_s.is_some_and(|outside_s| heard.at_s - outside_s <= HEARD_WITHIN_S) {
-            self.lap = Some(Lap { since_s: heard.at_s, swept_rad: 0.0, bearing_rad });
+            self.lap = Some(Lap { since_s: heard.at_s, swept_rad: 0.0, bearing_rad, rate_rad_s });
         } else {
             self.is_unknown = true;
         }
@@ -141,37 +155,43 @@ mod tests {
 
     /// A plane that flies from 700 m in the west to an anticlockwise circle and around it, ten moments a second, and when its own law
     /// begins to count.
-    fn flight() -> (Vec<Heard>, f64) {
+    fn flight(wind: NorthEast) -> (Vec<Heard>, f64) {
         let frame = LocalFrame::new(GeoPoint::new(CENTRE.0, CENTRE.1).unwrap(), 0.0);
         let track = Track::Circle { centre: NorthEast::default(), radius_m: RADIUS_M, turn: Turn::Anticlockwise };
-        let (mut position, mut course_rad) = (NorthEast::new(0.0, -700.0), TAU / 4.0);
+        let (mut position, mut heading_rad) = (NorthEast::new(0.0, -700.0), TAU / 4.0);
         let (mut law, mut begins_s) = (L1State::default(), None);
         let mut moments = Vec::new();
-        for step in 0..900_u32 {
+        for step in 0..1_100_u32 {
             let at_s = 1_000.0 + f64::from(step) * STEP_S;
-            let velocity = NorthEast::from_bearing(course_rad) * SPEED_M_S;
+            let velocity = NorthEast::from_bearing(heading_rad) * SPEED_M_S + wind;
             let (point, _) = frame.geodetic_from_ned([position.north, position.east, 0.0]);
             moments.push(Heard { at_s, point, velocity });
             if law.on_circle {
                 begins_s.get_or_insert(at_s);
             }
-            let motion = Motion { position, velocity, heading_rad: course_rad };
+            let motion = Motion { position, velocity, heading_rad };
             let (next, output) = steer(law, &motion, &track, &L1Params::default(), STEP_S);
             law = next;
-            course_rad += output.lateral_accel_m_s2 / SPEED_M_S * STEP_S;
+            heading_rad += output.lateral_accel_m_s2 / SPEED_M_S * STEP_S;
             position = position + velocity * STEP_S;
         }
         (moments, begins_s.unwrap())
     }
 
-    /// What is known at the end of these parts of that flight, seconds since it was on the circle, of an item that began with the first.
+    /// What is known at the end of these parts of that flight without wind, seconds since it was on the circle, of an item that began with
+    /// the first.
     fn after(is_now: bool, parts_s: &[(f64, f64)]) -> Circled {
         let turns = MissionItem::loiter_turns(CENTRE.0, CENTRE.1, 80.0, 3.0, -RADIUS_M);
-        flown_of(&turns, &ProgressOptions::default(), is_now, parts_s)
+        flown_of(&flight(NorthEast::default()), &turns, &ProgressOptions::default(), is_now, parts_s)
     }
 
-    fn flown_of(item: &MissionItem, options: &ProgressOptions, is_now: bool, parts_s: &[(f64, f64)]) -> Circled {
-        let (moments, begins_s) = flight();
+    fn flown_of(
+        (moments, begins_s): &(Vec<Heard>, f64),
+        item: &MissionItem,
+        options: &ProgressOptions,
+        is_now: bool,
+        parts_s: &[(f64, f64)],
+    ) -> Circled {
         let mut watch = CircleWatch::default();
         let mut begins = Some(is_now);
         let is_heard = |at_s: f64| parts_s.iter().any(|(from_s, to_s)| (*from_s..=*to_s).contains(&(at_s - begins_s)));
@@ -210,7 +230,7 @@ mod tests {
         let unlimited = MissionItem { command: Command::NAV_LOITER_UNLIM, ..turns.clone() };
         let options = ProgressOptions { loiter_radius_m: RADIUS_M, ..ProgressOptions::default() };
         let knows = |item: &MissionItem, turns: f64| {
-            let found = flown_of(item, &options, true, &[(-20.0, turns * turn_s)]);
+            let found = flown_of(&flight(NorthEast::default()), item, &options, true, &[(-20.0, turns * turn_s)]);
             found != Circled::Unknown
         };
         for item in [turns, time] {
@@ -222,7 +242,37 @@ mod tests {
     #[test]
     fn turns_that_were_not_heard_count_and_a_beginning_that_was_not_heard_is_not_known() {
         check(true, &[(-20.0, 3.0), (40.0, 42.0)], 42.0);
+        assert_eq!(after(true, &[(-20.0, 3.0), (55.0, 57.0)]), Circled::Unknown, "several turns");
         assert_eq!(after(true, &[(-20.0, -8.0), (20.0, 30.0)]), Circled::Unknown);
         assert_eq!(after(false, &[(20.0, 30.0)]), Circled::Unknown, "whoever comes while it circles");
+    }
+    #[test]
+    fn turns_that_were_not_heard_in_wind_are_right_or_not_known() {
+        let item = MissionItem::loiter_turns(CENTRE.0, CENTRE.1, 80.0, 5.0, -RADIUS_M);
+        let (mut known, mut unknown) = (0, 0);
+        for wind_m_s in [4.0, 7.0, 9.0] {
+            let flight = flight(NorthEast::new(0.0, wind_m_s));
+            let turns = |parts_s: &[(f64, f64)]| {
+                let found = flown_of(&flight, &item, &ProgressOptions::default(), true, parts_s);
+                found.flown().map(|(turns, _)| turns)
+            };
+            for from_s in [3.0, 8.0, 13.0, 18.0, 23.0, 28.0, 33.0] {
+                for unheard_s in [10.0, 15.0, 20.0, 25.0, 30.0, 35.0, 40.0] {
+                    let (again_s, end_s) = (from_s + unheard_s, from_s + unheard_s + 1.0);
+                    let expected = turns(&[(-20.0, end_s)]).unwrap();
+                    match turns(&[(-20.0, from_s), (again_s, end_s)]) {
+                        Some(found) => {
+                            assert!(
+                                (found - expected).abs() < 0.1,
+                                "{wind_m_s} {from_s} {unheard_s}: {found}, {expected}"
+                            );
+                            known += 1;
+                        }
+                        None => unknown += 1,
+                    }
+                }
+            }
+        }
+        assert!(known > 120 && unknown > 5, "{known} known, {unknown} not");
     }
 }
