@@ -219,6 +219,17 @@ mod tests {
         check(true, &[(-20.0, 40.0)], 40.0);
         check(true, &[(5.0, 45.0)], 40.0);
         check(false, &[(-20.0, 40.0)], 40.0);
+        // The vehicle's own circle turns as its radius' sign says; an item's sign or radius goes before.
+        let flight = flight(NorthEast::default());
+        let (lat_deg, lon_deg) = CENTRE;
+        for (item_m, own_m, is_flown) in
+            [(0.0, -RADIUS_M, true), (-0.0, RADIUS_M, true), (0.0, RADIUS_M, false), (RADIUS_M, -RADIUS_M, false)]
+        {
+            let item = MissionItem::loiter_turns(lat_deg, lon_deg, 80.0, 3.0, item_m);
+            let options = ProgressOptions { loiter_radius_m: own_m, ..ProgressOptions::default() };
+            let found = flown_of(&flight, &item, &options, true, &[(-20.0, 40.0)]);
+            assert_eq!(found.flown().is_some_and(|(turns, _)| turns > 1.0), is_flown, "{item_m} {own_m}: {found:?}");
+        }
     }
 
     #[test]

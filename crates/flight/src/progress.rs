@@ -18,7 +18,8 @@ const MAX_STEPS: usize = 100_000;
 /// What the walk must know of the vehicle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ProgressOptions {
-    /// Radius of circles that give none, metres. Default 60 (`WP_LOITER_RAD` of ArduPlane).
+    /// Radius of circles that give none, metres; negative where they turn anticlockwise, whatever the item's sense. Default 60
+    /// (`WP_LOITER_RAD` of ArduPlane).
     pub loiter_radius_m: f64,
     /// Speed of climb and descent in a loiter-to-height, metres per second. Default 2.5.
     pub climb_rate_m_s: f64,
@@ -270,7 +271,7 @@ fn walk(
             Command::NAV_LOITER_TURNS => {
                 let radius_m = item.param(3).map(f64::abs).filter(|radius| *radius > 0.0);
                 is_estimate |= radius_m.is_none();
-                let radius_m = radius_m.unwrap_or(options.loiter_radius_m);
+                let radius_m = radius_m.unwrap_or(options.loiter_radius_m.abs());
                 let turns = (item.param(1).unwrap_or(0.0) - turns_flown).max(0.0);
                 leg_m += turns * std::f64::consts::TAU * radius_m;
             }
@@ -411,9 +412,13 @@ mod tests {
     #[test]
     fn circles_and_waiting_count() {
         let (lat_deg, lon_deg) = north(1_000.0);
-        let turns = MissionItem::loiter_turns(lat_deg, lon_deg, 100.0, 2.0, -50.0);
+        let turns = |radius_m| MissionItem::loiter_turns(lat_deg, lon_deg, 100.0, 2.0, radius_m);
         let circles_m = 2.0 * std::f64::consts::TAU * 50.0;
-        check(vec![turns], Some((1_000.0 + circles_m, (1_000.0 + circles_m) / 10.0)));
+        check(vec![turns(-50.0)], Some((1_000.0 + circles_m, (1_000.0 + circles_m) / 10.0)));
+        let anticlockwise = ProgressOptions { loiter_radius_m: -50.0, ..ProgressOptions::default() };
+        let mission = Mission { home: Some(HOME), items: vec![turns(0.0)] };
+        let by_own_m = trip(&mission, None, &anticlockwise).distance_m.unwrap();
+        assert!((by_own_m - 1_000.0 - circles_m).abs() < 0.01, "{by_own_m}");
         let time = MissionItem::loiter_time(lat_deg, lon_deg, 100.0, 30.0, true);
         check(vec![time], Some((1_300.0, 130.0)));
         let unlimited = MissionItem::loiter_unlimited(lat_deg, lon_deg, 100.0, 0.0);

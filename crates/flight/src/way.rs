@@ -367,11 +367,14 @@ pub(crate) fn signed_radius_m(item: &MissionItem) -> Option<(Circling, f64)> {
     })
 }
 
-/// The circle at an item; `None` where it has none, or no place of its own.
+/// The circle at an item; `None` where it has none, or no place of its own. The vehicle's own radius has a sense as well
+/// (`Plane::update_loiter` of ArduPilot 4.7).
 pub(crate) fn circle(item: &MissionItem, options: &ProgressOptions) -> Option<Circle> {
     let (_, signed_m) = signed_radius_m(item)?;
-    let radius_m = if signed_m == 0.0 { options.loiter_radius_m.abs() } else { signed_m.abs() };
-    Some(Circle { centre: item.point()?, radius_m, is_clockwise: !signed_m.is_sign_negative() })
+    let (is_own, own_m) = (signed_m == 0.0, options.loiter_radius_m);
+    let radius_m = if is_own { own_m.abs() } else { signed_m.abs() };
+    let is_anticlockwise = signed_m.is_sign_negative() || is_own && own_m < 0.0;
+    Some(Circle { centre: item.point()?, radius_m, is_clockwise: !is_anticlockwise })
 }
 
 /// How far and how long the plane circles at an item; `None` where it does not. Counted as by [`crate::progress::trip`].

@@ -38,7 +38,8 @@ pub(crate) fn vehicle_summary(vehicle: &VehicleHandle) -> dto::VehicleSummary {
 
 fn flight_parameters(known: vehicle::FlightParameters) -> dto::FlightParameters {
     let vehicle::FlightParameters { loiter_radius_m, airspeed_m_s, finds_landing, .. } = known;
-    dto::FlightParameters { loiter_radius_m, airspeed_m_s, finds_landing }
+    // To HTTP it is a length: the sense of circles is told by `POST /plan/way`.
+    dto::FlightParameters { loiter_radius_m: loiter_radius_m.map(f64::abs), airspeed_m_s, finds_landing }
 }
 
 pub(crate) fn vehicle_summaries(station: &Station) -> Vec<dto::VehicleSummary> {

@@ -123,7 +123,7 @@ struct Told {
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[non_exhaustive]
 pub struct FlightParameters {
-    /// Radius of circles that give none, metres, without their direction (`WP_LOITER_RAD`).
+    /// Radius of circles that give none, metres; negative where they turn anticlockwise (`WP_LOITER_RAD`).
     pub loiter_radius_m: Option<f64>,
     /// Airspeed that it flies by itself, m/s (`AIRSPEED_CRUISE`, before 4.5 `TRIM_ARSPD_CM`).
     pub airspeed_m_s: Option<f64>,

@@ -187,9 +187,10 @@ impl Vehicle {
     /// Parameters that our own reckoning needs.
     pub(super) fn learn(&mut self, param: &Param) {
         Arc::make_mut(&mut self.parameters).insert(param.name, param.value.as_f64());
-        let value = param.value.as_f64().abs();
+        let signed = param.value.as_f64();
+        let value = signed.abs();
         match param.name.as_str() {
-            "WP_LOITER_RAD" if value >= 1.0 => self.flight_parameters.loiter_radius_m = Some(value),
+            "WP_LOITER_RAD" if value >= 1.0 => self.flight_parameters.loiter_radius_m = Some(signed),
             "AIRSPEED_CRUISE" if value >= 1.0 => self.flight_parameters.airspeed_m_s = Some(value),
             "TRIM_ARSPD_CM" if value >= 100.0 => self.flight_parameters.airspeed_m_s = Some(value / 100.0),
             "RTL_AUTOLAND" => self.flight_parameters.finds_landing = Some(value > 0.0),

@@ -216,11 +216,11 @@ fn how_a_plane_flies_is_read_once_and_again_after_its_restart() {
     wait(&mut world, 60_000);
     assert_eq!(asked(&mut world), [""; 0], "what it does not answer is left alone");
 
-    world.plane.services.params[1].value = ParamValue::F32(95.0);
+    world.plane.services.params[1].value = ParamValue::F32(-95.0);
     let now = world.now;
     world.plane.reboot(now);
     wait(&mut world, 60_000);
-    assert_eq!(world.station.vehicle.flight_parameters().loiter_radius_m, Some(95.0));
+    assert_eq!(world.station.vehicle.flight_parameters().loiter_radius_m, Some(-95.0), "anticlockwise");
     let names = asked(&mut world);
     assert_eq!(names.iter().filter(|name| *name == "WP_LOITER_RAD").count(), 1, "{names:?}");
     assert!(names.iter().any(|name| name == "RTL_AUTOLAND"), "{names:?}");
