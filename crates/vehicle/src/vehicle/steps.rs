@@ -108,7 +108,7 @@ impl Context<'_> {
     /// Number on the wire of the mission's item with this number, which counts from 1: an ArduPilot's missions begin with home.
     fn seq_of(&self, field: &'static str, item: u16) -> Result<u16, VehicleError> {
         if !(1..=65_534).contains(&item) {
-            return Err(invalid(field, item, "the items of a mission are counted from 1, to 65,534"));
+            return Err(invalid(field, item, "1 to 65,534; the items of a mission are counted from 1"));
         }
         Ok(item - u16::from(!self.is_ardupilot()))
     }

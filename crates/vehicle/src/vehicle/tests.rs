@@ -617,6 +617,8 @@ fn an_old_vehicle_takes_the_older_messages() {
     assert_eq!(ask(&mut world, mode("RTL")), Ok(Reply::Done));
     assert_eq!(world.plane.mode, 11);
     // The mission has no item 3: it shows where it stands, and that is said.
+    let error = ask(&mut world, Request::SetCurrentItem { item: 0 }).expect_err("home is no item");
+    assert_eq!(error.to_string(), "item is 0, should be 1 to 65,534; the items of a mission are counted from 1");
     let error = ask(&mut world, Request::SetCurrentItem { item: 3 }).expect_err("not shown");
     assert!(matches!(&error, VehicleError::NotConfirmed { observed, .. } if observed == "item 0"), "{error}");
     let higher = Request::ChangeAltitude { alt_m: 90.0, alt_frame: AltFrame::RelHome };
