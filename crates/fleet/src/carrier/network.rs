@@ -26,6 +26,10 @@ const LEASE_MS: u64 = 2_000;
 const MAX_SESSIONS: usize = 10_000;
 /// Bytes of a message at most, as it comes out of the pieces that it came in: more than any payload has. Zenoh's own limit is a gigabyte.
 const MAX_MESSAGE: usize = 4 * MAX_BYTES;
+/// Batches of 64 KB of what keeps the network together (declarations, a liveliness token of each aircraft) that may wait to be sent. All that one
+/// who joins is told comes at once, from the thread that would send it: it has to fit, or the sessions end. 1 MB is 10,000 aircraft
+/// with the longest names.
+pub(super) const CONTROL_QUEUE: usize = 16;
 /// How long after a router has left it is dialled for the first time, ms; then twice as long each time, up to 4 s.
 const REDIAL_MS: u64 = 200;
 /// How long a router on this machine is waited for.
@@ -103,6 +107,7 @@ pub(super) async fn join(part: Part<'_>, papers: Option<Papers<'_>>) -> Result<S
         ("transport/link/protocols", json!(ways).to_string()),
         ("transport/link/tx/lease", LEASE_MS.to_string()),
         ("transport/link/tx/keep_alive", "4".to_owned()),
+        ("transport/link/tx/queue/size/control", CONTROL_QUEUE.to_string()),
         ("transport/link/rx/max_message_size", MAX_MESSAGE.to_string()),
         ("transport/unicast/max_sessions", MAX_SESSIONS.to_string()),
         ("transport/unicast/accept_pending", MAX_SESSIONS.to_string()),
@@ -282,4 +287,38 @@ fn words(error: &zenoh::Error) -> String {
 /// An error of the network, where something is declared.
 pub(super) fn failed(error: zenoh::Error) -> FleetError {
     FleetError::Network { address: "the network".into(), problem: words(&error) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::key::{Kind, Name, key_of, keys_of_all};
+
+    const WAIT: Duration = Duration::from_secs(10);
+
+    #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+    async fn who_comes_late_to_a_large_fleet_is_told_of_all() {
+        const AIRCRAFT: usize = 1_500;
+        let long = |number: usize| format!("{number:0>32}").parse::<Name>().expect("a name");
+        let org = long(0);
+        let at = "tcp/127.0.0.1:0".parse::<Endpoint>().expect("an address").with_port().expect("a port");
+        let router = open(Part::Router(&at, &[], None), None).await.expect("a router");
+        let mut tokens = Vec::new();
+        for number in 0..AIRCRAFT {
+            let token = router.liveliness().declare_token(key_of(&org, &long(number), Kind::Alive));
+            tokens.push(token.await.expect("declared"));
+        }
+        let late = open(Part::Client(&[at], WAIT), None).await.expect("a ground station");
+        let told = late.liveliness().declare_subscriber(keys_of_all(&org, Kind::Alive)).history(true);
+        let told = told.await.expect("declared");
+        let all = async {
+            for _ in 0..AIRCRAFT {
+                told.recv_async().await.expect("a token");
+            }
+        };
+        assert!(tokio::time::timeout(WAIT, all).await.is_ok(), "all are told");
+        for session in [late, router] {
+            session.close().await.expect("closed");
+        }
+    }
 }

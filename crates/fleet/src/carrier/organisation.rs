@@ -6,6 +6,7 @@ use serde_json::Value;
 use vencejo_store::{Access, Lock, lock::PATIENCE};
 
 use super::endpoint::{Endpoint, Way, bracketed, split};
+use super::network::CONTROL_QUEUE;
 use crate::error::FleetError;
 use crate::key::Name;
 use crate::operator::random;
@@ -243,7 +244,7 @@ impl Organisation {
             "adminspace": {"enabled": false},
             "transport": {
                 "unicast": {"max_sessions": 10_000, "accept_pending": 10_000},
-                "link": {"protocols": ["tls", "quic"], "tls": {
+                "link": {"protocols": ["tls", "quic"], "tx": {"queue": {"size": {"control": CONTROL_QUEUE}}}, "tls": {
                     "enable_mtls": true, "verify_name_on_connect": true, "close_link_on_expiration": true,
                     "root_ca_certificate": path("ca.crt"),
                     "listen_certificate": path("station.crt"), "listen_private_key": path("station.key"),
