@@ -68,6 +68,15 @@ impl Holdings {
                 Some(Content::of(packed)).filter(|list| list.name().is_ok())
             });
         }
+        self.keep_told();
+    }
+
+    /// What is told of by its name is there for whoever asks for it, however many lists have come since.
+    fn keep_told(&mut self) {
+        let lists = self.plans.told().iter().filter_map(|told| told.list.as_ref()?.name().ok());
+        for (name, _) in lists {
+            self.shelf.get(&name);
+        }
     }
 
     /// The autopilot told a parameter: where it is another than what was read, nothing of that is believed any more.
@@ -168,5 +177,31 @@ impl Holdings {
                 tracing::debug!(%error, key, "not answered");
             }
         });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use vencejo_flight::plan::{Mission, MissionItem};
+    use vencejo_vehicle::PlanState;
+
+    use super::super::tests::on_board;
+    use super::*;
+
+    #[tokio::test]
+    async fn the_plan_on_board_is_there_to_be_asked_for_after_many_others_have_come() {
+        let station = on_board().await;
+        let mut holdings = Holdings::new(&station.vehicles()[0], None);
+        let packed =
+            |n: i32| pack_items(&Mission { home: None, items: vec![MissionItem::waypoint(1.0, f64::from(n), 100.0)] });
+        let name = holdings.shelf.put(&packed(0));
+        let verified = PlanState::Verified { count: 1, hash: 7 };
+        holdings.plans.on_state(PlanKind::Rally, verified, || Some(Content::of(packed(0))));
+        for n in 1..40 {
+            holdings.shelf.put(&packed(n));
+            holdings.keep_told();
+        }
+        assert!(holdings.shelf.get(&name).is_some());
+        station.close().await;
     }
 }
