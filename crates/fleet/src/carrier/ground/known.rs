@@ -8,6 +8,7 @@ use vencejo_vehicle::VehicleId;
 
 use crate::payload::UnderWay;
 use crate::plans::{PlanTold, PlansHeard};
+use crate::signature::PublicKey;
 use crate::speech::Listener;
 
 #[derive(Default)]
@@ -39,6 +40,19 @@ pub(super) struct Followed {
 }
 
 impl Known {
+    /// The epoch in which we have control with this key, as far as is known: a grant and its key are shown together, so what shows that epoch
+    /// without our key, or a later one, is newer than the grant.
+    pub(super) fn epoch(&mut self, own: &PublicKey) -> Option<u64> {
+        let held = self.listener.held();
+        self.lease.take_if(|(_, epoch)| held.epoch > *epoch || (held.epoch == *epoch && held.key != own.0));
+        self.lease.map(|(_, epoch)| epoch)
+    }
+
+    /// Whether who is shown to have control is us.
+    pub(super) fn is_ours(&mut self, own: &PublicKey) -> bool {
+        self.epoch(own) == Some(self.listener.held().epoch)
+    }
+
     /// A state told how far orders have come.
     pub(super) fn follow(&mut self, under_way: &[UnderWay], now: MonoTime) {
         for told in under_way {
@@ -47,5 +61,29 @@ impl Known {
                 (followed.telling)(told.done, told.total);
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::payload::{Held, State};
+
+    #[test]
+    fn control_that_another_is_shown_to_have_is_not_ours() {
+        let own = PublicKey([1; 32]);
+        let shown = |key: u8, epoch| {
+            let held = Held { epoch, holder: "somebody".into(), key: vec![key; 32], ..Held::default() };
+            let state = State { boot: 7, held: Some(held), ..State::default() };
+            let mut known = Known { lease: Some((7, 3)), ..Known::default() };
+            known.listener.on_state(&state, MonoTime::ZERO);
+            (known.is_ours(&own), known.epoch(&own))
+        };
+        assert_eq!(shown(1, 3), (true, Some(3)));
+        assert_eq!(shown(2, 2), (false, Some(3)), "from before the grant");
+        assert_eq!(shown(1, 2), (false, Some(3)));
+        assert_eq!(shown(2, 4), (false, None), "another has it since");
+        assert_eq!(shown(1, 4), (false, None), "in an epoch of which we have no answer");
+        assert_eq!(shown(2, 3), (false, None), "ours ran out");
     }
 }

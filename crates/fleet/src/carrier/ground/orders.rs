@@ -160,10 +160,16 @@ impl FarAircraft {
         }
     }
 
+    /// The epoch in which we have control, as far as is known.
+    fn epoch(&self) -> Option<u64> {
+        let own = self.fleet.upgrade()?.signer.public();
+        self.known().epoch(&own)
+    }
+
     /// The epoch in which we have control; asks for it where we have not.
     async fn control(&self, operator: &str) -> Result<u64, StationError> {
         let _one = self.asking.lock().await;
-        if let Some((_, epoch)) = self.known().lease {
+        if let Some(epoch) = self.epoch() {
             return Ok(epoch);
         }
         match self.send(Want::Ask(Nothing {}), operator, 0, CONTROL_PATIENCE).await? {
@@ -363,7 +369,7 @@ impl FarAircraft {
     }
 
     pub(super) async fn renew(&self) {
-        let Some((_, epoch)) = self.known().lease else { return };
+        let Some(epoch) = self.epoch() else { return };
         let renewed = self.send(Want::Renew(Nothing {}), "", epoch, Duration::ZERO).await;
         if let Ok(errand::Outcome::Answered(answer)) = renewed
             && answer.end() == End::Held
@@ -404,8 +410,9 @@ impl Remote for FarAircraft {
     }
 
     fn held(&self) -> FarHeld {
-        let known = self.known();
+        let own = self.fleet.upgrade().map(|fleet| fleet.signer.public());
+        let mut known = self.known();
         let holder = Some(known.listener.held().holder.clone()).filter(|holder| !holder.is_empty());
-        FarHeld { is_ours: holder.is_some() && known.lease.is_some(), holder }
+        FarHeld { is_ours: holder.is_some() && own.is_some_and(|own| known.is_ours(&own)), holder }
     }
 }
