@@ -132,6 +132,16 @@ struct Lease {
     until: MonoTime,
 }
 
+impl Lease {
+    /// Its holder shows that it is there: whoever acts there now, as ground stations change hands; a renewal tells no name.
+    fn renew(&mut self, caller: &Caller, now: MonoTime) {
+        self.until = now + LEASE;
+        if !caller.name.is_empty() {
+            self.caller.name.clone_from(&caller.name);
+        }
+    }
+}
+
 #[derive(Debug)]
 struct Known {
     key: PublicKey,
@@ -326,7 +336,7 @@ impl Authority {
             return self.grant(caller.clone(), claim, now);
         };
         if lease.caller.key == caller.key {
-            lease.until = now + LEASE;
+            lease.renew(caller, now);
             return Verdict::Answer(Box::new(Answer { epoch: self.epoch, ..answer(claim, End::Granted, "") }));
         }
         if caller.role == Role::Chief && lease.caller.role != Role::Chief {
@@ -346,7 +356,7 @@ impl Authority {
         let Some(lease) = self.lease.as_mut().filter(holds) else {
             return self.held_by(claim, End::Held);
         };
-        lease.until = now + LEASE;
+        lease.renew(caller, now);
         match claim.wish {
             Wish::Act => return Verdict::Execute,
             Wish::Release => {

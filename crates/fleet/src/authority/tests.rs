@@ -104,6 +104,21 @@ fn control_is_asked_for_and_given() {
 }
 
 #[test]
+fn who_acts_at_a_ground_station_now_is_the_holder() {
+    let (mut bench, ana) = (Bench::new(), caller(1, Role::Operator));
+    let named = |name: &str| Caller { name: name.into(), ..ana.clone() };
+    let epoch = bench.granted(&ana);
+    assert_eq!(bench.order(&named("Ben"), Wish::Act, epoch), Verdict::Execute);
+    assert_eq!(bench.authority.held().holder, "Ben");
+    assert_eq!(bench.end(&named(""), Wish::Renew, epoch).0, End::Done);
+    assert_eq!(bench.authority.held().holder, "Ben", "a renewal is the station's");
+    assert_eq!(bench.granted(&named("Eve")), epoch, "and nothing that is under way is given up");
+    assert_eq!(bench.authority.held().holder, "Eve");
+    assert_eq!(bench.end(&ana, Wish::Act, epoch - 1).0, End::Held);
+    assert_eq!(bench.authority.held().holder, "Eve", "what is too late changes nothing");
+}
+
+#[test]
 fn a_chief_takes_control_and_what_was_under_way_is_given_up() {
     let (mut bench, ana, chief) = (Bench::new(), caller(1, Role::Operator), caller(9, Role::Chief));
     let epoch = bench.granted(&ana);

@@ -201,6 +201,14 @@ enum Ended {
     Renewed,
 }
 
+/// Who has the lease.
+struct Acting {
+    key: PublicKey,
+    /// As it was told, for whom the operator was enlisted.
+    name: String,
+    operator: Arc<Operator>,
+}
+
 /// What is done for those far away, from session to session.
 struct Post<'a> {
     station: &'a Station,
@@ -222,7 +230,7 @@ struct Post<'a> {
     ended: mpsc::Sender<(Claim, RequestResult)>,
     ends: mpsc::Receiver<(Claim, RequestResult)>,
     /// In whose name orders are done here: whoever has the lease.
-    acting: Option<(PublicKey, Arc<Operator>)>,
+    acting: Option<Acting>,
     /// What is told and ordered, kept.
     history: Option<&'a Board>,
     /// All that the autopilot says, where that is kept.

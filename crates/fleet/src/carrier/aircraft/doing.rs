@@ -26,7 +26,7 @@ impl Post<'_> {
     pub(super) fn execute(&mut self, query: Query, to_do: ToDo) {
         let ToDo { sender, claim, request, confirmed } = to_do;
         let vehicle = match &self.acting {
-            Some((_, operator)) => self.vehicle.acting_as(operator.clone()),
+            Some(acting) => self.vehicle.acting_as(acting.operator.clone()),
             None => self.vehicle.clone(),
         };
         let under_way = UnderWay::new(&request, sender, query);

@@ -10,7 +10,7 @@ use super::super::history::Told;
 use super::super::network;
 use super::holdings::Holdings;
 use super::work::UnderWay;
-use super::{AGAIN, Post};
+use super::{AGAIN, Acting, Post};
 use crate::act;
 use crate::authority::Authority;
 use crate::content::Part;
@@ -31,19 +31,22 @@ impl Post<'_> {
     /// Brings the station's own lease and heartbeat in step with the authority.
     pub(super) fn keep_order(&mut self, authority: &mut Authority) {
         let now = self.station.now();
-        let is_ours = self.acting.as_ref().is_some_and(|(_, operator)| operator.has_control());
+        let is_ours = self.acting.as_ref().is_some_and(|acting| acting.operator.has_control());
         authority.set_local(self.station.control().holder().filter(|_| !is_ours));
+        let name = authority.held().holder;
         match authority.lease() {
-            Some((key, _)) if self.acting.as_ref().is_none_or(|(acting, _)| *acting != key) => {
-                let operator = Arc::new(self.station.enlist(&authority.held().holder).yielding());
+            Some((key, _)) if self.acting.as_ref().is_none_or(|acting| acting.key != key || acting.name != name) => {
+                let operator = Arc::new(self.station.enlist(&name).yielding());
                 operator.attach(now);
-                // The one before gives up first.
-                self.acting = None;
+                // The one before gives up first, also where something is done in its name still.
+                if let Some(before) = self.acting.take() {
+                    before.operator.release(now);
+                }
                 if operator.take(now).is_err() {
                     // Somebody here was faster: the next tick says so.
                     tracing::debug!("control was taken on board");
                 }
-                self.acting = Some((key, operator));
+                self.acting = Some(Acting { key, name, operator });
             }
             Some(_) => {}
             None => self.acting = None,

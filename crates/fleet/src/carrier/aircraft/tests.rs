@@ -24,6 +24,7 @@ const WAIT: Duration = Duration::from_secs(20);
 struct Bench {
     session: Session,
     state: State,
+    operator: &'static str,
     epoch: u64,
     next: u128,
 }
@@ -39,7 +40,7 @@ impl Bench {
             epoch: self.epoch,
             id: self.next.to_be_bytes().to_vec(),
             based_on_ms: self.state.clock_ms,
-            operator: "Ana".into(),
+            operator: self.operator.into(),
             mark: self.state.mark,
             want: Some(want),
         }
@@ -152,12 +153,13 @@ async fn a_list_arrives_in_parts_and_an_order_that_is_about_another_plan_is_refu
     let (session, at) = router().await;
     let config = plane7(vec![at], [(ana.public(), Role::Operator)].into());
     let aircraft = Aircraft::start(station.clone(), config, &Handle::current()).expect("an aircraft");
-    let mut bench = Bench { session, state: State::default(), epoch: 0, next: 0 };
+    let mut bench = Bench { session, state: State::default(), operator: "Ana", epoch: 0, next: 0 };
     bench.look().await;
     assert_eq!(bench.state.plans.len(), 3, "whoever has just come is told all");
     assert!(bench.state.plans.iter().all(|told| told.read().is_ok()));
     let granted = bench.tell(&ana, Want::Ask(Nothing {})).await;
     bench.epoch = granted.epoch;
+    assert_eq!(station.control().holder().as_deref(), Some("Ana"));
 
     // A list of more than a part, of which no bytes are alike.
     let item =
@@ -175,7 +177,9 @@ async fn a_list_arrives_in_parts_and_an_order_that_is_about_another_plan_is_refu
     for part in parts.iter().rev().chain(&parts[..1]) {
         assert_eq!(bench.tell(&ana, Want::Part(part.clone())).await.end(), End::Done);
     }
+    bench.operator = "Ben";
     let refused = bench.tell(&ana, put(99)).await;
+    assert_eq!(station.control().holder().as_deref(), Some("Ben"), "who acts there now");
     assert_eq!(refused.end(), End::Refused);
     assert!(refused.why.contains("mission on board has changed"), "{}", refused.why);
     let digest = name.name().expect("a name").0.to_string();
