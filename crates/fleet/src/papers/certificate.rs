@@ -78,10 +78,10 @@ pub struct Facts {
 }
 
 impl Facts {
-    /// Whether it is to be renewed.
+    /// Whether it is to be renewed: it ends soon, or was made by a clock that was ahead, so that nobody believes it yet.
     #[must_use]
     pub fn is_due(&self, now: u64) -> bool {
-        self.ends < now.saturating_add(RENEW_BEFORE_S)
+        self.ends < now.saturating_add(RENEW_BEFORE_S) || self.begins > now
     }
 }
 
@@ -382,6 +382,7 @@ mod tests {
         assert_eq!((about.begins, about.ends), (NOW - DAY_S, NOW + 90 * DAY_S));
         assert_eq!(Ok(about.key), public_of(&board));
         assert!(!about.is_due(NOW + 60 * DAY_S) && about.is_due(NOW + 60 * DAY_S + 1));
+        assert!(!about.is_due(NOW - DAY_S) && about.is_due(NOW - DAY_S - 1), "nobody believes it yet");
 
         let names = ["ground.local".to_owned(), "192.168.1.2".to_owned(), "fe80::1".to_owned()];
         let signed = ca.for_station("_ground", &names, &key, NOW).expect("signed");
