@@ -7,7 +7,7 @@ use vencejo_proto::dialect::{MISSION_SET_CURRENT_DATA, MavMessage, MavModeFlag, 
 use vencejo_proto::{Address, CommandInt, Message, MonoTime};
 
 use super::raw::{self, height, in_range, invalid};
-use crate::choice::{MessageId, ModeChoice, SpeedKind, Turn};
+use crate::choice::{AltFrame, MessageId, ModeChoice, SpeedKind, Turn};
 use crate::command::{CommandMessage, cmd};
 use crate::error::VehicleError;
 use crate::modes::{Action, FlightMode, ModeFamily};
@@ -172,9 +172,9 @@ impl Context<'_> {
             return Ok([Step::ParamSet(name, alt_rel_home_m), self.mode_for(Action::Takeoff)?].into());
         }
         let params = if family == ModeFamily::Px4 {
-            // PX4 counts from mean sea level and takes NaN for "here".
-            let home = self.telemetry.home.ok_or(VehicleError::HomeUnknown)?.value;
-            [0.0, 0.0, 0.0, f32::NAN, f32::NAN, f32::NAN, (home.alt_amsl_m + alt_rel_home_m) as f32]
+            // PX4 takes NaN for "here".
+            let (alt_m, _) = self.as_counted(alt_rel_home_m, AltFrame::RelHome)?;
+            [0.0, 0.0, 0.0, f32::NAN, f32::NAN, f32::NAN, alt_m as f32]
         } else {
             [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, alt]
         };
@@ -220,6 +220,7 @@ impl Context<'_> {
                 let enters = change_mode && guided.is_none_or(|guided| self.telemetry.mode() != Some(guided));
                 let flags = if enters { REPOSITION_CHANGE_MODE } else { 0.0 };
                 let params = [speed, flags, radius, yaw];
+                let (alt_m, alt_frame) = self.as_counted(alt_m, alt_frame)?;
                 let place = (lat_deg, lon_deg, alt_m);
                 let step = Step::command(self.at_position(cmd::DO_REPOSITION, alt_frame.mav_frame(), params, place)?);
                 match guided.filter(|_| enters) {
@@ -237,6 +238,7 @@ impl Context<'_> {
                 Step::command(self.long(cmd::DO_CHANGE_SPEED, [kind, speed, -1.0, 0.0, 0.0, 0.0, 0.0]))
             }
             Request::ChangeAltitude { alt_m, alt_frame } => {
+                let (alt_m, alt_frame) = self.as_counted(alt_m, alt_frame)?;
                 let alt = raw::new_height(alt_m)?;
                 let frame = alt_frame.mav_frame();
                 if !self.has_command_int {

@@ -4,6 +4,7 @@ mod faults;
 mod guided;
 mod mixed;
 mod old_firmware;
+mod px4;
 
 use std::collections::{BTreeMap, VecDeque};
 use std::time::Duration;
@@ -123,6 +124,7 @@ struct Plane {
     velocities: Vec<SET_POSITION_TARGET_LOCAL_NED_DATA>,
     /// MAV_TYPE: a plane, when nobody says otherwise.
     mav_type: u8,
+    autopilot: u8,
     streams_asked: usize,
     /// Arming is refused, with these texts.
     refuses: Option<Vec<&'static str>>,
@@ -161,6 +163,7 @@ impl Plane {
             ints: Vec::new(),
             velocities: Vec::new(),
             mav_type: 1,
+            autopilot: 3,
             streams_asked: 0,
             refuses: None,
             is_lazy: false,
@@ -184,7 +187,7 @@ impl Plane {
         self.out.push_back(Message::Heartbeat(Heartbeat {
             custom_mode: self.mode,
             mav_type: self.mav_type,
-            autopilot: 3,
+            autopilot: self.autopilot,
             base_mode: armed | Heartbeat::CUSTOM_MODE,
             system_status: 3,
             mavlink_version: 3,

@@ -14,6 +14,23 @@ use crate::modes::{Action, FlightMode, ModeFamily};
 use crate::vehicle::raw::{height, in_range, invalid};
 
 impl Context<'_> {
+    /// A height and its frame as the vehicle counts them in a command. PX4 counts from mean sea level whatever the frame, and accepts what
+    /// it misreads: its receiver drops the frame, its navigator knows none (`handle_message_command_int`, PX4 issue 10246).
+    pub(super) fn as_counted(&self, alt_m: f64, alt_frame: AltFrame) -> Result<(f64, AltFrame), VehicleError> {
+        match alt_frame {
+            _ if self.family()? != ModeFamily::Px4 => Ok((alt_m, alt_frame)),
+            AltFrame::Amsl => Ok((alt_m, alt_frame)),
+            AltFrame::RelHome => {
+                height("alt_m", alt_m)?;
+                let home = self.telemetry.home.ok_or(VehicleError::HomeUnknown)?.value;
+                Ok((home.alt_amsl_m + alt_m, AltFrame::Amsl))
+            }
+            AltFrame::Terrain => {
+                Err(invalid("alt_frame", "terrain", "home or amsl: PX4 takes no height above terrain in a command"))
+            }
+        }
+    }
+
     /// A COMMAND_INT with a checked position.
     pub(super) fn at_position(
         &self,
