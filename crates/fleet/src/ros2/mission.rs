@@ -1,6 +1,6 @@
 //! Missions as MAVROS has them: the list of the wire, in which item 0 is home on ArduPilot.
 
-use vencejo_flight::plan::{Command, Home, MAX_ITEMS, Mission, MissionItem};
+use vencejo_flight::plan::{Command, Home, MAX_ITEMS, Mission, MissionItem, move_jumps};
 use vencejo_proto::MissionSeq;
 
 use super::message::{Waypoint, WaypointList};
@@ -49,7 +49,11 @@ pub fn count(items: usize, has_home: bool) -> u32 {
 pub fn list(mission: &Mission, has_home: bool, current: Option<u16>) -> WaypointList {
     let nowhere = Home { lat_deg: 0.0, lon_deg: 0.0, alt_amsl_m: 0.0 };
     let home = (has_home && !mission.items.is_empty()).then(|| mission.home.unwrap_or(nowhere).to_item());
-    let mut waypoints: Vec<Waypoint> = home.iter().chain(&mission.items).map(Waypoint::of).collect();
+    let mut items = mission.items.clone();
+    if !has_home {
+        move_jumps(&mut items, -1.0);
+    }
+    let mut waypoints: Vec<Waypoint> = home.iter().chain(&items).map(Waypoint::of).collect();
     let current_seq = current.unwrap_or(0);
     if let Some(flown) = current.and_then(|current| waypoints.get_mut(usize::from(current))) {
         flown.is_current = true;
@@ -57,8 +61,8 @@ pub fn list(mission: &Mission, has_home: bool, current: Option<u16>) -> Waypoint
     WaypointList { current_seq, waypoints }
 }
 
-/// Waypoints as items, the first of which has this number.
-fn items(waypoints: &[Waypoint], start: usize) -> Result<Vec<MissionItem>, String> {
+/// Waypoints as items, the first of which has this number of the wire.
+fn items(waypoints: &[Waypoint], start: usize, has_home: bool) -> Result<Vec<MissionItem>, String> {
     if waypoints.len() > MAX_ITEMS {
         return Err(format!("{} waypoints are too many: {MAX_ITEMS} at most", waypoints.len()));
     }
@@ -67,7 +71,11 @@ fn items(waypoints: &[Waypoint], start: usize) -> Result<Vec<MissionItem>, Strin
         item.check_sendable(MissionSeq(seq)).map_err(|error| error.to_string())?;
         Ok(item)
     };
-    waypoints.iter().enumerate().map(item).collect()
+    let mut items = waypoints.iter().enumerate().map(item).collect::<Result<Vec<_>, String>>()?;
+    if !has_home {
+        move_jumps(&mut items, 1.0);
+    }
+    Ok(items)
 }
 
 /// A whole mission that is pushed.
@@ -75,7 +83,7 @@ fn items(waypoints: &[Waypoint], start: usize) -> Result<Vec<MissionItem>, Strin
 /// # Errors
 /// What is wrong with it, in words.
 pub fn whole(waypoints: &[Waypoint], has_home: bool) -> Result<Mission, String> {
-    let mut items = items(waypoints, 0)?;
+    let mut items = items(waypoints, 0, has_home)?;
     let first = waypoints.first().filter(|_| has_home);
     let home = match first {
         None => None,
@@ -122,7 +130,7 @@ pub fn spliced(on_board: Mission, start: u16, waypoints: &[Waypoint], has_home: 
             end - 1
         ));
     }
-    let new = items(waypoints, start)?;
+    let new = items(waypoints, start, has_home)?;
     let Some(first) = start.checked_sub(usize::from(has_home)) else {
         return Err("home is not replaced alone: send the whole mission, with start_index 0".to_owned());
     };
@@ -172,6 +180,13 @@ mod tests {
         // PX4 has no home in it.
         let px4 = whole(&plan(), false).expect("a mission");
         assert_eq!((px4.home, px4.items.len(), list(&px4, false, None).waypoints.len()), (None, 3, 3));
+        // There a jump to the first waypoint is one to 0, here to 1.
+        let mut jumping = plan();
+        jumping.push(Waypoint { param1: 0.0, ..at(2, 177, 0.0, 0.0, 0.0) });
+        let mission = whole(&jumping, false).expect("a mission");
+        assert_eq!((mission.items[3].params[0], list(&mission, false, None).waypoints[3].param1), (Some(1.0), 0.0));
+        let spliced = spliced(mission.clone(), 3, &jumping[3..], false);
+        assert_eq!(spliced, Ok(mission));
         // The vehicle's own home.
         let mut own = plan();
         own[0] = at(3, 16, 0.0, 0.0, 0.0);

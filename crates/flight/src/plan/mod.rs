@@ -82,7 +82,7 @@ impl Home {
 /// A mission: home, if it is known, and the items **without** home.
 ///
 /// On ArduPilot item 0 of the list on the wire is home, so `items[0]` has seq 1 there; on PX4 it has
-/// seq 0. [`Mission::to_wire`] takes care of that.
+/// seq 0. [`Mission::to_wire`] takes care of that, also in what a `DO_JUMP` names: here `items[0]` is 1 for all vehicles.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Mission {
     /// Planned home; the vehicle sets its own when it arms.
@@ -101,10 +101,14 @@ impl Mission {
     /// [`FlightError::BadItem`] for a value that may not be sent, [`FlightError::BadMission`] when there
     /// are more than 65,535 items.
     pub fn to_wire(&self, target: Address, with_home: bool) -> Result<Vec<MissionItemInt>> {
-        let home = with_home.then(|| {
-            self.home.map_or_else(|| Home { lat_deg: 0.0, lon_deg: 0.0, alt_amsl_m: 0.0 }.to_item(), Home::to_item)
-        });
-        items_to_wire(home.iter().chain(&self.items), target, PlanKind::Mission)
+        if !with_home {
+            let mut items = self.items.clone();
+            move_jumps(&mut items, -1.0);
+            return items_to_wire(&items, target, PlanKind::Mission);
+        }
+        let home =
+            self.home.map_or_else(|| Home { lat_deg: 0.0, lon_deg: 0.0, alt_amsl_m: 0.0 }.to_item(), Home::to_item);
+        items_to_wire([&home].into_iter().chain(&self.items), target, PlanKind::Mission)
     }
 
     /// A mission from the list of a vehicle, sorted by seq, complete from 0.
@@ -115,7 +119,18 @@ impl Mission {
     pub fn from_wire(wire: &[MissionItemInt], with_home: bool) -> Result<Self> {
         let mut items = items_from_wire(wire, PlanKind::Mission)?;
         let home = if with_home && !items.is_empty() { Home::from_item(&items.remove(0)) } else { None };
+        if !with_home {
+            move_jumps(&mut items, 1.0);
+        }
         Ok(Self { home, items })
+    }
+}
+
+/// Moves where the `DO_JUMP`s of a mission go by so many items: −1 for a list that does not begin with home and so counts from 0 what
+/// a mission counts from 1, 1 back.
+pub fn move_jumps(items: &mut [MissionItem], by: f64) {
+    for item in items.iter_mut().filter(|item| item.command == Command::DO_JUMP) {
+        item.params[0] = item.params[0].map(|target| target + by);
     }
 }
 
@@ -239,4 +254,26 @@ pub fn items_from_wire(wire: &[MissionItemInt], kind: PlanKind) -> Result<Vec<Mi
             MissionItem::from_wire(item)
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    // A PX4 has no home in its list and jumps to the seq that the item has there, as QGroundControl sends it.
+    #[test]
+    fn a_jump_goes_to_the_same_item_with_home_on_the_wire_and_without() {
+        let mut items = vec![MissionItem::waypoint(40.0, -3.0, 80.0); 3];
+        items.push(MissionItem::jump(MissionSeq(1), 2));
+        // A tag is the item's own, and no number of an item.
+        items.push(MissionItem::action(Command::DO_JUMP_TAG, [7.0, 1.0, 0.0, 0.0]));
+        let mission = Mission { home: None, items };
+        for (with_home, target) in [(true, 1.0), (false, 0.0)] {
+            let wire = mission.to_wire(Address::new(1, 1), with_home).unwrap();
+            let first = usize::from(with_home);
+            assert_eq!((wire[first + 3].params[0], wire[first + 3].params[1]), (target, 2.0));
+            assert_eq!(wire[first + 4].params[0], 7.0);
+            assert_eq!(Mission::from_wire(&wire, with_home).unwrap(), mission);
+        }
+    }
 }
