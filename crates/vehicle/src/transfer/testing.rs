@@ -407,6 +407,8 @@ pub(crate) struct MockPlane {
     /// Lists as stored: mission with home, fence, rally.
     pub plans: [Vec<MissionItemInt>; 3],
     pub params: Vec<Param>,
+    /// How integers stand in PARAM_VALUE and PARAM_SET.
+    pub param_encoding: ParamEncoding,
     pub has_ftp: bool,
     /// Plan files have unset fields, as those of ArduPlane 4.6.
     pub leaves_garbage: bool,
@@ -482,6 +484,7 @@ impl MockPlane {
             next_tick: MonoTime::from_millis(7),
             plans: [vec![home.to_wire(MissionSeq(0), NOBODY, PlanKind::Mission, false)], Vec::new(), Vec::new()],
             params: Vec::new(),
+            param_encoding: ParamEncoding::CCast,
             has_ftp: true,
             leaves_garbage: true,
             keeps_home: true,
@@ -641,10 +644,10 @@ impl MockPlane {
             Message::Dialect(MavMessage::PARAM_SET(set)) => match self.find(&set.param_id) {
                 None => self.no_param(from, &set.param_id, -1),
                 Some(index) => {
+                    let encoding = self.param_encoding;
                     let param = &mut self.params[index];
-                    let value = f64::from(set.param_value);
                     if !self.read_only.contains(&param.name)
-                        && let Ok(value) = ParamValue::new(param.value.param_type(), value)
+                        && let Some(value) = ParamValue::from_wire(set.param_value, param.value.param_type(), encoding)
                     {
                         param.value = value;
                         self.sets += 1;
@@ -664,7 +667,7 @@ impl MockPlane {
     fn say_param(&mut self, index: usize, as_index: u16) {
         let param = self.params[index];
         self.out.push_back(Message::Dialect(MavMessage::PARAM_VALUE(PARAM_VALUE_DATA {
-            param_value: param.value.to_wire(ParamEncoding::CCast),
+            param_value: param.value.to_wire(self.param_encoding),
             param_count: self.params.len() as u16,
             param_index: as_index,
             param_id: param.name.to_field().into(),

@@ -347,6 +347,8 @@ impl Context<'_> {
                 if !value.is_finite() {
                     return Err(invalid("value", value, "a finite number"));
                 }
+                // How integers go depends on what it is.
+                self.family()?;
                 Step::ParamSet(param_name(&name)?, value)
             }
             Request::Note { severity, .. } if severity.0 > 7 => {

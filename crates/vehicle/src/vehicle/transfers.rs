@@ -11,6 +11,7 @@ use super::lane::{Lane, Machine, PlanBefore, Yield};
 use super::operation::State;
 use super::steps::Step;
 use crate::error::VehicleError;
+use crate::modes::ModeFamily;
 use crate::plan_state::{PlanState, Unknown, hash_items};
 use crate::request::{Output, Reply};
 use crate::transfer::{
@@ -37,7 +38,9 @@ impl Vehicle {
     pub(super) fn transfer_config(&self) -> TransferConfig {
         let is_ardupilot = self.is_ardupilot();
         let version = self.telemetry.version.map(|version| version.value);
-        let is_bytewise = version.is_some_and(|version| version.capabilities & PARAM_BYTEWISE != 0);
+        // Not told yet, or not asked for: each PX4 does it, no ArduPilot.
+        let is_px4 = self.telemetry.mode().is_some_and(|mode| mode.family == ModeFamily::Px4);
+        let is_bytewise = version.map_or(is_px4, |version| version.capabilities & PARAM_BYTEWISE != 0);
         TransferConfig {
             vehicle: self.address,
             station: self.our,

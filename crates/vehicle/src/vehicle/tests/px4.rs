@@ -1,5 +1,7 @@
 //! What a PX4 takes otherwise than an ArduPilot: read in its source and its issues, not tried on one.
 
+use vencejo_proto::param::ParamEncoding;
+
 use super::*;
 
 /// `MAV_AUTOPILOT_PX4`.
@@ -10,6 +12,7 @@ const AUTO_LOITER: u32 = (4 << 16) | (3 << 24);
 fn px4() -> Plane {
     let mut plane = Plane::new();
     (plane.autopilot, plane.mode, plane.is_armed) = (PX4, AUTO_LOITER, true);
+    plane.services.param_encoding = ParamEncoding::Bytewise;
     plane
 }
 
@@ -78,4 +81,21 @@ fn a_height_that_cannot_be_counted_from_there_is_not_sent() {
     }
     assert_eq!((world.plane.commands.len(), homeless.plane.commands.len()), (before, 0));
     assert!(world.plane.ints.is_empty() && homeless.plane.ints.is_empty());
+}
+
+// 5 was written as the bits of 5.0, which are 1084227584, and told as set: the vehicle gives back the bits that it got.
+#[test]
+fn an_integer_is_set_as_one_before_it_has_told_its_capabilities() {
+    let mut world = flying(unasked());
+    let name = ParamName::new("COM_FLTMODE1").expect("a name");
+    world.plane.services.params.push(Param { name, value: ParamValue::I32(0) });
+    assert_eq!(world.station.vehicle.telemetry().version, None);
+    let set = Request::ParamSet { name: "COM_FLTMODE1".into(), value: 5.0 };
+    let kept = Param { name, value: ParamValue::I32(5) };
+    assert_eq!(ask(&mut world, set.clone()), Ok(Reply::Parameter(kept)));
+    assert_eq!(world.plane.services.params.last(), Some(&kept));
+    assert_eq!(ask(&mut world, Request::ParamRead { name: "COM_FLTMODE1".into() }), Ok(Reply::Parameter(kept)));
+    // What it is is not known before its first heartbeat.
+    let mut unheard = World::new(Station::with(unasked()), px4(), Faults::default(), 1);
+    assert!(matches!(ask(&mut unheard, set), Err(VehicleError::NotHeard { .. })));
 }
