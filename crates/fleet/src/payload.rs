@@ -69,6 +69,9 @@ pub struct State {
     /// Mark of `clock_ms`: an order that is based on this state has both.
     #[prost(fixed64, tag = "12")]
     pub mark: u64,
+    /// Number of the newest [`Event`] of this boot; 0 before the first.
+    #[prost(uint64, tag = "13")]
+    pub events: u64,
 }
 
 /// How far an order has come.

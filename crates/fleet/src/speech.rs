@@ -95,6 +95,7 @@ impl Speaker {
             component: self.autopilot.component.0.into(),
             held: Some(held),
             said,
+            events: self.numbered,
             ..State::default()
         }
     }
@@ -122,6 +123,8 @@ pub struct Listener {
     held: Held,
     /// Number of the next event that was not heard.
     next_event: u64,
+    /// Number of the newest event that there is, as far as it was told.
+    newest_event: u64,
 }
 
 /// What is new.
@@ -143,13 +146,14 @@ impl Listener {
             // Overtaken by a later one.
             return News::default();
         }
+        self.newest_event = self.newest_event.max(state.events);
         (self.clock_ms, self.mark, self.at) = (state.clock_ms, state.mark, now);
         self.held = state.held.clone().unwrap_or_default();
         let of = |said: &Said| Some((said.message()?, before(now, said.age_ms)));
         let mut said: Vec<_> =
             state.said.iter().filter(|said| NEWEST.contains(&said.message_id)).filter_map(of).collect();
         said.sort_by_key(|(_, at)| *at);
-        News { said, missed_from: is_other.then_some(1) }
+        News { said, missed_from: if is_other { Some(1) } else { self.missing() } }
     }
 
     /// An event came.
@@ -157,6 +161,7 @@ impl Listener {
         if self.boot != Some(event.boot) || event.number < self.next_event {
             return News::default();
         }
+        self.newest_event = self.newest_event.max(event.number);
         if event.number > self.next_event {
             return News { said: Vec::new(), missed_from: Some(self.next_event) };
         }
@@ -170,6 +175,12 @@ impl Listener {
         if let Some(oldest) = oldest {
             self.next_event = self.next_event.max(oldest);
         }
+    }
+
+    /// From which number on events are missing, where any are.
+    #[must_use]
+    pub fn missing(&self) -> Option<u64> {
+        (self.boot.is_some() && self.newest_event >= self.next_event).then_some(self.next_event)
     }
 
     /// The boot and the newest picture; `None` before the first.
@@ -261,6 +272,26 @@ mod tests {
         let told: Vec<_> = speaker.events_from(2).flat_map(|event| listener.on_event(event, at(2)).said).collect();
         assert_eq!(told, [(text("b"), at(2)), (text("c"), at(2))]);
         assert_eq!(listener.on_event(&events[2], at(3)), News::default());
+    }
+
+    #[test]
+    fn an_event_after_which_none_came_is_missed_when_a_state_tells_of_it() {
+        let (mut speaker, mut listener) = (speaker(), Listener::default());
+        let missed = |listener: &mut Listener, state| listener.on_state(&state, at(0)).missed_from;
+        assert_eq!(missed(&mut listener, speaker.sample(Held::default(), at(0))), Some(1), "by whoever has just come");
+        assert_eq!(missed(&mut listener, speaker.sample(Held::default(), at(1))), None);
+        let event = speaker.on_frame(&frame(&text("FAILSAFE"), PLANE), at(2)).expect("an event");
+        assert_eq!(missed(&mut listener, speaker.sample(Held::default(), at(3))), Some(1));
+        assert_eq!(missed(&mut listener, speaker.sample(Held::default(), at(4))), Some(1), "until it is heard");
+        assert_eq!(listener.missing(), Some(1));
+        listener.on_event(&event, at(5));
+        assert_eq!(missed(&mut listener, speaker.sample(Held::default(), at(6))), None);
+        assert_eq!(listener.missing(), None);
+        // One that came while those before it were asked for is missing still.
+        speaker.on_frame(&frame(&text("a"), PLANE), at(7)).expect("an event");
+        let last = speaker.on_frame(&frame(&text("b"), PLANE), at(7)).expect("an event");
+        assert_eq!(listener.on_event(&last, at(8)).missed_from, Some(2));
+        assert_eq!(listener.missing(), Some(2));
     }
 
     #[test]

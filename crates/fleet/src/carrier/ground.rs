@@ -353,13 +353,14 @@ impl Fleet {
             let echoes = echoes.callback(self.echo()).await.map_err(failed)?;
             let lists = session.declare_queryable(stations_key(&self.org)).complete(true).await.map_err(failed)?;
             let admitted = session.declare_queryable(admitted_key(&self.org)).complete(true).await.map_err(failed)?;
-            let states = session.declare_subscriber(keys_of_all(&self.org, Kind::State)).callback(self.hear());
-            let states = states.await.map_err(failed)?;
-            let events = session.declare_subscriber(keys_of_all(&self.org, Kind::Event)).await.map_err(failed)?;
+            let states = session.declare_subscriber(keys_of_all(&self.org, Kind::State));
+            let states = states.callback(self.hear(Kind::State)).await.map_err(failed)?;
+            let events = session.declare_subscriber(keys_of_all(&self.org, Kind::Event));
+            let events = events.callback(self.hear(Kind::Event)).await.map_err(failed)?;
             let tokens = session.liveliness().declare_subscriber(keys_of_all(&self.org, Kind::Alive)).history(true);
             Ok((echoes, lists, admitted, states, events, tokens.await.map_err(failed)?))
         };
-        let (_echoes, lists, admitted, _states, events, tokens) = match declared.await {
+        let (_echoes, lists, admitted, _states, _events, tokens) = match declared.await {
             Ok(declared) => declared,
             Err(error) => return error,
         };
@@ -376,11 +377,6 @@ impl Fleet {
                 Ok(()) = control.changed() => {
                     if self.station.control().holder().is_none() {
                         self.renew();
-                    }
-                }
-                Ok(sample) = events.recv_async() => {
-                    if let Some(aircraft) = self.named(Kind::Event, sample.key_expr().as_str()) {
-                        aircraft.on_event(&sample.payload().to_bytes());
                     }
                 }
                 Ok(sample) = tokens.recv_async() => {
@@ -444,17 +440,17 @@ impl Fleet {
         }
     }
 
-    /// Takes in states where the network reads them: to wake somebody else for each of ten thousand a second costs more than all that is
-    /// done with them, and a queue between that is full would hold up the answers behind them.
-    fn hear(self: &Arc<Self>) -> impl Fn(Sample) + Send + Sync + 'static {
+    /// Takes in states and events where the network reads them, in their order: to wake somebody else for each of ten thousand a second
+    /// costs more than all that is done with them, and a queue between that is full would hold up the answers behind them.
+    fn hear(self: &Arc<Self>, kind: Kind) -> impl Fn(Sample) + Send + Sync + 'static {
         let (fleet, runtime) = (Arc::downgrade(self), Handle::current());
         move |sample| {
             let Some(fleet) = fleet.upgrade() else { return };
             // What is begun here goes on where all else does.
             let _there = runtime.enter();
-            if let Some(aircraft) = fleet.named(Kind::State, sample.key_expr().as_str()) {
-                aircraft.on_state(&sample.payload().to_bytes(), true);
-            }
+            let Some(aircraft) = fleet.named(kind, sample.key_expr().as_str()) else { return };
+            let bytes = sample.payload().to_bytes();
+            if kind == Kind::Event { aircraft.on_event(&bytes) } else { aircraft.on_state(&bytes, true) }
         }
     }
 

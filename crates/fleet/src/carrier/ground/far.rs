@@ -1,6 +1,7 @@
 //! What an aircraft far away says, taken in and handed on to the station.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
 
 use vencejo_proto::{Address, ComponentId, SystemId};
 use vencejo_vehicle::VehicleId;
@@ -11,6 +12,9 @@ use super::{FarAircraft, Fleet, READ_WITHIN};
 use crate::key::{Kind, Name, key_of};
 use crate::payload::{Event, State};
 use crate::speech::News;
+
+/// How long to wait before what is missing still is asked for again.
+const ASK_AGAIN: Duration = Duration::from_secs(1);
 
 impl FarAircraft {
     /// Nothing is known of it yet.
@@ -80,6 +84,8 @@ impl FarAircraft {
         let far = self.clone();
         tokio::spawn(async move {
             far.catch_up(from).await;
+            // What is missing still is asked for when it says something next.
+            tokio::time::sleep(ASK_AGAIN).await;
             far.known().is_catching_up = false;
         });
     }
