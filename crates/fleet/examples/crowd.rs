@@ -419,7 +419,7 @@ fn answers_to(plane: &Mutex<Plane>, kind: Kind, query: &Query, now: MonoTime) ->
         }
         Kind::Event => {
             let from = query.parameters().get("from").and_then(|from| from.parse().ok()).unwrap_or(1);
-            plane.speaker.events_from(from).map(Event::encode_to_vec).collect::<Vec<_>>()
+            plane.speaker.events_from(from).map(|event| event.encode_to_vec()).collect::<Vec<_>>()
         }
         Kind::Alive | Kind::List | Kind::HistoryIndex | Kind::HistoryChunk => Vec::new(),
     }

@@ -106,6 +106,9 @@ pub struct Event {
     /// The message.
     #[prost(message, optional, tag = "5")]
     pub said: Option<Said>,
+    /// In the answer to a question: number of the oldest event that is kept; those before it are gone.
+    #[prost(uint64, tag = "6")]
+    pub kept_from: u64,
 }
 
 /// What an operator wants, in its own name.

@@ -16,6 +16,8 @@ pub const NEWEST: [u32; 16] = [0, 1, 24, 30, 33, 42, 62, 74, 136, 147, 162, 168,
 pub const EACH: [u32; 2] = [46, 253];
 /// Messages of the second kind that are kept for whoever missed them.
 pub const MAX_EVENTS: usize = 4096;
+/// So many of them are in one answer at most: some 5 KB, behind which nothing waits for long.
+pub const MAX_ANSWERED: usize = 64;
 
 /// Collects what an autopilot says.
 #[derive(Debug)]
@@ -56,6 +58,7 @@ impl Speaker {
             number: self.numbered,
             clock_ms: millis(at.as_duration()),
             said: Some(Said::of(frame, 0)),
+            kept_from: 0,
         };
         if self.events.len() == MAX_EVENTS {
             self.events.pop_front();
@@ -100,9 +103,11 @@ impl Speaker {
         }
     }
 
-    /// The events from a number on, oldest first, as far as they are kept.
-    pub fn events_from(&self, number: u64) -> impl Iterator<Item = &Event> {
-        self.events.iter().filter(move |event| event.number >= number)
+    /// The answer to who asks for the events from a number on: oldest first, as far as they are kept, [`MAX_ANSWERED`] at most.
+    pub fn events_from(&self, number: u64) -> impl Iterator<Item = Event> {
+        let kept_from = self.events.front().map_or(0, |oldest| oldest.number);
+        let wanted = self.events.iter().filter(move |event| event.number >= number).take(MAX_ANSWERED);
+        wanted.map(move |event| Event { kept_from, ..event.clone() })
     }
 }
 
@@ -125,6 +130,9 @@ pub struct Listener {
     next_event: u64,
     /// Number of the newest event that there is, as far as it was told.
     newest_event: u64,
+    /// When each message that was heard came, by the clock on board, ms.
+    heard: BTreeMap<u32, u64>,
+    knows_all: bool,
 }
 
 /// What is new.
@@ -137,21 +145,34 @@ pub struct News {
 }
 
 impl Listener {
+    /// The answer to who asks for everything came.
+    pub fn on_everything(&mut self, state: &State, now: MonoTime) -> News {
+        let news = self.on_state(state, now);
+        self.knows_all = true;
+        news
+    }
+
     /// A state came.
     pub fn on_state(&mut self, state: &State, now: MonoTime) -> News {
         let is_other = self.boot != Some(state.boot);
         if is_other {
             *self = Self { boot: Some(state.boot), next_event: 1, ..Self::default() };
-        } else if state.clock_ms < self.clock_ms {
-            // Overtaken by a later one.
-            return News::default();
+        }
+        // What a later one has overtaken is no picture any more, and still tells what was not heard otherwise.
+        if state.clock_ms >= self.clock_ms {
+            (self.clock_ms, self.mark, self.at) = (state.clock_ms, state.mark, now);
+            self.held = state.held.clone().unwrap_or_default();
         }
         self.newest_event = self.newest_event.max(state.events);
-        (self.clock_ms, self.mark, self.at) = (state.clock_ms, state.mark, now);
-        self.held = state.held.clone().unwrap_or_default();
-        let of = |said: &Said| Some((said.message()?, before(now, said.age_ms)));
-        let mut said: Vec<_> =
-            state.said.iter().filter(|said| NEWEST.contains(&said.message_id)).filter_map(of).collect();
+        let mut said = Vec::new();
+        for told in state.said.iter().filter(|said| NEWEST.contains(&said.message_id)) {
+            let came_ms = state.clock_ms.saturating_sub(told.age_ms.into());
+            let is_newer = self.heard.get(&told.message_id).is_none_or(|heard_ms| came_ms >= *heard_ms);
+            if let Some(message) = told.message().filter(|_| is_newer) {
+                self.heard.insert(told.message_id, came_ms);
+                said.push((message, self.moment(came_ms, now)));
+            }
+        }
         said.sort_by_key(|(_, at)| *at);
         News { said, missed_from: if is_other { Some(1) } else { self.missing() } }
     }
@@ -165,16 +186,32 @@ impl Listener {
         if event.number > self.next_event {
             return News { said: Vec::new(), missed_from: Some(self.next_event) };
         }
-        self.next_event += 1;
+        self.next_event = event.number.saturating_add(1);
         let said = event.said.as_ref().filter(|said| EACH.contains(&said.message_id)).and_then(Said::message);
         News { said: said.map(|message| (message, now)).into_iter().collect(), missed_from: None }
     }
 
-    /// The answer to a question for missed events has been heard to its end: what is missing still is gone.
-    pub fn on_events_asked(&mut self, oldest: Option<u64>) {
-        if let Some(oldest) = oldest {
-            self.next_event = self.next_event.max(oldest);
+    /// The answer to who asks for events came, or what did not get lost of it: what is missing in between is to be asked for again.
+    pub fn on_events(&mut self, mut events: Vec<Event>, now: MonoTime) -> Vec<(Message, MonoTime)> {
+        events.retain(|event| self.boot == Some(event.boot));
+        events.sort_by_key(|event| event.number);
+        if let Some(oldest) = events.first() {
+            // A station of an earlier version does not tell what it keeps: there it is what came.
+            let told = events.iter().map(|event| event.kept_from).max().filter(|kept_from| *kept_from > 0);
+            self.pass_over(told.unwrap_or(oldest.number));
         }
+        events.iter().flat_map(|event| self.on_event(event, now).said).collect()
+    }
+
+    /// Events before this one are not to be had.
+    pub fn pass_over(&mut self, number: u64) {
+        self.next_event = self.next_event.max(number);
+    }
+
+    /// Whether everything was told since it started, not only what was new.
+    #[must_use]
+    pub fn knows_all(&self) -> bool {
+        self.knows_all
     }
 
     /// From which number on events are missing, where any are.
@@ -200,14 +237,18 @@ impl Listener {
     pub fn held(&self) -> &Held {
         &self.held
     }
-}
 
-fn before(now: MonoTime, age_ms: u32) -> MonoTime {
-    MonoTime::from_origin(now.as_duration().saturating_sub(Duration::from_millis(age_ms.into())))
+    /// When it was here what it was then by the clock on board, counted from the newest picture.
+    fn moment(&self, clock_ms: u64, now: MonoTime) -> MonoTime {
+        let later = Duration::from_millis(clock_ms.saturating_sub(self.clock_ms));
+        let earlier = Duration::from_millis(self.clock_ms.saturating_sub(clock_ms));
+        MonoTime::from_origin((self.at.as_duration() + later).saturating_sub(earlier)).min(now)
+    }
 }
 
 #[cfg(test)]
 mod tests {
+    use vencejo_proto::dialect::{HOME_POSITION_DATA, MavMessage};
     use vencejo_proto::{Header, Heartbeat, MavVersion, StatusText};
 
     use super::*;
@@ -269,7 +310,7 @@ mod tests {
             ["a", "b", "c"].iter().filter_map(|word| speaker.on_frame(&frame(&text(word), PLANE), at(1))).collect();
         assert_eq!(listener.on_event(&events[0], at(1)).said, [(text("a"), at(1))]);
         assert_eq!(listener.on_event(&events[2], at(1)), News { said: vec![], missed_from: Some(2) });
-        let told: Vec<_> = speaker.events_from(2).flat_map(|event| listener.on_event(event, at(2)).said).collect();
+        let told = listener.on_events(speaker.events_from(2).collect(), at(2));
         assert_eq!(told, [(text("b"), at(2)), (text("c"), at(2))]);
         assert_eq!(listener.on_event(&events[2], at(3)), News::default());
     }
@@ -301,10 +342,39 @@ mod tests {
         for _ in 0..MAX_EVENTS + 10 {
             speaker.on_frame(&frame(&text("x"), PLANE), at(1));
         }
-        let oldest = speaker.events_from(1).next().expect("some are kept");
-        assert_eq!(oldest.number, 11);
-        listener.on_events_asked(Some(oldest.number));
-        assert_eq!(listener.on_event(oldest, at(2)).said.len(), 1);
+        let mut told: Vec<_> = speaker.events_from(1).collect();
+        assert_eq!((told.len(), told[0].number), (MAX_ANSWERED, 11));
+        // What got lost of an answer is not gone.
+        told.retain(|event| ![11, 14].contains(&event.number));
+        assert_eq!((listener.on_events(told, at(2)), listener.missing()), (vec![], Some(11)));
+        let mut told: Vec<_> = speaker.events_from(11).collect();
+        told.retain(|event| event.number != 14);
+        assert_eq!((listener.on_events(told, at(2)).len(), listener.missing()), (3, Some(14)));
+        listener.on_state(&speaker.sample(Held::default(), at(2)), at(2));
+        while let Some(from) = listener.missing() {
+            assert!(!listener.on_events(speaker.events_from(from).collect(), at(3)).is_empty());
+        }
+    }
+
+    #[test]
+    fn everything_tells_what_was_not_heard_also_where_a_sample_has_overtaken_it() {
+        let (mut speaker, mut listener) = (speaker(), Listener::default());
+        let home =
+            Message::Dialect(MavMessage::HOME_POSITION(HOME_POSITION_DATA { latitude: 7, ..Default::default() }));
+        speaker.on_frame(&frame(&home, PLANE), at(500));
+        speaker.on_frame(&frame(&heartbeat(1), PLANE), at(600));
+        speaker.sample(Held::default(), at(700));
+        let everything = speaker.everything(Held::default(), at(1_000));
+        speaker.on_frame(&frame(&heartbeat(2), PLANE), at(1_400));
+        listener.on_state(&speaker.sample(Held { holder: "Ana".into(), ..Held::default() }, at(1_500)), at(50_000));
+        assert!(!listener.knows_all());
+        let news = listener.on_everything(&everything, at(50_100));
+        assert_eq!(news.said, [(home, at(49_000))], "and not the heartbeat before the last");
+        assert!(listener.knows_all());
+        assert_eq!(listener.held().holder, "Ana");
+        let mut second = Speaker::new(2, PLANE, Seal::new(&[7; 32]));
+        listener.on_state(&second.sample(Held::default(), at(10)), at(60_000));
+        assert!(!listener.knows_all(), "it started again");
     }
 
     #[test]

@@ -18,7 +18,7 @@ use crate::error::FleetError;
 use crate::papers::certificate::{Identity, STATION_PREFIX};
 use crate::papers::stations::MAX_STATIONS;
 use crate::payload::MAX_BYTES;
-use crate::speech::MAX_EVENTS;
+use crate::speech::MAX_ANSWERED;
 
 /// How long a router that is gone is believed in, ms; where the way to it is cut, its end is known after that.
 const LEASE_MS: u64 = 2_000;
@@ -198,8 +198,8 @@ pub(super) async fn ask(session: &Session, selector: &str, payload: Vec<u8>, wai
     ask_at(Priority::RealTime, session, selector, payload, wait).await
 }
 
-/// Asks, and waits for all the answers: as many as there can be events, each no longer than a payload. What is more, nobody meant. Answers go at
-/// the question's priority.
+/// Asks, and waits for all the answers: [`MAX_ANSWERED`] at most, each no longer than a payload. What is more, nobody meant. Answers go at the
+/// question's priority; below the highest several go together, which each by itself would mostly be dropped.
 pub(super) async fn ask_at(
     priority: Priority,
     session: &Session,
@@ -214,11 +214,11 @@ pub(super) async fn ask_at(
         .consolidation(ConsolidationMode::None)
         .congestion_control(CongestionControl::Drop)
         .priority(priority)
-        .express(true)
+        .express(priority == Priority::RealTime)
         .timeout(wait);
     let Ok(replies) = get.await else { return Heard::Nobody };
     let mut answers = Vec::new();
-    while answers.len() < MAX_EVENTS
+    while answers.len() < MAX_ANSWERED
         && let Ok(reply) = replies.recv_async().await
     {
         match reply.into_result() {

@@ -144,7 +144,7 @@ impl Post<'_> {
                 }
                 Ok(query) = events.recv_async() => {
                     let from = query.parameters().get("from").and_then(|from| from.parse().ok()).unwrap_or(1);
-                    let kept = speaker.events_from(from).map(Message::encode_to_vec).collect();
+                    let kept = speaker.events_from(from).map(|event| event.encode_to_vec()).collect();
                     network::reply(query, event_key.clone(), kept);
                 }
                 Ok(query) = lists.recv_async() => self.holdings.on_asked(query, list_key.clone(), self.station),

@@ -78,22 +78,44 @@ impl Bench {
 
 /// A station on board, which hears its plane.
 pub(in super::super) async fn on_board() -> Station {
+    beside_plane().await.0
+}
+
+/// The same, and the plane.
+pub(in super::super) async fn beside_plane() -> (Station, Plane) {
     let station = Station::start(StationConfig::default(), Handle::current()).expect("a station");
     let link = station.open_link("udpin:127.0.0.1:0", LinkOptions::default()).expect("a link");
     let plane = tokio::net::UdpSocket::bind("127.0.0.1:0").await.expect("a socket");
-    let heartbeat = Message::Heartbeat(Heartbeat { mav_type: 1, autopilot: 3, ..Heartbeat::default() });
-    let frame = heartbeat.encode(Header { sequence: 0, source: Address::new(1, 1), version: MavVersion::V2 });
-    let heard = station.wait_vehicle(None);
-    let found = timeout(WAIT, async {
-        while heard.end().is_none() {
+    let at = timeout(WAIT, async {
+        loop {
             if let Some(at) = station.local_address(link) {
-                plane.send_to(frame.bytes(), at).await.expect("sent");
+                return at;
             }
             tokio::time::sleep(Duration::from_millis(20)).await;
         }
     });
+    plane.connect(at.await.expect("it is open")).await.expect("connected");
+    let plane = Plane(plane);
+    let heartbeat = Message::Heartbeat(Heartbeat { mav_type: 1, autopilot: 3, ..Heartbeat::default() });
+    let heard = station.wait_vehicle(None);
+    let found = timeout(WAIT, async {
+        while heard.end().is_none() {
+            plane.say(&heartbeat).await;
+            tokio::time::sleep(Duration::from_millis(20)).await;
+        }
+    });
     found.await.expect("it is heard");
-    station
+    (station, plane)
+}
+
+/// An autopilot that says what a test wants it to say.
+pub(in super::super) struct Plane(tokio::net::UdpSocket);
+
+impl Plane {
+    pub(in super::super) async fn say(&self, message: &Message) {
+        let frame = message.encode(Header { sequence: 0, source: Address::new(1, 1), version: MavVersion::V2 });
+        self.0.send(frame.bytes()).await.expect("sent");
+    }
 }
 
 async fn router() -> (Session, Endpoint) {

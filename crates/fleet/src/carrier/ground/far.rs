@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use vencejo_proto::{Address, ComponentId, SystemId};
 use vencejo_vehicle::VehicleId;
+use zenoh::qos::Priority;
 
 use super::super::network::{self, Heard};
 use super::known::Known;
@@ -13,6 +14,8 @@ use crate::key::{Kind, Name, key_of};
 use crate::payload::{Event, State};
 use crate::speech::News;
 
+/// The priority of events that were missed: behind orders and what is said now, before states.
+const ASKED_AT: Priority = Priority::DataHigh;
 /// How long to wait before what is missing still is asked for again.
 const ASK_AGAIN: Duration = Duration::from_secs(1);
 
@@ -50,7 +53,9 @@ impl FarAircraft {
                 known.lease = None;
             }
             known.follow(&state.under_way, now);
-            (known.listener.on_state(&state, now), known.plans.on_state(state.boot, state.plans_version, &state.plans))
+            let listener = &mut known.listener;
+            let news = if is_told { listener.on_state(&state, now) } else { listener.on_everything(&state, now) };
+            (news, known.plans.on_state(state.boot, state.plans_version, &state.plans))
         };
         if let Some(archive) = fleet.archive.as_ref().filter(|_| is_told) {
             archive.on_state(&self.name, &state, bytes, now);
@@ -77,40 +82,43 @@ impl FarAircraft {
             // It had made room for another; the next that it says has it taken on again.
             self.known().id = None;
         }
-        let Some(from) = news.missed_from else { return };
-        if std::mem::replace(&mut self.known().is_catching_up, true) {
-            return;
+        {
+            let mut known = self.known();
+            let lacks = news.missed_from.is_some() || !known.listener.knows_all();
+            if !lacks || std::mem::replace(&mut known.is_catching_up, true) {
+                return;
+            }
         }
         let far = self.clone();
         tokio::spawn(async move {
-            far.catch_up(from).await;
+            far.catch_up(news.missed_from).await;
             // What is missing still is asked for when it says something next.
             tokio::time::sleep(ASK_AGAIN).await;
             far.known().is_catching_up = false;
         });
     }
 
-    /// Asks for the events from a number on; a newcomer, for everything else as well.
-    async fn catch_up(self: &Arc<Self>, from: u64) {
+    /// Asks for everything, where only what was new is known; and for the events from a number on, until none is missing or nothing comes.
+    async fn catch_up(self: &Arc<Self>, mut missing: Option<u64>) {
         let Some(fleet) = self.fleet.upgrade() else { return };
-        if from == 1 {
+        let knows_all = self.known().listener.knows_all();
+        if !knows_all {
             self.ask_everything(&fleet).await;
         }
-        let key = format!("{}?from={from}", key_of(&fleet.org, &self.name, Kind::Event));
-        let Heard::Answers(events) = network::ask(&fleet.session(), &key, Vec::new(), READ_WITHIN).await else {
-            return;
-        };
-        let mut events: Vec<_> = events.iter().filter_map(|bytes| Event::read(bytes).ok()).collect();
-        events.sort_by_key(|event| event.number);
-        let now = fleet.station.now();
-        let said: Vec<_> = {
-            let mut known = self.known();
-            known.listener.on_events_asked(events.first().map(|event| event.number));
-            events.iter().flat_map(|event| known.listener.on_event(event, now).said).collect()
-        };
-        let id = self.known().id;
-        if let Some(id) = id {
-            fleet.station.on_remote(id, &said);
+        while let Some(from) = missing {
+            let key = format!("{}?from={from}", key_of(&fleet.org, &self.name, Kind::Event));
+            let heard = network::ask_at(ASKED_AT, &fleet.session(), &key, Vec::new(), READ_WITHIN).await;
+            let Heard::Answers(events) = heard else { return };
+            let events = events.iter().filter_map(|bytes| Event::read(bytes).ok()).collect();
+            let (id, said) = {
+                let mut known = self.known();
+                let said = known.listener.on_events(events, fleet.station.now());
+                missing = known.listener.missing().filter(|next| *next != from);
+                (known.id, said)
+            };
+            if let Some(id) = id {
+                fleet.station.on_remote(id, &said);
+            }
         }
     }
 

@@ -1,12 +1,13 @@
-//! Two sites: a router at each, linked, over TLS.
+//! Ground stations at work: two sites with a router at each, linked, over TLS; and one that comes late.
 
 use std::path::PathBuf;
 
 use tokio::time::timeout;
+use vencejo_proto::{Message, StatusText};
 use vencejo_station::{StationConfig, StationError};
 use vencejo_vehicle::Request;
 
-use super::super::aircraft::tests::{on_board, until};
+use super::super::aircraft::tests::{beside_plane, on_board, until};
 use super::super::aircraft::{Aircraft, AircraftConfig};
 use super::super::membership::{Membership, join};
 use super::super::organisation::Organisation;
@@ -115,6 +116,49 @@ async fn aircraft_and_stations_at_either_of_two_routers_are_one_fleet_and_one_ro
     }
     above.close().await;
     for station in [valley, hill] {
+        station.close().await;
+    }
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn whoever_comes_late_hears_all_that_was_said() {
+    let (board, plane) = beside_plane().await;
+    let start = async |listen: Option<Endpoint>, dial| {
+        let station = Station::start(StationConfig::default(), Handle::current()).expect("a station");
+        let signer = Signer::from_seed(&[1; 32]);
+        let standing = Standing::Alone;
+        let config = GroundConfig { org: name("acme"), listen, dial, signer, standing, door: None, history: None };
+        let ground = Ground::start(station.clone(), config, &Handle::current()).await.expect("a ground station");
+        (station, ground)
+    };
+    let (early, router) = start(Some(endpoint("tcp/127.0.0.1:0")), Vec::new()).await;
+    let at = router.endpoint().clone();
+    let config = AircraftConfig {
+        org: name("acme"),
+        name: name("plane7"),
+        dial: vec![at.clone()],
+        member: None,
+        trust: BTreeMap::new(),
+        uplink_bit_s: None,
+        history: None,
+    };
+    let aircraft = Aircraft::start(board.clone(), config, &Handle::current()).expect("an aircraft");
+    until("it is seen", || shows(&router, "plane7")).await;
+    let said: Vec<_> = (0..150).map(|number| format!("text {number}")).collect();
+    for text in &said {
+        plane.say(&Message::StatusText(StatusText { severity: 4, text: text.clone(), id: 0, chunk_seq: 0 })).await;
+    }
+    let hears_all = |station: &Station| {
+        station.vehicles().first().is_some_and(|vehicle| vehicle.texts().iter().map(|text| &text.text).eq(&said))
+    };
+    until("all is heard while it is said", || hears_all(&early)).await;
+    let (late, newcomer) = start(None, vec![at]).await;
+    until("all is heard later", || hears_all(&late)).await;
+    for ground in [newcomer, router] {
+        ground.close().await;
+    }
+    aircraft.close().await;
+    for station in [early, late, board] {
         station.close().await;
     }
 }

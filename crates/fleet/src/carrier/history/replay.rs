@@ -268,7 +268,7 @@ async fn play(
             show(match shown {
                 Shown::State(state) => listener.on_state(state, now),
                 Shown::Event(event) => {
-                    listener.on_events_asked(Some(event.number));
+                    listener.pass_over(event.number);
                     listener.on_event(event, now)
                 }
             });
