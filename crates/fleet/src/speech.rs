@@ -13,7 +13,10 @@ use crate::seal::{Picture, Seal};
 /// HOME_POSITION, EXTENDED_SYS_STATE, TERRAIN_REPORT, FENCE_STATUS.
 pub const NEWEST: [u32; 16] = [0, 1, 24, 30, 33, 42, 62, 74, 136, 147, 162, 168, 193, 231, 242, 245];
 /// Messages of which each one is told: MISSION_ITEM_REACHED, STATUSTEXT.
-pub const EACH: [u32; 2] = [46, 253];
+pub const EACH: [u32; 2] = [ITEM_REACHED, 253];
+const ITEM_REACHED: u32 = 46;
+/// How long ago an item was reached at most that is told on the ground: one before that may be of another mission than the one that is known.
+const REACHED_WITHIN: Duration = Duration::from_secs(10);
 /// Messages of the second kind that are kept for whoever missed them.
 pub const MAX_EVENTS: usize = 4096;
 /// So many of them are in one answer at most: some 5 KB, behind which nothing waits for long.
@@ -187,8 +190,10 @@ impl Listener {
             return News { said: Vec::new(), missed_from: Some(self.next_event) };
         }
         self.next_event = event.number.saturating_add(1);
-        let said = event.said.as_ref().filter(|said| EACH.contains(&said.message_id)).and_then(Said::message);
-        News { said: said.map(|message| (message, now)).into_iter().collect(), missed_from: None }
+        let at = self.moment(event.clock_ms, now);
+        let is_told = |id| EACH.contains(&id) && (id != ITEM_REACHED || now.since(at) <= REACHED_WITHIN);
+        let said = event.said.as_ref().filter(|said| is_told(said.message_id)).and_then(Said::message);
+        News { said: said.map(|message| (message, at)).into_iter().collect(), missed_from: None }
     }
 
     /// The answer to who asks for events came, or what did not get lost of it: what is missing in between is to be asked for again.
@@ -248,7 +253,7 @@ impl Listener {
 
 #[cfg(test)]
 mod tests {
-    use vencejo_proto::dialect::{HOME_POSITION_DATA, MavMessage};
+    use vencejo_proto::dialect::{HOME_POSITION_DATA, MISSION_ITEM_REACHED_DATA, MavMessage};
     use vencejo_proto::{Header, Heartbeat, MavVersion, StatusText};
 
     use super::*;
@@ -311,7 +316,7 @@ mod tests {
         assert_eq!(listener.on_event(&events[0], at(1)).said, [(text("a"), at(1))]);
         assert_eq!(listener.on_event(&events[2], at(1)), News { said: vec![], missed_from: Some(2) });
         let told = listener.on_events(speaker.events_from(2).collect(), at(2));
-        assert_eq!(told, [(text("b"), at(2)), (text("c"), at(2))]);
+        assert_eq!(told, [(text("b"), at(1)), (text("c"), at(1))]);
         assert_eq!(listener.on_event(&events[2], at(3)), News::default());
     }
 
@@ -354,6 +359,22 @@ mod tests {
         while let Some(from) = listener.missing() {
             assert!(!listener.on_events(speaker.events_from(from).collect(), at(3)).is_empty());
         }
+    }
+
+    #[test]
+    fn what_is_caught_up_with_was_said_when_it_was_said() {
+        let (mut speaker, mut listener) = (speaker(), Listener::default());
+        let reached = Message::Dialect(MavMessage::MISSION_ITEM_REACHED(MISSION_ITEM_REACHED_DATA { seq: 3 }));
+        speaker.on_frame(&frame(&text("a"), PLANE), at(1_000));
+        speaker.on_frame(&frame(&reached, PLANE), at(49_000));
+        speaker.on_frame(&frame(&reached, PLANE), at(51_000));
+        listener.on_state(&speaker.sample(Held::default(), at(60_000)), at(500_000));
+        let told = listener.on_events(speaker.events_from(1).collect(), at(500_200));
+        assert_eq!(told, [(text("a"), at(441_000)), (reached, at(491_000))], "and no item of who knows which mission");
+        let event = speaker.on_frame(&frame(&text("b"), PLANE), at(60_400)).expect("an event");
+        assert_eq!(listener.on_event(&event, at(500_500)).said, [(text("b"), at(500_400))]);
+        let event = speaker.on_frame(&frame(&text("c"), PLANE), at(99_000)).expect("an event");
+        assert_eq!(listener.on_event(&event, at(500_600)).said, [(text("c"), at(500_600))], "not in time to come");
     }
 
     #[test]

@@ -41,7 +41,17 @@ impl Station {
         adopted.said_at = began.max(last.unwrap_or(began));
         let Some(address) = core.vehicles.get(id).map(Vehicle::address) else { return false };
         for (message, at) in said {
-            core.vehicles.on_hosted(id, message, (*at).clamp(began, now.max(began)));
+            match message {
+                // It may have been written long ago, and tells nothing of now.
+                Message::StatusText(text) => {
+                    if let Some(vehicle) = core.vehicles.get_mut(id) {
+                        vehicle.on_text_told(text, (*at).min(now), now);
+                    }
+                }
+                _ => {
+                    core.vehicles.on_hosted(id, message, (*at).clamp(began, now.max(began)));
+                }
+            }
         }
         if let Some(watchers) = core.watchers.get(&id) {
             // Its own readers alone: by its address on board it cannot be told from another vehicle.
@@ -132,12 +142,14 @@ impl Shared {
 #[cfg(test)]
 mod tests {
     use std::sync::{Mutex, PoisonError};
+    use std::time::Duration;
 
     use tokio::runtime::Handle;
     use vencejo_flight::plan::MissionItem;
-    use vencejo_link::{LinkId, Origin, PeerId};
+    use vencejo_link::{Clock, LinkId, Origin, PeerId, SystemClock};
     use vencejo_proto::dialect::{MISSION_CURRENT_DATA, MavMessage};
-    use vencejo_proto::{ComponentId, Heartbeat, SystemId};
+    use vencejo_proto::{ComponentId, Heartbeat, StatusText, SystemId};
+    use vencejo_vehicle::telemetry::Severity;
     use vencejo_vehicle::{Danger, ParamName, ParamValue, Reply, Request};
 
     use super::*;
@@ -219,6 +231,48 @@ mod tests {
         let raw = plane.send(&heartbeat(0), false, None);
         assert!(matches!(raw, Err(StationError::RemoteRefused { .. })), "{raw:?}");
         assert_eq!(plane.is_reached(), None, "nothing of ours goes there, so nothing tells");
+        station.close().await;
+    }
+
+    /// A clock that has run for a while.
+    struct Late(SystemClock);
+
+    impl Clock for Late {
+        fn now(&self) -> MonoTime {
+            self.0.now() + Duration::from_secs(1_000)
+        }
+
+        fn unix_us(&self) -> u64 {
+            self.0.unix_us()
+        }
+    }
+
+    #[tokio::test]
+    async fn a_text_of_before_warns_of_nothing_now_and_takes_no_time_back() {
+        let clock = Arc::new(Late(SystemClock::new()));
+        let station = Station::with_clock(StationConfig::default(), Handle::current(), clock).expect("it starts");
+        let id = station.adopt("plane7", OWN, Arc::new(Far::default())).expect("there is room");
+        let plane = station.vehicle(id).expect("adopted");
+        let now = station.now();
+        station.on_remote(id, &[(heartbeat(5), now)]);
+        let say = |text: &str, at| {
+            let text = Message::StatusText(StatusText { severity: 2, text: text.into(), id: 0, chunk_seq: 0 });
+            station.on_remote(id, &[(text, at)]);
+            let newest = plane.newest_text(Severity::WARNING, Duration::from_secs(60));
+            (plane.texts().last().map(|text| text.at), newest.map(|text| text.text))
+        };
+        let before = MonoTime::from_millis(700_000);
+        assert_eq!(say("before", before), (Some(before), None));
+        assert_eq!(station.shared.with_vehicle(id, Vehicle::heard_at), Some(now));
+        assert_eq!(say("now", now), (Some(now), Some("now".into())));
+        station.close().await;
+        // A clock that began just now has no moments before: what was written before it began is not of now.
+        let station = self::station();
+        let id = station.adopt("plane7", OWN, Arc::new(Far::default())).expect("there is room");
+        let text = StatusText { severity: 2, text: "before".into(), id: 0, chunk_seq: 0 };
+        station.on_remote(id, &[(Message::StatusText(text), MonoTime::ZERO)]);
+        let plane = station.vehicle(id).expect("adopted");
+        assert_eq!(plane.newest_text(Severity::WARNING, Duration::from_secs(60)), None);
         station.close().await;
     }
 

@@ -62,10 +62,12 @@ impl VehicleHandle {
         self.station.shared.with_vehicle(self.id, texts).unwrap_or_default()
     }
 
-    /// The newest text of at most this severity that it wrote within a time.
+    /// The newest text of at most this severity that it wrote within a time. One of the clock's origin was written then or before, nobody knows
+    /// when: by a vehicle far away, before this station started.
     pub fn newest_text(&self, severity: telemetry::Severity, within: Duration) -> Option<Text> {
         let now = self.station.now();
-        let is_wanted = |text: &&Text| text.severity <= severity && now.since(text.at) <= within;
+        let is_fresh = |text: &&Text| text.at > MonoTime::ZERO && now.since(text.at) <= within;
+        let is_wanted = |text: &&Text| text.severity <= severity && is_fresh(text);
         let newest = |vehicle: &Vehicle| vehicle.texts().iter().rev().find(is_wanted).cloned();
         self.station.shared.with_vehicle(self.id, newest).flatten()
     }

@@ -76,7 +76,10 @@ struct Partial {
     component: ComponentId,
     id: u16,
     severity: Severity,
+    /// When it was written.
     at: MonoTime,
+    /// When its first chunk came.
+    since: MonoTime,
     chunks: [Option<String>; MAX_CHUNKS],
     /// Number of chunks, once the last has come.
     count: Option<usize>,
@@ -113,12 +116,12 @@ impl StatusLog {
         self.total
     }
 
-    /// Reads a STATUSTEXT. Returns the text when it is whole now.
-    pub fn push(&mut self, component: ComponentId, message: &StatusText, now: MonoTime) -> Option<&Text> {
+    /// Reads a STATUSTEXT that was written at some moment and comes now. Returns the text when it is whole now.
+    pub fn push(&mut self, component: ComponentId, message: &StatusText, at: MonoTime, now: MonoTime) -> Option<&Text> {
         let severity = Severity(message.severity);
         let chunk = clean(&message.text);
         if message.id == 0 {
-            return Some(self.keep(Text { at: now, severity, component, text: chunk }));
+            return Some(self.keep(Text { at, severity, component, text: chunk }));
         }
         let chunk_seq = usize::from(message.chunk_seq);
         if chunk_seq >= MAX_CHUNKS {
@@ -136,7 +139,8 @@ impl StatusLog {
                 component,
                 id: message.id,
                 severity,
-                at: now,
+                at,
+                since: now,
                 chunks: Default::default(),
                 count: None,
             });
@@ -157,7 +161,7 @@ impl StatusLog {
     /// Releases one text whose missing chunk did not come in time; call until `None`.
     pub fn release(&mut self, now: MonoTime) -> Option<&Text> {
         let oldest = self.partial.front()?;
-        if now < oldest.at + CHUNK_TIMEOUT {
+        if now < oldest.since + CHUNK_TIMEOUT {
             return None;
         }
         let text = self.partial.pop_front()?.into_text();
@@ -167,7 +171,7 @@ impl StatusLog {
     /// When [`Self::release`] is wanted.
     #[must_use]
     pub fn deadline(&self) -> Option<MonoTime> {
-        self.partial.front().map(|oldest| oldest.at + CHUNK_TIMEOUT)
+        self.partial.front().map(|oldest| oldest.since + CHUNK_TIMEOUT)
     }
 
     fn keep(&mut self, text: Text) -> &Text {
@@ -202,7 +206,7 @@ mod tests {
     #[test]
     fn a_short_text_is_whole_at_once() {
         let mut log = StatusLog::default();
-        let text = log.push(AUTOPILOT, &chunk(0, 0, "Throttle armed"), at(5)).expect("whole").clone();
+        let text = log.push(AUTOPILOT, &chunk(0, 0, "Throttle armed"), at(5), at(5)).expect("whole").clone();
         assert_eq!((text.text.as_str(), text.severity, text.at), ("Throttle armed", Severity::INFO, at(5)));
     }
 
@@ -213,9 +217,9 @@ mod tests {
         for order in [[0, 1], [1, 0]] {
             let mut log = StatusLog::default();
             let chunks = [chunk(1, 0, first), chunk(1, 1, "e SCHED_LOOP_RATE")];
-            assert!(log.push(AUTOPILOT, &chunks[order[0]], at(0)).is_none());
-            assert!(log.push(AUTOPILOT, &chunks[order[0]], at(1)).is_none());
-            let text = log.push(AUTOPILOT, &chunks[order[1]], at(2)).expect("whole");
+            assert!(log.push(AUTOPILOT, &chunks[order[0]], at(0), at(0)).is_none());
+            assert!(log.push(AUTOPILOT, &chunks[order[0]], at(1), at(1)).is_none());
+            let text = log.push(AUTOPILOT, &chunks[order[1]], at(2), at(2)).expect("whole");
             assert_eq!(text.text, "Requested rate for message ID 30 too fast. Increase SCHED_LOOP_RATE");
             assert_eq!(log.deadline(), None);
         }
@@ -225,8 +229,8 @@ mod tests {
     fn texts_of_two_components_do_not_mix() {
         let mut log = StatusLog::default();
         let long = "x".repeat(50);
-        assert!(log.push(AUTOPILOT, &chunk(1, 0, &long), at(0)).is_none());
-        let other = log.push(ComponentId(154), &chunk(1, 0, "gimbal"), at(0)).expect("whole");
+        assert!(log.push(AUTOPILOT, &chunk(1, 0, &long), at(0), at(0)).is_none());
+        let other = log.push(ComponentId(154), &chunk(1, 0, "gimbal"), at(0), at(0)).expect("whole");
         assert_eq!(other.text, "gimbal");
         assert!(log.deadline().is_some());
     }
@@ -235,8 +239,8 @@ mod tests {
     fn a_lost_chunk_is_shown_as_a_gap_after_its_time() {
         let mut log = StatusLog::default();
         let long = "x".repeat(50);
-        log.push(AUTOPILOT, &chunk(7, 0, &long), at(0));
-        log.push(AUTOPILOT, &chunk(7, 2, "end"), at(10));
+        log.push(AUTOPILOT, &chunk(7, 0, &long), at(0), at(0));
+        log.push(AUTOPILOT, &chunk(7, 2, "end"), at(10), at(10));
         assert!(log.release(at(999)).is_none());
         assert_eq!(log.deadline(), Some(at(1_000)));
         assert_eq!(log.release(at(1_000)).expect("released").text, format!("{long}…end"));
@@ -248,13 +252,13 @@ mod tests {
         let mut log = StatusLog::default();
         let long = "y".repeat(50);
         for id in 1..=1_000u16 {
-            log.push(AUTOPILOT, &chunk(id, 0, &long), at(u64::from(id)));
-            log.push(AUTOPILOT, &chunk(id, 200, "far"), at(u64::from(id)));
+            log.push(AUTOPILOT, &chunk(id, 0, &long), at(u64::from(id)), at(u64::from(id)));
+            log.push(AUTOPILOT, &chunk(id, 200, "far"), at(u64::from(id)), at(u64::from(id)));
         }
         assert!(log.partial.len() <= MAX_PARTIAL);
         assert_eq!(log.iter().len(), MAX_TEXTS);
         assert_eq!(log.total(), 1_000 - MAX_PARTIAL as u64);
-        let text = log.push(AUTOPILOT, &chunk(0, 0, "\u{1b}[31mred\u{7}\n"), at(0)).expect("whole");
+        let text = log.push(AUTOPILOT, &chunk(0, 0, "\u{1b}[31mred\u{7}\n"), at(0), at(0)).expect("whole");
         assert_eq!(text.text, "[31mred");
     }
 }

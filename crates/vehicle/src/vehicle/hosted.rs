@@ -1,8 +1,9 @@
-//! A vehicle that no link reaches: what a station on board tells of its plans and parameters.
+//! A vehicle that no link reaches: what a station on board tells of its plans, its parameters and what it wrote before.
 
 use std::sync::Arc;
 
 use vencejo_flight::plan::{Mission, PlanKind};
+use vencejo_proto::{MonoTime, StatusText};
 
 use super::Vehicle;
 use crate::plan_state::PlanState;
@@ -27,5 +28,10 @@ impl Vehicle {
     /// Parameters that a station on board has read.
     pub fn on_parameters_told(&mut self, params: &[Param]) {
         params.iter().for_each(|param| self.learn(param));
+    }
+
+    /// Its autopilot wrote this at some moment before, which tells nothing of what holds now.
+    pub fn on_text_told(&mut self, text: &StatusText, at: MonoTime, now: MonoTime) {
+        self.on_text_of(self.address.component, text, at, now);
     }
 }

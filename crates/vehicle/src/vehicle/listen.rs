@@ -181,7 +181,12 @@ impl Vehicle {
     }
 
     pub(super) fn on_text(&mut self, from: ComponentId, text: &StatusText, now: MonoTime) {
-        if let Some(text) = self.texts.push(from, text, now) {
+        self.on_text_of(from, text, now, now);
+    }
+
+    /// The text of a moment before.
+    pub(super) fn on_text_of(&mut self, from: ComponentId, text: &StatusText, at: MonoTime, now: MonoTime) {
+        if let Some(text) = self.texts.push(from, text, at, now) {
             let text = text.clone();
             self.event(VehicleEvent::Text(text));
         }
