@@ -34,7 +34,7 @@ class VehicleLost(VencejoError):
 
 
 class ClosedError(VencejoError):
-    """The station or the link behind this object has been closed."""
+    """The station, the link or the operator behind this object has been closed."""
 
 
 class Busy(VencejoError):

@@ -74,7 +74,7 @@ pub fn from_station(error: &StationError) -> PyErr {
         StationError::Vehicle(error) => from_vehicle(error),
         StationError::Address(_) | StationError::Link(_) => raise("LinkError", error),
         StationError::NoVehicle { .. } => raise("NoVehicleError", error),
-        StationError::Closed => raise("ClosedError", error),
+        StationError::Closed | StationError::Dismissed => raise("ClosedError", error),
         StationError::Signing(kind) => raise(
             match kind {
                 SigningError::BadName { .. } | SigningError::NameTaken { .. } | SigningError::NoSuchKey { .. } => {

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use pyo3::prelude::*;
 use vencejo_server::Operator as Session;
-use vencejo_station::{Held, Operator, Station, StationError};
+use vencejo_station::{Operator, Station};
 
 use crate::errors;
 
@@ -63,7 +63,7 @@ impl PyOperator {
 
     fn take_over(&self, holder: &str) -> PyResult<()> {
         let taken = self.operator.take_over(holder, self.station.now());
-        taken.map_err(|Held(holder)| errors::from_station(&StationError::Control { holder }))
+        taken.map_err(|reason| errors::from_station(&reason.into()))
     }
 
     fn request(&self) -> bool {

@@ -8,7 +8,7 @@ use axum::http::header;
 use axum::http::request::Parts;
 use serde::de::DeserializeOwned;
 use serde_json::value::RawValue;
-use vencejo_station::{Held, Operator as Operating, Pending, RequestResult, VehicleHandle};
+use vencejo_station::{Operator as Operating, Pending, RequestResult, StationError, VehicleHandle};
 use vencejo_vehicle::{Reply, Request as Act, VehicleId};
 
 use crate::dto::Role;
@@ -78,10 +78,10 @@ pub const CONFIRMATION: &str = "vencejo-confirmation";
 /// The operator of a session that holds control, or takes it now because nobody does.
 ///
 /// # Errors
-/// When somebody else holds it.
+/// When somebody else holds it, and when the session is over.
 pub fn in_control(app: &App, session: SessionId) -> Result<Arc<Operating>, Problem> {
     let operator = app.sessions().operator(session).ok_or_else(Problem::no_session)?;
-    operator.take(app.now()).map_err(|Held(holder)| Problem::no_control(Some(&holder)))?;
+    operator.take(app.now()).map_err(StationError::from)?;
     Ok(operator)
 }
 
@@ -113,6 +113,14 @@ impl Pilot {
     ) -> Result<Reply, Problem> {
         let request = if despite { Act::DespiteMixedPlan(Box::new(request)) } else { request };
         Ok(self.request(vehicle, request).wait().await.ok_or_else(Problem::closed)??)
+    }
+
+    /// Whether it still may, once the request's body has come: that may take minutes. Requests to vehicles look by themselves.
+    ///
+    /// # Errors
+    /// When somebody else holds control meanwhile, and when the session is over.
+    pub fn still_in_control(&self, app: &App) -> Result<(), Problem> {
+        in_control(app, self.session).map(|_| ())
     }
 
     /// The confirmation that came with the request.

@@ -81,7 +81,7 @@ mod tests {
         app.change_sessions(|sessions| sessions.request(id, now)).expect("asked");
         assert_eq!(demo.control().requested_by().as_deref(), Some("ana"));
         demo.release(now);
-        assert_eq!(demo.take(now), Err(vencejo_station::Held("ana".into())));
+        assert_eq!(demo.take(now), Err(vencejo_station::NotTaken::Held("ana".into())));
         app.change_sessions(|sessions| sessions.release(id, now));
         assert_eq!(demo.take(now), Ok(()));
         session.close();

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use vencejo_proto::MonoTime;
-use vencejo_station::{Control, GRACE, Held, Operator};
+use vencejo_station::{Control, GRACE, NotTaken, Operator};
 
 use crate::dto::{Role, SessionInfo};
 
@@ -49,6 +49,15 @@ struct Session {
 impl Session {
     fn is_alive(&self, now: MonoTime) -> bool {
         self.sockets > 0 || now.since(self.last_used) <= GRACE
+    }
+}
+
+/// However it ends, whatever of it is still under way (a request whose body trickles in) may do nothing more.
+impl Drop for Session {
+    fn drop(&mut self) {
+        if let Some(operator) = &self.operator {
+            operator.dismiss();
+        }
     }
 }
 
@@ -123,14 +132,8 @@ impl Sessions {
 
     /// Ends all sessions of a role that a token gave, because that token is no longer one.
     pub fn revoke(&mut self, role: Role, now: MonoTime) {
-        let ended: Vec<_> = self
-            .by_secret
-            .extract_if(|_, session| session.role == role && !session.is_inside)
-            .filter_map(|(_, session)| session.operator)
-            .collect();
-        for operator in ended {
-            operator.release(now);
-        }
+        self.control.expire(now);
+        self.by_secret.retain(|_, session| session.role != role || session.is_inside);
     }
 
     /// How many have ended.
@@ -147,11 +150,8 @@ impl Sessions {
 
     /// Ends a session; whether there was one.
     pub fn close(&mut self, secret: &str, now: MonoTime) -> bool {
-        let Some(session) = self.by_secret.remove(secret) else { return false };
-        if let Some(operator) = &session.operator {
-            operator.release(now);
-        }
-        true
+        self.control.expire(now);
+        self.by_secret.remove(secret).is_some()
     }
 
     /// A session wants one more WebSocket; whether it gets it.
@@ -205,7 +205,10 @@ impl Sessions {
     pub fn take(&mut self, id: SessionId, now: MonoTime) -> Result<(), NotGiven> {
         let session = self.get(id).ok_or(NotGiven::NoSession)?;
         let operator = session.operator.as_ref().ok_or(NotGiven::Viewer)?;
-        operator.take(now).map_err(|Held(holder)| NotGiven::Held(holder))
+        operator.take(now).map_err(|reason| match reason {
+            NotTaken::Held(holder) => NotGiven::Held(holder),
+            NotTaken::Dismissed => NotGiven::NoSession,
+        })
     }
 
     /// Asks the holder for control; takes it when nobody holds it.

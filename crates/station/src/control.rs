@@ -18,9 +18,14 @@ const MAX_NAME: usize = 40;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct OperatorId(u64);
 
-/// Control was not given: somebody else, with this name, holds it.
+/// Why control was not given.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Held(pub String);
+pub enum NotTaken {
+    /// Somebody else, with this name, holds it.
+    Held(String),
+    /// The operator was dismissed.
+    Dismissed,
+}
 
 #[derive(Debug)]
 struct Entry {
@@ -150,11 +155,11 @@ impl State {
         }
     }
 
-    fn take(&mut self, id: OperatorId) -> Result<(), Held> {
+    fn take(&mut self, id: OperatorId) -> Result<(), NotTaken> {
         if let Some(holder) = self.holder
             && holder != id
         {
-            return Err(Held(self.name(holder).unwrap_or_default()));
+            return Err(NotTaken::Held(self.name(holder).unwrap_or_default()));
         }
         self.holder = Some(id);
         self.asking.take_if(|asking| *asking == id);
@@ -217,17 +222,16 @@ impl Operator {
     /// Takes control if nobody else has it. Whoever acts does that.
     ///
     /// # Errors
-    /// [`Held`] by somebody else.
-    pub fn take(&self, now: MonoTime) -> Result<(), Held> {
-        self.touch(now);
-        self.control.change(now, |state| state.take(self.id))
+    /// [`NotTaken::Held`] by somebody else, [`NotTaken::Dismissed`].
+    pub fn take(&self, now: MonoTime) -> Result<(), NotTaken> {
+        self.change(now, |state| state.take(self.id))
     }
 
     /// Takes control to act. Where somebody else has it, one that cannot ask by itself has asked now.
     ///
     /// # Errors
-    /// [`Held`] by somebody else.
-    pub fn act(&self, now: MonoTime) -> Result<(), Held> {
+    /// [`NotTaken::Held`] by somebody else, [`NotTaken::Dismissed`].
+    pub fn act(&self, now: MonoTime) -> Result<(), NotTaken> {
         let taken = self.take(now);
         if taken.is_err() && self.asks {
             self.request(now);
@@ -238,10 +242,9 @@ impl Operator {
     /// Takes control from the operator with this name, or from nobody.
     ///
     /// # Errors
-    /// [`Held`] by somebody of another name.
-    pub fn take_over(&self, holder: &str, now: MonoTime) -> Result<(), Held> {
-        self.touch(now);
-        self.control.change(now, |state| {
+    /// [`NotTaken::Held`] by somebody of another name, [`NotTaken::Dismissed`].
+    pub fn take_over(&self, holder: &str, now: MonoTime) -> Result<(), NotTaken> {
+        self.change(now, |state| {
             let is_named = state.holder.and_then(|id| state.name(id)).is_some_and(|name| name == holder);
             if is_named {
                 state.holder = None;
@@ -252,8 +255,7 @@ impl Operator {
 
     /// Asks the holder for control; takes it when nobody holds it, or one that yields. Whether it has it now.
     pub fn request(&self, now: MonoTime) -> bool {
-        self.touch(now);
-        self.control.change(now, |state| {
+        let is_taken = self.change(now, |state| {
             if state.holder.and_then(|id| state.operators.get(&id)).is_some_and(|holder| holder.yields && !self.asks) {
                 state.holder = None;
             }
@@ -261,13 +263,31 @@ impl Operator {
             if !is_taken {
                 state.asking = Some(self.id);
             }
-            is_taken
-        })
+            Ok(is_taken)
+        });
+        is_taken.unwrap_or(false)
     }
 
     /// Gives control up: to the operator that asks for it, else to nobody. Whoever asks and does not hold it stops asking.
     pub fn release(&self, now: MonoTime) {
         self.control.change(now, |state| state.release(self.id));
+    }
+
+    /// Ends it, whoever still has a handle to it: it gives control up and never gets it again.
+    pub fn dismiss(&self) {
+        // No moment is known to whoever drops it; the last one will do.
+        self.control.change(None, |state| {
+            state.release(self.id);
+            state.operators.remove(&self.id);
+        });
+    }
+
+    /// It shows that it is there, and changes who holds control, unless it was dismissed.
+    fn change<T>(&self, now: MonoTime, change: impl FnOnce(&mut State) -> Result<T, NotTaken>) -> Result<T, NotTaken> {
+        self.touch(now);
+        self.control.change(now, |state| {
+            if state.operators.contains_key(&self.id) { change(state) } else { Err(NotTaken::Dismissed) }
+        })
     }
 
     fn used(&self, now: MonoTime, change: impl FnOnce(&mut Entry)) {
@@ -282,11 +302,7 @@ impl Operator {
 
 impl Drop for Operator {
     fn drop(&mut self) {
-        // No moment is known here; the last one will do.
-        self.control.change(None, |state| {
-            state.release(self.id);
-            state.operators.remove(&self.id);
-        });
+        self.dismiss();
     }
 }
 
@@ -311,7 +327,7 @@ mod tests {
         assert_eq!(control.holder(), None, "to be there is not to act");
         script.attach(at(0));
         assert_eq!(script.take(at(1)), Ok(()));
-        assert_eq!(ana.take(at(1)), Err(Held("script".into())));
+        assert_eq!(ana.take(at(1)), Err(NotTaken::Held("script".into())));
         control.expire(at(1000));
         assert!(script.has_control(), "a program that runs is there");
         script.detach(at(1000));
@@ -335,7 +351,7 @@ mod tests {
         assert_eq!(control.requested_by().as_deref(), Some("Ice"));
         ana.release(at(2));
         assert!(ice.has_control(), "it goes to the one that asked");
-        assert_eq!(script.take_over("Ana", at(3)), Err(Held("Ice".into())), "not the one that was named");
+        assert_eq!(script.take_over("Ana", at(3)), Err(NotTaken::Held("Ice".into())), "not the one that was named");
         assert_eq!(script.take_over("Ice", at(3)), Ok(()));
         assert!(script.has_control() && !ice.has_control());
         assert!(control.version() >= news + 4, "everybody can know");
@@ -348,11 +364,11 @@ mod tests {
         assert_eq!(ice.act(at(0)), Ok(()), "nobody has it");
         ice.release(at(0));
         ana.take(at(0)).expect("free");
-        assert_eq!(ice.act(at(1)), Err(Held("Ana".into())));
+        assert_eq!(ice.act(at(1)), Err(NotTaken::Held("Ana".into())));
         assert_eq!(control.requested_by().as_deref(), Some("Ice"));
         ana.release(at(2));
         assert_eq!(ice.act(at(3)), Ok(()));
-        assert_eq!(ana.take(at(3)), Err(Held("Ice".into())), "it is not just taken");
+        assert_eq!(ana.take(at(3)), Err(NotTaken::Held("Ice".into())), "it is not just taken");
         assert!(ana.request(at(3)), "who asks a program that cannot answer has it");
         let script = control.enlist("script", at(3)).yielding();
         assert!(!script.request(at(3)) && script.take_over("Ana", at(3)).is_ok());
@@ -372,6 +388,28 @@ mod tests {
         assert!(!gone.request(at(0)));
         ana.release(at(10));
         assert_eq!((control.holder(), control.requested_by()), (None, None));
+    }
+
+    #[test]
+    fn one_that_was_dismissed_gets_nothing_more() {
+        let control = Control::default();
+        let (ana, over) = (control.enlist("Ana", at(0)), control.enlist("over", at(0)));
+        over.take(at(0)).expect("free");
+        over.dismiss();
+        assert_eq!(control.holder(), None, "it gave control up");
+        let all_refused = |now| {
+            assert_eq!(over.take(now), Err(NotTaken::Dismissed));
+            assert_eq!(over.act(now), Err(NotTaken::Dismissed));
+            assert_eq!(over.take_over("Ana", now), Err(NotTaken::Dismissed));
+            assert!(!over.request(now));
+        };
+        all_refused(at(1));
+        ana.take(at(1)).expect("free");
+        all_refused(at(1));
+        let yielding = ana.yielding();
+        all_refused(at(1));
+        assert!(yielding.has_control(), "nor does it take anything from others");
+        assert_eq!(control.requested_by(), None);
     }
 
     #[test]

@@ -8,7 +8,7 @@ use vencejo_vehicle::transfer::TransferError;
 use vencejo_vehicle::{Danger, VehicleError, VehicleId};
 
 use crate::confirm::{Challenge, VALID_FOR};
-
+use crate::control::NotTaken;
 use crate::signing::SigningError;
 
 /// Why the station could not do what it was asked for.
@@ -49,6 +49,9 @@ pub enum StationError {
         /// Who.
         holder: String,
     },
+    /// Whoever asks was an operator of this station and is none any more.
+    #[error("this operator is no longer one of the station's, and nothing was sent; connect again")]
+    Dismissed,
     /// A dangerous act: it has to be asked for again, confirmed.
     #[error("{} of vehicle {} {}; nothing was sent: confirm it", challenge.danger, challenge.vehicle, challenge.danger.words())]
     NeedsConfirmation {
@@ -88,6 +91,7 @@ impl StationError {
                 links: "no link".into(),
             },
             Self::Control { holder: "Ana".into() },
+            Self::Dismissed,
             Self::NeedsConfirmation {
                 challenge: Box::new(Challenge {
                     id: "0123456789abcdef".into(),
@@ -104,6 +108,15 @@ impl StationError {
         examples.extend(VehicleError::examples().into_iter().map(Self::Vehicle));
         examples.extend(TransferError::examples().into_iter().map(|error| Self::Vehicle(error.into())));
         examples
+    }
+}
+
+impl From<NotTaken> for StationError {
+    fn from(reason: NotTaken) -> Self {
+        match reason {
+            NotTaken::Held(holder) => Self::Control { holder },
+            NotTaken::Dismissed => Self::Dismissed,
+        }
     }
 }
 
@@ -127,11 +140,12 @@ mod tests {
             StationError::NeedsConfirmation { .. } => 8,
             StationError::BadConfirmation => 9,
             StationError::RemoteRefused { .. } => 10,
+            StationError::Dismissed => 11,
         }
     }
 
     #[test]
     fn each_kind_has_an_example() {
-        assert_eq!(StationError::examples().iter().map(place).collect::<BTreeSet<_>>(), (0..=10).collect());
+        assert_eq!(StationError::examples().iter().map(place).collect::<BTreeSet<_>>(), (0..=11).collect());
     }
 }

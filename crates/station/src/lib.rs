@@ -43,7 +43,7 @@ mod vehicle;
 pub use changes::Changes;
 pub use config::StationConfig;
 pub use confirm::{Challenge, VALID_FOR};
-pub use control::{Control, GRACE, Held, Operator, OperatorId};
+pub use control::{Control, GRACE, NotTaken, Operator, OperatorId};
 pub use error::StationError;
 pub use pending::{Pending, Progress};
 pub use queue::{DropOldest, Taken};

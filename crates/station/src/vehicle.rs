@@ -24,7 +24,7 @@ use vencejo_vehicle::{
 };
 
 use crate::changes::Changes;
-use crate::control::{Held, Operator};
+use crate::control::Operator;
 use crate::error::StationError;
 use crate::pending::Pending;
 use crate::queue::DropOldest;
@@ -432,8 +432,7 @@ impl VehicleHandle {
 
     /// Lets an act through that is no request: nobody else has control.
     pub(crate) fn take_control(&self) -> Result<(), StationError> {
-        let taken = self.operator().act(self.station.now());
-        taken.map_err(|Held(holder)| StationError::Control { holder })
+        Ok(self.operator().act(self.station.now())?)
     }
 
     /// Lets an act through: whoever does it has control, and a dangerous one is confirmed.

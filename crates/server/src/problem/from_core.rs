@@ -25,6 +25,7 @@ pub fn from_station(error: &StationError) -> Problem {
         StationError::Link(LinkError::TooManyLinks) => Cause::TooMany { what: Crowd::Links, limit: MAX_LINKS as u64 },
         StationError::NoVehicle { waited, .. } => Cause::NoVehicle { waited_s: waited.as_secs_f64() },
         StationError::Control { holder } => return Problem::no_control(Some(holder)),
+        StationError::Dismissed => return Problem::no_session(),
         StationError::NeedsConfirmation { challenge } => {
             let cause = Cause::NeedsConfirmation {
                 act: challenge.danger.code().to_owned(),

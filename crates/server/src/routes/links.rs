@@ -30,9 +30,10 @@ async fn list_links(State(app): State<App>, _: Viewer) -> Json<Vec<LinkInfo>> {
     responses((status = 201, body = LinkInfo), Problem))]
 async fn open_link(
     State(app): State<App>,
-    _: Pilot,
+    pilot: Pilot,
     Body(new): Body<NewLink>,
 ) -> Result<(StatusCode, Json<LinkInfo>), Problem> {
+    pilot.still_in_control(&app)?;
     // A recording is a file, and what a network may not name is a path.
     if new.address.trim_start().to_ascii_lowercase().starts_with("tlog") {
         return Err(Problem::new(

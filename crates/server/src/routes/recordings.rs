@@ -233,9 +233,10 @@ async fn summarize(State(app): State<App>, _: Viewer, Name(name): Name) -> Resul
     responses((status = 200, body = Done), Problem))]
 async fn set_heartbeat(
     State(app): State<App>,
-    _: Pilot,
+    pilot: Pilot,
     Asked(SetHeartbeat { enabled }): Asked<SetHeartbeat>,
 ) -> Result<Json<Done>, Problem> {
+    pilot.still_in_control(&app)?;
     if app.is_on_board() {
         let detail = "on board a vehicle our heartbeat is sent while an operator's session is alive, and only then";
         return Err(Problem::new(Cause::HeartbeatFollowsOperator, detail));

@@ -2,6 +2,12 @@
 //! should be.
 
 use std::collections::BTreeSet;
+use std::pin::Pin;
+use std::task::{Context, Poll, ready};
+
+use axum::response::Response;
+use futures_core::Stream;
+use tokio::sync::oneshot;
 
 use super::bodies::{described, filled};
 use super::*;
@@ -262,6 +268,73 @@ async fn what_is_dangerous_is_done_once_and_only_confirmed() {
     assert_eq!(send(arm, Some(&given)).await.status, 412, "once");
     let heard = double.heard.lock().expect("no panic").clone();
     assert_eq!(heard, ["COMMAND_LONG 400"], "nothing else of all that was sent");
+    station.close().await;
+}
+
+/// A body of which nothing comes until the test says so.
+struct Halted {
+    /// Told when somebody waits for the body.
+    asked: Option<oneshot::Sender<()>>,
+    rest: Option<oneshot::Receiver<String>>,
+}
+
+impl Stream for Halted {
+    type Item = Result<String, oneshot::error::RecvError>;
+
+    fn poll_next(mut self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<Option<Self::Item>> {
+        if let Some(asked) = self.asked.take() {
+            asked.send(()).expect("the test waits");
+        }
+        let Some(rest) = &mut self.rest else { return Poll::Ready(None) };
+        let rest = ready!(Pin::new(rest).poll(context));
+        self.rest = None;
+        Poll::Ready(Some(rest))
+    }
+}
+
+// fault 44: a session that ends while its request is half sent
+#[tokio::test]
+async fn a_request_ends_with_its_session() {
+    let station = station(true);
+    let double = double(&station).await;
+    let server = Plain::new(station.clone(), None);
+    let begin = async |ana: &str, method: &str, path: &str| {
+        let ((asked, waits), (send_rest, rest)) = (oneshot::channel(), oneshot::channel());
+        let request = Request::builder().method(method).uri(format!("/api/v1{path}")).header(header::HOST, "localhost");
+        let request = request.header(header::COOKIE, ana).header(header::CONTENT_TYPE, "application/json");
+        let body = Body::from_stream(Halted { asked: Some(asked), rest: Some(rest) });
+        let answer = tokio::spawn(server.router.clone().oneshot(request.body(body).expect("a request")));
+        waits.await.expect("it is let in, and its body awaited");
+        (send_rest, answer)
+    };
+    let end = async |(send_rest, answer): (oneshot::Sender<String>, JoinHandle<Result<Response, _>>), body: &Value| {
+        send_rest.send(body.to_string()).expect("it waits");
+        answer.await.expect("no panic").expect("infallible").status().as_u16()
+    };
+    let requests = [
+        ("POST", "/vehicles/1/command/long", json!({"command": "DO_CHANGE_SPEED", "params": [0, 33, -1]})),
+        ("POST", "/vehicles/1/messages", json!({"name": "SYSTEM_TIME", "fields": {}})),
+        ("POST", "/links", json!({"address": "udpin:127.0.0.1:0"})),
+        ("PUT", "/heartbeat", json!({"enabled": false})),
+    ];
+    let links = station.links().len();
+    for (method, path, body) in &requests {
+        let ana = server.session(json!({"name": "Ana"})).await;
+        let request = begin(&ana, method, path).await;
+        let now = server.app.now();
+        server.app.change_sessions(|sessions| sessions.revoke(crate::dto::Role::Operator, now));
+        assert_eq!(end(request, body).await, 401, "{method} {path}");
+        assert_eq!(server.app.sessions().holder_name(), None, "{method} {path}");
+        // Control went to somebody else.
+        let ana = server.session(json!({"name": "Ana"})).await;
+        let request = begin(&ana, method, path).await;
+        station.operator().take_over("Ana", station.now()).expect("by name");
+        assert_eq!(end(request, body).await, 423, "{method} {path}");
+        station.operator().release(station.now());
+        server.ask("DELETE", "/session", Some(&ana), None).await;
+    }
+    assert_eq!(station.links().len(), links);
+    assert_eq!(*double.heard.lock().expect("no panic"), [""; 0]);
     station.close().await;
 }
 
