@@ -30,17 +30,24 @@ struct Entry {
 
 #[derive(Default)]
 struct Entries {
-    opened: u64,
+    /// The id given last.
+    last: u64,
     by_id: BTreeMap<u64, Entry>,
 }
 
 /// The operations of a server.
-#[derive(Default)]
 pub struct Operations {
     entries: Mutex<Entries>,
 }
 
 impl Operations {
+    /// Those of a run that begins at this moment, in milliseconds since the UNIX epoch. Ids count from there: a page that stayed open over
+    /// a restart knows those of the run before, and must not take a new operation for one of them. Nobody begins a thousand a second,
+    /// and numbers like these (below 2⁵³) are exact in JavaScript.
+    pub fn since(unix_ms: u64) -> Self {
+        Self { entries: Mutex::new(Entries { last: unix_ms, by_id: BTreeMap::new() }) }
+    }
+
     /// Registers an operation; `None` when too many are under way.
     pub fn add(
         &self,
@@ -59,10 +66,10 @@ impl Operations {
         for id in old.iter().take((old.len() + 1).saturating_sub(MAX_ENDED)) {
             entries.by_id.remove(id);
         }
-        entries.opened += 1;
+        entries.last += 1;
         let progress = pending.progress();
         let operation = Operation {
-            id: entries.opened,
+            id: entries.last,
             vehicle,
             kind,
             state: OperationState::Running,

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
+use std::time::{SystemTime, UNIX_EPOCH};
 
 use tokio::sync::{Semaphore, mpsc, watch};
 use tokio::time::{MissedTickBehavior, interval};
@@ -70,6 +71,12 @@ impl std::fmt::Debug for App {
 /// What every task of a server holds: when all are gone, their owner knows.
 pub type Alive = mpsc::Sender<()>;
 
+/// The time of day, microseconds since 1970.
+pub fn now_unix_us() -> u64 {
+    let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+    u64::try_from(since.as_micros()).unwrap_or(u64::MAX)
+}
+
 /// Waits until the server is being closed.
 pub async fn closed(closing: &mut watch::Receiver<bool>) {
     // An error means that the server is gone, which is an end as well.
@@ -86,7 +93,7 @@ impl App {
             on_board,
             sessions,
             throttle: Throttle::default(),
-            operations: Operations::default(),
+            operations: Operations::since(now_unix_us() / 1000),
             outboxes: Outboxes::default(),
             roster: watch::channel(Arc::default()).0,
             video: VideoHub::default(),

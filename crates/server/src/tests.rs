@@ -251,6 +251,26 @@ async fn an_operation_is_given_up_by_whoever_began_it_or_has_control() {
     }
 }
 
+#[tokio::test]
+async fn operations_are_numbered_above_those_of_an_earlier_run() {
+    let station = station(true);
+    let _double = double(&station).await;
+    let mut last = crate::state::now_unix_us() / 1000;
+    let server = Plain::new(station.clone(), None);
+    let pilot = server.session(json!({})).await;
+    for _ in 0..2 {
+        let begun = server.ask("GET", "/vehicles/1/params", Some(&pilot), None).await.json();
+        let id = begun["id"].as_u64().expect("it is under way");
+        assert!(id > last && id < 1 << 53, "{id} after {last}");
+        last = id;
+        assert_eq!(server.ask("DELETE", &format!("/operations/{id}"), Some(&pilot), None).await.status, 202);
+        while server.ask("GET", &format!("/operations/{id}"), None, None).await.json()["state"] == "running" {
+            tokio::time::sleep(Duration::from_millis(1)).await;
+        }
+    }
+    station.close().await;
+}
+
 // fault 44: nobody, viewer, operator with and without control at 15 routes
 #[tokio::test]
 async fn who_may_do_what() {

@@ -2,7 +2,6 @@
 //! text the camera's state and the server's time.
 
 use std::sync::Arc;
-use std::time::{SystemTime, UNIX_EPOCH};
 
 use axum::extract::ws::{CloseFrame, Message, Utf8Bytes, WebSocket, close_code};
 use tokio::time::{Duration, MissedTickBehavior, interval, timeout};
@@ -11,7 +10,7 @@ use vencejo_video::{Accepts, Camera, Outgoing, ViewerQueue};
 
 use crate::dto::camera::{CameraInfo, CameraMessage};
 use crate::sessions::SessionId;
-use crate::state::{App, closed};
+use crate::state::{App, closed, now_unix_us};
 
 /// Bytes of a viewer's message at most: it has nothing to say.
 pub const MAX_MESSAGE_BYTES: usize = 1024;
@@ -109,12 +108,6 @@ async fn send(socket: &mut WebSocket, message: Message) -> Result<(), End> {
         Ok(Ok(())) => Ok(()),
         Ok(Err(_)) | Err(_) => Err(End::Gone),
     }
-}
-
-/// The time of day, microseconds since 1970.
-pub fn now_unix_us() -> u64 {
-    let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
-    u64::try_from(since.as_micros()).unwrap_or(u64::MAX)
 }
 
 fn clock_text() -> Utf8Bytes {

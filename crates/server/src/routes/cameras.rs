@@ -21,7 +21,7 @@ use crate::dto::camera::CameraInfo;
 use crate::dto::cause::{Cause, Crowd, Thing};
 use crate::extract::{InSession, Name, Operator, Viewer};
 use crate::problem::Problem;
-use crate::state::App;
+use crate::state::{App, now_unix_us};
 use crate::{viewer, ws};
 
 /// How long a camera may take for what it is asked for.
@@ -65,13 +65,13 @@ async fn ask(camera: &video::Camera, request: CameraRequest) -> Result<Vec<u8>, 
 }
 
 fn info(camera: &video::Camera) -> Json<CameraInfo> {
-    Json(CameraInfo::of(camera, viewer::now_unix_us()))
+    Json(CameraInfo::of(camera, now_unix_us()))
 }
 
 /// The cameras, by name.
 #[utoipa::path(get, path = "/cameras", tag = "cameras", responses((status = 200, body = Vec<CameraInfo>), Problem))]
 async fn list_cameras(State(app): State<App>, _: Viewer) -> Json<Vec<CameraInfo>> {
-    let now_unix_us = viewer::now_unix_us();
+    let now_unix_us = now_unix_us();
     Json(app.video().cameras().iter().map(|camera| CameraInfo::of(camera, now_unix_us)).collect())
 }
 
