@@ -49,7 +49,14 @@ impl End {
 /// Serves one viewer until it goes, the camera does, or the server is closed.
 pub async fn serve(app: App, session: SessionId, camera: Arc<Camera>, accepts: Accepts, mut socket: WebSocket) {
     let queue = camera.watch(accepts);
-    let end = run(&app, session, &camera, &queue, &mut socket).await.unwrap_or_else(|end| end);
+    let mut closing = app.closing();
+    // Also while a picture leaves, which takes long on a thin line.
+    let end = tokio::select! {
+        biased;
+        () = closed(&mut closing) => End::Closing,
+        () = over(&app, session) => End::NoSession,
+        end = run(&camera, &queue, &mut socket) => end.unwrap_or_else(|end| end),
+    };
     tracing::debug!(%session, camera = camera.name(), dropped = queue.dropped(), ?end, "a viewer went");
     if let Some(frame) = end.frame() {
         // Whoever does not read does not hear why either.
@@ -57,40 +64,26 @@ pub async fn serve(app: App, session: SessionId, camera: Arc<Camera>, accepts: A
     }
 }
 
-async fn run(
-    app: &App,
-    session: SessionId,
-    camera: &Camera,
-    queue: &ViewerQueue,
-    socket: &mut WebSocket,
-) -> Result<End, End> {
-    let mut closing = app.closing();
+/// Waits until a session is not known any more.
+async fn over(app: &App, session: SessionId) {
+    let mut ticks = interval(TICK);
+    loop {
+        ticks.tick().await;
+        if app.sessions().info(session).is_none() {
+            return;
+        }
+    }
+}
+
+async fn run(camera: &Camera, queue: &ViewerQueue, socket: &mut WebSocket) -> Result<End, End> {
     let mut ticks = interval(TICK);
     ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
     let mut silent_ticks = 0;
     loop {
-        while let Some(outgoing) = queue.take() {
-            let message = match outgoing {
-                Outgoing::Status => Message::Text(camera_text(camera)),
-                Outgoing::Picture(bytes) => Message::Binary(bytes),
-                Outgoing::End => return Ok(End::CameraGone),
-            };
-            tokio::select! {
-                sent = send(socket, message) => sent?,
-                () = closed(&mut closing) => return Ok(End::Closing),
-            }
-        }
+        // One picture a turn: on a thin line the next one waits already, always.
         tokio::select! {
-            () = closed(&mut closing) => return Ok(End::Closing),
-            () = queue.wait() => {}
-            message = socket.recv() => match message {
-                Some(Ok(Message::Close(_)) | Err(_)) | None => return Ok(End::Gone),
-                Some(Ok(_)) => silent_ticks = 0,
-            },
+            biased;
             _ = ticks.tick() => {
-                if app.sessions().info(session).is_none() {
-                    return Ok(End::NoSession);
-                }
                 silent_ticks += 1;
                 if silent_ticks > MAX_SILENT_TICKS {
                     return Ok(End::Gone);
@@ -99,6 +92,25 @@ async fn run(
                 send(socket, Message::Text(camera_text(camera))).await?;
                 send(socket, Message::Ping(Vec::new().into())).await?;
             }
+            message = socket.recv() => match message {
+                Some(Ok(Message::Close(_)) | Err(_)) | None => return Ok(End::Gone),
+                Some(Ok(_)) => silent_ticks = 0,
+            },
+            outgoing = next(queue) => send(socket, match outgoing {
+                Outgoing::Status => Message::Text(camera_text(camera)),
+                Outgoing::Picture(bytes) => Message::Binary(bytes),
+                Outgoing::End => return Ok(End::CameraGone),
+            }).await?,
+        }
+    }
+}
+
+/// The next thing to send. Who drops this loses nothing.
+async fn next(queue: &ViewerQueue) -> Outgoing {
+    loop {
+        match queue.take() {
+            Some(outgoing) => return outgoing,
+            None => queue.wait().await,
         }
     }
 }

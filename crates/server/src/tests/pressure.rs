@@ -5,7 +5,9 @@ use std::io;
 
 use axum::serve::Listener;
 use tokio::io::{DuplexStream, duplex};
-use tokio::time::sleep;
+use tokio::time::{Instant, sleep};
+use tokio_tungstenite::tungstenite::protocol::frame::coding::CloseCode;
+use vencejo_video::{CameraStatus, Picture, VideoCodec};
 
 use super::*;
 
@@ -31,11 +33,11 @@ impl Listener for Once {
     }
 }
 
-async fn browser(server: &Plain) -> WebSocketStream<DuplexStream> {
+async fn browser(server: &Plain, path: &str) -> WebSocketStream<DuplexStream> {
     let (near, far) = duplex(PIPE);
     let router = server.router.clone();
     tokio::spawn(async move { axum::serve(Once(Some(near)), router).await });
-    let mut request = "ws://localhost/api/v1/ws".into_client_request().expect("a request");
+    let mut request = format!("ws://localhost/api/v1{path}").into_client_request().expect("a request");
     request.headers_mut().insert("cookie", cookie_of(&server.app, "ana").parse().expect("a cookie"));
     client_async(request, far).await.expect("a WebSocket").0
 }
@@ -48,7 +50,7 @@ async fn telemetry_is_dropped_first() {
     let station = station(true);
     let _double = double_of(&station, COMPONENTS).await;
     let server = Plain::new(station.clone(), None);
-    let mut socket = browser(&server).await;
+    let mut socket = browser(&server, "/ws").await;
     say(&mut socket, json!({"type": "subscribe_messages", "vehicle": 1, "rate_hz": 10})).await;
     for _ in 0..2 * COMPONENTS {
         next(&mut socket, "message").await.expect("telemetry");
@@ -74,6 +76,46 @@ async fn telemetry_is_dropped_first() {
     }
     assert!(telemetry < 10, "{telemetry} before the texts");
     next(&mut socket, "message").await.expect("telemetry goes on");
+    drop(socket);
+    station.close().await;
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_viewer_on_a_thin_line_is_told_the_time_and_when_its_session_is_over() {
+    let station = station(true);
+    let server = Plain::new(station.clone(), None);
+    let feed = server.app.video().add("nose", "test").expect("added");
+    feed.set_status(CameraStatus { codec: Some(VideoCodec::H264), ..CameraStatus::default() });
+    let mut socket = browser(&server, "/cameras/nose/stream?accept=h264").await;
+    let data = vec![9; 4 * PIPE];
+    let publish = || {
+        let (codec, captured_unix_us) = (VideoCodec::H264, 1_700_000_000_000_000);
+        let picture = Picture { codec, is_key: true, width: 640, height: 480, captured_unix_us, data: &data };
+        feed.publish(&picture).expect("never waits");
+    };
+    // Whenever one leaves, the next one waits.
+    (0..3).for_each(|_| publish());
+    let (mut pictures, mut revoked) = (0, None);
+    let frame = loop {
+        match timeout(PATIENCE, futures_next(&mut socket)).await.expect("it goes on") {
+            Some(Ok(WsMessage::Binary(_))) => {
+                pictures += 1;
+                assert!(pictures < 50, "and nothing else: revoked {revoked:?}");
+                publish();
+                sleep(Duration::from_millis(400)).await;
+            }
+            Some(Ok(WsMessage::Text(text))) if revoked.is_none() && pictures > 5 && text.contains("clock") => {
+                let now = server.app.now();
+                server.app.change_sessions(|sessions| sessions.revoke(crate::dto::Role::Operator, now));
+                revoked = Some(Instant::now());
+            }
+            Some(Ok(WsMessage::Close(frame))) => break frame.expect("a reason"),
+            Some(Ok(_)) => {}
+            gone => panic!("{gone:?}"),
+        }
+    };
+    assert_eq!((frame.code, frame.reason.as_str()), (CloseCode::Policy, "the session is over"));
+    assert!(revoked.expect("told the time").elapsed() < Duration::from_secs(5));
     drop(socket);
     station.close().await;
 }
