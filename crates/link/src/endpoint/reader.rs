@@ -31,8 +31,8 @@ pub(super) trait Listener: Send + 'static {
     fn begin(&mut self);
     fn end(&mut self);
 
-    /// Called each [`SWEEP`] or so.
-    fn sweep(&mut self);
+    /// Called each [`SWEEP`] or so. An error is the socket's end.
+    fn sweep(&mut self, socket: &Datagrams) -> Result<()>;
 
     /// Whether the link is closed.
     fn is_closed(&self) -> bool;
@@ -63,7 +63,7 @@ impl<L: Listener> Reader<L> {
                 tokio::select! {
                     ready = watch.readable() => ready?,
                     _ = sweep.tick() => {
-                        self.listener.sweep();
+                        self.listener.sweep(&self.socket)?;
                         continue;
                     }
                 }
@@ -101,7 +101,7 @@ impl<L: Listener> Reader<L> {
                 return Ok(());
             }
             if now - swept >= SWEEP {
-                self.listener.sweep();
+                self.listener.sweep(&self.socket)?;
                 swept = now;
             }
         }
@@ -151,7 +151,9 @@ mod tests {
 
         fn begin(&mut self) {}
         fn end(&mut self) {}
-        fn sweep(&mut self) {}
+        fn sweep(&mut self, _: &Datagrams) -> Result<()> {
+            Ok(())
+        }
 
         fn is_closed(&self) -> bool {
             // So that each pause is the last, and the runtime has it back.
@@ -170,7 +172,9 @@ mod tests {
 
         fn begin(&mut self) {}
         fn end(&mut self) {}
-        fn sweep(&mut self) {}
+        fn sweep(&mut self, _: &Datagrams) -> Result<()> {
+            Ok(())
+        }
 
         fn is_closed(&self) -> bool {
             false
@@ -188,11 +192,38 @@ mod tests {
 
         fn begin(&mut self) {}
         fn end(&mut self) {}
-        fn sweep(&mut self) {}
+        fn sweep(&mut self, _: &Datagrams) -> Result<()> {
+            Ok(())
+        }
 
         fn is_closed(&self) -> bool {
             false
         }
+    }
+
+    /// Finds its socket to be no good any more.
+    struct Leaving;
+
+    impl Listener for Leaving {
+        fn hear(&mut self, _: &Datagrams) -> Result<()> {
+            Err(ErrorKind::WouldBlock.into())
+        }
+
+        fn begin(&mut self) {}
+        fn end(&mut self) {}
+        fn sweep(&mut self, _: &Datagrams) -> Result<()> {
+            Err(ErrorKind::AddrNotAvailable.into())
+        }
+
+        fn is_closed(&self) -> bool {
+            false
+        }
+    }
+
+    #[tokio::test]
+    async fn a_socket_that_is_no_good_any_more_is_read_no_longer() {
+        let Err(error) = in_time(Reader::new(socket().0, Leaving).run(&mut None)).await;
+        assert_eq!(error.kind(), ErrorKind::AddrNotAvailable);
     }
 
     fn socket() -> (Arc<Datagrams>, SocketAddr) {

@@ -7,6 +7,7 @@
 //! place of one who never spoke MAVLink, else of one who said a frame or two and no more, else of one who is silent.
 //! So whoever sends from a thousand ports shuts nobody out, and a vehicle that comes back on another port is heard at once.
 
+use std::io::ErrorKind;
 use std::net::{IpAddr, SocketAddr};
 use std::sync::{Arc, PoisonError, RwLock};
 use std::time::Duration;
@@ -304,11 +305,12 @@ impl Listener for Ear {
         self.context.hub.end_reading(&mut self.onward);
     }
 
-    fn sweep(&mut self) {
+    fn sweep(&mut self, socket: &Datagrams) -> std::io::Result<()> {
         if let Heard::All(callers) | Heard::Near(callers) = &mut self.heard {
             callers.forget_silent(self.context.hub.clock().now());
             publish(&self.context, &self.outlet, callers);
         }
+        still_ours(socket.local_addr()?)
     }
 
     fn is_closed(&self) -> bool {
@@ -348,6 +350,20 @@ fn hear(
     });
     if is_new || std::mem::take(&mut callers.has_dropped_a_peer) {
         publish(context, outlet, callers);
+    }
+}
+
+/// Whether this machine still has the address that a socket has: after a change of network or an ended lease it does not, and
+/// then nothing leaves or comes any more, while the system tells the socket of no error that would end it.
+fn still_ours(mut local: SocketAddr) -> std::io::Result<()> {
+    if local.ip().is_unspecified() {
+        return Ok(());
+    }
+    local.set_port(0);
+    match std::net::UdpSocket::bind(local) {
+        Err(error) if error.kind() == ErrorKind::AddrNotAvailable => Err(error),
+        // Whatever else there is says nothing about the address.
+        _ => Ok(()),
     }
 }
 
@@ -460,8 +476,6 @@ impl Callers {
 
 #[cfg(test)]
 mod tests {
-    use std::io::ErrorKind;
-
     use tokio::net::UdpSocket;
 
     use super::*;
@@ -516,6 +530,20 @@ mod tests {
         assert_eq!(stats.garbage_bytes, 18);
         assert_eq!(stats.sources.len(), 2);
         link.close().await;
+    }
+
+    // fault 13: a socket whose address this machine has no more is given up, and opened anew
+    #[test]
+    fn an_address_that_went_away_is_noticed() {
+        let is_ours = |place: &str| still_ours(place.parse().unwrap()).map_err(|error| error.kind());
+        // TEST-NET-1 (RFC 5737) and the prefix for documentation (RFC 3849) are no machine's.
+        for gone in ["192.0.2.1:14550", "[2001:db8::1]:14550"] {
+            assert_eq!(is_ours(gone), Err(ErrorKind::AddrNotAvailable), "{gone}");
+        }
+        let taken = std::net::UdpSocket::bind("127.0.0.1:0").unwrap();
+        for ours in [taken.local_addr().unwrap().to_string().as_str(), "0.0.0.0:14550", "[::]:14550"] {
+            assert_eq!(is_ours(ours), Ok(()), "{ours}");
+        }
     }
 
     // fault 7: frames cut at every offset over two datagrams of two peers are put together
