@@ -3,6 +3,7 @@
 
 use std::collections::HashMap;
 use std::fmt;
+use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
@@ -19,7 +20,7 @@ use crate::outlet::{Outlet, PeerId, To};
 use crate::port::{LinkId, LinkOptions, LinkState, Port};
 use crate::recorder::RecorderHandle;
 use crate::router::{MAX_LINKS, Router, SETUP_SIGNING_ID, Slot, SlotSet, Verdict};
-use crate::signing::{Admission, KeyId, SigningState, SigningTable, UnsignedPolicy, VehicleKeys};
+use crate::signing::{Admission, KeyId, SigningState, SigningTable, VehicleKeys};
 use crate::stats::{LinkMeter, LinkStats, PortCounters};
 
 /// Where a frame came from: the link, and who at its other end.
@@ -225,17 +226,14 @@ impl Hub {
         };
         let id = LinkId(inner.next_id);
         inner.next_id += 1;
-        let believed = match options.unsigned {
-            UnsignedPolicy::ByAddress => address.is_private(),
-            UnsignedPolicy::Accept => true,
-            UnsignedPolicy::Refuse => false,
-        };
+        let believed = AtomicBool::new(options.unsigned.believes(&address));
         let port = Arc::new(Port {
             id,
             slot: slot as Slot,
             name: options.name.unwrap_or_else(|| address.to_string()),
             address,
             forwards: options.forwards,
+            unsigned: options.unsigned,
             believed,
             outlet,
             state,
@@ -476,7 +474,7 @@ impl Hub {
                     name: port.name.clone(),
                     address: port.address.clone(),
                     forwards: port.forwards,
-                    accepts_unsigned: port.believed,
+                    accepts_unsigned: port.is_believed(),
                     state: port.state.borrow().clone(),
                 }
             })
@@ -508,6 +506,7 @@ impl Hub {
 
     /// A connection was made (again).
     pub(crate) fn on_connected(&self, port: &Port) {
+        port.look_at_address();
         if let Some(link) = self.inner().links[usize::from(port.slot)].as_mut() {
             link.meter.on_connected();
         }
@@ -542,7 +541,7 @@ impl Hub {
                 Admission::Unverified
             } else {
                 let unix_us = self.shared.clock.unix_us();
-                inner.signing.admit(frame, port.slot, port.believed, unix_us, now)
+                inner.signing.admit(frame, port.slot, port.is_believed(), unix_us, now)
             };
             let Some(link) = inner.links.get_mut(usize::from(port.slot)).and_then(Option::as_mut) else { return };
             if admission == Admission::Refused {
@@ -563,7 +562,7 @@ impl Hub {
                         _ => forward,
                     };
                     // Whoever asks for signatures at one end of a link is not handed what came in without at another.
-                    let guarded = if admission == Admission::Verified || port.believed || port.is_replay() {
+                    let guarded = if admission == Admission::Verified || port.is_believed() || port.is_replay() {
                         SlotSet::EMPTY
                     } else {
                         inner.signing.guarded()

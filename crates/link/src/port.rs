@@ -2,6 +2,7 @@
 
 use std::fmt;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use tokio::sync::watch;
 use vencejo_proto::{DecoderStats, Frame, FrameDecoder, MonoTime};
@@ -83,8 +84,9 @@ pub(crate) struct Port {
     pub(crate) name: String,
     pub(crate) address: LinkAddress,
     pub(crate) forwards: bool,
-    /// Believed without signatures.
-    pub(crate) believed: bool,
+    pub(crate) unsigned: UnsignedPolicy,
+    /// Believed without signatures, by what the address stood for when it was last connected.
+    pub(crate) believed: AtomicBool,
     pub(crate) outlet: Arc<dyn Outlet>,
     pub(crate) state: watch::Receiver<LinkState>,
     pub(crate) counters: PortCounters,
@@ -93,6 +95,17 @@ pub(crate) struct Port {
 impl Port {
     pub(crate) fn is_replay(&self) -> bool {
         matches!(self.address, LinkAddress::Tlog { .. })
+    }
+
+    /// Whether it is believed without signatures.
+    pub(crate) fn is_believed(&self) -> bool {
+        self.believed.load(Ordering::Relaxed)
+    }
+
+    /// Looks again at what the address stands for: a device may not have been plugged in before, and a name in `/dev/serial/by-id`
+    /// may stand for another one now.
+    pub(crate) fn look_at_address(&self) {
+        self.believed.store(self.unsigned.believes(&self.address), Ordering::Relaxed);
     }
 
     /// Sends a frame of our own; whether the link took it.

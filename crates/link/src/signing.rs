@@ -15,6 +15,7 @@ use std::collections::HashMap;
 use smallvec::SmallVec;
 use vencejo_proto::{Frame, KeyUse, MonoTime, SignatureFault, SigningKey, SigningTime, SystemId};
 
+use crate::address::LinkAddress;
 use crate::router::{RADIO_ID, RADIO_STATUS_ID, Slot, SlotSet};
 
 /// A vehicle that has shown a newer key is not taken to have gone back to an older one by a frame that was under way so long.
@@ -34,6 +35,17 @@ pub enum UnsignedPolicy {
     Accept,
     /// It is not.
     Refuse,
+}
+
+impl UnsignedPolicy {
+    /// Whether a link to this address is believed, as the address is now.
+    pub(crate) fn believes(self, address: &LinkAddress) -> bool {
+        match self {
+            Self::ByAddress => address.is_private(),
+            Self::Accept => true,
+            Self::Refuse => false,
+        }
+    }
 }
 
 /// What is known of a vehicle's signing.

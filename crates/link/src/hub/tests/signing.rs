@@ -4,7 +4,7 @@ use vencejo_proto::{FrameDecoder, Heartbeat, KeyUse, SignatureFault, dialect};
 
 use super::*;
 use crate::clock::testing::WALL_START_US;
-use crate::signing::SigningCounts;
+use crate::signing::{SigningCounts, UnsignedPolicy};
 
 const VEHICLE: SystemId = SystemId(1);
 const OLD: KeyId = KeyId(1);
@@ -112,6 +112,27 @@ fn repetition_and_poison_harm_nobody() {
     assert_eq!((counts.verified, counts.replayed, counts.wrong_key, counts.future), (2, 1, 1, 1));
     let links: Vec<_> = bench.hub.links_of(VEHICLE).into_iter().map(|(link, _)| link).collect();
     assert_eq!(links, [bench.ports[0].id], "the attacker's link is not the way to the vehicle");
+}
+
+#[cfg(unix)]
+#[test]
+fn a_device_is_looked_at_anew_at_each_connection() {
+    use std::os::unix::fs::symlink;
+
+    let (bench, folder) = (Bench::new(&[]), crate::testing::TempDir::new());
+    let [by_id, acm, usb] = ["usb-ArduPilot_1", "ttyACM0", "ttyUSB0"].map(|name| folder.0.join(name));
+    let (_, state) = watch::channel(LinkState::Down);
+    let address = format!("serial:{}:115200", by_id.display()).parse().unwrap();
+    let port = bench.hub.attach(address, LinkOptions::default(), Arc::new(Kept::with_room(0)), state).unwrap();
+    let is_believed = || bench.hub.links()[0].accepts_unsigned;
+    assert!(!is_believed(), "it is not plugged in");
+    for (device, expected) in [(&acm, true), (&usb, false), (&acm, true)] {
+        std::fs::write(device, "").unwrap();
+        symlink(device, &by_id).unwrap();
+        bench.hub.on_connected(&port);
+        assert_eq!(is_believed(), expected, "{}", device.display());
+        std::fs::remove_file(&by_id).unwrap();
+    }
 }
 
 #[test]
