@@ -28,6 +28,7 @@ use crate::dto::recording::{
 use crate::extract::{Json as Asked, Name, Operator, Pilot, Viewer};
 use crate::problem::Problem;
 use crate::state::App;
+use crate::turns::in_turn;
 
 /// Bytes that are read ahead of a client at once, and how many such pieces.
 const CHUNK: usize = 64 * 1024;
@@ -194,8 +195,8 @@ async fn keep(
     params(("name" = String, Path, description = "Its file")), responses((status = 200, body = RecordingSummary), Problem))]
 async fn summarize(State(app): State<App>, _: Viewer, Name(name): Name) -> Result<Json<RecordingSummary>, Problem> {
     let (path, _) = find(&app, &name).await?;
-    let read = tokio::task::spawn_blocking(move || File::open(path).and_then(summarize_recording));
-    let summary = read.await.map_err(|_| Problem::closed())?.map_err(|error| failed(&error))?;
+    let summarize = move || File::open(path).and_then(summarize_recording).map_err(|error| failed(&error));
+    let summary = in_turn(summarize).await?;
     Ok(Json(RecordingSummary {
         frames: summary.frames,
         skipped_bytes: summary.skipped_bytes,
