@@ -140,11 +140,16 @@ fn found(app: &App) -> Vec<StorageProblem> {
         let text = format!("nothing is signed, and nothing is checked: {reason}");
         of(StorageClass::Signing, StorageFault::Unreadable { reason }, text)
     });
+    let times = app.station().signing_times_fault().map(|reason| {
+        let text =
+            format!("keys sign and check, but after a restart others could repeat what was said since: {reason}");
+        of(StorageClass::SigningTimes, StorageFault::Unwritable { reason }, text)
+    });
     let missions = app.station().missions_fault().map(|reason| {
         let text = format!("a doubt about the mission on board ends with this program: {reason}");
         of(StorageClass::Missions, StorageFault::Unwritable { reason }, text)
     });
-    maps.chain(missions).chain(draft).chain(tokens).chain(signing).chain(video).collect()
+    maps.chain(missions).chain(draft).chain(tokens).chain(signing).chain(times).chain(video).collect()
 }
 
 const fn of(what: StorageClass, fault: StorageFault, text: String) -> StorageProblem {

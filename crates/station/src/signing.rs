@@ -303,6 +303,8 @@ struct State {
     seen: Option<(SystemTime, u64)>,
     /// The times as they were written last.
     times: BTreeMap<u32, u64>,
+    /// Why they could not be written last.
+    times_fault: Option<String>,
     /// The vehicles' own changes that are in the file.
     changes: BTreeMap<u8, u64>,
     /// Vehicles whose key is being changed.
@@ -314,7 +316,7 @@ impl Vault {
     pub(crate) fn open(folder: &Path, hub: &Hub) -> Result<Self, SigningError> {
         let vault = Self { folder: folder.to_owned(), state: Mutex::default() };
         vault.look(hub)?;
-        vault.write_times(hub, false)?;
+        vault.write_times(hub, false);
         Ok(vault)
     }
 
@@ -456,15 +458,25 @@ impl Vault {
         self.read_book().map(|(book, _)| book.keys.iter().map(|key| key.id).collect()).unwrap_or_default()
     }
 
-    /// Writes each key's time: one that is reserved, or at the `end` the one that was used.
-    pub(crate) fn write_times(&self, hub: &Hub, end: bool) -> Result<(), SigningError> {
+    /// Why the keys' times are not on disk.
+    pub(crate) fn times_fault(&self) -> Option<String> {
+        self.state().times_fault.clone()
+    }
+
+    /// Writes each key's time: one that is reserved, or at the `end` the one that was used. A failure is said, and no key less used.
+    pub(crate) fn write_times(&self, hub: &Hub, end: bool) {
+        let fault = self.store_times(hub, end).err().map(|error| format!("{}: {error}", self.times_path().display()));
+        fault.iter().for_each(|fault| tracing::error!("the times of the signing keys are not on disk: {fault}"));
+        self.state().times_fault = fault;
+    }
+
+    fn store_times(&self, hub: &Hub, end: bool) -> io::Result<()> {
         let times = hub.signing_times();
         if times.is_empty() {
             return Ok(());
         }
         let path = self.times_path();
-        let failed = |error: io::Error| Self::failed(&path, error);
-        let _lock = Lock::of(&path, vencejo_store::lock::PATIENCE).map_err(failed)?;
+        let _lock = Lock::of(&path, vencejo_store::lock::PATIENCE)?;
         let mut stored = self.read_times(hub);
         let mut state = self.state();
         for (KeyId(id), latest, reserved) in times {
@@ -475,8 +487,7 @@ impl Vault {
             stored.insert(id, if ours { new } else { new.max(there) });
             state.times.insert(id, stored[&id]);
         }
-        let text = serde_json::to_vec(&stored).map_err(|error| Self::failed(&path, error))?;
-        vencejo_store::write(&path, &text, Access::Owner).map_err(failed)
+        vencejo_store::write(&path, &serde_json::to_vec(&stored)?, Access::Owner)
     }
 }
 

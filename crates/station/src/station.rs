@@ -212,9 +212,12 @@ impl Station {
         if let Some(keeper) = keeper {
             // As with the driver.
             let _ = keeper.await;
-            let kept = self.shared.blocking(|vault, hub| vault.follow(hub).and(vault.write_times(hub, true))).await;
-            if let Err(error) = kept {
-                tracing::error!(%error, "the times of the signing keys are not on disk");
+            let kept = self.shared.blocking(|vault, hub| {
+                vault.write_times(hub, true);
+                vault.follow(hub)
+            });
+            if let Err(error) = kept.await {
+                tracing::error!(%error, "signing keys are not on disk");
             }
         }
         self.shared.hub.set_recorder(None);

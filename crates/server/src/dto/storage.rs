@@ -39,6 +39,8 @@ pub enum StorageClass {
     Tokens,
     /// The signing keys.
     Signing,
+    /// Until when the signing keys were used.
+    SigningTimes,
 }
 
 /// Why something is not being kept.

@@ -116,9 +116,20 @@ async fn a_server_starts_where_nothing_can_be_written_and_says_so() {
     let folder = Folder::new();
     std::fs::write(folder.0.join("no-folder"), "a file in its place").expect("written");
     let data = folder.0.join("no-folder/data");
-    let config =
-        StationConfig { request_streams: false, record_dir: Some(data.join("telemetry")), ..StationConfig::default() };
+    // Keys that can be read, and no place for their times.
+    let signing = folder.0.join("signing");
+    std::fs::create_dir_all(signing.join("times.json/in the way")).expect("a folder");
+    let key = json!({"id": 1, "name": "one", "made_unix_s": 0, "key": "7".repeat(64)});
+    let keys = json!({"next_id": 1, "keys": [key], "vehicles": {}});
+    std::fs::write(signing.join("keys.json"), keys.to_string()).expect("written");
+    let config = StationConfig {
+        request_streams: false,
+        record_dir: Some(data.join("telemetry")),
+        signing_dir: Some(signing),
+        ..StationConfig::default()
+    };
     let station = Station::start(config, Handle::current()).expect("a station");
+    assert_eq!(station.signing_keys().expect("they are used").len(), 1);
     let server = serve(
         &station,
         ServerConfig {
@@ -132,7 +143,7 @@ async fn a_server_starts_where_nothing_can_be_written_and_says_so() {
     assert!(server.tokens().is_some(), "for this run");
     let mut changes = server.app().storage_changes();
     let all = |problems: &Vec<crate::dto::storage::StorageProblem>| {
-        let wanted = ["telemetry", "maps", "draft", "tokens"];
+        let wanted = ["telemetry", "maps", "draft", "tokens", "signing_times"];
         let told = told(&json!({"problems": problems}));
         told.iter().all(|(_, kind)| kind == "unwritable")
             && told.iter().map(|(what, _)| what.as_str()).collect::<Vec<_>>() == wanted

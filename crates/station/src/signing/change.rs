@@ -32,6 +32,13 @@ impl Station {
         self.shared.vault_fault.as_ref().map(ToString::to_string)
     }
 
+    /// Why the times of the signing keys are not on disk. The keys are used all the same; after a restart, what was said since could be
+    /// said again by others.
+    #[must_use]
+    pub fn signing_times_fault(&self) -> Option<String> {
+        self.shared.vault.as_ref().and_then(Vault::times_fault)
+    }
+
     /// The signing keys of this machine. Reads what is in memory.
     ///
     /// # Errors
@@ -250,7 +257,8 @@ async fn change_key(vehicle: &VehicleHandle, change: SigningChange, any_link: bo
             }
             Ok(())
         })?;
-        vault.write_times(hub, false)
+        vault.write_times(hub, false);
+        Ok(())
     });
     kept.await
 }

@@ -49,7 +49,7 @@ fn nothing_is_made_until_there_is_a_key() {
     let folder = Scratch::new();
     let (vault, hub) = folder.open();
     vault.look(&hub).expect("nothing to read");
-    vault.write_times(&hub, true).expect("nothing to write");
+    vault.write_times(&hub, true);
     assert!(!folder.0.exists());
 }
 
@@ -60,7 +60,7 @@ fn keys_are_their_owner_s_alone_and_are_there_again() {
     let folder = Scratch::new();
     let (vault, hub) = folder.open();
     let id = give(&vault, &hub);
-    vault.write_times(&hub, false).expect("written");
+    vault.write_times(&hub, false);
     let mode = |path: PathBuf| std::fs::metadata(path).expect("there").permissions().mode() & 0o777;
     assert_eq!((mode(folder.0.clone()), mode(vault.keys_path()), mode(vault.times_path())), (0o700, 0o600, 0o600));
 
@@ -80,7 +80,7 @@ fn time_goes_on_after_a_restart_in_order_or_not() {
         let (vault, hub) = folder.open();
         let used = hub.next_signing_time(id).expect("there is time");
         if in_order {
-            vault.write_times(&hub, true).expect("written");
+            vault.write_times(&hub, true);
         }
         let (_, hub) = folder.open();
         assert!(hub.next_signing_time(id).expect("there is time") > used, "in order: {in_order}");
@@ -140,8 +140,26 @@ fn a_key_in_use_is_kept_though_its_time_is_damaged() {
     std::fs::write(vault.times_path(), "{").expect("written");
     let (vault, hub) = folder.open();
     assert!(hub.next_signing_time(id).is_some());
-    vault.write_times(&hub, false).expect("written");
+    vault.write_times(&hub, false);
     assert!(std::fs::read_to_string(vault.times_path()).expect("there").len() > 2);
+}
+
+#[test]
+fn keys_are_used_though_their_times_cannot_be_written_and_it_is_said() {
+    let folder = Scratch::new();
+    let (vault, hub) = folder.open();
+    let id = give(&vault, &hub);
+    let path = vault.times_path();
+    std::fs::create_dir_all(path.join("in the way")).expect("a folder");
+    let (vault, hub) = folder.open();
+    assert_eq!(hub.signing(VEHICLE).expect("it has a key").keys.signs_with, Some(id));
+    assert!(hub.next_signing_time(id).is_some());
+    assert_eq!(vault.state().book.keys.len(), 1, "and listed");
+    let told = vault.times_fault().expect("it is said");
+    assert!(told.contains("times.json") && !told.contains("move it away"), "{told}");
+    std::fs::remove_dir_all(&path).expect("out of the way");
+    vault.write_times(&hub, false);
+    assert_eq!((vault.times_fault(), path.is_file()), (None, true));
 }
 
 #[test]

@@ -122,12 +122,14 @@ pub(super) async fn keep_keys(shared: Weak<Shared>, mut closing: watch::Receiver
         let write_times = looked % (WRITE_TIMES.as_secs() / LOOK.as_secs()) == 0;
         let Some(strong) = shared.upgrade() else { return };
         let kept = strong.blocking(move |vault, hub| {
+            if write_times {
+                vault.write_times(hub, false);
+            }
             vault.follow(hub)?;
-            vault.look(hub)?;
-            if write_times { vault.write_times(hub, false) } else { Ok(()) }
+            vault.look(hub)
         });
         if let Err(error) = kept.await {
-            tracing::error!(%error, "signing keys or their times are not on disk");
+            tracing::error!(%error, "signing keys are not on disk");
         }
     }
 }

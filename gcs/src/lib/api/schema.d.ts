@@ -7859,7 +7859,7 @@ export interface components {
          * @description What is kept on the server's disk.
          * @enum {string}
          */
-        StorageClass: "telemetry" | "maps" | "missions" | "video" | "draft" | "tokens" | "signing";
+        StorageClass: "telemetry" | "maps" | "missions" | "video" | "draft" | "tokens" | "signing" | "signing_times";
         /** @description Why something is not being kept. */
         StorageFault: {
             /**
