@@ -63,7 +63,7 @@ class StorageProblem:
     Attributes
     ----------
     what : str
-        ``"telemetry"``, ``"maps"``, ``"missions"``, ``"video"``, ``"draft"``, ``"tokens"`` or ``"signing"``.
+        ``"telemetry"``, ``"maps"``, ``"missions"``, ``"video"``, ``"draft"``, ``"tokens"``, ``"signing"`` or ``"signing_times"``.
     name : str or None
         Which camera or map source; ``None`` where there is one of its kind.
     fault : str

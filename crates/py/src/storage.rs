@@ -77,6 +77,7 @@ const fn serde_name(what: &vencejo_server::dto::storage::StorageClass) -> &'stat
         StorageClass::Draft => "draft",
         StorageClass::Tokens => "tokens",
         StorageClass::Signing => "signing",
+        StorageClass::SigningTimes => "signing_times",
     }
 }
 
