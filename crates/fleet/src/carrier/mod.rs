@@ -24,6 +24,11 @@ pub use network::session_of_an_aircraft;
 pub use organisation::{DOOR_PORT, Made, Organisation};
 pub use ros2::{Examined, Gateway, GatewayConfig, GatewayStatus, RosPapers, RosRouter, examine};
 
+/// Batches of 64 KB of what keeps the network together (declarations, a liveliness token of each aircraft) that may wait to be sent. All that one
+/// who joins is told comes at once, from the thread that would send it: it has to fit, or the sessions end. 1 MB is 10,000 aircraft
+/// with the longest names.
+const CONTROL_QUEUE: usize = 16;
+
 /// Seconds since 1970, as the clock of this machine has it.
 #[must_use]
 pub fn unix_now() -> u64 {

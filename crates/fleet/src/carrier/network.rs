@@ -12,6 +12,7 @@ use zenoh::bytes::ZBytes;
 use zenoh::qos::{CongestionControl, Priority};
 use zenoh::query::{ConsolidationMode, Query, QueryTarget};
 
+use super::CONTROL_QUEUE;
 use super::endpoint::{Endpoint, Way};
 use super::membership::try_address;
 use crate::error::FleetError;
@@ -26,10 +27,6 @@ const LEASE_MS: u64 = 2_000;
 const MAX_SESSIONS: usize = 10_000;
 /// Bytes of a message at most, as it comes out of the pieces that it came in: more than any payload has. Zenoh's own limit is a gigabyte.
 const MAX_MESSAGE: usize = 4 * MAX_BYTES;
-/// Batches of 64 KB of what keeps the network together (declarations, a liveliness token of each aircraft) that may wait to be sent. All that one
-/// who joins is told comes at once, from the thread that would send it: it has to fit, or the sessions end. 1 MB is 10,000 aircraft
-/// with the longest names.
-pub(super) const CONTROL_QUEUE: usize = 16;
 /// How long after a router has left it is dialled for the first time, ms; then twice as long each time, up to 4 s.
 const REDIAL_MS: u64 = 200;
 /// How long a router on this machine is waited for.

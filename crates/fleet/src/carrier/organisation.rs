@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use serde_json::Value;
 use vencejo_store::{Access, Lock, lock::PATIENCE};
 
+use super::CONTROL_QUEUE;
 use super::endpoint::{Endpoint, Way, bracketed, split};
-use super::network::CONTROL_QUEUE;
 use crate::error::FleetError;
 use crate::key::Name;
 use crate::operator::random;

@@ -267,7 +267,7 @@ impl Fault {
             Self::NoTls => "it does not speak TLS there: is the port right?".to_owned(),
             Self::Stranger | Self::OtherAuthority => "its certificate is of another authority".to_owned(),
             Self::Ended => format!("its certificate has ended, or {} and is ahead", clock(now)),
-            Self::NotYet => format!("its certificate is not good yet: {}, or the clock where it was made was ahead; set the one that is wrong (timedatectl)", clock(now)),
+            Self::NotYet => format!("its certificate is not good yet, as {}: set it (timedatectl), or, where that is today, the clock with which it was made", clock(now)),
             Self::OtherName => format!("its certificate is not for {host}"),
             Self::Certificate(problem) => format!("its certificate is not accepted: {problem}"),
             Self::OursEnded => format!("it says that our certificate has ended, or is not good yet; {}", clock(now)),
@@ -307,7 +307,10 @@ mod tests {
         let tls = |error: rustls::Error| said(&io::Error::other(error), "ground.local");
         let shown = |problem: CertificateError| tls(rustls::Error::InvalidCertificate(problem));
         for (told, says) in [
-            (shown(CertificateError::NotValidYet), "the clock here says 2027-01-15: set it (timedatectl)"),
+            (
+                shown(CertificateError::NotValidYet),
+                "the clock here says 2027-01-15: set it (timedatectl), or, where that is today, the clock with",
+            ),
             (
                 shown(CertificateError::Expired),
                 "its certificate has ended, or the clock here says 2027-01-15 and is ahead",

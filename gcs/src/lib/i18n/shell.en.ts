@@ -472,7 +472,8 @@ export const shellEn = {
   'storage.draft': 'The plan’s draft is not kept by the server:',
   'storage.tokens': 'The addresses with tokens hold for this run of the server alone:',
   'storage.signing': 'Nothing is signed, and nothing is checked:',
-  'storage.signing_times': 'Messages are signed and checked, but after the server’s next start others could repeat those of this run:',
+  'storage.signing_times':
+    'Messages are signed and checked, but after the server’s next start others could repeat those of this run:',
   'storage.low_space': 'only {free} MB are free on the server’s disk, and {floor} MB have to stay free.',
   'storage.unwritable': 'the server’s disk cannot be written.',
   'storage.unreadable': 'the file on the server’s disk cannot be read.',

@@ -473,7 +473,8 @@ export const shellEs: Record<keyof typeof shellEn, string> = {
   'storage.draft': 'El servidor no guarda el borrador del plan:',
   'storage.tokens': 'Las direcciones con clave solo valen mientras el servidor siga en marcha:',
   'storage.signing': 'No se firma ni se comprueba nada:',
-  'storage.signing_times': 'Los mensajes se firman y se comprueban, pero cuando el servidor vuelva a arrancar otros podrían repetir los de ahora:',
+  'storage.signing_times':
+    'Los mensajes se firman y se comprueban, pero cuando el servidor vuelva a arrancar otros podrían repetir los de ahora:',
   'storage.low_space': 'solo quedan {free} MB libres en el disco del servidor, y {floor} MB deben quedar libres.',
   'storage.unwritable': 'no se puede escribir en el disco del servidor.',
   'storage.unreadable': 'el fichero no se puede leer en el disco del servidor.',
