@@ -36,6 +36,7 @@ CRATES: dict[str, frozenset[str]] = {
     "server": frozenset({"proto", "flight", "vehicle", "link", "maps", "station", "store", "video"}),
     "py": frozenset({"proto", "flight", "vehicle", "link", "maps", "station", "fleet", "server", "store", "video"}),
     "bench-load": frozenset(),
+    "fuzz": frozenset({"proto", "flight", "vehicle", "link", "maps", "station", "fleet", "server", "store", "video"}),
 }
 
 #: What the arrows above stand for when drawn without what follows from them.
@@ -52,6 +53,7 @@ DRAWN_CRATES: dict[str, tuple[str, ...]] = {
     "server": ("station", "maps", "video"),
     "py": ("server", "fleet", "station", "flight"),
     "bench-load": (),
+    "fuzz": ("server", "fleet"),
 }
 
 #: External crates that mean I/O or a language: only these crates of ours may name them.
@@ -59,7 +61,7 @@ FENCED: dict[str, frozenset[str]] = {
     "axum": frozenset({"server"}),
     "tokio": frozenset({"link", "maps", "station", "fleet", "video", "server", "py"}),
     "zenoh": frozenset({"fleet"}),
-    "prost": frozenset({"fleet"}),
+    "prost": frozenset({"fleet", "fuzz"}),
     "rcgen": frozenset({"fleet"}),
     "ring": frozenset({"fleet"}),
     "x509-parser": frozenset({"fleet"}),

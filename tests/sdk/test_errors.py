@@ -19,6 +19,7 @@ CLASSES = {
     "Station.BadConfirmation": vencejo.ConfirmationNeeded,
     "Station.RemoteRefused": vencejo.NotPossibleNow,
     "Station.Closed": vencejo.ClosedError,
+    "Station.Dismissed": vencejo.ClosedError,
     "Signing.BadName": vencejo.InvalidRequest,
     "Signing.NameTaken": vencejo.InvalidRequest,
     "Signing.NoSuchKey": vencejo.InvalidRequest,

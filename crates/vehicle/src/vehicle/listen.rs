@@ -284,11 +284,7 @@ impl Vehicle {
         if ack.result == 0
             && let Ok(kind) = PlanKind::try_from(ack.mission_type)
         {
-            if Message::MissionAck(*ack).target().includes(self.our) {
-                self.told_changed(kind, now);
-            } else {
-                self.changed_elsewhere(kind);
-            }
+            self.told_changed(kind, now);
         }
     }
 
@@ -296,13 +292,17 @@ impl Vehicle {
     fn told_changed(&mut self, kind: PlanKind, now: MonoTime) {
         let is_moving = self.transfer.as_ref().is_some_and(|lane| lane.is_about(kind));
         if is_moving || !self.is_echo(kind, now) {
-            self.changed_elsewhere(kind);
+            self.void(kind);
         }
     }
 
     /// Somebody else changes a plan: what is known of it is void, and what the vehicle says of it from now on is no echo of ours.
     pub(super) fn changed_elsewhere(&mut self, kind: PlanKind) {
         self.written[kind as usize] = None;
+        self.void(kind);
+    }
+
+    fn void(&mut self, kind: PlanKind) {
         if let Some(lane) = &mut self.transfer
             && lane.is_about(kind)
         {

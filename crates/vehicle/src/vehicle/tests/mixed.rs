@@ -490,17 +490,15 @@ fn what_others_do_just_after_our_upload_is_no_echo_of_it() {
     let file = |opcode, path: &[u8]| FtpPayload::request(opcode, 1, 1, 0, path).to_message(PLANE);
     let ack = |target| vec![Message::MissionAck(MissionAck { target, result: 0, mission_type: 2, opaque_id: 0 })];
     let writings = [
-        (RIVAL, clear(MavMissionType::MAV_MISSION_TYPE_RALLY)),
-        (RIVAL, clear(MavMissionType::MAV_MISSION_TYPE_ALL)),
-        (RIVAL, vec![Message::Dialect(MavMessage::MISSION_COUNT(count))]),
-        (RIVAL, vec![file(FtpOpcode::CREATE_FILE, b"@MISSION/rally.dat"), file(FtpOpcode::TERMINATE_SESSION, b"")]),
-        // The vehicle's word to the other one.
-        (PLANE, ack(RIVAL)),
+        clear(MavMissionType::MAV_MISSION_TYPE_RALLY),
+        clear(MavMissionType::MAV_MISSION_TYPE_ALL),
+        vec![Message::Dialect(MavMessage::MISSION_COUNT(count))],
+        vec![file(FtpOpcode::CREATE_FILE, b"@MISSION/rally.dat"), file(FtpOpcode::TERMINATE_SESSION, b"")],
     ];
     let mut world = world(VehicleConfig::default());
     let rally = MissionItem { command: Command::NAV_RALLY_POINT, ..MissionItem::waypoint(40.3432, -3.7978, 80.0) };
     let upload = Request::UploadPlan { kind, items: vec![rally], home: None, despite_findings: false };
-    for (from, messages) in writings {
+    for messages in writings {
         ask(&mut world, upload.clone()).expect("uploaded");
         let now = world.now;
         let vehicle = &mut world.station.vehicle;
@@ -509,11 +507,7 @@ fn what_others_do_just_after_our_upload_is_no_echo_of_it() {
         }
         assert!(matches!(vehicle.plan_state(kind), PlanState::Verified { .. }), "an echo");
         for message in &messages {
-            if from == PLANE {
-                vehicle.on_message(from.component, message, now);
-            } else {
-                vehicle.on_foreign(from, message, now);
-            }
+            vehicle.on_foreign(RIVAL, message, now);
         }
         assert_eq!(vehicle.plan_state(kind), PlanState::Unknown(Unknown::ChangedElsewhere), "{messages:?}");
         assert!(vehicle.plan_on_board(kind).is_none(), "{messages:?}");
