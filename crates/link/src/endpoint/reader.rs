@@ -28,14 +28,18 @@ pub(super) trait Listener: Send + 'static {
     fn hear(&mut self, socket: &Datagrams) -> Result<()>;
 
     /// Called before and after each reading.
-    fn begin(&mut self);
-    fn end(&mut self);
+    fn begin(&mut self) {}
+    fn end(&mut self) {}
 
     /// Called each [`SWEEP`] or so. An error is the socket's end.
-    fn sweep(&mut self, socket: &Datagrams) -> Result<()>;
+    fn sweep(&mut self, _: &Datagrams) -> Result<()> {
+        Ok(())
+    }
 
     /// Whether the link is closed.
-    fn is_closed(&self) -> bool;
+    fn is_closed(&self) -> bool {
+        false
+    }
 }
 
 /// Reads a socket for a listener.
@@ -149,12 +153,6 @@ mod tests {
             self.0.send((u32::from_le_bytes(number), std::thread::current().id())).map_err(Error::other)
         }
 
-        fn begin(&mut self) {}
-        fn end(&mut self) {}
-        fn sweep(&mut self, _: &Datagrams) -> Result<()> {
-            Ok(())
-        }
-
         fn is_closed(&self) -> bool {
             // So that each pause is the last, and the runtime has it back.
             true
@@ -169,16 +167,6 @@ mod tests {
             self.0 += 1;
             Ok(())
         }
-
-        fn begin(&mut self) {}
-        fn end(&mut self) {}
-        fn sweep(&mut self, _: &Datagrams) -> Result<()> {
-            Ok(())
-        }
-
-        fn is_closed(&self) -> bool {
-            false
-        }
     }
 
     /// Breaks as soon as another thread than this reads it.
@@ -188,16 +176,6 @@ mod tests {
         fn hear(&mut self, socket: &Datagrams) -> Result<()> {
             assert_eq!(std::thread::current().id(), self.0, "it breaks, as it shall");
             socket.recv(&mut [0; 4]).map(|_| ())
-        }
-
-        fn begin(&mut self) {}
-        fn end(&mut self) {}
-        fn sweep(&mut self, _: &Datagrams) -> Result<()> {
-            Ok(())
-        }
-
-        fn is_closed(&self) -> bool {
-            false
         }
     }
 
@@ -209,14 +187,8 @@ mod tests {
             Err(ErrorKind::WouldBlock.into())
         }
 
-        fn begin(&mut self) {}
-        fn end(&mut self) {}
         fn sweep(&mut self, _: &Datagrams) -> Result<()> {
             Err(ErrorKind::AddrNotAvailable.into())
-        }
-
-        fn is_closed(&self) -> bool {
-            false
         }
     }
 

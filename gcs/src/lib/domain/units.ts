@@ -91,8 +91,10 @@ export function formatDuration(value_s: number): string {
 /** Digits in groups: `1,500` is one and a half in Madrid and fifteen hundred in London, `1.500` the other way round. */
 const GROUPED = /^[-+−]?[1-9]\d{0,2}([.,]\d{3})+$/;
 
+export const isGrouped = (text: string): boolean => GROUPED.test(text.trim());
+
 /** A height, distance or speed as people type it; `null` also of what some would read as a thousand times as much. */
-export const parseMeasure = (text: string): number | null => (GROUPED.test(text.trim()) ? null : parseNumber(text));
+export const parseMeasure = (text: string): number | null => (isGrouped(text) ? null : parseNumber(text));
 
 /** A number as people type it, with a decimal comma or point; `null` when it is none. */
 export function parseNumber(text: string): number | null {

@@ -465,6 +465,7 @@ export const shellEn = {
   'compass.w': 'W',
 
   'value.none': '–',
+  'value.grouped': 'Write thousands without a separator: 1500.',
   'storage.telemetry': 'The flight is not being recorded:',
   'storage.maps': 'Maps are shown, but not kept:',
   'storage.missions': 'A doubt about the mission on board is forgotten when the server ends:',

@@ -466,6 +466,7 @@ export const shellEs: Record<keyof typeof shellEn, string> = {
   'compass.w': 'O',
 
   'value.none': '–',
+  'value.grouped': 'Escribe los millares sin separador: 1500.',
   'storage.telemetry': 'El vuelo no se está grabando:',
   'storage.maps': 'Los mapas se muestran, pero no se guardan:',
   'storage.missions': 'Una duda sobre la misión de a bordo se olvida cuando acaba el servidor:',
