@@ -321,10 +321,11 @@ def params(runs: int, _seconds: float) -> Table:
 
 @dataclass
 class OtherPlane:
-    """Another plane than the simulated one: its command line (none: the simulated one) and the TCP port it listens on."""
+    """Another plane than the simulated one: its command line (none: the simulated one), the TCP port it listens on, what it is called."""
 
     command: list[str]
     port: int = 5760
+    name: str = "another plane"
 
 
 PLANE = OtherPlane([])
@@ -338,6 +339,8 @@ TCP_PEERS = {
 }
 #: Sections to which the recorded stream is played.
 PLAYED = frozenset({"decode", "follow", "snapshots", "vehicles", "first_position", "forward"})
+#: Sections that measure another plane too; those figures have a table of their own.
+TRANSFERS = frozenset({"mission", "params"})
 #: Sections of which one run takes minutes and has many events: they have one.
 ONCE = frozenset(
     {
@@ -413,12 +416,13 @@ def main() -> int:
         "--plane", default="", help="command line of another plane for the transfers, such as ArduPilot's"
     )
     parser.add_argument("--plane-port", type=int, default=PLANE.port, help="TCP port that it listens on")
+    parser.add_argument("--plane-name", default=PLANE.name, help="what it is, for the report: ArduPlane 4.6.3")
     parser.add_argument("--narrow-s", type=float, default=SETTINGS.narrow_s, help="seconds of orders on a narrow way")
     parser.add_argument("--cuts", type=int, default=SETTINGS.cuts, help="moments of a plan's transfer that are cut")
     parser.add_argument("--cut-s", type=float, default=SETTINGS.cut_s, help="seconds of the cut whose gap is filled")
     options = parser.parse_args()
     SETTINGS.narrow_s, SETTINGS.cuts, SETTINGS.cut_s = options.narrow_s, options.cuts, options.cut_s
-    PLANE.command[:], PLANE.port = shlex.split(options.plane), options.plane_port
+    PLANE.command[:], PLANE.port, PLANE.name = shlex.split(options.plane), options.plane_port, options.plane_name
     OUT.mkdir(parents=True, exist_ok=True)
     if (before := load()) > options.most_load:
         sys.exit(
@@ -438,10 +442,11 @@ def main() -> int:
             sys.exit(f"bench: no section {name!r}; there are {', '.join(SECTIONS)}")
         print(f"{name}:", flush=True)
         runs = 1 if name in ONCE else options.runs
-        results[name] = {
+        is_other = bool(PLANE.command) and name in TRANSFERS
+        results[f"{name}_other" if is_other else name] = {
             "runs": runs,
             "load": round(before, 2),
-            "plane": "another plane" if PLANE.command else "the simulated plane",
+            "plane": PLANE.name if is_other else "the simulated plane",
             "date": datetime.now(timezone.utc).date().isoformat(),
             "figures": SECTIONS[name](runs, options.seconds),
         }
