@@ -3,14 +3,20 @@
 //! The landing itself is [`design_landing`]'s. Here stands which ones there are to choose from, how each of them would be flown by this
 //! plane ([`rehearse`]), and why one is better than another.
 
+mod moved;
+mod reason;
+
+pub(crate) use moved::designed_items;
+pub use moved::{LandingPart, move_landing};
+pub use reason::{LandingReason, Verdict};
+
 use crate::error::{FlightError, LandingProblem, Result};
 use crate::geodesy::{GeoPoint, direct, distance_m, inverse, wrap_180_deg, wrap_360_deg};
 use crate::guidance::GRAVITY_M_S2;
 use crate::landing::{CALM_M_S, Landing, LandingCaution, LandingOptions, Wind, design_landing, design_landing_over};
-use crate::plan::{Command, Home, Mission, MissionItem, Plan};
+use crate::plan::{Home, Mission, MissionItem, Plan};
 use crate::progress::Circled;
 use crate::rehearsal::{Aircraft, Autoland, Conditions, Doing, Ending, Origin, Start, rehearse};
-use crate::words::words;
 
 /// Shortest and longest runway, m: less is the error of two positions, and more is a mistake.
 const RUNWAY_M: (f64, f64) = (20.0, 10_000.0);
@@ -27,8 +33,6 @@ const FLOWN_FROM_M: f64 = 10_000.0;
 const LONGEST_S: f64 = 3_600.0;
 /// Crosswind that is worth a word, m/s.
 const CROSSWIND_M_S: f64 = 2.0;
-/// Distance between the point and the place where a rehearsed plane comes to rest that is doubtful, m.
-const FAR_OFF_M: f64 = 30.0;
 /// How far `NAV_LAND` is moved at most so that the plane rests on the point, m: more is another mistake than a flare's.
 const FARTHEST_MOVED_M: f64 = 60.0;
 /// Winds and distances that differ by less do not make one landing better than another, m/s and m.
@@ -174,142 +178,6 @@ pub type Below<'a> = dyn Fn(GeoPoint) -> Option<f64> + 'a;
 
 fn designed(point: GeoPoint, options: &LandingOptions, below: Option<&Below<'_>>) -> Result<Landing> {
     below.map_or_else(|| design_landing(point, options), |below| design_landing_over(point, options, below))
-}
-
-words! {
-    /// How a landing suits.
-    Verdict {
-        /// Nothing speaks against it.
-        Good = "good",
-        /// It can be flown, and something speaks against it.
-        Doubtful = "doubtful",
-        /// The rehearsed plane does not come down where it should.
-        Bad = "bad",
-    }
-}
-
-/// What speaks for or against a landing.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "describe", derive(serde::Serialize, utoipa::ToSchema))]
-#[cfg_attr(feature = "describe", serde(tag = "code", rename_all = "kebab-case"))]
-pub enum LandingReason {
-    /// The wind is too weak to matter.
-    Calm {},
-    /// The wind comes from ahead.
-    Headwind {
-        /// Its part along the final leg.
-        speed_m_s: f64,
-    },
-    /// The wind comes from behind.
-    Tailwind {
-        /// Its part along the final leg.
-        speed_m_s: f64,
-    },
-    /// The wind comes from the side.
-    Crosswind {
-        /// Its part across the final leg.
-        speed_m_s: f64,
-        /// Whether it comes from the right.
-        is_from_right: bool,
-    },
-    /// The final leg is steep.
-    Steep {
-        /// Height over distance.
-        slope: f64,
-    },
-    /// The ground comes near the final leg or the circle.
-    GroundNear {
-        /// How near, at the worst place; negative below the ground.
-        clearance_m: f64,
-        /// How much it should be there.
-        wanted_m: f64,
-        /// How far from the point.
-        distance_m: f64,
-    },
-    /// Where the rehearsed plane comes to rest.
-    ComesToRest {
-        /// Distance from the point.
-        distance_m: f64,
-        /// Whether that is beyond the point.
-        is_beyond: bool,
-    },
-    /// The rehearsed plane touches the ground before the runway begins.
-    BeforeRunway {
-        /// By how much.
-        distance_m: f64,
-    },
-    /// The rehearsed plane rolls over the runway's end.
-    BeyondRunway {
-        /// By how much.
-        distance_m: f64,
-    },
-    /// The rehearsed plane does not land.
-    DoesNotLand {
-        /// What happens.
-        ending: Ending,
-    },
-}
-
-impl LandingReason {
-    /// A stable name, fit for scripts.
-    #[must_use]
-    pub const fn as_str(&self) -> &'static str {
-        match self {
-            Self::Calm {} => "calm",
-            Self::Headwind { .. } => "headwind",
-            Self::Tailwind { .. } => "tailwind",
-            Self::Crosswind { .. } => "crosswind",
-            Self::Steep { .. } => "steep",
-            Self::GroundNear { .. } => "ground-near",
-            Self::ComesToRest { .. } => "comes-to-rest",
-            Self::BeforeRunway { .. } => "before-runway",
-            Self::BeyondRunway { .. } => "beyond-runway",
-            Self::DoesNotLand { .. } => "does-not-land",
-        }
-    }
-
-    const fn verdict(&self) -> Verdict {
-        match self {
-            Self::Calm {} | Self::Headwind { .. } | Self::Crosswind { .. } => Verdict::Good,
-            Self::ComesToRest { distance_m, .. } if *distance_m <= FAR_OFF_M => Verdict::Good,
-            Self::GroundNear { clearance_m, .. } if *clearance_m <= 0.0 => Verdict::Bad,
-            Self::Tailwind { .. } | Self::Steep { .. } | Self::GroundNear { .. } | Self::ComesToRest { .. } => {
-                Verdict::Doubtful
-            }
-            Self::BeforeRunway { .. } | Self::BeyondRunway { .. } | Self::DoesNotLand { .. } => Verdict::Bad,
-        }
-    }
-}
-
-impl std::fmt::Display for LandingReason {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::Calm {} => f.write_str("next to no wind"),
-            Self::Headwind { speed_m_s } => write!(f, "{speed_m_s:.0} m/s of headwind"),
-            Self::Tailwind { speed_m_s } => write!(f, "{speed_m_s:.0} m/s of tailwind"),
-            Self::Crosswind { speed_m_s, is_from_right } => {
-                write!(f, "{speed_m_s:.0} m/s of crosswind from the {}", if *is_from_right { "right" } else { "left" })
-            }
-            Self::Steep { slope } => write!(f, "a steep final leg, 1 in {:.1}", 1.0 / slope),
-            Self::GroundNear { clearance_m, distance_m, .. } if *clearance_m <= 0.0 => {
-                write!(f, "the ground is in the way {distance_m:.0} m before the point")
-            }
-            Self::GroundNear { clearance_m, wanted_m, distance_m } => write!(
-                f,
-                "only {clearance_m:.0} m above the ground {distance_m:.0} m before the point, where {wanted_m:.0} m are wanted"
-            ),
-            Self::ComesToRest { distance_m, is_beyond } => {
-                write!(f, "comes to rest {distance_m:.0} m {} the point", if *is_beyond { "beyond" } else { "before" })
-            }
-            Self::BeforeRunway { distance_m } => write!(f, "touches the ground {distance_m:.0} m before the runway"),
-            Self::BeyondRunway { distance_m } => write!(f, "rolls {distance_m:.0} m beyond the runway's end"),
-            Self::DoesNotLand { ending } => f.write_str(match ending {
-                Ending::Ground => "hits the ground on the way",
-                Ending::Held => "is held by the wind on the way",
-                _ => "does not come down",
-            }),
-        }
-    }
 }
 
 /// The end of a rehearsed approach.
@@ -541,103 +409,6 @@ fn flown(way: &Way, landing: &Landing, options: &LandingOptions, conditions: &Co
             duration_s: rehearsed.duration_s,
         },
     )
-}
-
-/// A part of a landing that somebody moves.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "describe", derive(serde::Deserialize, utoipa::ToSchema), serde(rename_all = "kebab-case"))]
-pub enum LandingPart {
-    /// The point: the landing moves with it, its course and slope stay.
-    Point,
-    /// Where the final leg begins: it gives the course and the length, and with them the slope.
-    FinalLeg,
-    /// The centre of the circle, likewise.
-    Circle,
-}
-
-/// A landing as it was designed, with one part somewhere else: the rest follows, the heights of the point and of the final leg's beginning stay.
-/// The slope stays between 0.02 and 0.25.
-///
-/// # Errors
-/// As [`design_landing`], and when the items are no landing of this kind: a circle down, then the landing, both with places and with
-/// heights above home.
-pub fn move_landing(
-    items: &[MissionItem],
-    part: LandingPart,
-    to: GeoPoint,
-    options: &LandingOptions,
-) -> Result<Landing> {
-    let shape = Shape::of(items).ok_or(FlightError::BadLanding(LandingProblem::NotDesigned))?;
-    let side = shape.radius_m.signum();
-    let from_circle = |point: GeoPoint, centre: GeoPoint| {
-        let line = inverse(centre, point);
-        let final_m = (line.distance_m.powi(2) - shape.radius_m.powi(2)).max(1.0).sqrt();
-        // The centre lies abeam of where the leg begins: the way to the point turns from the leg by the angle that the radius covers.
-        (line.bearing_end_deg + side * (shape.radius_m.abs() / final_m).atan().to_degrees(), final_m)
-    };
-    let (point, (course_deg, final_m)) = match part {
-        LandingPart::Point => (to, from_circle(shape.point, shape.centre)),
-        LandingPart::Circle => (shape.point, from_circle(shape.point, to)),
-        LandingPart::FinalLeg => {
-            let line = inverse(to, shape.point);
-            (shape.point, (line.bearing_end_deg, line.distance_m.max(1.0)))
-        }
-    };
-    design_landing(
-        point,
-        &LandingOptions {
-            course_deg: Some(wrap_360_deg(course_deg)),
-            ground_rel_home_m: options
-                .ground_rel_home_m
-                .filter(|_| part == LandingPart::Point)
-                .or(Some(shape.ground_m)),
-            slope: (shape.final_height_m / final_m).clamp(SLOPE.0, SLOPE.1),
-            final_height_m: shape.final_height_m,
-            radius_m: shape.radius_m.abs().clamp(RADIUS_M.0, RADIUS_M.1),
-            is_clockwise: side > 0.0,
-            has_land_start: shape.has_land_start,
-            ..*options
-        },
-    )
-}
-
-/// How many of a mission's last items are a landing as one is designed, [`move_landing`]'s; `None` where they are none.
-pub(crate) fn designed_items(items: &[MissionItem]) -> Option<usize> {
-    let last = |count: usize| items.len().checked_sub(count).map(|from| &items[from..]);
-    [3, 2].into_iter().find(|count| last(*count).and_then(Shape::of).is_some())
-}
-
-/// What a landing that was designed consists of.
-struct Shape {
-    point: GeoPoint,
-    centre: GeoPoint,
-    /// Negative anticlockwise.
-    radius_m: f64,
-    ground_m: f64,
-    final_height_m: f64,
-    has_land_start: bool,
-}
-
-impl Shape {
-    fn of(items: &[MissionItem]) -> Option<Self> {
-        let (circle, land, has_land_start) = match items {
-            [start, circle, land] if start.command == Command::DO_LAND_START => (circle, land, true),
-            [circle, land] => (circle, land, false),
-            _ => return None,
-        };
-        let is_landing = circle.command == Command::NAV_LOITER_TO_ALT && land.command == Command::NAV_LAND;
-        let has_same_datum = circle.frame == land.frame;
-        let (ground_m, alt_m) = (land.alt_m()?, circle.alt_m()?);
-        (is_landing && has_same_datum && circle.frame == crate::plan::MavFrame::GlobalRelativeAlt).then_some(())?;
-        Some(Self {
-            point: land.point()?,
-            centre: circle.point()?,
-            radius_m: circle.param(2).filter(|radius_m| radius_m.abs() > 1.0)?,
-            ground_m,
-            final_height_m: alt_m - ground_m,
-            has_land_start,
-        })
-    }
 }
 
 #[cfg(test)]

@@ -1,304 +1,48 @@
 //! Offline areas: what is fetched ahead of a flight and stays. Their lists of tiles are in the caches, so that a crash loses
 //! nothing: what is marked is there, what is not marked is looked for and fetched.
 
+mod area;
+mod store;
+
 use std::sync::atomic::Ordering;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, PoisonError};
 use std::time::{Duration, Instant};
 
-use rusqlite::{Connection, ErrorCode, params};
-use serde::Serialize;
+use rusqlite::params;
 use tokio::sync::watch;
 use tokio::task::JoinSet;
-use utoipa::ToSchema;
 
-use crate::cache::{Cache, counted};
-use crate::cover::{self, Shape};
+pub use area::{Area, AreaState, Estimate, LevelCount, NewArea};
+pub(crate) use store::DONE;
+
+use store::{FAILED, OPEN, add_area, areas_of, claimed, mark, open_tiles, set_running, set_state};
+
+use crate::cache::Cache;
+
+use crate::cover;
+
 use crate::downloads::Rate;
+
 use crate::error::{MapError, Result};
+
 use crate::grid::TileId;
+
 use crate::service::Maps;
+
 use crate::source::Source;
+
 use crate::task::blocking;
 
 /// Tiles of an area at most.
 pub const MAX_TILES: u64 = 500_000;
 /// Bytes of a tile where none was measured: a JPEG of 256 pixels from above.
 const USUAL_BYTES: u64 = 18_000;
-/// Tiles that are taken in hand at once.
-const BATCH: u32 = 128;
 /// How often at least it is written down how far an area is, while tiles come.
 const NOTE_EVERY: Duration = Duration::from_secs(1);
 /// Faults in a row after which an area gives up.
 const MAX_FAULTS: u32 = 25;
 /// How long an area waits for the network, at first and at most.
 const WAIT: (Duration, Duration) = (Duration::from_secs(5), Duration::from_secs(60));
-
-/// How often it is looked whether an area that another process fetches is left to this one, at first and at least.
-const CLAIM_WAIT: (Duration, Duration) = (Duration::from_millis(20), Duration::from_secs(2));
-
-/// State of an area.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, ToSchema)]
-#[serde(rename_all = "snake_case")]
-#[schema(as = MapAreaState)]
-pub enum AreaState {
-    /// On its way, or waiting for the network.
-    Running,
-    /// Until somebody goes on with it.
-    Paused,
-    /// All is here, but for what failed.
-    Done,
-    /// Given up.
-    Failed,
-}
-
-impl AreaState {
-    const fn name(self) -> &'static str {
-        match self {
-            Self::Running => "running",
-            Self::Paused => "paused",
-            Self::Done => "done",
-            Self::Failed => "failed",
-        }
-    }
-
-    fn of(name: &str) -> Self {
-        match name {
-            "running" => Self::Running,
-            "paused" => Self::Paused,
-            "done" => Self::Done,
-            _ => Self::Failed,
-        }
-    }
-}
-
-/// An offline area.
-#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
-#[schema(as = MapArea)]
-pub struct Area {
-    /// Its id.
-    pub id: String,
-    /// The source that it is of.
-    pub source: String,
-    /// What people call it.
-    pub name: String,
-    /// Where it is.
-    pub shape: Shape,
-    /// Coarsest level of the source's grid.
-    pub min_level: u8,
-    /// Finest level of the source's grid.
-    pub max_level: u8,
-    /// How it stands.
-    pub state: AreaState,
-    /// Why it waits, or what failed.
-    #[schema(required = true)]
-    pub detail: Option<String>,
-    /// Tiles in all.
-    pub tiles: u64,
-    /// Tiles that are here, or that the service has not.
-    pub done: u64,
-    /// Tiles that could not be had.
-    pub failed: u64,
-    /// Bytes that were fetched for it.
-    pub bytes: u64,
-    /// Seconds since 1970.
-    pub created_at: i64,
-    /// How fast it goes.
-    #[schema(required = true)]
-    pub rate_tiles_s: Option<f64>,
-}
-
-/// How many tiles of one level.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, ToSchema)]
-#[schema(as = MapLevelCount)]
-pub struct LevelCount {
-    /// Which.
-    pub level: u8,
-    /// How many.
-    pub tiles: u64,
-}
-
-/// What an area would take.
-#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
-#[schema(as = MapAreaEstimate)]
-pub struct Estimate {
-    /// In all.
-    pub tiles: u64,
-    /// Already here.
-    pub have: u64,
-    /// Still to be fetched, about.
-    pub bytes: u64,
-    /// Of a tile.
-    pub tile_bytes: u64,
-    /// Whether that is measured on tiles of this source, or only usual.
-    pub tile_bytes_measured: bool,
-    /// By level.
-    pub levels: Vec<LevelCount>,
-    /// Tiles that are taken at most.
-    pub max_tiles: u64,
-    /// Why it would be refused.
-    #[schema(required = true)]
-    pub refused: Option<String>,
-}
-
-/// An area to make.
-#[derive(Debug, Clone, PartialEq)]
-pub struct NewArea {
-    /// The source that it is of.
-    pub source: String,
-    /// What people call it.
-    pub name: String,
-    /// Where it is.
-    pub shape: Shape,
-    /// Coarsest level of the source's grid.
-    pub min_level: u8,
-    /// Finest level of the source's grid.
-    pub max_level: u8,
-}
-
-const COLUMNS: &str = "id, name, shape, min_level, max_level, state, detail, created_s, bytes";
-
-fn read_area(row: &rusqlite::Row<'_>, source: &str) -> rusqlite::Result<Area> {
-    let shape: String = row.get(2)?;
-    let wrong = |error| rusqlite::Error::FromSqlConversionFailure(2, rusqlite::types::Type::Text, Box::new(error));
-    Ok(Area {
-        id: row.get(0)?,
-        source: source.to_owned(),
-        name: row.get(1)?,
-        shape: serde_json::from_str(&shape).map_err(wrong)?,
-        min_level: row.get(3)?,
-        max_level: row.get(4)?,
-        state: AreaState::of(&row.get::<_, String>(5)?),
-        detail: row.get(6)?,
-        tiles: 0,
-        done: 0,
-        failed: 0,
-        bytes: row.get::<_, i64>(8)?.cast_unsigned(),
-        created_at: row.get(7)?,
-        rate_tiles_s: None,
-    })
-}
-
-fn areas_of(cache: &Cache, source: &str) -> Result<Vec<Area>> {
-    cache.read(|reader| {
-        let mut query = reader.prepare_cached(&format!("SELECT {COLUMNS} FROM areas ORDER BY created_s, id"))?;
-        let mut areas: Vec<Area> =
-            query.query_map([], |row| read_area(row, source))?.collect::<rusqlite::Result<_>>()?;
-        for area in &mut areas {
-            let [open, done, failed] =
-                [OPEN, DONE, FAILED].map(|state| counted(reader, &format!("area/{}/{state}", area.id)));
-            (area.done, area.failed) = (done?, failed?);
-            area.tiles = open? + area.done + area.failed;
-        }
-        Ok(areas)
-    })
-}
-
-/// States of a tile of an area.
-const OPEN: i64 = 0;
-pub(crate) const DONE: i64 = 1;
-const FAILED: i64 = 2;
-
-fn add_area(cache: &Cache, id: &str, area: &NewArea, tiles: &[TileId], now_s: i64) -> Result<()> {
-    let shape = serde_json::to_string(&area.shape).map_err(MapError::storage)?;
-    let mut writer = cache.writer();
-    let transaction = writer.transaction()?;
-    transaction.execute(
-        "INSERT INTO areas (id, name, shape, min_level, max_level, state, created_s) VALUES (?, ?, ?, ?, ?, 'running', ?)",
-        params![id, area.name, shape, area.min_level, area.max_level, now_s],
-    )?;
-    {
-        let mut insert =
-            transaction.prepare("INSERT INTO area_tiles (level, col, row, area, state) VALUES (?, ?, ?, ?, ?)")?;
-        for tile in tiles {
-            insert.execute(params![tile.level, tile.column, tile.row, id, OPEN])?;
-        }
-    }
-    transaction.commit()?;
-    Ok(())
-}
-
-fn set_state(cache: &Cache, id: &str, state: AreaState, detail: Option<&str>) -> Result<()> {
-    cache.writer().execute("UPDATE areas SET state=?, detail=? WHERE id=?", params![state.name(), detail, id])?;
-    Ok(())
-}
-
-/// Notes how a download goes; `false` when it is no longer to run: somebody paused or removed it, perhaps another process.
-fn set_running(cache: &Cache, id: &str, state: AreaState, detail: Option<&str>) -> Result<bool> {
-    let sql = "UPDATE areas SET state=?, detail=? WHERE id=? AND state='running'";
-    Ok(cache.writer().execute(sql, params![state.name(), detail, id])? > 0)
-}
-
-/// Sees to it that one process fetches an area, of all that use the folder: a lock that ends with who has it, however that ends.
-/// SQLite's, since every system has it. `None`: another one fetches it.
-fn claim(cache: &Cache, id: &str) -> Result<Option<Claim>> {
-    let path = cache.path().with_file_name(format!(".area-{id}.lock"));
-    let lock = Connection::open(&path)?;
-    match lock.execute_batch("PRAGMA journal_mode=MEMORY; PRAGMA synchronous=OFF; BEGIN EXCLUSIVE;") {
-        Ok(()) => Ok(Some(Claim { _lock: Mutex::new(lock), path })),
-        Err(error) if error.sqlite_error_code() == Some(ErrorCode::DatabaseBusy) => Ok(None),
-        Err(error) => Err(error.into()),
-    }
-}
-
-/// Waits for the right to fetch an area: its holder may be about to end. `None` when it is no longer to be fetched.
-async fn claimed(cache: &Arc<Cache>, id: &str) -> Result<Option<Claim>> {
-    let mut wait = CLAIM_WAIT.0;
-    loop {
-        let (cache, id) = (cache.clone(), id.to_owned());
-        let (got, is_wanted) = blocking(move || {
-            let got = claim(&cache, &id)?;
-            let sql = "SELECT 1 FROM areas WHERE id=? AND state='running'";
-            Ok((got, cache.read(|reader| reader.prepare_cached(sql)?.exists([&id]))?))
-        })
-        .await?;
-        match (got, is_wanted) {
-            (_, false) => return Ok(None),
-            (Some(claim), true) => return Ok(Some(claim)),
-            (None, true) => tokio::time::sleep(wait).await,
-        }
-        wait = (wait * 2).min(CLAIM_WAIT.1);
-    }
-}
-
-/// The right to fetch an area.
-struct Claim {
-    _lock: Mutex<Connection>,
-    path: std::path::PathBuf,
-}
-
-impl Drop for Claim {
-    fn drop(&mut self) {
-        // Whoever opened it meanwhile has a file without a name and fetches as well: that costs time, and nothing else.
-        let _ = std::fs::remove_file(&self.path);
-    }
-}
-
-fn open_tiles(cache: &Cache, id: &str) -> Result<Vec<TileId>> {
-    cache.read(|reader| {
-        let mut query = reader.prepare_cached(
-            "SELECT level, col, row FROM area_tiles WHERE area=? AND state=? ORDER BY level, row, col LIMIT ?",
-        )?;
-        let rows = query.query_map(params![id, OPEN, BATCH], |row| {
-            Ok(TileId { level: row.get(0)?, column: row.get(1)?, row: row.get(2)? })
-        })?;
-        rows.collect()
-    })
-}
-
-fn mark(cache: &Cache, id: &str, marks: &[(TileId, i64)], bytes: u64) -> Result<()> {
-    let mut writer = cache.writer();
-    let transaction = writer.transaction()?;
-    {
-        let mut update =
-            transaction.prepare_cached("UPDATE area_tiles SET state=? WHERE level=? AND col=? AND row=? AND area=?")?;
-        for (tile, state) in marks {
-            update.execute(params![state, tile.level, tile.column, tile.row, id])?;
-        }
-        transaction.execute("UPDATE areas SET bytes=bytes+? WHERE id=?", params![bytes.cast_signed(), id])?;
-    }
-    transaction.commit()?;
-    Ok(())
-}
 
 /// What a tile of an area came to.
 enum Outcome {

@@ -6,12 +6,14 @@ pub mod camera;
 pub mod cause;
 pub mod command;
 pub mod command_table;
+pub mod landing;
 pub mod link;
 pub mod maps;
 pub mod message;
 pub mod operation;
 pub mod plan;
 pub mod recording;
+pub mod rehearsal;
 pub mod roster;
 pub mod separation;
 pub mod session;
@@ -32,16 +34,21 @@ use vencejo_vehicle::Refusal;
 pub use cause::Cause;
 pub use command::Done;
 pub use command_table::{CommandCategory, CommandInfo, CommandParam, CommandSupport};
+pub use landing::{
+    Landing, LandingAlternative, LandingCaution, LandingMove, LandingReasonText, LandingRequest, Runway,
+};
 pub use link::{LinkFault, LinkInfo, LinkState, NewLink};
 pub use message::RawMessage;
 pub use operation::{Operation, OperationKind, OperationResult, OperationState};
 pub use plan::{
-    Assessment, BatteryLeft, Beginning, Corridor, CountedItems, Decision, EndingCount, ExpectedTrack, Fence, FenceZone,
-    FindingFix, FlightNow, FrameChange, Landing, LandingAlternative, LandingCaution, LandingMove, LandingReasonText,
-    LandingRequest, LatLon, LearnedPlane, Outlook, PartComparison, Plan, PlanCertainty, PlanCheck, PlanComparison,
-    PlanFormat, PlanItem, PlanKind, PlanOnBoard, PlanState, PlanStates, PlanUncertainty, PlaneProfile, RallyPoint,
-    Rehearsal, RehearsalRequest, RehearsedFlight, RehearsedPassage, RehearsedTrack, ReturnPoint, Runway, Spread,
-    SpreadRequest, Unconverted, VehicleProfile, Way, WayRequest, WhatIf, WhatIfRequest, WhatIfs, ZoneShape,
+    CountedItems, Fence, FenceZone, FindingFix, FrameChange, LatLon, PartComparison, Plan, PlanCertainty, PlanCheck,
+    PlanComparison, PlanFormat, PlanItem, PlanKind, PlanOnBoard, PlanState, PlanStates, PlanUncertainty, RallyPoint,
+    ReturnPoint, Unconverted, Way, WayRequest, ZoneShape,
+};
+pub use rehearsal::{
+    Assessment, BatteryLeft, Beginning, Corridor, Decision, EndingCount, ExpectedTrack, FlightNow, LearnedPlane,
+    Outlook, PlaneProfile, Rehearsal, RehearsalRequest, RehearsedFlight, RehearsedPassage, RehearsedTrack, Spread,
+    SpreadRequest, VehicleProfile, WhatIf, WhatIfRequest, WhatIfs,
 };
 pub use session::{NewSession, Role, SessionInfo};
 pub use signing::{ChangeSigning, SigningAct, SigningInfo};
