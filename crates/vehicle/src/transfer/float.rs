@@ -1,6 +1,7 @@
 //! Plan items with positions in 32-bit floats (MISSION_ITEM), and how much of a position they lost (at most
 //! [`float_tolerance_deg`](vencejo_flight::plan::float_tolerance_deg)).
 
+use vencejo_flight::geodesy::wrap_180_deg;
 use vencejo_flight::plan::MissionItem;
 use vencejo_proto::{MissionItemFloat, MissionItemInt};
 
@@ -38,7 +39,7 @@ pub(super) fn from_float(item: &MissionItemFloat) -> MissionItemInt {
 /// (`first` = 1): ArduPilot has its own.
 pub(super) fn largest_error_m(sent: &[MissionItem], read_back: &[MissionItem], first: usize) -> f64 {
     let distance_m = |sent: &MissionItem, kept: &MissionItem| {
-        let (north, east) = (sent.lat_deg()? - kept.lat_deg()?, sent.lon_deg()? - kept.lon_deg()?);
+        let (north, east) = (sent.lat_deg()? - kept.lat_deg()?, wrap_180_deg(sent.lon_deg()? - kept.lon_deg()?));
         Some(DEGREE_M * north.hypot(east * sent.lat_deg()?.to_radians().cos()))
     };
     let pairs = sent.iter().zip(read_back).skip(first);
@@ -87,6 +88,15 @@ mod tests {
             DEGREE_M * float_tolerance_deg(40.33)
         );
         assert!((3.5..3.7).contains(&(DEGREE_M * float_tolerance_deg(180.0))));
+    }
+
+    #[test]
+    fn the_date_line_is_as_near_from_either_side() {
+        let at = |lon_deg| [MissionItem::waypoint(0.0, lon_deg, 50.0)];
+        for (sent, kept, apart_deg) in [(179.999_9, -179.999_9, 2e-4), (-180.0, 180.0, 0.0), (10.0, 10.000_1, 1e-4)] {
+            let error_m = largest_error_m(&at(sent), &at(kept), 0);
+            assert!((error_m - DEGREE_M * apart_deg).abs() < 1e-3, "{sent} {kept}: {error_m}");
+        }
     }
 
     #[test]
