@@ -80,6 +80,8 @@ pub(crate) fn ack(config: &TransferConfig, kind: PlanKind, result: MissionResult
 pub(crate) struct ItemsSent {
     /// Whether the vehicle's final MISSION_ACK came. Without it, every item was sent and the vehicle asks for none again.
     pub acknowledged: bool,
+    /// What the vehicle calls the list since then, where it says so (MISSION_ACK.opaque_id).
+    pub plan_id: Option<u32>,
 }
 
 /// Sends a list, item by item.
@@ -286,7 +288,7 @@ impl ItemUpload {
             }
     }
 
-    fn on_ack(&mut self, result: MissionResult, now: MonoTime) {
+    fn on_ack(&mut self, result: MissionResult, plan_id: Option<u32>, now: MonoTime) {
         let (counting, all_sent, last) = match self.state {
             Upload::Counting { .. } => (true, self.items.is_empty(), None),
             Upload::Sending { asked, sent, .. } => (false, sent == self.count(), Some(MissionSeq(asked))),
@@ -294,7 +296,7 @@ impl ItemUpload {
         };
         self.heard = now;
         match result {
-            MissionResult::ACCEPTED if all_sent => self.end(Ok(ItemsSent { acknowledged: true })),
+            MissionResult::ACCEPTED if all_sent => self.end(Ok(ItemsSent { acknowledged: true, plan_id })),
             // Accepted before all was sent: of an upload before this one, or a lie. The read-back would find out.
             MissionResult::ACCEPTED => {}
             MissionResult::INVALID_SEQUENCE => match &mut self.state {
@@ -315,7 +317,7 @@ impl ItemUpload {
             MissionResult::DENIED => self.restart(now),
             // It has all it wants, and got the last item once more.
             MissionResult::ERROR if self.config.is_ardupilot && all_sent => {
-                self.end(Ok(ItemsSent { acknowledged: false }));
+                self.end(Ok(ItemsSent { acknowledged: false, plan_id: None }));
             }
             MissionResult::ERROR if self.config.is_ardupilot && counting && self.errors.may_be_late() => {}
             // The vehicle gave up waiting; while counting, it is the end of the upload before.
@@ -361,7 +363,7 @@ impl Transfer for ItemUpload {
                 self.on_request(request.seq, false, now);
             }
             Message::MissionAck(ack) if ack.mission_type == self.kind.mission_type() => {
-                self.on_ack(MissionResult(ack.result), now);
+                self.on_ack(MissionResult(ack.result), Some(ack.opaque_id).filter(|id| *id != 0), now);
             }
             _ => {}
         }
@@ -388,7 +390,7 @@ impl Transfer for ItemUpload {
             }
             // The last item was sent and is not asked for again: most likely the final MISSION_ACK was lost.
             Upload::Sending { asked, complained: false, .. } if asked + 1 == self.count() => {
-                self.end(Ok(ItemsSent { acknowledged: false }));
+                self.end(Ok(ItemsSent { acknowledged: false, plan_id: None }));
             }
             Upload::Sending { .. } => self.restart(now),
             Upload::Over(_) => {}

@@ -29,6 +29,7 @@ mod ftp;
 mod items;
 mod params;
 mod plan;
+mod read_back;
 mod timing;
 
 #[cfg(test)]
@@ -44,6 +45,8 @@ pub use ftp::FtpGet;
 pub use params::{ParamList, ParamRead, ParamSet};
 pub(crate) use plan::is_as_sent;
 pub use plan::{DownloadedPlan, PlanClear, PlanDownload, PlanRoute, PlanUpload, VerifiedPlan};
+pub(crate) use read_back::Others;
+pub(crate) use timing::UPLOAD_REST;
 pub use vencejo_proto::param::{Param, ParamEncoding, ParamName, ParamType, ParamValue};
 
 /// What a transfer wants of its owner.

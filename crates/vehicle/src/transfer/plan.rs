@@ -11,6 +11,7 @@ use vencejo_proto::{Address, Message, MissionItemInt, MonoTime};
 use super::float::largest_error_m;
 use super::ftp::{FileEnd, FileRead, FileWrite, abandon};
 use super::items::{ItemDownload, ItemUpload, ItemsSent, Outbox, mav_mission_type};
+use super::read_back::{Others, OthersUntil, ReadBack};
 use super::timing::{DENIED_WAIT, MESSAGE_TIMEOUT, RESTARTS, RoundTrip, SILENCE_LIMIT};
 use super::{ItemForm, MissionResult, Transfer, TransferConfig, TransferError, TransferOutput};
 
@@ -217,12 +218,23 @@ impl PlanDownload {
     }
 
     /// Begins to read; `closing` is the MAVFTP session of an upload that is to be ended first.
-    fn by(route: PlanRoute, config: &TransferConfig, kind: PlanKind, closing: Option<u8>, now: MonoTime) -> Self {
+    pub(super) fn by(
+        route: PlanRoute,
+        config: &TransferConfig,
+        kind: PlanKind,
+        closing: Option<u8>,
+        now: MonoTime,
+    ) -> Self {
         let read = Read::begin(route, config, kind, closing, now);
         let mut download =
             Self { config: config.clone(), kind, route, read, result: None, is_over: false, out: Outbox::new() };
         download.advance(now);
         download
+    }
+
+    /// Whether anything of a file was read, which is done after the session before is closed.
+    pub(super) fn has_file(&self) -> bool {
+        matches!(&self.read, Read::Ftp(read) if read.has_any())
     }
 
     /// Moves on what the machine below has put out, and takes the other route when one failed.
@@ -302,6 +314,9 @@ pub struct PlanUpload {
     session: Option<u8>,
     /// How often the list was sent again because the vehicle did not confirm it.
     resent: u32,
+    /// What the vehicle calls the list since it has it.
+    plan_id: Option<u32>,
+    others: OthersUntil,
     step: Step,
     result: Option<Result<VerifiedPlan, TransferError>>,
     out: Outbox,
@@ -312,7 +327,7 @@ enum Step {
     SendFile(FileWrite),
     SendItems(ItemUpload),
     /// The upload is kept when its final MISSION_ACK did not come: the vehicle may still ask for an item.
-    ReadBack(PlanDownload, Option<ItemUpload>),
+    ReadBack(Box<ReadBack>, Option<ItemUpload>),
     Over,
 }
 
@@ -331,6 +346,8 @@ impl PlanUpload {
             route,
             session: None,
             resent: 0,
+            plan_id: None,
+            others: OthersUntil::default(),
             step: Step::Over,
             result: None,
             out: Outbox::new(),
@@ -355,6 +372,30 @@ impl PlanUpload {
             MissionItem::from_wire(item)?.check_sendable(vencejo_proto::MissionSeq(item.seq))?;
         }
         Ok(())
+    }
+
+    /// Another station does something to the same plan.
+    pub(crate) fn on_others(&mut self, others: Others, now: MonoTime) {
+        self.others.note(others, now);
+        if let Step::ReadBack(read, _) = &mut self.step {
+            read.on_others(others, now);
+            self.advance(now);
+        }
+    }
+
+    /// Whether the vehicle has all of it, which is only read back yet.
+    pub(crate) fn is_sent(&self) -> bool {
+        matches!(&self.step, Step::ReadBack(read, None) if read.is_closed())
+    }
+
+    /// How many items it has.
+    pub(crate) fn count(&self) -> usize {
+        self.items.len()
+    }
+
+    /// What the vehicle calls the list since it has it, where it says so.
+    pub(crate) fn plan_id(&self) -> Option<u32> {
+        self.plan_id
     }
 
     fn send(&mut self, route: PlanRoute, now: MonoTime) {
@@ -395,8 +436,11 @@ impl PlanUpload {
                 }
                 match send.result() {
                     None => {}
-                    Some(Ok(ItemsSent { acknowledged: true })) => self.read_back(None, now),
-                    Some(Ok(ItemsSent { acknowledged: false })) => {
+                    Some(Ok(ItemsSent { acknowledged: true, plan_id })) => {
+                        self.plan_id = plan_id;
+                        self.read_back(None, now);
+                    }
+                    Some(Ok(ItemsSent { acknowledged: false, .. })) => {
                         tracing::debug!(kind = %self.kind, "no final MISSION_ACK; the read-back decides");
                         let Step::SendItems(send) = std::mem::replace(&mut self.step, Step::Over) else { return };
                         self.read_back(None, now);
@@ -418,7 +462,7 @@ impl PlanUpload {
                 }
             }
             Step::ReadBack(read, unfinished) => {
-                let was_acknowledged = unfinished.is_none();
+                let (was_acknowledged, is_beside_others) = (unfinished.is_none(), read.is_beside_others());
                 while let Some(output) = read.poll_output() {
                     put(output, total / 2, 1);
                 }
@@ -429,6 +473,8 @@ impl PlanUpload {
                             let (kind, route) = (self.kind, self.route);
                             self.end(Ok(VerifiedPlan { kind, items: plan.items, route, position_error_m }));
                         }
+                        // Another station wrote it after us: to send it again would be a quarrel.
+                        Err(error) if is_beside_others => self.end(Err(error)),
                         // It never said that it has it all: once more.
                         Err(TransferError::NotAsSent { .. }) if !was_acknowledged && self.resent < RESTARTS => {
                             self.resent += 1;
@@ -449,7 +495,8 @@ impl PlanUpload {
 
     fn read_back(&mut self, closing: Option<u8>, now: MonoTime) {
         self.session = closing;
-        self.step = Step::ReadBack(PlanDownload::by(self.route, &self.config, self.kind, closing, now), None);
+        let read = ReadBack::new(self.route, &self.config, self.kind, closing, self.others, now);
+        self.step = Step::ReadBack(Box::new(read), None);
         self.advance(now);
     }
 
@@ -560,13 +607,14 @@ pub struct PlanClear {
     step: Clear,
     began: MonoTime,
     round_trip: RoundTrip,
+    others: OthersUntil,
     out: Outbox,
 }
 
 #[derive(Debug)]
 enum Clear {
     Asking { retry_at: MonoTime },
-    Checking(Box<PlanDownload>),
+    Checking(Box<ReadBack>),
     Over(Option<Result<(), TransferError>>),
 }
 
@@ -579,6 +627,7 @@ impl PlanClear {
             step: Clear::Over(None),
             began: now,
             round_trip: RoundTrip::new(config.round_trip, MESSAGE_TIMEOUT),
+            others: OthersUntil::default(),
             out: Outbox::new(),
         };
         match config.refuses_items(kind) {
@@ -586,6 +635,20 @@ impl PlanClear {
             None => clear.ask(now),
         }
         clear
+    }
+
+    /// Another station does something to the same plan.
+    pub(crate) fn on_others(&mut self, others: Others, now: MonoTime) {
+        self.others.note(others, now);
+        if let Clear::Checking(check) = &mut self.step {
+            check.on_others(others, now);
+            self.advance();
+        }
+    }
+
+    /// Whether the vehicle said that it has removed it, which is only looked at yet.
+    pub(crate) fn is_cleared(&self) -> bool {
+        matches!(self.step, Clear::Checking(_))
     }
 
     fn ask(&mut self, now: MonoTime) {
@@ -632,8 +695,8 @@ impl Transfer for PlanClear {
                 match MissionResult(ack.result) {
                     MissionResult::ACCEPTED => {
                         let route = PlanRoute::items(&self.config);
-                        self.step =
-                            Clear::Checking(Box::new(PlanDownload::by(route, &self.config, self.kind, None, now)));
+                        let check = ReadBack::new(route, &self.config, self.kind, None, self.others, now);
+                        self.step = Clear::Checking(Box::new(check));
                     }
                     // Left over from an upload before this.
                     MissionResult::INVALID_SEQUENCE | MissionResult::OPERATION_CANCELLED => {}

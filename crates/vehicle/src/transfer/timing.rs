@@ -14,6 +14,9 @@ pub(crate) const ITEM_TIMEOUT: Duration = Duration::from_millis(250);
 /// it is the vehicle that ends first, and short enough to fail cleanly within 15 s (tests/faults, row 3).
 pub(crate) const SILENCE_LIMIT: Duration = Duration::from_secs(10);
 
+/// Another station's upload of which nothing is heard for this long has ended: ArduPilot gives one up 8 s after its last item.
+pub(crate) const UPLOAD_REST: Duration = Duration::from_secs(10);
+
 /// A transfer that hears the vehicle but gets no further for this long is given up. With 30 % of all packets lost each way
 /// ArduPilot's repeated requests (each second) get through with an item about every second time.
 pub(crate) const PROGRESS_LIMIT: Duration = Duration::from_secs(30);

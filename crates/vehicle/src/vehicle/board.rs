@@ -20,7 +20,8 @@ pub(super) struct Incoming {
     /// Whether the vehicle took it up.
     pub(super) has_begun: bool,
     pub(super) heard_at: MonoTime,
-    pub(super) before: (PlanState, Option<Doubt>),
+    /// What was known before; `None` where an upload of ours has begun since.
+    pub(super) before: Option<(PlanState, Option<Doubt>)>,
 }
 
 /// What is read by itself.

@@ -3,11 +3,13 @@
 use vencejo_flight::plan::PlanKind;
 use vencejo_proto::{Address, Message, MissionItemInt, MonoTime};
 
+use super::board::Incoming;
 use crate::plan_record::Doubt;
 use crate::plan_state::PlanState;
 use crate::request::RequestId;
 use crate::transfer::{
-    Param, ParamList, ParamRead, ParamSet, PlanClear, PlanDownload, PlanUpload, Transfer, TransferError, TransferOutput,
+    Others, Param, ParamList, ParamRead, ParamSet, PlanClear, PlanDownload, PlanUpload, Transfer, TransferError,
+    TransferOutput,
 };
 
 /// What was known of a plan before a transfer of it.
@@ -28,6 +30,10 @@ pub(super) struct Lane {
     pub plan_before: Option<PlanBefore>,
     /// Another station changed the plan while it was read.
     pub is_disturbed: bool,
+    /// Another station wrote the plan after the vehicle had all of ours.
+    pub is_followed: bool,
+    /// The mission that it had all of then, of another station.
+    pub theirs: Option<Incoming>,
     pub began: MonoTime,
     /// Whether the vehicle has answered anything of it.
     pub is_answered: bool,
@@ -92,6 +98,25 @@ impl Machine {
     /// Whether it changes what the vehicle holds, so that its failure leaves a plan unknown.
     pub fn writes_plan(&self) -> bool {
         matches!(self, Self::Upload(_) | Self::Clear(..))
+    }
+
+    /// Another station does something to the plan that is written.
+    pub fn on_others(&mut self, others: Others, now: MonoTime) {
+        match self {
+            Self::Upload(machine) => machine.on_others(others, now),
+            Self::Clear(machine, _) => machine.on_others(others, now),
+            Self::Download(_) | Self::List(_) | Self::Read(_) | Self::Set(_) => {}
+        }
+    }
+
+    /// How many items the vehicle has when it has what was written, where it has said so and that is only looked at yet, and how it calls
+    /// them, where it says so. `home` is what it keeps of a mission that was removed.
+    pub fn written(&self, home: u16) -> Option<(usize, Option<u32>)> {
+        match self {
+            Self::Upload(machine) => machine.is_sent().then(|| (machine.count(), machine.plan_id())),
+            Self::Clear(machine, _) => machine.is_cleared().then_some((home.into(), None)),
+            Self::Download(_) | Self::List(_) | Self::Read(_) | Self::Set(_) => None,
+        }
     }
 
     pub fn on_message(&mut self, from: Address, message: &Message, now: MonoTime) {

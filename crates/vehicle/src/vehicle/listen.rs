@@ -152,8 +152,9 @@ impl Vehicle {
                 return;
             }
             Message::Dialect(MavMessage::MISSION_REQUEST_INT(_) | MavMessage::MISSION_REQUEST(_)) => {
-                self.on_asks_another(message, now);
+                self.on_asks(message, now);
             }
+            Message::Dialect(MavMessage::MISSION_COUNT(count)) => self.on_count_told(message, count, now),
             Message::MissionAck(ack) => self.on_mission_ack(ack, now),
             _ => {}
         }
@@ -261,7 +262,7 @@ impl Vehicle {
         let before = self.mission_ids.replace(ids).unwrap_or(ids);
         for (kind, (before, id)) in PlanKind::ALL.into_iter().zip(before.into_iter().zip(ids)) {
             if before != id {
-                self.told_changed(kind, now);
+                self.on_renamed(kind, id, now);
             }
         }
         self.on_total(total, now);
@@ -278,7 +279,7 @@ impl Vehicle {
 
     /// The vehicle took a plan from somebody else (or from another station that uses our address).
     pub(super) fn on_mission_ack(&mut self, ack: &MissionAck, now: MonoTime) {
-        if self.on_guided_ack(ack, now) || self.on_ack_to_another(ack) {
+        if self.on_guided_ack(ack, now) || self.on_ack_to_another(ack, now) {
             return;
         }
         if ack.result == 0
@@ -289,20 +290,14 @@ impl Vehicle {
     }
 
     /// The vehicle says that a plan is another one: what is known of it is void, unless our own writing may be meant.
-    fn told_changed(&mut self, kind: PlanKind, now: MonoTime) {
+    pub(super) fn told_changed(&mut self, kind: PlanKind, now: MonoTime) {
         let is_moving = self.transfer.as_ref().is_some_and(|lane| lane.is_about(kind));
         if is_moving || !self.is_echo(kind, now) {
             self.void(kind);
         }
     }
 
-    /// Somebody else changes a plan: what is known of it is void, and what the vehicle says of it from now on is no echo of ours.
-    pub(super) fn changed_elsewhere(&mut self, kind: PlanKind) {
-        self.written[kind as usize] = None;
-        self.void(kind);
-    }
-
-    fn void(&mut self, kind: PlanKind) {
+    pub(super) fn void(&mut self, kind: PlanKind) {
         if let Some(lane) = &mut self.transfer
             && lane.is_about(kind)
         {

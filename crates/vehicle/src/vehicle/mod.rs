@@ -9,7 +9,8 @@
 //! | `ops` | what is done with those: commands, the effects that prove them, results |
 //! | `transfers` | requests that move plans and parameters |
 //! | `board` | what is known of plans beyond that |
-//! | `onboard` | what is done with it: uploads of others, the doubt whether a mission is mixed, its record, reading back by itself |
+//! | `onboard` | what is done with it: the doubt whether a mission is mixed, its record, reading back by itself |
+//! | `others` | what other stations do to plans, beside ours too |
 //! | `guard` | what may not go out while the mission may be mixed |
 //! | `target` | whether the plane flies to where its plan says |
 //! | `lane` | the transfer that runs |
@@ -28,6 +29,7 @@ mod listen;
 mod onboard;
 mod operation;
 mod ops;
+mod others;
 mod raw;
 mod sent;
 mod steps;

@@ -1,5 +1,5 @@
-//! The plans on board beyond the transfers of this moment: uploads of other stations that are under way, the doubt whether the
-//! mission is a mixture, what of it outlives the program, and the reading back of what is not known, by itself.
+//! The plans on board beyond the transfers of this moment: the doubt whether the mission is a mixture, what of it outlives the program, and the
+//! reading back of what is not known, by itself. What other stations do to them is in `others`.
 //!
 //! ```text
 //!                 upload begins (ours, another's)          ended, verified
@@ -18,12 +18,10 @@ use std::time::Duration;
 use vencejo_flight::checks::CheckContext;
 use vencejo_flight::plan::PlanKind;
 use vencejo_flight::rehearsal::Learner;
-use vencejo_proto::dialect::{MavMessage, MavMissionType};
-use vencejo_proto::ftp::{FtpOpcode, FtpPayload};
 use vencejo_proto::param::ParamName;
-use vencejo_proto::{Address, Message, MissionAck, MissionItemInt, MonoTime};
+use vencejo_proto::{MissionItemInt, MonoTime};
 
-use super::board::{Incoming, OnBoard, Own, Reading};
+use super::board::{OnBoard, Own, Reading};
 use super::operation::{Op, State};
 use super::steps::Step;
 use super::{FlightParameters, Vehicle};
@@ -31,12 +29,8 @@ use crate::plan_record::{Doubt, PlanRecord, StoredRecord, VehicleKey, Writer};
 use crate::plan_state::{PlanState, Unknown};
 use crate::request::{Output, Reply, RequestId};
 use crate::telemetry::Severity;
-use crate::transfer::{TransferError, is_as_sent};
+use crate::transfer::{TransferError, UPLOAD_REST, is_as_sent};
 
-/// Another station's upload of which nothing is heard for this long has ended: ArduPilot gives it up after 8 s.
-const UPLOAD_REST: Duration = Duration::from_secs(10);
-/// The number of items on board that has not changed for this long is at rest: an upload item by item moves it all the time.
-const COUNT_REST: Duration = Duration::from_secs(3);
 /// Nobody has asked for anything for this long before a plan is read without being asked for.
 const QUIET: Duration = Duration::from_millis(1_500);
 /// A reading that nobody asked for and that takes longer than this has a slow link, and makes room for any request.
@@ -219,7 +213,7 @@ impl Vehicle {
     }
 
     /// Fingerprint of the mission on board, or of that before a doubt began.
-    fn before(&self) -> Option<u64> {
+    pub(super) fn before(&self) -> Option<u64> {
         match &self.on_board.doubt {
             Some(doubt) => doubt.before,
             None => self.plans.get(PlanKind::Mission).hash(),
@@ -248,163 +242,9 @@ impl Vehicle {
     }
 }
 
-// ── What others write ────────────────────────────────────────────────────────────────────────────────────────────────
+// ── A restart ────────────────────────────────────────────────────────────────────────────────────────────────────────
 
 impl Vehicle {
-    /// A message to the vehicle, from another station or from a caller who sends messages as they are: it may change a plan.
-    pub(super) fn on_written(&mut self, from: Address, message: &Message, now: MonoTime) {
-        match message {
-            Message::Dialect(MavMessage::MISSION_COUNT(count)) => {
-                self.on_upload_begins(from, count.mission_type, count.count.into(), now);
-            }
-            Message::Dialect(MavMessage::MISSION_WRITE_PARTIAL_LIST(part)) => {
-                self.on_upload_begins(from, part.mission_type, 0, now);
-            }
-            Message::Dialect(MavMessage::MISSION_CLEAR_ALL(clear)) => {
-                for kind in PlanKind::ALL {
-                    let is_all = clear.mission_type == MavMissionType::MAV_MISSION_TYPE_ALL;
-                    if is_all || clear.mission_type as u8 == kind.mission_type() {
-                        self.changed_elsewhere(kind);
-                    }
-                }
-            }
-            Message::MissionItemInt(item) if item.mission_type == 0 => {
-                if let Some(incoming) = self.on_board.incoming.as_mut().filter(|incoming| incoming.from == from) {
-                    (incoming.has_begun, incoming.heard_at) = (true, now);
-                    if let Some(place) = incoming.items.get_mut(usize::from(item.seq)) {
-                        *place = Some(*item);
-                    }
-                }
-            }
-            Message::MissionItemFloat(item) if item.mission_type == 0 && item.current < 2 => {
-                if let Some(incoming) = self.on_board.incoming.as_mut().filter(|incoming| incoming.from == from) {
-                    (incoming.has_begun, incoming.heard_at) = (true, now);
-                }
-            }
-            _ => {
-                if let Some((_, request)) = FtpPayload::from_message(message) {
-                    self.on_file_written(from, &request);
-                }
-            }
-        }
-    }
-
-    /// A plan file of another station: it becomes the plan when its session ends.
-    fn on_file_written(&mut self, from: Address, request: &FtpPayload) {
-        match request.opcode {
-            FtpOpcode::CREATE_FILE | FtpOpcode::OPEN_FILE_WO => {
-                let path = String::from_utf8_lossy(&request.data);
-                let is_of = |kind: &PlanKind| path.contains(&format!("@MISSION/{kind}.dat"));
-                self.on_board.incoming_file =
-                    PlanKind::ALL.into_iter().find(is_of).map(|kind| (from, kind)).or(self.on_board.incoming_file);
-            }
-            FtpOpcode::TERMINATE_SESSION | FtpOpcode::RESET_SESSIONS => {
-                if let Some((_, kind)) = self.on_board.incoming_file.take_if(|(writer, _)| *writer == from) {
-                    self.changed_elsewhere(kind);
-                }
-            }
-            _ => {}
-        }
-    }
-
-    /// Another station begins to write a plan.
-    fn on_upload_begins(&mut self, from: Address, kind: MavMissionType, count: usize, now: MonoTime) {
-        let Some(kind) = PlanKind::ALL.into_iter().find(|plan| plan.mission_type() == kind as u8) else { return };
-        if kind != PlanKind::Mission {
-            return self.changed_elsewhere(kind);
-        }
-        if let Some(lane) = &mut self.transfer
-            && lane.plan_before.as_ref().is_some_and(|before| before.kind == kind)
-        {
-            lane.is_disturbed = !lane.machine.writes_plan();
-            if lane.machine.writes_plan() {
-                // The vehicle takes one upload at a time, and ours is read back.
-                return;
-            }
-        }
-        let before = match self.on_board.incoming.take() {
-            // It asks once more.
-            Some(incoming) if incoming.from == from && !incoming.has_begun => incoming.before,
-            _ => (self.plans.get(kind), self.on_board.doubt.clone()),
-        };
-        let doubt = Doubt { writer: Writer::Another, sent: None, before: self.before() };
-        let items = vec![None; count.min(vencejo_flight::plan::MAX_ITEMS)];
-        self.on_board.incoming = Some(Incoming { from, items, has_begun: false, heard_at: now, before });
-        self.on_board.set_doubt(Some(doubt));
-        self.set_plan(kind, PlanState::Unknown(Unknown::SentElsewhere));
-        self.remember();
-    }
-
-    /// The vehicle asks another station for an item.
-    pub(super) fn on_asks_another(&mut self, message: &Message, now: MonoTime) {
-        let kind = match message {
-            Message::Dialect(MavMessage::MISSION_REQUEST_INT(request)) => request.mission_type,
-            Message::Dialect(MavMessage::MISSION_REQUEST(request)) => request.mission_type,
-            _ => return,
-        };
-        if let Some(incoming) = &mut self.on_board.incoming
-            && kind as u8 == PlanKind::Mission.mission_type()
-            && message.target().includes(incoming.from)
-        {
-            (incoming.has_begun, incoming.heard_at) = (true, now);
-        }
-    }
-
-    /// The vehicle's word to another station's upload; whether it was one.
-    pub(super) fn on_ack_to_another(&mut self, ack: &MissionAck) -> bool {
-        let is_theirs = |incoming: &mut Incoming| {
-            ack.mission_type == 0 && Message::MissionAck(*ack).target().includes(incoming.from)
-        };
-        /// A stray item; the vehicle goes on.
-        const INVALID_SEQUENCE: u8 = 13;
-        if ack.result == INVALID_SEQUENCE {
-            return self.on_board.incoming.as_mut().is_some_and(is_theirs);
-        }
-        let Some(incoming) = self.on_board.incoming.take_if(is_theirs) else { return false };
-        if ack.result == 0 {
-            self.on_board.set_doubt(None);
-            self.set_plan(PlanKind::Mission, PlanState::Unknown(Unknown::ChangedElsewhere));
-        } else if !incoming.has_begun {
-            // Refused before anything was written.
-            let (state, doubt) = incoming.before;
-            self.on_board.set_doubt(doubt);
-            // A mission that is known has been let go of, and is read again.
-            let is_known = state.hash().is_some_and(|_| state != PlanState::Empty);
-            self.set_plan(
-                PlanKind::Mission,
-                if is_known { PlanState::Unknown(Unknown::ChangedElsewhere) } else { state },
-            );
-        } else {
-            self.keep_heard(incoming);
-        }
-        self.remember();
-        true
-    }
-
-    /// An upload of another station was left. Where all of its items were heard, they may well be on board.
-    fn keep_heard(&mut self, incoming: Incoming) {
-        let items: Option<Vec<_>> = incoming.items.into_iter().collect();
-        if let (Some(doubt), Some(items)) = (&mut self.on_board.doubt, items.filter(|items| !items.is_empty())) {
-            doubt.sent = Some(Arc::new(items));
-        }
-    }
-
-    /// The number of items on board by MISSION_CURRENT.
-    pub(super) fn on_total(&mut self, total: u16, now: MonoTime) {
-        let has_moved = self.on_board.total.replace(total).is_some_and(|before| before != total);
-        let known = self.plans.get(PlanKind::Mission).count();
-        if !has_moved && known.is_none_or(|known| known == total) || self.is_echo(PlanKind::Mission, now) {
-            return;
-        }
-        if self.transfer.as_ref().is_some_and(|lane| lane.is_about(PlanKind::Mission)) {
-            return self.changed_elsewhere(PlanKind::Mission);
-        }
-        self.on_board.moving_until = Some(now + COUNT_REST);
-        if self.on_board.doubt.is_none() {
-            self.set_plan(PlanKind::Mission, PlanState::Unknown(Unknown::SentElsewhere));
-        }
-    }
-
     /// The vehicle restarted: what was being written is over.
     pub(super) fn on_board_restarted(&mut self, now: MonoTime) {
         let board = &mut self.on_board;
@@ -468,7 +308,10 @@ impl Vehicle {
             self.identify(VehicleKey::of_system(self.address.system), now);
         }
         let board = &mut self.on_board;
-        if let Some(incoming) = board.incoming.take_if(|incoming| now >= incoming.heard_at + UPLOAD_REST) {
+        if let Some(incoming) = board.incoming.take_if(|incoming| now >= incoming.heard_at + UPLOAD_REST)
+            // What we write ourselves is found out by reading it back.
+            && !self.transfer.as_ref().is_some_and(|lane| lane.is_about(PlanKind::Mission) && lane.machine.writes_plan())
+        {
             self.keep_heard(incoming);
             self.remember();
         }

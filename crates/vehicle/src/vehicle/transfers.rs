@@ -15,7 +15,7 @@ use crate::modes::ModeFamily;
 use crate::plan_state::{PlanState, Unknown, hash_items};
 use crate::request::{Output, Reply};
 use crate::transfer::{
-    Param, ParamList, ParamRead, ParamSet, PlanClear, PlanDownload, PlanUpload, TransferConfig, TransferError,
+    Others, Param, ParamList, ParamRead, ParamSet, PlanClear, PlanDownload, PlanUpload, TransferConfig, TransferError,
     TransferOutput,
 };
 
@@ -107,8 +107,22 @@ impl Vehicle {
             }
         };
         let is_single = matches!(machine, Machine::Read(_) | Machine::Set(_));
-        let lane = Some(Lane { id, machine, plan_before, is_disturbed: false, began: now, is_answered: false });
-        if is_single { self.param = lane } else { self.transfer = lane }
+        let writes_mission = machine.writes_plan() && plan_before.as_ref().is_some_and(|b| b.kind == PlanKind::Mission);
+        let mut lane = Lane {
+            id,
+            machine,
+            plan_before,
+            is_disturbed: false,
+            is_followed: false,
+            theirs: None,
+            began: now,
+            is_answered: false,
+        };
+        if let Some(incoming) = self.on_board.incoming.as_mut().filter(|_| writes_mission) {
+            incoming.before = None;
+            lane.machine.on_others(Others::Write, incoming.heard_at);
+        }
+        if is_single { self.param = Some(lane) } else { self.transfer = Some(lane) }
     }
 
     pub(super) fn drain_lanes(&mut self, now: MonoTime) {
@@ -164,7 +178,12 @@ impl Vehicle {
             Err(error) => {
                 match written {
                     Some(before) if matches!(error, TransferError::OnlyMission { .. }) => self.take_back(before),
-                    Some(before) => self.set_plan(before.kind, PlanState::Unknown(Unknown::TransferFailed)),
+                    Some(before) => {
+                        if let Some(theirs) = lane.theirs {
+                            self.keep_heard(theirs);
+                        }
+                        self.set_plan(before.kind, PlanState::Unknown(Unknown::TransferFailed));
+                    }
                     None => {}
                 }
                 Err(match error {

@@ -128,6 +128,11 @@ impl FileRead {
         self.end(Err(TransferError::BadFile { path, problem }));
     }
 
+    /// Whether anything of it was read.
+    pub(crate) fn has_any(&self) -> bool {
+        self.have > 0
+    }
+
     /// Chunks of the file, when its length is known.
     fn chunks(&self) -> Option<usize> {
         self.end.map(|end| end.div_ceil(CHUNK))

@@ -66,7 +66,7 @@ fn an_upload_by_items_says_what_the_recorded_one_said() {
     let upload =
         ItemUpload::new(&by_items(Duration::ZERO), PlanKind::Mission, items, ItemForm::Integer, MonoTime::ZERO);
     let (result, said) = replay(upload, &["mission-upload-items"]);
-    assert_eq!(result, Ok(ItemsSent { acknowledged: true }));
+    assert_eq!(result, Ok(ItemsSent { acknowledged: true, plan_id: None }));
     let said: Vec<_> = said.iter().map(payload).collect();
     assert_eq!(said.len(), 13);
     assert_eq!(said, station_said("mission-upload-items"));

@@ -729,6 +729,49 @@ fn stored(items: &[MissionItem]) -> Vec<MissionItemInt> {
     services.store(MISSION, &rival_wire(items));
     services.plans[0][1..].to_vec()
 }
+// Read back while another station wrote, ours was called verified and the other's upload forgotten, or theirs a mixture.
+#[test]
+fn a_read_back_beside_another_upload_begins_anew_after_it() {
+    let (ours, theirs) = (route(12, 0.0), rival_wire(&route(9, 0.05)));
+    let all = theirs.len();
+    for has_ftp in [false, true] {
+        // How much later than we the vehicle hears the other, how many items it announces and sends, and whose mission is there then.
+        for (later_ms, announced, sent, whose) in
+            [(0, all, all, "theirs"), (0, all, 4, "nobody's"), (400, all, 4, "nobody's"), (0, 700, 0, "ours")]
+        {
+            let case = format!("MAVFTP {has_ftp}, {sent} of {announced} items, {later_ms} ms later");
+            let mut plane = Plane::new();
+            plane.services.has_ftp = has_ftp;
+            let faults = Faults::round_trip(Duration::from_millis(60));
+            let mut world = World::new(Station::with(reading()), plane, faults, 1);
+            wait(&mut world, 12_000);
+            let id = start(&mut world, send(ours.clone()));
+            let (whole, until) = (hash_items(&stored(&ours)), world.now + Duration::from_secs(60));
+            let is_there = |_: &mut Station, plane: &mut Plane| hash_items(&plane.services.plans[0][1..]) == whole;
+            assert!(world.run(until, is_there), "{case}: all of ours arrived");
+            let mut at = world.now + Duration::from_millis(3);
+            for message in
+                [rival_count(announced)].into_iter().chain(theirs[..sent].iter().copied().map(Message::MissionItemInt))
+            {
+                world.inject(at, true, RIVAL, &message);
+                world.inject(at + Duration::from_millis(later_ms), false, RIVAL, &message);
+                at += Duration::from_millis(30);
+            }
+            let (outcome, told) = (end(&mut world, id, 60), state(&world));
+            assert_eq!(outcome.is_ok(), whose == "ours", "{case}: {outcome:?}");
+            assert_eq!(told.may_be_mixed(), whose != "ours", "{case}: {told}");
+            wait(&mut world, 25_000);
+            let told = state(&world);
+            let is_told = match whose {
+                "theirs" => matches!(told, PlanState::Verified { count: 9, .. }),
+                "ours" => matches!(told, PlanState::Verified { count: 12, .. }),
+                _ => matches!(told, PlanState::Differs { .. }),
+            };
+            assert!(is_told, "{case}: {told}");
+        }
+    }
+}
+
 
 // ── the flown target ─────────────────────────────────────────────────────────────────────────────────────────────────
 

@@ -1,5 +1,6 @@
 //! What a PX4 takes otherwise than an ArduPilot: read in its source and its issues, not tried on one.
 
+use vencejo_proto::dialect::MISSION_REQUEST_INT_DATA;
 use vencejo_proto::param::ParamEncoding;
 
 use super::*;
@@ -98,4 +99,51 @@ fn an_integer_is_set_as_one_before_it_has_told_its_capabilities() {
     // What it is is not known before its first heartbeat.
     let mut unheard = World::new(Station::with(unasked()), px4(), Faults::default(), 1);
     assert!(matches!(ask(&mut unheard, set), Err(VehicleError::NotHeard { .. })));
+}
+
+#[test]
+fn a_mission_that_is_called_otherwise_while_it_is_read_back_is_read_again() {
+    let mut vehicle = Vehicle::new(PLANE, STATION, unasked(), MonoTime::ZERO);
+    let now = MonoTime::from_millis(10);
+    let items = vec![MissionItem::waypoint(40.33, -3.8, 80.0)];
+    let wire = |target| items[0].to_wire(MissionSeq(0), target, PlanKind::Mission, false);
+    let current = |mission_id| {
+        Message::Dialect(MavMessage::MISSION_CURRENT(MISSION_CURRENT_DATA {
+            total: 1,
+            mission_id,
+            ..Default::default()
+        }))
+    };
+    let count = |count| {
+        let (target_system, target_component) = (STATION.system.0, STATION.component.0);
+        let data = MISSION_COUNT_DATA { count, target_system, target_component, ..Default::default() };
+        Message::Dialect(MavMessage::MISSION_COUNT(data))
+    };
+    let asks = Message::Dialect(MavMessage::MISSION_REQUEST_INT(MISSION_REQUEST_INT_DATA {
+        target_system: STATION.system.0,
+        target_component: STATION.component.0,
+        ..Default::default()
+    }));
+    let ack = Message::MissionAck(MissionAck { target: STATION, result: 0, mission_type: 0, opaque_id: 7 });
+    let heartbeat = Heartbeat { mav_type: 1, autopilot: PX4, mavlink_version: 3, ..Heartbeat::default() };
+    vehicle.on_message(PLANE.component, &Message::Heartbeat(heartbeat), now);
+    let request =
+        Request::UploadPlan { kind: PlanKind::Mission, items: items.clone(), home: None, despite_findings: false };
+    vehicle.request(request, now);
+    let mut told = |messages: &[Message]| {
+        for message in messages {
+            vehicle.on_message(PLANE.component, message, now);
+        }
+        let outputs: Vec<_> = std::iter::from_fn(|| vehicle.poll_output()).collect();
+        let lists = outputs
+            .iter()
+            .filter(|output| matches!(output, Output::Send(Message::Dialect(MavMessage::MISSION_REQUEST_LIST(_)))));
+        let ends = outputs.iter().filter(|output| matches!(output, Output::Finished { result: Ok(_), .. }));
+        (lists.count(), ends.count())
+    };
+    let item = Message::MissionItemInt(wire(STATION));
+    assert_eq!(told(&[current(3), asks, ack]), (1, 0));
+    assert_eq!(told(&[count(1), current(7)]), (0, 0), "ours");
+    assert_eq!(told(&[current(9), item.clone()]), (1, 0), "another one");
+    assert_eq!(told(&[count(1), item]), (0, 1));
 }

@@ -1,0 +1,271 @@
+//! What other stations do to the plans on board, as far as our links hear it: what they send to the vehicle, and what it answers them.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use vencejo_flight::plan::PlanKind;
+use vencejo_proto::dialect::{MISSION_COUNT_DATA, MavMessage, MavMissionType};
+use vencejo_proto::ftp::{FtpOpcode, FtpPayload};
+use vencejo_proto::{Address, Message, MissionAck, MonoTime};
+
+use super::Vehicle;
+use super::board::Incoming;
+use crate::plan_record::{Doubt, Writer};
+use crate::plan_state::{PlanState, Unknown};
+use crate::telemetry::Severity;
+use crate::transfer::Others;
+
+/// The number of items on board that has not changed for this long is at rest: an upload item by item moves it all the time.
+const COUNT_REST: Duration = Duration::from_secs(3);
+
+fn kind_of(mission_type: MavMissionType) -> Option<PlanKind> {
+    PlanKind::ALL.into_iter().find(|plan| plan.mission_type() == mission_type as u8)
+}
+
+impl Vehicle {
+    /// A message to the vehicle, from another station or from a caller who sends messages as they are: it may change a plan.
+    pub(super) fn on_written(&mut self, from: Address, message: &Message, now: MonoTime) {
+        match message {
+            Message::Dialect(MavMessage::MISSION_COUNT(count)) => {
+                self.on_upload_begins(from, count.mission_type, count.count.into(), now);
+            }
+            Message::Dialect(MavMessage::MISSION_WRITE_PARTIAL_LIST(part)) => {
+                self.on_upload_begins(from, part.mission_type, 0, now);
+            }
+            Message::Dialect(MavMessage::MISSION_CLEAR_ALL(clear)) => {
+                for kind in PlanKind::ALL {
+                    let is_all = clear.mission_type == MavMissionType::MAV_MISSION_TYPE_ALL;
+                    if is_all || clear.mission_type as u8 == kind.mission_type() {
+                        self.changed_elsewhere(kind, Others::Changed, now);
+                    }
+                }
+            }
+            Message::MissionItemInt(item) if item.mission_type == 0 => {
+                if let Some(incoming) = self.goes_on(|incoming| incoming.from == from, now)
+                    && let Some(place) = incoming.items.get_mut(usize::from(item.seq))
+                {
+                    *place = Some(*item);
+                }
+            }
+            Message::MissionItemFloat(item) if item.mission_type == 0 && item.current < 2 => {
+                self.goes_on(|incoming| incoming.from == from, now);
+            }
+            _ => {
+                if let Some((_, request)) = FtpPayload::from_message(message) {
+                    self.on_file_written(from, &request, now);
+                }
+            }
+        }
+    }
+
+    /// Another station's upload of a mission goes on, if it is this one.
+    fn goes_on(&mut self, is_this: impl Fn(&Incoming) -> bool, now: MonoTime) -> Option<&mut Incoming> {
+        if !self.on_board.incoming.as_ref().is_some_and(is_this) {
+            return None;
+        }
+        self.beside_ours(PlanKind::Mission, Others::Write, now);
+        let incoming = self.on_board.incoming.as_mut()?;
+        (incoming.has_begun, incoming.heard_at) = (true, now);
+        Some(incoming)
+    }
+
+    /// A plan file of another station: it becomes the plan when its session ends.
+    fn on_file_written(&mut self, from: Address, request: &FtpPayload, now: MonoTime) {
+        match request.opcode {
+            FtpOpcode::CREATE_FILE | FtpOpcode::OPEN_FILE_WO => {
+                let path = String::from_utf8_lossy(&request.data);
+                let is_of = |kind: &PlanKind| path.contains(&format!("@MISSION/{kind}.dat"));
+                self.on_board.incoming_file =
+                    PlanKind::ALL.into_iter().find(is_of).map(|kind| (from, kind)).or(self.on_board.incoming_file);
+            }
+            FtpOpcode::TERMINATE_SESSION | FtpOpcode::RESET_SESSIONS => {
+                if let Some((_, kind)) = self.on_board.incoming_file.take_if(|(writer, _)| *writer == from) {
+                    self.changed_elsewhere(kind, Others::Changed, now);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// Another station begins to write a plan.
+    fn on_upload_begins(&mut self, from: Address, kind: MavMissionType, count: usize, now: MonoTime) {
+        let Some(kind) = kind_of(kind) else { return };
+        if kind != PlanKind::Mission {
+            return self.changed_elsewhere(kind, Others::Write, now);
+        }
+        let is_beside_ours = self.beside_ours(kind, Others::Write, now);
+        let before = match self.on_board.incoming.take() {
+            // What comes of ours tells what is known.
+            _ if is_beside_ours => None,
+            // It asks once more.
+            Some(incoming) if incoming.from == from && !incoming.has_begun => incoming.before,
+            _ => Some((self.plans.get(kind), self.on_board.doubt.clone())),
+        };
+        let items = vec![None; count.min(vencejo_flight::plan::MAX_ITEMS)];
+        self.on_board.incoming = Some(Incoming { from, items, has_begun: false, heard_at: now, before });
+        if is_beside_ours {
+            return;
+        }
+        let doubt = Doubt { writer: Writer::Another, sent: None, before: self.before() };
+        self.on_board.set_doubt(Some(doubt));
+        self.set_plan(kind, PlanState::Unknown(Unknown::SentElsewhere));
+        self.remember();
+    }
+
+    /// The vehicle asks for an item: another station, unless it asks us.
+    pub(super) fn on_asks(&mut self, message: &Message, now: MonoTime) {
+        let kind = match message {
+            Message::Dialect(MavMessage::MISSION_REQUEST_INT(request)) => request.mission_type,
+            Message::Dialect(MavMessage::MISSION_REQUEST(request)) => request.mission_type,
+            _ => return,
+        };
+        let target = message.target();
+        let is_mission = kind as u8 == PlanKind::Mission.mission_type();
+        if is_mission && self.goes_on(|incoming| target.includes(incoming.from), now).is_some() {
+            return;
+        }
+        // One whose own messages our links do not hear.
+        if let Some(other) = self.another(message) {
+            self.on_upload_begins(other, kind, 0, now);
+            if is_mission {
+                self.goes_on(|incoming| incoming.from == other, now);
+            }
+        }
+    }
+
+    /// The one other station to which the vehicle says something.
+    fn another(&self, message: &Message) -> Option<Address> {
+        let target = message.target();
+        let address = Address { system: target.named_system()?, component: target.named_component()? };
+        (address.system != self.our.system || address.component != self.our.component).then_some(address)
+    }
+
+    /// The vehicle tells another station how many items a plan has.
+    pub(super) fn on_count_told(&mut self, message: &Message, count: &MISSION_COUNT_DATA, now: MonoTime) {
+        if self.another(message).is_none() || kind_of(count.mission_type) != Some(PlanKind::Mission) {
+            return;
+        }
+        let first = self.first_seq();
+        let Some(lane) = self.transfer.as_ref().filter(|lane| lane.is_about(PlanKind::Mission)) else {
+            return self.on_total(count.count.saturating_sub(first), now);
+        };
+        let is_another = |(ours, _)| ours != usize::from(count.count);
+        if !lane.machine.writes_plan() || lane.machine.written(first).is_some_and(is_another) {
+            self.beside_ours(PlanKind::Mission, Others::Changed, now);
+        }
+    }
+
+    /// The vehicle calls a plan otherwise than before. While we read back what we wrote that is another's, unless it is what it called ours.
+    pub(super) fn on_renamed(&mut self, kind: PlanKind, id: Option<u32>, now: MonoTime) {
+        let lane = self.transfer.as_ref().filter(|lane| lane.is_about(kind));
+        let ours = lane.and_then(|lane| lane.machine.written(0)).and_then(|(_, ours)| ours);
+        match ours {
+            Some(_) if ours == id => {}
+            Some(_) => drop(self.beside_ours(kind, Others::Changed, now)),
+            None => self.told_changed(kind, now),
+        }
+    }
+
+    /// The vehicle's word to another station's upload; whether it was one.
+    pub(super) fn on_ack_to_another(&mut self, ack: &MissionAck, now: MonoTime) -> bool {
+        let is_theirs = |incoming: &mut Incoming| {
+            ack.mission_type == 0 && Message::MissionAck(*ack).target().includes(incoming.from)
+        };
+        /// A stray item; the vehicle goes on.
+        const INVALID_SEQUENCE: u8 = 13;
+        if ack.result == INVALID_SEQUENCE {
+            return self.on_board.incoming.as_mut().is_some_and(is_theirs);
+        }
+        let others = if ack.result == 0 { Others::Finished } else { Others::Refused };
+        let Some(incoming) = self.on_board.incoming.take_if(is_theirs) else {
+            let kind = PlanKind::try_from(ack.mission_type).ok();
+            let Some(kind) = kind.filter(|_| self.another(&Message::MissionAck(*ack)).is_some()) else { return false };
+            match others {
+                Others::Finished => self.changed_elsewhere(kind, others, now),
+                _ => drop(self.beside_ours(kind, others, now)),
+            }
+            return true;
+        };
+        if self.beside_ours(PlanKind::Mission, others, now) {
+            let home = self.first_seq();
+            if let Some(lane) = &mut self.transfer
+                && others == Others::Finished
+                && lane.machine.written(home).is_some()
+            {
+                lane.theirs = Some(incoming);
+            }
+            return true;
+        }
+        if others == Others::Finished {
+            self.on_board.set_doubt(None);
+            self.set_plan(PlanKind::Mission, PlanState::Unknown(Unknown::ChangedElsewhere));
+        } else if let Some((state, doubt)) = incoming.before.clone().filter(|_| !incoming.has_begun) {
+            // Refused before anything was written.
+            self.on_board.set_doubt(doubt);
+            // A mission that is known has been let go of, and is read again.
+            let is_known = state.hash().is_some_and(|_| state != PlanState::Empty);
+            self.set_plan(
+                PlanKind::Mission,
+                if is_known { PlanState::Unknown(Unknown::ChangedElsewhere) } else { state },
+            );
+        } else if incoming.has_begun {
+            self.keep_heard(incoming);
+        }
+        self.remember();
+        true
+    }
+
+    /// An upload of another station was left. Where all of its items were heard, they may well be on board.
+    pub(super) fn keep_heard(&mut self, incoming: Incoming) {
+        let items: Option<Vec<_>> = incoming.items.into_iter().collect();
+        if let (Some(doubt), Some(items)) = (&mut self.on_board.doubt, items.filter(|items| !items.is_empty())) {
+            doubt.sent = Some(Arc::new(items));
+        }
+    }
+
+    /// The number of items on board by MISSION_CURRENT.
+    pub(super) fn on_total(&mut self, total: u16, now: MonoTime) {
+        let has_moved = self.on_board.total.replace(total).is_some_and(|before| before != total);
+        let known = self.plans.get(PlanKind::Mission).count();
+        if !has_moved && known.is_none_or(|known| known == total) || self.is_echo(PlanKind::Mission, now) {
+            return;
+        }
+        if self.transfer.as_ref().is_some_and(|lane| lane.is_about(PlanKind::Mission)) {
+            // What we write moves it too.
+            return self.void(PlanKind::Mission);
+        }
+        self.on_board.moving_until = Some(now + COUNT_REST);
+        if self.on_board.doubt.is_none() {
+            self.set_plan(PlanKind::Mission, PlanState::Unknown(Unknown::SentElsewhere));
+        }
+    }
+
+    /// Somebody else changes a plan: what is known of it is void, and what the vehicle says of it from now on is no echo of ours.
+    pub(super) fn changed_elsewhere(&mut self, kind: PlanKind, others: Others, now: MonoTime) {
+        self.written[kind as usize] = None;
+        if !self.beside_ours(kind, others, now) {
+            self.void(kind);
+        }
+    }
+
+    /// Another station does something to the plan that we write or read. Whether we write it: then our own transfer finds out what comes of it.
+    fn beside_ours(&mut self, kind: PlanKind, others: Others, now: MonoTime) -> bool {
+        let home = u16::from(self.is_ardupilot() && kind == PlanKind::Mission);
+        let Some(lane) = self.transfer.as_mut().filter(|lane| lane.is_about(kind)) else { return false };
+        if !lane.machine.writes_plan() {
+            lane.is_disturbed = true;
+            return false;
+        }
+        let is_written = lane.machine.written(home).is_some();
+        let is_news = is_written && others == Others::Write && !std::mem::replace(&mut lane.is_followed, true);
+        if others != Others::Refused {
+            lane.theirs = None;
+        }
+        lane.machine.on_others(others, now);
+        if is_news {
+            let text = format!("another station writes the {kind} after ours: it is read back when that has ended");
+            self.note(Severity::WARNING, text, now);
+        }
+        true
+    }
+}
