@@ -49,6 +49,15 @@ pub enum ParamError {
         /// Largest value that fits.
         max: f64,
     },
+    /// Nothing tells how the vehicle takes a whole number.
+    #[error(
+        "parameter {name} is a whole number, and nothing tells whether this autopilot takes those as numbers or as bytes: no AUTOPILOT_VERSION \
+         says it, and what it has fits both; read all of its parameters, then try again"
+    )]
+    UnknownEncoding {
+        /// The parameter's name.
+        name: ParamName,
+    },
     /// A packed parameter file that cannot be read.
     #[error("packed parameter file, byte {at}: {problem}")]
     BadFile {
@@ -189,6 +198,39 @@ pub enum ParamEncoding {
     CCast,
     /// As its bytes (PX4; `MAV_PROTOCOL_CAPABILITY_PARAM_ENCODE_BYTEWISE`).
     Bytewise,
+}
+
+/// Which encodings the values of a vehicle have shown.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct ShownEncodings {
+    c_cast: bool,
+    bytewise: bool,
+}
+
+impl ShownEncodings {
+    /// Takes the float of a PARAM_VALUE into account.
+    ///
+    /// A float below 2^-126 is no whole number, but the bytes of one up to 8,388,607, and a NaN is those of a negative one, unless it is the
+    /// one that arithmetic makes. A whole number other than 0 is one: its bytes would be too many for a type of 8 or 16 bits, and beyond 10^9
+    /// in one of 32. Zero fits both, and any other float shows nothing.
+    pub fn note(&mut self, raw: f32, param_type: ParamType) {
+        if param_type == ParamType::F32 || raw == 0.0 {
+            return;
+        }
+        let is_made = raw.to_bits() & 0x7fff_ffff == f32::NAN.to_bits();
+        self.bytewise |= raw.is_subnormal() || raw.is_nan() && raw.is_sign_negative() && !is_made;
+        self.c_cast |= ParamValue::from_wire(raw, param_type, ParamEncoding::CCast).is_some();
+    }
+
+    /// The one that they have shown; `None` where none, or both.
+    #[must_use]
+    pub fn only(self) -> Option<ParamEncoding> {
+        match self {
+            Self { c_cast: true, bytewise: false } => Some(ParamEncoding::CCast),
+            Self { c_cast: false, bytewise: true } => Some(ParamEncoding::Bytewise),
+            _ => None,
+        }
+    }
 }
 
 /// A parameter's value with its type.
@@ -472,6 +514,32 @@ mod tests {
         assert!(matches!(ParamValue::new(ParamType::I16, 1.5), Err(ParamError::NotWhole { .. })));
         assert!(matches!(ParamValue::new(ParamType::F32, f64::NAN), Err(ParamError::NotFinite { .. })));
         assert!(matches!(ParamValue::new(ParamType::F32, 1e39), Err(ParamError::OutOfRange { .. })));
+    }
+
+    #[test]
+    fn values_show_the_encoding_where_only_one_fits() {
+        use ParamEncoding::{Bytewise, CCast};
+        let shown = |values: &[(f32, ParamType)]| {
+            let mut shown = ShownEncodings::default();
+            values.iter().for_each(|(raw, param_type)| shown.note(*raw, *param_type));
+            shown.only()
+        };
+        for value in [ParamValue::U8(7), ParamValue::I16(-300), ParamValue::U32(8_388_607), ParamValue::I32(-8_000_000)]
+        {
+            for encoding in [CCast, Bytewise] {
+                assert_eq!(
+                    shown(&[(value.to_wire(encoding), value.param_type())]),
+                    Some(encoding),
+                    "{value} {encoding:?}"
+                );
+            }
+        }
+        let bytes = f32::from_bits(5);
+        for raw in [0.0, -0.0, f32::NAN, -f32::NAN, f32::INFINITY, 0.5, 1e12] {
+            assert_eq!(shown(&[(raw, ParamType::I32)]), None, "{raw}");
+        }
+        assert_eq!(shown(&[(bytes, ParamType::F32), (5.0, ParamType::F32)]), None, "floats are themselves in each");
+        assert_eq!(shown(&[(bytes, ParamType::I32), (5.0, ParamType::U8)]), None, "it cannot be both");
     }
 
     #[test]

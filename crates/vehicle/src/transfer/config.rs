@@ -36,8 +36,8 @@ pub struct TransferConfig {
     pub item_form: ItemForm,
     /// Why fences and rally points cannot go by the item protocol; `None` when they can.
     pub no_plan_kinds: Option<NoPlanKinds>,
-    /// How it puts integers into PARAM_VALUE.
-    pub param_encoding: ParamEncoding,
+    /// How it puts integers into PARAM_VALUE; `None` when nothing but its values tells.
+    pub param_encoding: Option<ParamEncoding>,
     /// Round trip to the vehicle, where it is known (TIMESYNC). Default `None`: found out on the way.
     pub round_trip: Option<Duration>,
     /// Items sent ahead of the vehicle's requests in an item-by-item upload to ArduPilot, 1 to 64. Default 1: an item is
@@ -57,7 +57,7 @@ impl TransferConfig {
             has_ftp: false,
             item_form: ItemForm::Unknown,
             no_plan_kinds: None,
-            param_encoding: ParamEncoding::CCast,
+            param_encoding: None,
             round_trip: None,
             item_window: 1,
             ftp_sessions: FtpSessions::new(0),
@@ -66,7 +66,9 @@ impl TransferConfig {
 
     /// An ArduPilot with MAVFTP.
     pub fn ardupilot(vehicle: Address, station: Address) -> Self {
-        Self { is_ardupilot: true, has_ftp: true, item_form: ItemForm::Integer, ..Self::new(vehicle, station) }
+        let item_form = ItemForm::Integer;
+        let param_encoding = Some(ParamEncoding::CCast);
+        Self { is_ardupilot: true, has_ftp: true, item_form, param_encoding, ..Self::new(vehicle, station) }
     }
 
     /// An ArduPilot from before MISSION_ITEM_INT and MAVFTP, such as ArduPlane 3.x on an APM 2.
@@ -75,6 +77,7 @@ impl TransferConfig {
             is_ardupilot: true,
             item_form: ItemForm::Float,
             no_plan_kinds: Some(NoPlanKinds::OldFirmware),
+            param_encoding: Some(ParamEncoding::CCast),
             ..Self::new(vehicle, station)
         }
     }

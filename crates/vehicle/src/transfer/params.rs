@@ -7,7 +7,9 @@ use vencejo_proto::dialect::{
     MavMessage, MavParamError, MavParamType, PARAM_REQUEST_LIST_DATA, PARAM_REQUEST_READ_DATA, PARAM_SET_DATA,
     PARAM_VALUE_DATA,
 };
-use vencejo_proto::param::{Param, ParamName, ParamType, ParamValue, decode_packed_params};
+use vencejo_proto::param::{
+    Param, ParamEncoding, ParamError, ParamName, ParamType, ParamValue, ShownEncodings, decode_packed_params,
+};
 use vencejo_proto::{Address, Message, MonoTime};
 
 use super::ftp::{FileEnd, FileRead};
@@ -29,12 +31,39 @@ const CONTRADICTIONS: u32 = 4;
 /// The index of a PARAM_VALUE that answers a name, or that nobody asked for.
 const NO_INDEX: u16 = u16::MAX;
 
+/// What a PARAM_VALUE carries, as it came.
+#[derive(Debug, Clone, Copy)]
+struct Heard {
+    name: ParamName,
+    raw: f32,
+    param_type: ParamType,
+}
+
+impl Heard {
+    /// `None` when it has no name, or a type that fits into none.
+    fn of(message: &PARAM_VALUE_DATA) -> Option<Self> {
+        let name = ParamName::from_field(&message.param_id)?;
+        Some(Self { name, raw: message.param_value, param_type: ParamType::from_mav(message.param_type)? })
+    }
+
+    /// The encoding that the value shows by itself.
+    fn shown(self) -> Option<ParamEncoding> {
+        let mut shown = ShownEncodings::default();
+        shown.note(self.raw, self.param_type);
+        shown.only()
+    }
+
+    /// Its value, in the encoding that is known or else in the one that it shows; one that shows none is taken for a number. `None` when the value cannot be.
+    fn read(self, known: Option<ParamEncoding>) -> Option<Param> {
+        let encoding = known.or_else(|| self.shown()).unwrap_or(ParamEncoding::CCast);
+        let value = ParamValue::from_wire(self.raw, self.param_type, encoding)?;
+        Some(Param { name: self.name, value })
+    }
+}
+
 /// The name and value that a PARAM_VALUE carries; `None` when either cannot be.
 fn read(config: &TransferConfig, message: &PARAM_VALUE_DATA) -> Option<Param> {
-    let name = ParamName::from_field(&message.param_id)?;
-    let param_type = ParamType::from_mav(message.param_type)?;
-    let value = ParamValue::from_wire(message.param_value, param_type, config.param_encoding)?;
-    Some(Param { name, value })
+    Heard::of(message)?.read(config.param_encoding)
 }
 
 fn request_read(config: &TransferConfig, name: Option<ParamName>, index: i16) -> TransferOutput {
@@ -67,7 +96,9 @@ enum ListBy {
 #[derive(Debug)]
 struct Messages {
     /// By index. A map, because the vehicle says how many there are.
-    params: BTreeMap<u16, Option<Param>>,
+    params: BTreeMap<u16, Option<Heard>>,
+    /// The encodings that they show.
+    shown: ShownEncodings,
     count: Option<u16>,
     count_changes: u32,
     /// How often the whole list was asked for, and when.
@@ -151,8 +182,8 @@ impl ParamList {
         let (index, count) = (value.param_index, value.param_count);
         // A parameter that changed meanwhile: nobody asked for it by its index.
         if index == NO_INDEX {
-            if let Some(changed) = read(&self.config, value) {
-                let same_name = |param: &&mut Option<Param>| param.is_some_and(|param| param.name == changed.name);
+            if let Some(changed) = Heard::of(value) {
+                let same_name = |param: &&mut Option<Heard>| param.is_some_and(|param| param.name == changed.name);
                 if let Some(kept) = messages.params.values_mut().find(same_name) {
                     *kept = Some(changed);
                 }
@@ -184,14 +215,20 @@ impl ParamList {
         if let Some(asked) = messages.reads.remove(&index) {
             messages.round_trip.sample(now.since(asked));
         }
-        if messages.params.insert(index, read(&self.config, value)).is_none() {
+        let heard = Heard::of(value);
+        if let Some(Heard { raw, param_type, .. }) = heard {
+            messages.shown.note(raw, param_type);
+        }
+        if messages.params.insert(index, heard).is_none() {
             messages.progressed = now;
         }
         let (done, total) = (messages.params.len() as u32, u32::from(count));
         self.out.push_back(TransferOutput::Progress { done, total });
         if done == total {
             // A value that cannot be (NaN, a number that its type cannot hold) is absent, not a reason to fail.
-            let params = std::mem::take(&mut messages.params).into_values().flatten().collect();
+            let encoding = self.config.param_encoding.or_else(|| messages.shown.only());
+            let heard = std::mem::take(&mut messages.params).into_values().flatten();
+            let params = heard.filter_map(|heard| heard.read(encoding)).collect();
             return self.end(Ok(params));
         }
         if messages.is_filling {
@@ -221,6 +258,7 @@ impl Messages {
     fn new(config: &TransferConfig, now: MonoTime) -> Self {
         Self {
             params: BTreeMap::new(),
+            shown: ShownEncodings::default(),
             count: None,
             count_changes: 0,
             asked: 1,
@@ -361,6 +399,8 @@ pub struct ParamRead {
     began: MonoTime,
     retry_at: Option<MonoTime>,
     round_trip: RoundTrip,
+    /// The encoding that the value showed.
+    shown: Option<ParamEncoding>,
     result: Option<Result<Param, TransferError>>,
     out: Outbox,
 }
@@ -374,6 +414,7 @@ impl ParamRead {
             began: now,
             retry_at: None,
             round_trip: RoundTrip::new(config.round_trip, PARAM_TIMEOUT),
+            shown: None,
             result: None,
             out: Outbox::new(),
         };
@@ -403,9 +444,10 @@ impl Transfer for ParamRead {
             return self.end(Err(error));
         }
         if let Message::Dialect(MavMessage::PARAM_VALUE(value)) = message
-            && let Some(param) = read(&self.config, value)
-            && param.name == self.name
+            && let Some(heard) = Heard::of(value).filter(|heard| heard.name == self.name)
+            && let Some(param) = heard.read(self.config.param_encoding)
         {
+            self.shown = heard.shown();
             self.end(Ok(param));
         }
     }
@@ -486,10 +528,11 @@ impl ParamSet {
         while let Some(output) = reading.poll_output() {
             self.out.push_back(output);
         }
+        let shown = reading.shown;
         match reading.result() {
             None => {}
             Some(Err(error)) => self.step = Set::Over(Some(Err(error))),
-            Some(Ok(param)) => match ParamValue::new(param.value.param_type(), self.wanted) {
+            Some(Ok(param)) => match self.checked(param, shown) {
                 Err(error) => self.step = Set::Over(Some(Err(error.into()))),
                 Ok(value) => {
                     let retry_at = now + self.round_trip.timeout();
@@ -500,10 +543,24 @@ impl ParamSet {
         }
     }
 
+    /// The value to send, of the type that the vehicle has, whose value was read and `shown` its encoding.
+    fn checked(&mut self, read: Param, shown: Option<ParamEncoding>) -> Result<ParamValue, ParamError> {
+        let value = ParamValue::new(read.value.param_type(), self.wanted)?;
+        self.config.param_encoding = self.config.param_encoding.or(shown);
+        let is_known = self.config.param_encoding.is_some() || value.param_type() == ParamType::F32;
+        is_known.then_some(value).ok_or(ParamError::UnknownEncoding { name: self.name })
+    }
+
+    /// As it goes over the wire.
+    fn wire(&self, value: ParamValue) -> f32 {
+        // What is not known is needed for floats alone, which are themselves in each.
+        value.to_wire(self.config.param_encoding.unwrap_or(ParamEncoding::CCast))
+    }
+
     fn send(&mut self, value: ParamValue) {
         let param_type: MavParamType = value.param_type().to_mav();
         self.out.push_back(TransferOutput::Send(Message::Dialect(MavMessage::PARAM_SET(PARAM_SET_DATA {
-            param_value: value.to_wire(self.config.param_encoding),
+            param_value: self.wire(value),
             target_system: self.config.vehicle.system.0,
             target_component: self.config.vehicle.component.0,
             param_id: self.name.to_field().into(),
@@ -512,13 +569,13 @@ impl ParamSet {
     }
 
     fn on_value(&mut self, param: Param, now: MonoTime) {
-        let Set::Setting { value, retry_at, other, .. } = &mut self.step else { return };
+        let Set::Setting { value, .. } = self.step else { return };
         // As it came over the wire: a C-cast integer above 2^24 has lost its last bits both ways.
-        let wire = |value: ParamValue| value.to_wire(self.config.param_encoding).to_bits();
-        if wire(param.value) == wire(*value) {
+        if self.wire(param.value).to_bits() == self.wire(value).to_bits() {
             self.step = Set::Over(Some(Ok(param)));
             return;
         }
+        let Set::Setting { retry_at, other, .. } = &mut self.step else { return };
         // The old value may be a late answer to what was read before: send it again, and then believe the vehicle.
         *other = Some(param.value);
         *retry_at = (*retry_at).min(now + ITEM_TIMEOUT);

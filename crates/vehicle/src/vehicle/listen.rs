@@ -6,7 +6,7 @@ use std::time::Duration;
 use vencejo_flight::guidance::l1::L1Params;
 use vencejo_flight::plan::PlanKind;
 use vencejo_proto::dialect::{MavMessage, TIMESYNC_DATA};
-use vencejo_proto::param::ParamName;
+use vencejo_proto::param::{ParamName, ParamType, ShownEncodings};
 use vencejo_proto::{Address, ComponentId, Message, MissionAck, MissionSeq, MonoTime, StatusText};
 
 use super::operation::State;
@@ -156,6 +156,11 @@ impl Vehicle {
             }
             Message::Dialect(MavMessage::MISSION_COUNT(count)) => self.on_count_told(message, count, now),
             Message::MissionAck(ack) => self.on_mission_ack(ack, now),
+            Message::Dialect(MavMessage::PARAM_VALUE(told)) => {
+                if let Some(param_type) = ParamType::from_mav(told.param_type) {
+                    self.shown_encodings.note(told.param_value, param_type);
+                }
+            }
             _ => {}
         }
         for lane in [&mut self.transfer, &mut self.param].into_iter().flatten() {
@@ -336,6 +341,8 @@ impl Vehicle {
         self.told = Told { mode: self.told.mode, is_armed: self.told.is_armed, ..Told::default() };
         self.tracker.reset();
         self.mission_ids = None;
+        // It may come back with another firmware.
+        self.shown_encodings = ShownEncodings::default();
         self.event(VehicleEvent::Rebooted);
         for mut lane in [self.transfer.take(), self.param.take()].into_iter().flatten() {
             lane.machine.cancel(now);

@@ -48,7 +48,7 @@ use vencejo_flight::geodesy::GeoPoint;
 use vencejo_flight::plan::{Home, Mission, PlanKind};
 use vencejo_flight::progress::ProgressOptions;
 use vencejo_flight::rehearsal::Learner;
-use vencejo_proto::param::ParamName;
+use vencejo_proto::param::{ParamName, ShownEncodings};
 use vencejo_proto::{Address, MavVersion, MonoTime};
 
 use crate::command::{CommandConfig, Commands};
@@ -175,6 +175,8 @@ pub struct Vehicle {
     learner: Learner,
     /// Every parameter that was read or set, by name.
     parameters: Arc<BTreeMap<ParamName, f64>>,
+    /// How the values of its parameters came, whoever asked for them.
+    shown_encodings: ShownEncodings,
     /// What its other parameters say of what it can, as far as they were heard.
     limits: CheckContext,
     ops: Vec<Op>,
@@ -218,6 +220,7 @@ impl Vehicle {
             flight_parameters: FlightParameters::default(),
             learner: Learner::default(),
             parameters: Arc::default(),
+            shown_encodings: ShownEncodings::default(),
             limits: CheckContext::default(),
             ops: Vec::new(),
             transfer: None,

@@ -19,9 +19,10 @@ use crate::transfer::{
     TransferOutput,
 };
 
-/// Capability bit: integers are put into PARAM_VALUE byte by byte (`MAV_PROTOCOL_CAPABILITY_PARAM_ENCODE_BYTEWISE`).
+/// Capability bits: how integers are put into PARAM_VALUE (`MAV_PROTOCOL_CAPABILITY_PARAM_ENCODE_BYTEWISE`, `_C_CAST`).
 const PARAM_BYTEWISE: u64 = 16;
 
+const PARAM_C_CAST: u64 = 1 << 17;
 #[derive(Clone, Copy)]
 enum LaneName {
     Transfer,
@@ -37,10 +38,6 @@ impl Vehicle {
 
     pub(super) fn transfer_config(&self) -> TransferConfig {
         let is_ardupilot = self.is_ardupilot();
-        let version = self.telemetry.version.map(|version| version.value);
-        // Not told yet, or not asked for: each PX4 does it, no ArduPilot.
-        let is_px4 = self.telemetry.mode().is_some_and(|mode| mode.family == ModeFamily::Px4);
-        let is_bytewise = version.map_or(is_px4, |version| version.capabilities & PARAM_BYTEWISE != 0);
         TransferConfig {
             vehicle: self.address,
             station: self.our,
@@ -48,7 +45,7 @@ impl Vehicle {
             has_ftp: self.may_have_ftp(),
             item_form: self.item_form(),
             no_plan_kinds: self.no_plan_kinds(),
-            param_encoding: if is_bytewise { ParamEncoding::Bytewise } else { ParamEncoding::CCast },
+            param_encoding: self.param_encoding(),
             round_trip: self.timesync.round_trip(),
             item_window: self.config.item_window,
             ftp_sessions: self.ftp_sessions.clone(),
@@ -56,6 +53,20 @@ impl Vehicle {
     }
 
     pub(super) fn start_transfer(&mut self, index: usize, step: Step, now: MonoTime) {
+    /// How it puts integers into PARAM_VALUE: as its capabilities say; those of a PX4 byte by byte and those of an ArduPilot as numbers, told or
+    /// not; else as its values have shown.
+    fn param_encoding(&self) -> Option<ParamEncoding> {
+        let capabilities = self.telemetry.version.map_or(0, |version| version.value.capabilities);
+        let is_px4 = self.telemetry.mode().is_some_and(|mode| mode.family == ModeFamily::Px4);
+        if is_px4 || capabilities & PARAM_BYTEWISE != 0 {
+            Some(ParamEncoding::Bytewise)
+        } else if self.is_ardupilot() || capabilities & PARAM_C_CAST != 0 {
+            Some(ParamEncoding::CCast)
+        } else {
+            self.shown_encodings.only()
+        }
+    }
+
         let (kind, sent) = match &step {
             Step::Upload(kind, items) => (*kind, Some(items.clone())),
             Step::Clear(kind) => (*kind, Some(Vec::new())),

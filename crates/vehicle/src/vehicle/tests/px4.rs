@@ -1,4 +1,5 @@
-//! What a PX4 takes otherwise than an ArduPilot: read in its source and its issues, not tried on one.
+//! What a PX4 takes otherwise than an ArduPilot: read in its source and its issues, not tried on one. And what is asked of an autopilot that
+//! is neither.
 
 use vencejo_proto::dialect::MISSION_REQUEST_INT_DATA;
 use vencejo_proto::param::ParamEncoding;
@@ -99,6 +100,37 @@ fn an_integer_is_set_as_one_before_it_has_told_its_capabilities() {
     // What it is is not known before its first heartbeat.
     let mut unheard = World::new(Station::with(unasked()), px4(), Faults::default(), 1);
     assert!(matches!(ask(&mut unheard, set), Err(VehicleError::NotHeard { .. })));
+}
+
+// 5 went to it as the number 5.0, whatever it takes: to one that takes bytes as 1084227584.
+#[test]
+fn an_integer_is_set_as_the_values_of_an_unknown_autopilot_show() {
+    let param = |name: &str, value| Param { name: ParamName::new(name).expect("a name"), value };
+    let set = |name: &str, value| Request::ParamSet { name: name.into(), value };
+    for encoding in [ParamEncoding::CCast, ParamEncoding::Bytewise] {
+        let unknown = || {
+            let mut plane = px4();
+            plane.autopilot = 0;
+            plane.services.param_encoding = encoding;
+            let values = [ParamValue::I32(-7), ParamValue::I32(0), ParamValue::F32(1.5)];
+            plane.services.params =
+                ["SEVEN", "ZERO", "FLOAT"].into_iter().zip(values).map(|(n, v)| param(n, v)).collect();
+            let mut world = World::new(Station::with(unasked()), plane, Faults::default(), 1);
+            wait(&mut world, 3_000);
+            world
+        };
+        // The value that is there shows it.
+        assert_eq!(ask(&mut unknown(), set("SEVEN", 5.0)), Ok(Reply::Parameter(param("SEVEN", ParamValue::I32(5)))));
+        let mut world = unknown();
+        let error = ask(&mut world, set("ZERO", 5.0)).expect_err("it may be both");
+        assert!(error.to_string().contains("read all of its parameters"), "{error}");
+        assert_eq!(world.plane.services.sets, 0);
+        assert_eq!(ask(&mut world, set("FLOAT", 2.5)), Ok(Reply::Parameter(param("FLOAT", ParamValue::F32(2.5)))));
+        // Another one does.
+        let Ok(Reply::Parameters(all)) = ask(&mut world, Request::ParamList) else { panic!("listed") };
+        assert_eq!(all[..2], [param("SEVEN", ParamValue::I32(-7)), param("ZERO", ParamValue::I32(0))], "{encoding:?}");
+        assert_eq!(ask(&mut world, set("ZERO", 5.0)), Ok(Reply::Parameter(param("ZERO", ParamValue::I32(5)))));
+    }
 }
 
 #[test]
