@@ -8,6 +8,7 @@ use std::collections::HashMap;
 
 use crate::geodesy::{GeoPoint, LocalFrame, distance_m};
 use crate::plan::{Command, MavFrame, Mission, MissionItem, Support};
+use crate::way::{own_radius_m, signed_radius_m};
 
 /// Ground speed below which no time is given, metres per second: the plane stands or hangs in the wind.
 pub const MIN_GROUND_SPEED_M_S: f64 = 1.0;
@@ -19,7 +20,7 @@ const MAX_STEPS: usize = 100_000;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ProgressOptions {
     /// Radius of circles that give none, metres; negative where they turn anticlockwise, whatever the item's sense. Default 60
-    /// (`WP_LOITER_RAD` of ArduPlane).
+    /// (`WP_LOITER_RAD` of ArduPlane; one of 1 m and less counts as it does there, see [`own_radius_m`]).
     pub loiter_radius_m: f64,
     /// Speed of climb and descent in a loiter-to-height, metres per second. Default 2.5.
     pub climb_rate_m_s: f64,
@@ -269,9 +270,10 @@ fn walk(
             Command::NAV_LAND | Command::NAV_VTOL_LAND => end = Some(TripEnd::End),
             Command::NAV_LOITER_UNLIM => end = Some(TripEnd::Unlimited),
             Command::NAV_LOITER_TURNS => {
-                let radius_m = item.param(3).map(f64::abs).filter(|radius| *radius > 0.0);
-                is_estimate |= radius_m.is_none();
-                let radius_m = radius_m.unwrap_or(options.loiter_radius_m.abs());
+                let item_m =
+                    signed_radius_m(item).map(|(_, signed_m)| signed_m.abs()).filter(|radius_m| *radius_m > 0.0);
+                is_estimate |= item_m.is_none();
+                let radius_m = item_m.unwrap_or_else(|| own_radius_m(options.loiter_radius_m).abs());
                 let turns = (item.param(1).unwrap_or(0.0) - turns_flown).max(0.0);
                 leg_m += turns * std::f64::consts::TAU * radius_m;
             }

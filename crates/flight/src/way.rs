@@ -95,6 +95,11 @@ impl Leg {
 /// So much steeper may a slope be that was meant to be just [`STEEP_SLOPE`]: places and heights are rounded.
 const SLOPE_ROUNDING: f64 = 1e-3;
 
+/// A radius up to this one is none: the vehicle flies its own, m (`Plane::update_loiter`).
+const OWN_UP_TO_M: f64 = 1.0;
+/// Radius of an ArduPlane that names none of its own either, m (`LOITER_RADIUS_DEFAULT`).
+const OWN_DEFAULT_M: f64 = 60.0;
+
 /// The circle at an item.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "describe", derive(serde::Serialize, utoipa::ToSchema), schema(as = WayLoiter))]
@@ -355,23 +360,38 @@ fn exit(circle: Circle, to: GeoPoint) -> Option<GeoPoint> {
     entry(to, Circle { is_clockwise: !circle.is_clockwise, ..circle })
 }
 
-/// Kind of the circle at an item, with its radius, whose sign is its sense: 0, or -0, for the vehicle's own.
+/// Radius of an ArduPlane's own circles, m, negative anticlockwise, by its `WP_LOITER_RAD`, m. Of 1 m and less it takes the sense alone and
+/// circles with 60 m (`LOITER_RADIUS_DEFAULT`, `Plane::update_loiter` of ArduPilot 4.7).
+#[must_use]
+pub fn own_radius_m(wp_loiter_rad: f64) -> f64 {
+    if wp_loiter_rad.abs() > OWN_UP_TO_M {
+        wp_loiter_rad
+    } else if wp_loiter_rad < 0.0 {
+        -OWN_DEFAULT_M
+    } else {
+        OWN_DEFAULT_M
+    }
+}
+
+/// Kind of the circle at an item, with its radius, whose sign is its sense: 0, or -0, for the vehicle's own, which one of 1 m and less asks
+/// for too.
 pub(crate) fn signed_radius_m(item: &MissionItem) -> Option<(Circling, f64)> {
-    Some(match item.command {
+    let (kind, signed_m) = match item.command {
         Command::NAV_LOITER_TURNS => (Circling::Turns, item.param(3).unwrap_or(0.0)),
         Command::NAV_LOITER_UNLIM => (Circling::Unlimited, item.param(3).unwrap_or(0.0)),
         Command::NAV_LOITER_TO_ALT => (Circling::Height, item.param(2).unwrap_or(0.0)),
         // ArduPlane keeps the sign alone, and flies it with its own radius
         Command::NAV_LOITER_TIME => (Circling::Time, 0.0_f64.copysign(item.param(3).unwrap_or(1.0))),
         _ => return None,
-    })
+    };
+    Some((kind, if signed_m.abs() > OWN_UP_TO_M { signed_m } else { 0.0_f64.copysign(signed_m) }))
 }
 
 /// The circle at an item; `None` where it has none, or no place of its own. The vehicle's own radius has a sense as well
 /// (`Plane::update_loiter` of ArduPilot 4.7).
 pub(crate) fn circle(item: &MissionItem, options: &ProgressOptions) -> Option<Circle> {
     let (_, signed_m) = signed_radius_m(item)?;
-    let (is_own, own_m) = (signed_m == 0.0, options.loiter_radius_m);
+    let (is_own, own_m) = (signed_m == 0.0, own_radius_m(options.loiter_radius_m));
     let radius_m = if is_own { own_m.abs() } else { signed_m.abs() };
     let is_anticlockwise = signed_m.is_sign_negative() || is_own && own_m < 0.0;
     Some(Circle { centre: item.point()?, radius_m, is_clockwise: !is_anticlockwise })

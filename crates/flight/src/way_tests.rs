@@ -4,6 +4,7 @@ use super::*;
 use crate::geodesy::{bearing_deg, polyline_length_m, wrap_180_deg};
 use crate::plan::{Home, MavFrame};
 use crate::progress::trip;
+use crate::rehearsal::Aircraft;
 use vencejo_proto::MissionSeq;
 
 const HOME: Home = Home { lat_deg: 40.3332, lon_deg: -3.7978, alt_amsl_m: 690.0 };
@@ -114,6 +115,28 @@ fn an_arc_turns_by_its_angle_and_ends_where_it_should() {
         let way = way_of(items, &COPTER);
         assert_eq!(line(leg_of(&way, 1)).len(), 2);
         near(leg_of(&way, 1).length_m, 400.0, 0.01);
+    }
+}
+
+#[test]
+fn a_radius_of_a_metre_and_less_is_none() {
+    for (own_m, flown_m) in [(1.0, 60.0), (-1.0, -60.0), (0.0, 60.0), (-0.0, 60.0), (2.0, 2.0), (-45.0, -45.0)] {
+        assert_eq!(own_radius_m(own_m), flown_m, "{own_m}");
+        assert_eq!(
+            Aircraft::from_ardupilot(|name| (name == "WP_LOITER_RAD").then_some(own_m)).loiter_radius_m,
+            flown_m
+        );
+        let options = ProgressOptions { loiter_radius_m: own_m, ..ProgressOptions::default() };
+        for item_m in [0.0, 1.0, -1.0, 0.4] {
+            let mission = Mission { home: Some(HOME), items: vec![turns(3.0, item_m, 0.0)] };
+            let loiter = way(&mission, 20.0, &options).stops[0].loiter.expect("a circle");
+            let is_clockwise = flown_m > 0.0 && item_m >= 0.0;
+            let found = (loiter.radius_m, loiter.is_clockwise, loiter.is_own_radius, loiter.is_estimate);
+            assert_eq!(found, (flown_m.abs(), is_clockwise, false, true), "{own_m} {item_m}");
+            let circles_m = 3.0 * std::f64::consts::TAU * flown_m.abs();
+            near(loiter.length_m.expect("known"), circles_m, 0.01);
+            near(trip(&mission, Some(20.0), &options).distance_m.expect("known"), 1_000.0 + circles_m, 0.1);
+        }
     }
 }
 

@@ -8,6 +8,7 @@ use crate::guidance::attitude::AttitudeParams;
 use crate::guidance::l1::{L1Params, Turn};
 use crate::guidance::pilot::PilotParams;
 use crate::guidance::tecs::TecsParams;
+use crate::way::own_radius_m;
 
 /// When a return to launch turns into the mission's own landing (`RTL_AUTOLAND`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -240,7 +241,7 @@ impl Aircraft {
         read("THR_MIN", &mut plane.throttle_min, 0.01);
         read("WP_RADIUS", &mut plane.waypoint_radius_m, 1.0);
         read("WP_MAX_RADIUS", &mut plane.waypoint_max_radius_m, 1.0);
-        read("WP_LOITER_RAD", &mut plane.loiter_radius_m, 1.0);
+        plane.loiter_radius_m = get("WP_LOITER_RAD").map_or(plane.loiter_radius_m, own_radius_m);
         read("NAVL1_LIM_BANK", &mut plane.loiter_bank_deg, 1.0);
         read("ALT_SLOPE_MIN", &mut plane.slope_min_m, 1.0);
         read("ALT_SLOPE_MAXHGT", &mut plane.slope_max_above_m, 1.0);
@@ -317,7 +318,7 @@ impl Aircraft {
         if radius_m > 1.0 {
             return (radius_m, if is_anticlockwise { Turn::Anticlockwise } else { Turn::Clockwise });
         }
-        let own_m = if self.loiter_radius_m.abs() <= 1.0 { 60.0 } else { self.loiter_radius_m };
+        let own_m = self.loiter_radius_m;
         let turn = if is_anticlockwise || own_m < 0.0 { Turn::Anticlockwise } else { Turn::Clockwise };
         (own_m.abs(), turn)
     }

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use vencejo_flight::plan::{Mission, PlanKind, items_from_wire};
+use vencejo_flight::way::own_radius_m;
 use vencejo_proto::param::ParamEncoding;
 use vencejo_proto::{Message, MissionItemInt, MonoTime};
 
@@ -21,8 +22,8 @@ use crate::transfer::{
 
 /// Capability bits: how integers are put into PARAM_VALUE (`MAV_PROTOCOL_CAPABILITY_PARAM_ENCODE_BYTEWISE`, `_C_CAST`).
 const PARAM_BYTEWISE: u64 = 16;
-
 const PARAM_C_CAST: u64 = 1 << 17;
+
 #[derive(Clone, Copy)]
 enum LaneName {
     Transfer,
@@ -52,7 +53,6 @@ impl Vehicle {
         }
     }
 
-    pub(super) fn start_transfer(&mut self, index: usize, step: Step, now: MonoTime) {
     /// How it puts integers into PARAM_VALUE: as its capabilities say; those of a PX4 byte by byte and those of an ArduPilot as numbers, told or
     /// not; else as its values have shown.
     fn param_encoding(&self) -> Option<ParamEncoding> {
@@ -67,6 +67,7 @@ impl Vehicle {
         }
     }
 
+    pub(super) fn start_transfer(&mut self, index: usize, step: Step, now: MonoTime) {
         let (kind, sent) = match &step {
             Step::Upload(kind, items) => (*kind, Some(items.clone())),
             Step::Clear(kind) => (*kind, Some(Vec::new())),
@@ -223,7 +224,7 @@ impl Vehicle {
         let signed = param.value.as_f64();
         let value = signed.abs();
         match param.name.as_str() {
-            "WP_LOITER_RAD" if value >= 1.0 => self.flight_parameters.loiter_radius_m = Some(signed),
+            "WP_LOITER_RAD" => self.flight_parameters.loiter_radius_m = Some(own_radius_m(signed)),
             "AIRSPEED_CRUISE" if value >= 1.0 => self.flight_parameters.airspeed_m_s = Some(value),
             "TRIM_ARSPD_CM" if value >= 100.0 => self.flight_parameters.airspeed_m_s = Some(value / 100.0),
             "RTL_AUTOLAND" => self.flight_parameters.finds_landing = Some(value > 0.0),

@@ -221,6 +221,12 @@ fn how_a_plane_flies_is_read_once_and_again_after_its_restart() {
     world.plane.reboot(now);
     wait(&mut world, 60_000);
     assert_eq!(world.station.vehicle.flight_parameters().loiter_radius_m, Some(-95.0), "anticlockwise");
+    let mut read_m = |value| {
+        let name = ParamName::new("WP_LOITER_RAD").expect("a name");
+        world.station.vehicle.learn(&Param { name, value: ParamValue::F32(value) });
+        world.station.vehicle.flight_parameters().loiter_radius_m
+    };
+    assert_eq!([read_m(-1.0), read_m(0.0), read_m(-2.0)], [Some(-60.0), Some(60.0), Some(-2.0)], "as it flies them");
     let names = asked(&mut world);
     assert_eq!(names.iter().filter(|name| *name == "WP_LOITER_RAD").count(), 1, "{names:?}");
     assert!(names.iter().any(|name| name == "RTL_AUTOLAND"), "{names:?}");
@@ -723,12 +729,6 @@ fn uploads_beside_a_rival_are_never_contaminated() {
     assert!(verified >= rounds / 3 && failed >= rounds / 5, "{outcomes:?}");
 }
 
-/// As the vehicle keeps them.
-fn stored(items: &[MissionItem]) -> Vec<MissionItemInt> {
-    let mut services = Plane::new().services;
-    services.store(MISSION, &rival_wire(items));
-    services.plans[0][1..].to_vec()
-}
 // Read back while another station wrote, ours was called verified and the other's upload forgotten, or theirs a mixture.
 #[test]
 fn a_read_back_beside_another_upload_begins_anew_after_it() {
@@ -772,6 +772,12 @@ fn a_read_back_beside_another_upload_begins_anew_after_it() {
     }
 }
 
+/// As the vehicle keeps them.
+fn stored(items: &[MissionItem]) -> Vec<MissionItemInt> {
+    let mut services = Plane::new().services;
+    services.store(MISSION, &rival_wire(items));
+    services.plans[0][1..].to_vec()
+}
 
 // ── the flown target ─────────────────────────────────────────────────────────────────────────────────────────────────
 
