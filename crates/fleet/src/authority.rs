@@ -96,7 +96,7 @@ pub enum Wish {
     Act,
     /// To have something read that changes nothing: control is not needed for that.
     Read,
-    /// To have an order of its own given up that is being done.
+    /// To have an order of its own given up: one that is being done, or that comes after this, as the network may bring it.
     Recall(u128),
 }
 
@@ -150,6 +150,8 @@ struct Known {
     /// Until then the same order would be fresh.
     fresh_until: MonoTime,
     keep_until: MonoTime,
+    /// The order that it gave up.
+    recalls: Option<u128>,
     /// `None`: under way.
     answer: Option<Answer>,
 }
@@ -303,10 +305,13 @@ impl Authority {
             Wish::Ask | Wish::Renew | Wish::Release | Wish::Grant(_) | Wish::Act if caller.role == Role::Observer => {
                 refused(claim, "this ground station is an observer: it may look and read, not act")
             }
+            Wish::Act | Wish::Read if self.is_recalled(caller, claim.id) => {
+                refused(claim, "its sender gave it up before it came")
+            }
             Wish::Ask => self.on_ask(caller, claim, now),
             Wish::Read => Verdict::Execute,
             Wish::Recall(id) => {
-                // Of what has ended, or never came, nothing is left to be given up.
+                // Of what has ended nothing is left to be given up.
                 let is_own = |known: &Known| known.key == caller.key && known.answer.is_none();
                 self.recalled.extend(self.known.get(&id).filter(|known| is_own(known)).map(|_| id));
                 ended(claim, End::Done, "")
@@ -322,10 +327,17 @@ impl Authority {
         };
         let fresh_until = claim.based_on.at + FRESH + OVERTAKEN;
         let epoch = (claim.wish != Wish::Read).then_some(self.epoch);
-        let known = Known { key: caller.key, epoch, fresh_until, keep_until: now + KEEPS_ANSWERS, answer };
+        let recalls = if let Wish::Recall(id) = claim.wish { Some(id) } else { None };
+        let known = Known { key: caller.key, epoch, fresh_until, keep_until: now + KEEPS_ANSWERS, recalls, answer };
         self.known.insert(claim.id, known);
         self.ids.push_back(claim.id);
         verdict
+    }
+
+    /// Whether its sender has given an order up. That is known as long as the order would be fresh: it is based on no later picture than
+    /// what gave it up.
+    fn is_recalled(&self, caller: &Caller, id: u128) -> bool {
+        self.known.values().any(|known| known.recalls == Some(id) && known.key == caller.key)
     }
 
     fn on_ask(&mut self, caller: &Caller, claim: &Claim, now: MonoTime) -> Verdict {

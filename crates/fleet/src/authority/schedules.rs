@@ -49,6 +49,9 @@ struct Truth {
     given: Option<(u64, u64, PublicKey)>,
     epochs: BTreeMap<(u64, u64), PublicKey>,
     executed: BTreeSet<u128>,
+    /// Acts that were given up on board before they came; and how often one came then.
+    recalled: BTreeSet<u128>,
+    averted: u64,
     executions: u64,
     answered: HashMap<u128, End>,
     unknown: u64,
@@ -163,7 +166,7 @@ impl World {
                 self.authority.set_local(self.local.then(|| "field".into()));
                 if self.local {
                     self.truth.given = None;
-                    self.cancel_fenced();
+                    self.cancel_given_up();
                     assert!(self.under_way.is_empty(), "the operator beside the aircraft has it for himself");
                 }
             }
@@ -171,10 +174,10 @@ impl World {
         }
     }
 
-    fn cancel_fenced(&mut self) {
-        let fenced = self.authority.take_fenced();
+    fn cancel_given_up(&mut self) {
+        let given_up = [self.authority.take_fenced(), self.authority.take_recalled()].concat();
         let now = self.now;
-        for (_, id, station) in self.under_way.extract_if(.., |(_, id, _)| fenced.contains(id)).collect::<Vec<_>>() {
+        for (_, id, station) in self.under_way.extract_if(.., |(_, id, _)| given_up.contains(id)).collect::<Vec<_>>() {
             let answer = Answer { end: End::Unknown.into(), id: id.to_be_bytes().into(), ..Answer::default() };
             self.authority.on_ended(id, answer.clone(), now);
             self.send(Sent::Answer(station, Box::new(answer)));
@@ -213,7 +216,7 @@ impl World {
                     }
                     assert!(!self.local, "beside an operator at the aircraft nobody has it");
                 }
-                self.cancel_fenced();
+                self.cancel_given_up();
             }
             Sent::Answer(station, answer) => {
                 let ground = &mut self.grounds[station];
@@ -255,6 +258,12 @@ impl World {
 
     fn hear_of(&mut self, caller: &Caller, claim: &Claim, answer: &Answer) {
         let end = answer.end();
+        if let (Wish::Recall(id), End::Done) = (claim.wish, end)
+            && !self.truth.executed.contains(&id)
+        {
+            self.truth.recalled.insert(id);
+        }
+        self.truth.averted += u64::from(answer.why.contains("gave it up"));
         // Of another boot nobody knows what became of it; and what was stale was forgotten.
         let is_known = claim.boot == self.authority.boot() && end != End::Stale;
         if claim.wish != Wish::Renew && is_known && !(end == End::Refused && answer.why.starts_with("this id")) {
@@ -268,6 +277,7 @@ impl World {
         assert_eq!(self.truth.given, Some((claim.boot, claim.epoch, caller.key)), "an act after its fence");
         assert!(!self.local, "an act beside the operator at the aircraft");
         assert!(self.truth.executed.insert(claim.id), "done twice");
+        assert!(!self.truth.recalled.contains(&claim.id), "done after it was given up");
         assert!(self.now.since(claim.based_on.at) <= FRESH, "done on an old picture");
         self.truth.executions += 1;
         let takes = Duration::from_millis(self.rng.random_range(10..6_000));
@@ -298,6 +308,11 @@ impl World {
                 Some(key) => Wish::Grant(key),
                 None => return,
             },
+            8 if self.rng.random_bool(0.5) => {
+                let errands = &mut self.grounds[station].errands;
+                let Some(place) = errands.iter().position(|(_, claim, _)| claim.wish == Wish::Act) else { return };
+                Wish::Recall(errands.swap_remove(place).1.id)
+            }
             _ => return,
         };
         self.ids += 1;
@@ -311,7 +326,7 @@ impl World {
 
 #[test]
 fn schedules_of_what_networks_do() {
-    let (mut executions, mut unknown, mut epochs, mut restarted, mut overtaken) = (0, 0, 0, 0, 0);
+    let (mut executions, mut unknown, mut epochs, mut restarted, mut overtaken, mut averted) = (0, 0, 0, 0, 0, 0);
     for seed in 0..schedules() {
         let mut world = World::new(seed);
         world.run();
@@ -320,12 +335,14 @@ fn schedules_of_what_networks_do() {
         epochs += world.truth.epochs.len();
         restarted += world.truth.restarted;
         overtaken += world.truth.overtaken;
+        averted += world.truth.averted;
     }
     println!(
         "{} schedules: {executions} acts, {epochs} grants, {unknown} answers that told nothing, {restarted} of another \
-        boot, which in {overtaken} cases was known not to have been done",
+        boot, which in {overtaken} cases was known not to have been done; {averted} came after they were given up",
         schedules()
     );
     assert!(restarted > schedules() / 10 && overtaken > schedules() / 100, "{restarted}, {overtaken}");
+    assert!(averted > schedules() / 100, "{averted}");
     assert!(executions > 5 * schedules() && epochs as u64 > 2 * schedules(), "it was tried: {executions}, {epochs}");
 }

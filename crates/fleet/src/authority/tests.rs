@@ -240,6 +240,26 @@ fn an_order_is_given_up_by_its_sender_alone() {
 }
 
 #[test]
+fn an_order_that_its_recall_has_overtaken_is_not_done() {
+    let (mut bench, ana, ben) = (Bench::new(), caller(1, Role::Operator), caller(2, Role::Operator));
+    let epoch = bench.granted(&ana);
+    let [act, read, other] = [Wish::Act, Wish::Read, Wish::Act].map(|wish| bench.claim(wish, epoch));
+    for late in [act, read] {
+        assert_eq!(bench.end(&ana, Wish::Recall(late.id), 0).0, End::Done);
+    }
+    assert_eq!(bench.end(&ben, Wish::Recall(other.id), 0).0, End::Done, "and it is not his");
+    // As late as it would be done otherwise, and again.
+    bench.pass(5.0);
+    for late in [act, read, act] {
+        let verdict = bench.authority.on_order(&ana, &late, bench.now);
+        let Verdict::Answer(answer) = verdict else { panic!("{verdict:?}") };
+        assert_eq!((answer.end(), answer.why.contains("gave it up")), (End::Refused, true), "{}", answer.why);
+    }
+    assert_eq!(bench.authority.on_order(&ana, &other, bench.now), Verdict::Execute);
+    assert!(bench.authority.take_recalled().is_empty());
+}
+
+#[test]
 fn an_observer_reads_and_never_acts() {
     let (mut bench, eve) = (Bench::new(), caller(1, Role::Observer));
     for wish in [Wish::Ask, Wish::Act, Wish::Renew, Wish::Release, Wish::Grant(eve.key)] {
