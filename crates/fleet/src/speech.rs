@@ -19,6 +19,9 @@ const ITEM_REACHED: u32 = 46;
 const REACHED_WITHIN: Duration = Duration::from_secs(10);
 /// Messages of the second kind that are kept for whoever missed them.
 pub const MAX_EVENTS: usize = 4096;
+/// How long after everything was told it is asked for again at the soonest, where samples got lost since: one has two messages, everything
+/// sixteen, and what is lost has mostly found a full way.
+const EVERYTHING_AGAIN: Duration = Duration::from_secs(10);
 /// So many of them are in one answer at most: some 5 KB, behind which nothing waits for long.
 pub const MAX_ANSWERED: usize = 64;
 
@@ -135,7 +138,10 @@ pub struct Listener {
     newest_event: u64,
     /// When each message that was heard came, by the clock on board, ms.
     heard: BTreeMap<u32, u64>,
-    knows_all: bool,
+    /// Numbers of the first and the last of the newest samples between which none is missing.
+    run: Option<(u64, u64)>,
+    /// The number of the sample up to which everything was told at once, and when.
+    told: Option<(u64, MonoTime)>,
 }
 
 /// What is new.
@@ -150,13 +156,22 @@ pub struct News {
 impl Listener {
     /// The answer to who asks for everything came.
     pub fn on_everything(&mut self, state: &State, now: MonoTime) -> News {
-        let news = self.on_state(state, now);
-        self.knows_all = true;
+        let news = self.take_in(state, now);
+        self.told = Some((state.sequence.max(self.told.map_or(0, |(number, _)| number)), now));
         news
     }
 
-    /// A state came.
+    /// A sample came.
     pub fn on_state(&mut self, state: &State, now: MonoTime) -> News {
+        let news = self.take_in(state, now);
+        self.run = match self.run {
+            Some((first, last)) if state.sequence <= last.saturating_add(1) => Some((first, last.max(state.sequence))),
+            _ => Some((state.sequence, state.sequence)),
+        };
+        news
+    }
+
+    fn take_in(&mut self, state: &State, now: MonoTime) -> News {
         let is_other = self.boot != Some(state.boot);
         if is_other {
             *self = Self { boot: Some(state.boot), next_event: 1, ..Self::default() };
@@ -213,10 +228,11 @@ impl Listener {
         self.next_event = self.next_event.max(number);
     }
 
-    /// Whether everything was told since it started, not only what was new.
+    /// Whether everything is to be asked for: a sample has only what is new, and some were not heard. Not again at once.
     #[must_use]
-    pub fn knows_all(&self) -> bool {
-        self.knows_all
+    pub fn lacks_some(&self, now: MonoTime) -> bool {
+        let Some((told, at)) = self.told else { return self.boot.is_some() };
+        self.run.is_some_and(|(first, _)| first > told.saturating_add(1)) && now.since(at) >= EVERYTHING_AGAIN
     }
 
     /// From which number on events are missing, where any are.
@@ -378,6 +394,34 @@ mod tests {
     }
 
     #[test]
+    fn a_lost_sample_has_everything_asked_for_once() {
+        let (mut speaker, mut listener) = (speaker(), Listener::default());
+        let mut say = |listener: &mut Listener, seconds: u64, comes: bool| {
+            speaker.on_frame(&frame(&heartbeat(1), PLANE), at(seconds * 1_000));
+            let sample = speaker.sample(Held::default(), at(seconds * 1_000));
+            if comes {
+                listener.on_state(&sample, at(seconds * 1_000));
+            }
+            (listener.lacks_some(at(seconds * 1_000)), sample, speaker.everything(Held::default(), at(seconds * 1_000)))
+        };
+        assert!(!listener.lacks_some(at(0)), "of whom nothing was heard yet");
+        let (lacks, before, everything) = say(&mut listener, 1, true);
+        assert!(lacks, "by whoever has just come");
+        listener.on_everything(&everything, at(1_000));
+        assert!(!say(&mut listener, 2, true).0);
+        let (_, lost, _) = say(&mut listener, 3, false);
+        assert!(!say(&mut listener, 4, true).0, "not yet: everything was told 3 s ago");
+        assert!(say(&mut listener, 11, true).0 && say(&mut listener, 12, true).0, "until it comes");
+        let everything = say(&mut listener, 13, false).2;
+        assert!(say(&mut listener, 14, true).0);
+        listener.on_everything(&everything, at(14_000));
+        for late in [before, lost] {
+            listener.on_state(&late, at(14_000));
+        }
+        assert!(!say(&mut listener, 50, true).0, "what comes late takes nothing back");
+    }
+
+    #[test]
     fn everything_tells_what_was_not_heard_also_where_a_sample_has_overtaken_it() {
         let (mut speaker, mut listener) = (speaker(), Listener::default());
         let home =
@@ -388,14 +432,14 @@ mod tests {
         let everything = speaker.everything(Held::default(), at(1_000));
         speaker.on_frame(&frame(&heartbeat(2), PLANE), at(1_400));
         listener.on_state(&speaker.sample(Held { holder: "Ana".into(), ..Held::default() }, at(1_500)), at(50_000));
-        assert!(!listener.knows_all());
+        assert!(listener.lacks_some(at(50_000)));
         let news = listener.on_everything(&everything, at(50_100));
         assert_eq!(news.said, [(home, at(49_000))], "and not the heartbeat before the last");
-        assert!(listener.knows_all());
+        assert!(!listener.lacks_some(at(90_000)), "its answer and what was heard since are all");
         assert_eq!(listener.held().holder, "Ana");
         let mut second = Speaker::new(2, PLANE, Seal::new(&[7; 32]));
         listener.on_state(&second.sample(Held::default(), at(10)), at(60_000));
-        assert!(!listener.knows_all(), "it started again");
+        assert!(listener.lacks_some(at(50_200)), "it started again");
     }
 
     #[test]

@@ -84,7 +84,7 @@ impl FarAircraft {
         }
         {
             let mut known = self.known();
-            let lacks = news.missed_from.is_some() || !known.listener.knows_all();
+            let lacks = news.missed_from.is_some() || known.listener.lacks_some(fleet.station.now());
             if !lacks || std::mem::replace(&mut known.is_catching_up, true) {
                 return;
             }
@@ -98,11 +98,11 @@ impl FarAircraft {
         });
     }
 
-    /// Asks for everything, where only what was new is known; and for the events from a number on, until none is missing or nothing comes.
+    /// Asks for everything, where that is not known; and for the events from a number on, until none is missing or nothing comes.
     async fn catch_up(self: &Arc<Self>, mut missing: Option<u64>) {
         let Some(fleet) = self.fleet.upgrade() else { return };
-        let knows_all = self.known().listener.knows_all();
-        if !knows_all {
+        let lacks_some = self.known().listener.lacks_some(fleet.station.now());
+        if lacks_some {
             self.ask_everything(&fleet).await;
         }
         while let Some(from) = missing {
