@@ -229,12 +229,13 @@ class VehicleState:
     def rival(self) -> str | None:
         """Where another vehicle is heard that uses the same system id, in words; ``None`` when there is none.
 
-        That one is not followed, and nothing is sent to it.
+        That one is not followed, and nothing is sent to it. Of an aircraft of a fleet, where another computer speaks by its name: then
+        nothing is sent to either.
         """
         return self._native.rival()
 
     def follow_rival(self) -> bool:
-        """Follow and command that other vehicle from now on, and this one no more.
+        """Follow and command that other vehicle from now on, and this one no more; at a link alone.
 
         Returns
         -------

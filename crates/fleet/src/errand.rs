@@ -85,28 +85,33 @@ impl Errand {
     /// No answer came in time.
     #[must_use]
     pub fn on_silence(&mut self, now: MonoTime) -> Step {
-        self.silent = true;
-        if now.since(self.began) >= self.patience {
-            Step::End(self.unanswered())
-        } else {
-            self.send(Duration::ZERO, now)
-        }
+        self.silence(Duration::ZERO, now)
     }
 
-    /// The aircraft answered.
+    /// The aircraft answered; the boot that the order is for was heard last at `heard_at`.
     #[must_use]
-    pub fn on_answer(&mut self, mut answer: Answer, now: MonoTime) -> Outcome {
-        let is_of_another_boot = answer.end() == End::Unknown && answer.boot_age_ms > 0;
-        if is_of_another_boot && Duration::from_millis(answer.boot_age_ms) >= now.since(self.sent_at) {
-            // Whoever was there before had gone when it was sent for the first time: nothing was done.
-            answer.set_end(End::Stale);
-            return Outcome::Answered(Box::new(answer));
+    pub fn on_answer(&mut self, mut answer: Answer, heard_at: MonoTime, now: MonoTime) -> Step {
+        if answer.end() == End::Unknown && answer.boot_age_ms > 0 {
+            let age = Duration::from_millis(answer.boot_age_ms);
+            if heard_at + age > now {
+                // Both are there: another computer speaks as this aircraft, and knows nothing of what the one that was meant does.
+                return self.silence(AGAIN_AFTER, now);
+            }
+            if age >= now.since(self.sent_at) {
+                // Whoever was there before had gone when it was sent for the first time: nothing was done.
+                answer.set_end(End::Stale);
+                return Step::End(Outcome::Answered(Box::new(answer)));
+            }
         }
         // An attempt before this one may have been done and forgotten since.
-        if answer.end() == End::Stale && self.silent {
-            return self.unanswered();
-        }
-        Outcome::Answered(Box::new(answer))
+        let is_forgotten = answer.end() == End::Stale && self.silent;
+        Step::End(if is_forgotten { self.unanswered() } else { Outcome::Answered(Box::new(answer)) })
+    }
+
+    fn silence(&mut self, after: Duration, now: MonoTime) -> Step {
+        self.silent = true;
+        let is_over = now.since(self.began) >= self.patience;
+        if is_over { Step::End(self.unanswered()) } else { self.send(after, now) }
     }
 
     fn unanswered(&self) -> Outcome {
@@ -142,8 +147,8 @@ mod tests {
         let mut errand = Errand::new(PATIENCE, at(0));
         assert_eq!(errand.start(), Step::Send { after: Duration::ZERO, wait: WAITS[0] });
         assert_eq!(
-            errand.on_answer(stale(), at(600)),
-            Outcome::Answered(Box::new(stale())),
+            errand.on_answer(stale(), at(0), at(600)),
+            Step::End(Outcome::Answered(Box::new(stale()))),
             "it was refused: nothing was done"
         );
     }
@@ -161,17 +166,39 @@ mod tests {
         let mut errand = Errand::new(PATIENCE, at(0));
         let _ = (errand.start(), errand.on_silence(at(500)));
         assert_eq!(
-            errand.on_answer(stale(), at(600)),
-            Outcome::Unknown { attempts: 2 },
+            errand.on_answer(stale(), at(0), at(600)),
+            Step::End(Outcome::Unknown { attempts: 2 }),
             "the first may have been done"
         );
     }
 
+    fn of_boot(boot_age_ms: u64) -> Answer {
+        Answer { end: End::Unknown.into(), boot_age_ms, ..Answer::default() }
+    }
+
+    #[test]
+    fn what_another_computer_of_that_name_says_is_no_answer() {
+        let mut errand = Errand::new(PATIENCE, at(0));
+        let _ = errand.start();
+        // Each of them says that it has run for an hour; the one that was meant was heard just now.
+        let other = || of_boot(3_600_000);
+        let again = errand.on_answer(other(), at(0), at(40));
+        assert_eq!(again, Step::Send { after: AGAIN_AFTER, wait: WAITS[1] });
+        let done = Answer { end: End::Done.into(), ..Answer::default() };
+        let ended = errand.clone().on_answer(done.clone(), at(300), at(400));
+        assert_eq!(ended, Step::End(Outcome::Answered(Box::new(done))));
+        let mut given_up = errand.clone();
+        let _ = given_up.on_answer(other(), at(9_000), at(9_500));
+        assert_eq!(given_up.on_answer(other(), at(9_500), at(10_000)), Step::End(Outcome::Unknown { attempts: 3 }));
+        // It was not heard any more before the other one began.
+        let ended = errand.on_answer(of_boot(1_000), at(8_000), at(9_500));
+        assert!(matches!(ended, Step::End(Outcome::Answered(answer)) if answer.end() == End::Unknown));
+    }
+
     #[test]
     fn what_met_a_station_that_had_started_before_was_not_done() {
-        let of_boot = |boot_age_ms| Answer { end: End::Unknown.into(), boot_age_ms, ..Answer::default() };
-        let end = |errand: &mut Errand, age_ms, now| match errand.on_answer(of_boot(age_ms), at(now)) {
-            Outcome::Answered(answer) => answer.end(),
+        let end = |errand: &mut Errand, age_ms, now| match errand.on_answer(of_boot(age_ms), at(0), at(now)) {
+            Step::End(Outcome::Answered(answer)) => answer.end(),
             other => panic!("{other:?}"),
         };
         let mut errand = Errand::new(PATIENCE, at(0));

@@ -13,6 +13,7 @@
 //! | [`outcome`] | what an order yields, and how a transfer failed |
 //! | [`payload`] | samples, orders and answers made of these |
 //! | [`speech`] | what an aircraft says, and what is heard of it |
+//! | [`rivals`] | whether two computers speak as one aircraft |
 //! | [`seal`] | what an order is based on: moments that were told |
 //! | [`signature`] | signatures of orders |
 //! | [`authority`] | who may act on an aircraft; on board |
@@ -49,6 +50,7 @@ pub mod papers;
 pub mod payload;
 pub mod plans;
 pub mod pull;
+pub mod rivals;
 pub mod ros2;
 pub mod seal;
 pub mod signature;

@@ -6,6 +6,7 @@ use std::time::Duration;
 use vencejo_proto::{Address, Frame, Message, MonoTime};
 
 use crate::payload::{Event, Held, MAX_MESSAGES, Said, State, VERSION};
+use crate::rivals::{Rivals, THERE_FOR};
 use crate::seal::{Picture, Seal};
 
 /// Messages of which the newest is told: what a ground station shows. HEARTBEAT, SYS_STATUS, GPS_RAW_INT, ATTITUDE,
@@ -142,6 +143,8 @@ pub struct Listener {
     run: Option<(u64, u64)>,
     /// The number of the sample up to which everything was told at once, and when.
     told: Option<(u64, MonoTime)>,
+    /// The boots before.
+    rivals: Rivals,
 }
 
 /// What is new.
@@ -156,14 +159,14 @@ pub struct News {
 impl Listener {
     /// The answer to who asks for everything came.
     pub fn on_everything(&mut self, state: &State, now: MonoTime) -> News {
-        let news = self.take_in(state, now);
+        let Some(news) = self.take_in(state, now) else { return News::default() };
         self.told = Some((state.sequence.max(self.told.map_or(0, |(number, _)| number)), now));
         news
     }
 
     /// A sample came.
     pub fn on_state(&mut self, state: &State, now: MonoTime) -> News {
-        let news = self.take_in(state, now);
+        let Some(news) = self.take_in(state, now) else { return News::default() };
         self.run = match self.run {
             Some((first, last)) if state.sequence <= last.saturating_add(1) => Some((first, last.max(state.sequence))),
             _ => Some((state.sequence, state.sequence)),
@@ -171,10 +174,28 @@ impl Listener {
         news
     }
 
-    fn take_in(&mut self, state: &State, now: MonoTime) -> News {
+    /// Another boot than the one that is believed says something; whether it is believed from now on. A new one is, and an earlier one when
+    /// the one after it is not there any more.
+    fn turns_to(&mut self, state: &State, now: MonoTime) -> bool {
+        let mut next_event = 1;
+        if self.rivals.on_state(state.boot, state.clock_ms, now) {
+            let is_alone = self.age(now) >= THERE_FOR;
+            let Some(next) = is_alone.then(|| self.rivals.take(state.boot)).flatten() else { return false };
+            next_event = next;
+        }
+        let mut rivals = std::mem::take(&mut self.rivals);
+        if let Some(boot) = self.boot {
+            rivals.put(boot, self.clock_ms, self.at, self.next_event, now);
+        }
+        *self = Self { boot: Some(state.boot), next_event, rivals, ..Self::default() };
+        true
+    }
+
+    /// `None` for a state of a boot that is not believed.
+    fn take_in(&mut self, state: &State, now: MonoTime) -> Option<News> {
         let is_other = self.boot != Some(state.boot);
-        if is_other {
-            *self = Self { boot: Some(state.boot), next_event: 1, ..Self::default() };
+        if is_other && !self.turns_to(state, now) {
+            return None;
         }
         // What a later one has overtaken is no picture any more, and still tells what was not heard otherwise.
         if state.clock_ms >= self.clock_ms {
@@ -192,7 +213,7 @@ impl Listener {
             }
         }
         said.sort_by_key(|(_, at)| *at);
-        News { said, missed_from: if is_other { Some(1) } else { self.missing() } }
+        Some(News { said, missed_from: if is_other { Some(self.next_event) } else { self.missing() } })
     }
 
     /// An event came.
@@ -245,6 +266,18 @@ impl Listener {
     #[must_use]
     pub fn picture(&self) -> Option<(u64, Picture)> {
         Some((self.boot?, Picture { at: MonoTime::from_millis(self.clock_ms), mark: self.mark }))
+    }
+
+    /// Until when another computer counts as there that speaks as this aircraft; `None` where none does.
+    #[must_use]
+    pub fn contested_until(&self, now: MonoTime) -> Option<MonoTime> {
+        self.rivals.there_until(now)
+    }
+
+    /// When this boot was heard last.
+    #[must_use]
+    pub fn heard_at(&self, boot: u64) -> Option<MonoTime> {
+        if self.boot == Some(boot) { Some(self.at) } else { self.rivals.heard_at(boot) }
     }
 
     /// How old that picture is here, at least.

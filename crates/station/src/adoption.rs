@@ -68,6 +68,11 @@ impl Station {
         true
     }
 
+    /// Another speaks by the name of a vehicle far away: where, in words, and until when it counts as there; `None`: not any more.
+    pub fn on_remote_rival(&self, id: VehicleId, rival: Option<(String, MonoTime)>) {
+        self.shared.on_far_rival(id, rival);
+    }
+
     /// A station on board tells what is known of a plan of a vehicle far away, and its list where that is known and not empty.
     pub fn on_remote_plan(&self, id: VehicleId, kind: PlanKind, state: PlanState, list: Option<Mission>) {
         self.on_remote_told(id, |vehicle| vehicle.on_plan_told(kind, state, list));
@@ -150,7 +155,7 @@ mod tests {
     use vencejo_proto::dialect::{MISSION_CURRENT_DATA, MavMessage};
     use vencejo_proto::{ComponentId, Heartbeat, StatusText, SystemId};
     use vencejo_vehicle::telemetry::Severity;
-    use vencejo_vehicle::{Danger, ParamName, ParamValue, Reply, Request};
+    use vencejo_vehicle::{Danger, ParamName, ParamValue, Reply, Request, VehicleEvent};
 
     use super::*;
     use crate::{FarHeld, StationConfig, Taken};
@@ -277,6 +282,27 @@ mod tests {
     }
 
     #[tokio::test]
+    async fn two_that_speak_by_one_name_far_away_are_shown_and_told_of() {
+        let station = station();
+        let id = station.adopt("plane7", OWN, Arc::new(Far::default())).expect("there is room");
+        station.on_remote(id, &[(heartbeat(5), station.now())]);
+        let plane = station.vehicle(id).expect("adopted");
+        let events = plane.subscribe_events(8);
+        let told = |until: Option<Duration>| {
+            station.on_remote_rival(id, until.map(|until| ("the fleet acme".into(), station.now() + until)));
+            let event = if let Taken::Item(observed) = events.take_ready() { Some(observed.event) } else { None };
+            (plane.rival(), event)
+        };
+        let acme = || Some("the fleet acme".to_owned());
+        assert_eq!(told(Some(Duration::from_secs(60))), (acme(), Some(VehicleEvent::Contested)));
+        assert_eq!(told(Some(Duration::from_secs(90))), (acme(), None), "told once");
+        assert_eq!(told(None), (None, Some(VehicleEvent::Uncontested)));
+        assert_eq!(told(Some(Duration::ZERO)), (None, None), "it is over by itself");
+        assert_eq!(plane.follow_rival(), Ok(false), "here nobody chooses");
+        station.close().await;
+    }
+
+    #[tokio::test]
     async fn what_is_known_on_board_of_plans_and_parameters_is_known_here() {
         let (station, far) = (station(), Arc::new(Far::default()));
         let system = station.adopt("plane7", OWN, far).expect("there is room");
@@ -288,7 +314,7 @@ mod tests {
         station.on_remote_plan(system, PlanKind::Mission, verified, Some(list.clone()));
         assert_eq!(plane.plan_on_board(PlanKind::Mission), Some((verified, Some(Arc::new(list)))));
         assert!(matches!(events.take_ready(), Taken::Item(observed)
-            if observed.event == vencejo_vehicle::VehicleEvent::PlanStateChanged { kind: PlanKind::Mission, state: verified }));
+            if observed.event == VehicleEvent::PlanStateChanged { kind: PlanKind::Mission, state: verified }));
         // Another number of items than what was read: on board they know, and say so.
         let current = MISSION_CURRENT_DATA { seq: 1, total: 9, ..Default::default() };
         station.on_remote(system, &[(Message::Dialect(MavMessage::MISSION_CURRENT(current)), station.now())]);

@@ -463,12 +463,13 @@ impl VehicleHandle {
         self.station.shared.is_reached(self.id)
     }
 
-    /// Where another vehicle is heard that uses the same system id, in words. That one is not followed, and nothing is sent to it.
+    /// Where another vehicle is heard that uses the same system id, in words. That one is not followed, and nothing is sent to it. Or, of
+    /// one far away, where another computer speaks by its name: then nothing is sent to either.
     pub fn rival(&self) -> Option<String> {
         self.station.shared.rival(self.id)
     }
 
-    /// Follows and commands that other vehicle from now on, and this one no more; whether there is one.
+    /// Follows and commands that other vehicle from now on, and this one no more; whether there is one. Of one far away nobody chooses.
     ///
     /// # Errors
     /// [`StationError::Control`].

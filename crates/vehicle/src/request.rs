@@ -445,7 +445,8 @@ pub enum VehicleEvent {
     HomeChanged,
     /// The vehicle does not know SET_MESSAGE_INTERVAL; its data streams were asked for instead.
     StreamsFellBack,
-    /// Another vehicle uses the same system id: it is not followed, and nothing is sent to it.
+    /// Another vehicle uses the same system id: it is not followed, and nothing is sent to it. Or two computers far away speak by one
+    /// name: nothing is sent to either.
     Contested,
     /// The other is not heard any more.
     Uncontested,

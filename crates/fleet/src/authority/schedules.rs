@@ -36,6 +36,8 @@ struct Ground {
     caller: Caller,
     /// The newest picture: boot, moment on board, who asks.
     seen: Option<(u64, Picture, Option<PublicKey>)>,
+    /// When each boot was heard last.
+    heard: BTreeMap<u64, MonoTime>,
     epoch: u64,
     /// What it has on its way, and until when it waits: several things at once, as its operators want.
     errands: Vec<(Errand, Claim, MonoTime)>,
@@ -84,6 +86,7 @@ impl World {
                 role: if number == 0 && chief { Role::Chief } else { Role::Operator },
             },
             seen: None,
+            heard: BTreeMap::new(),
             epoch: 0,
             errands: Vec::new(),
             is_cut: false,
@@ -224,7 +227,15 @@ impl World {
                 let Some(place) = ground.errands.iter().position(|(_, claim, _)| claim.id == id) else { return };
                 let (mut errand, claim, _) = ground.errands.swap_remove(place);
                 self.truth.restarted += u64::from(answer.boot_age_ms > 0);
-                if let Outcome::Answered(answer) = errand.on_answer(*answer, self.now) {
+                let heard_at = ground.heard.get(&claim.boot).copied().unwrap_or_default();
+                let outcome = match errand.on_answer(*answer, heard_at, self.now) {
+                    Step::Send { after, wait } => {
+                        ground.errands.push((errand, claim, self.now + after + wait));
+                        return self.send(Sent::Order(station, claim));
+                    }
+                    Step::End(outcome) => outcome,
+                };
+                if let Outcome::Answered(answer) = outcome {
                     match answer.end() {
                         End::Granted => ground.epoch = answer.epoch,
                         End::Held | End::Asked => ground.epoch = 0,
@@ -249,6 +260,7 @@ impl World {
             }
             Sent::State(station, boot, at, asking) => {
                 let ground = &mut self.grounds[station];
+                ground.heard.insert(boot, self.now);
                 if ground.seen.is_none_or(|(known, seen, _)| known != boot || seen.at < at.at) {
                     ground.seen = Some((boot, at, asking));
                 }

@@ -306,12 +306,12 @@ impl World {
         let id = answer.id.as_slice().try_into().map_or(0, u128::from_be_bytes);
         match std::mem::replace(&mut ground.doing, Doing::Nothing) {
             Doing::Asking(mut errand, claim, _) if claim.id == id => {
-                if let Outcome::Answered(answer) = errand.on_answer(answer, self.now) {
+                if let Step::End(Outcome::Answered(answer)) = errand.on_answer(answer, MonoTime::ZERO, self.now) {
                     ground.epoch = if answer.end() == End::Granted { answer.epoch } else { 0 };
                 }
             }
             Doing::Putting { mut errand, claim, list, .. } if claim.id == id => {
-                if let Outcome::Answered(answer) = errand.on_answer(answer, self.now) {
+                if let Step::End(Outcome::Answered(answer)) = errand.on_answer(answer, MonoTime::ZERO, self.now) {
                     match answer.end() {
                         End::Done => {
                             assert_eq!(

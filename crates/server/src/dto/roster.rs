@@ -37,7 +37,7 @@ pub struct RosterRow {
     pub loss_pct: Option<f64>,
     /// Whether it hears us; null when that is not known.
     pub is_reached: Option<bool>,
-    /// Whether another vehicle with its system id is heard.
+    /// Whether another vehicle with its system id is heard, or another computer speaks by its name.
     pub is_contested: Option<bool>,
     /// Far away: who has control of it; null when nobody has.
     pub holder: Option<String>,

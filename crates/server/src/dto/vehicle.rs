@@ -42,7 +42,7 @@ pub struct VehicleSummary {
     /// when that is not known.
     #[schema(required = true)]
     pub is_reached: Option<bool>,
-    /// Where another vehicle with the same system id is heard. It is not followed, and nothing is sent to it.
+    /// Where another vehicle with the same system id is heard, to which nothing is sent; far away, one with the same name: nothing is sent to either.
     #[schema(required = true)]
     pub rival: Option<String>,
     /// Whether it asks for the ground's altitude at places where no map of this server knows it.

@@ -118,21 +118,25 @@ impl Shared {
         taken
     }
 
-    /// Tells when another vehicle begins or ends to use a vehicle's id.
+    /// Tells when another vehicle begins or ends to use a vehicle's id, or its name.
     pub(super) fn tell_contest(&self, watchers: &mut Watchers, system: VehicleId, now: MonoTime) {
-        let rival = watchers.sources.rival(now);
-        if rival.is_some() == watchers.is_contested {
+        let is_contested = watchers.rival(now).is_some();
+        if is_contested == watchers.is_contested {
             return;
         }
-        watchers.is_contested = rival.is_some();
-        let event = match rival {
-            Some(rival) => {
+        watchers.is_contested = is_contested;
+        let event = match watchers.rival(now) {
+            Some(Rival::Near(rival)) => {
                 let place = self.hub.describe(origin_of(rival));
                 tracing::warn!(vehicle = %system, %place, "another vehicle uses the same system id: it is not followed, and nothing is sent to it");
                 VehicleEvent::Contested
             }
+            Some(Rival::Far(place)) => {
+                tracing::warn!(vehicle = %system, %place, "two computers speak by one name: nothing is sent to either");
+                VehicleEvent::Contested
+            }
             None => {
-                tracing::info!(vehicle = %system, "the other vehicle with the same system id is not heard any more");
+                tracing::info!(vehicle = %system, "the other vehicle with the same system id or name is not heard any more");
                 VehicleEvent::Uncontested
             }
         };
@@ -156,11 +160,24 @@ impl Shared {
         reached.filter(|_| !core.is_replayed(system))
     }
 
-    /// Where else a vehicle's id is used, in words.
+    /// Where else a vehicle's id, or its name, is used, in words.
     pub(crate) fn rival(&self, system: VehicleId) -> Option<String> {
         let now = self.clock.now();
-        let rival = self.core().watchers.get(&system).and_then(|watchers| watchers.sources.rival(now))?;
+        let rival = match self.core().watchers.get(&system)?.rival(now)? {
+            Rival::Near(rival) => rival,
+            Rival::Far(place) => return Some(place.to_owned()),
+        };
         Some(self.hub.describe(origin_of(rival)))
+    }
+
+    /// Another speaks by the name of a vehicle far away, at this place, and counts as there until then; `None`: not any more.
+    pub(crate) fn on_far_rival(&self, system: VehicleId, rival: Option<(String, MonoTime)>) {
+        let now = self.clock.now();
+        let mut core = self.core();
+        if let Some(watchers) = core.watchers.get_mut(&system) {
+            watchers.far_rival = rival;
+            self.tell_contest(watchers, system, now);
+        }
     }
 
     /// Follows the other vehicle of that id; whether there is one.
@@ -178,6 +195,21 @@ impl Shared {
             self.settle(&mut core, now);
         }
         has_changed
+    }
+}
+
+/// Another vehicle that uses a vehicle's id, or its name.
+enum Rival<'a> {
+    /// At a link.
+    Near(SourceId),
+    /// Far away, at this place.
+    Far(&'a str),
+}
+
+impl Watchers {
+    fn rival(&self, now: MonoTime) -> Option<Rival<'_>> {
+        let far = || self.far_rival.as_ref().filter(|(_, until)| *until > now).map(|(place, _)| Rival::Far(place));
+        self.sources.rival(now).map(Rival::Near).or_else(far)
     }
 }
 

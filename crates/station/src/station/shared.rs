@@ -119,7 +119,9 @@ pub(crate) struct Watchers {
     pub(crate) version: MavVersion,
     /// From where it is heard, and whether all of that is one vehicle.
     pub(crate) sources: Sources,
-    /// Whether it was told that another uses its id.
+    /// Of one far away: where another speaks by its name, and until when that counts as there.
+    pub(super) far_rival: Option<(String, MonoTime)>,
+    /// Whether it was told that another uses its id, or its name.
     pub(super) is_contested: bool,
     /// Whether it asks for the ground's altitude where nobody here knows it.
     pub(crate) lacks_terrain: bool,

@@ -7360,7 +7360,7 @@ export interface components {
             is_armed?: boolean | null;
             /** @description Whether its mission was flown to its end. */
             is_complete?: boolean | null;
-            /** @description Whether another vehicle with its system id is heard. */
+            /** @description Whether another vehicle with its system id is heard, or another computer speaks by its name. */
             is_contested?: boolean | null;
             /** @description Far away: whether that is an operator of this station. */
             is_held_here?: boolean | null;
@@ -8392,7 +8392,7 @@ export interface components {
             mode: string | null;
             /** @description Its name in a fleet, when it is far away: no link of this server reaches it, a station on board does. */
             remote_name: string | null;
-            /** @description Where another vehicle with the same system id is heard. It is not followed, and nothing is sent to it. */
+            /** @description Where another vehicle with the same system id is heard, to which nothing is sent; far away, one with the same name: nothing is sent to either. */
             rival: string | null;
             /**
              * Format: double

@@ -43,7 +43,7 @@ export const fleetEn = {
   'fleet.why.battery-critical': 'Battery very low',
   'fleet.why.alarm': 'Alarm',
   'fleet.why.unreached': 'Does not hear us',
-  'fleet.why.contested': 'Two with this number',
+  'fleet.why.contested': 'Two with this number or name',
   'fleet.why.stale': 'Link weak',
   'fleet.why.loss': 'Frames lost',
   'fleet.why.battery-low': 'Battery low',

@@ -45,7 +45,7 @@ export const fleetEs: Record<keyof typeof fleetEn, string> = {
   'fleet.why.battery-critical': 'Batería muy baja',
   'fleet.why.alarm': 'Alarma',
   'fleet.why.unreached': 'No nos oye',
-  'fleet.why.contested': 'Dos con este número',
+  'fleet.why.contested': 'Dos con este número o nombre',
   'fleet.why.stale': 'Enlace débil',
   'fleet.why.loss': 'Tramas perdidas',
   'fleet.why.battery-low': 'Batería baja',

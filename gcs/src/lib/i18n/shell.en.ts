@@ -39,6 +39,9 @@ export const shellEn = {
   'bar.rivalDetail':
     'It is heard at {place} and uses the same number. Commands go to the one shown here alone; change SYSID_THISMAV of the other.',
   'bar.followRival': 'Follow that one',
+  'bar.farRival': 'Two computers speak as {name}',
+  'bar.farRivalDetail':
+    'Nobody can tell which of them an order would reach, so none is sent. Switch one off, or have it join the fleet by another name.',
   'bar.namesake': 'Another station with our address',
   'bar.namesakeDetail':
     'It is heard at {place}. The vehicle cannot tell it from us: give one of the two another system id.',

@@ -44,8 +44,18 @@ impl FarAircraft {
             Err(error) => return tracing::warn!(aircraft = %self.name, %error, "what it says cannot be read"),
         };
         let now = fleet.station.now();
+        if let Some(archive) = fleet.archive.as_ref().filter(|_| is_told) {
+            archive.on_state(&self.name, &state, bytes, now);
+        }
         let (news, plans) = {
             let mut known = self.known();
+            let listener = &mut known.listener;
+            let news = if is_told { listener.on_state(&state, now) } else { listener.on_everything(&state, now) };
+            if listener.picture().is_none_or(|(boot, _)| boot != state.boot) {
+                // Of the program before, or of another computer.
+                drop(known);
+                return self.tell_rival(&fleet);
+            }
             let system = u8::try_from(state.system).map_or(SystemId::BROADCAST, SystemId);
             let component = u8::try_from(state.component).map_or(ComponentId::AUTOPILOT, ComponentId);
             known.autopilot = Some(Address { system, component });
@@ -53,15 +63,27 @@ impl FarAircraft {
                 known.lease = None;
             }
             known.follow(&state.under_way, now);
-            let listener = &mut known.listener;
-            let news = if is_told { listener.on_state(&state, now) } else { listener.on_everything(&state, now) };
             (news, known.plans.on_state(state.boot, state.plans_version, &state.plans))
         };
-        if let Some(archive) = fleet.archive.as_ref().filter(|_| is_told) {
-            archive.on_state(&self.name, &state, bytes, now);
-        }
         self.tell(&fleet, news);
         self.on_plans(&fleet, plans);
+        self.tell_rival(&fleet);
+    }
+
+    /// Has the station show whether another computer speaks as this aircraft.
+    fn tell_rival(&self, fleet: &Fleet) {
+        let (id, until) = {
+            let mut known = self.known();
+            let until = known.listener.contested_until(fleet.station.now());
+            if until.is_none() && !known.is_contested {
+                return;
+            }
+            known.is_contested = until.is_some();
+            (known.id, until)
+        };
+        if let Some(id) = id {
+            fleet.station.on_remote_rival(id, until.map(|until| (format!("the fleet {}", fleet.org), until)));
+        }
     }
 
     pub(super) fn on_event(self: &Arc<Self>, bytes: &[u8]) {

@@ -15,6 +15,8 @@ use crate::speech::Listener;
 pub(super) struct Known {
     pub(super) listener: Listener,
     pub(super) is_present: bool,
+    /// Whether it is shown that another computer speaks as this aircraft.
+    pub(super) is_contested: bool,
     /// Its id in our station, since it was taken on.
     pub(super) id: Option<VehicleId>,
     /// Its autopilot's own address, on board.

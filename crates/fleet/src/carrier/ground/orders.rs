@@ -19,7 +19,7 @@ use crate::authority::FRESH;
 use crate::content::{MAX_WITH_ORDER, Part, unpack_items, unpack_params};
 use crate::deed::{Act, Deed, Nothing};
 use crate::errand::{self, AGAIN_AFTER, Errand, Step};
-use crate::key::{Kind, key_of};
+use crate::key::{Kind, Name, key_of};
 use crate::operator::random;
 use crate::outcome::{Outcome, PlanOutcome};
 use crate::payload::{Answer, BadPayload, End, Order, Signed, VERSION, Want};
@@ -65,6 +65,14 @@ impl Drop for Waited {
     }
 }
 
+/// Why nothing is ordered of an aircraft as which two computers speak.
+fn contested(name: &Name) -> String {
+    format!(
+        "two computers speak as {name}, and nobody can tell which of them would do it: switch one off, or have it join the fleet by another \
+         name"
+    )
+}
+
 fn is_transfer(request: &Request) -> bool {
     matches!(
         request,
@@ -100,6 +108,11 @@ impl FarAircraft {
         let now = fleet.station.now();
         let (boot, based_on) = {
             let known = self.known();
+            // What gives something up goes to the one that is shown; all else might be meant for the other.
+            let gives_up = matches!(want, Want::Release(_) | Want::Recall(_));
+            if !gives_up && known.listener.contested_until(now).is_some() {
+                return Err(self.refused(&contested(&self.name)));
+            }
             let age = known.listener.age(now);
             let picture = known.listener.picture().filter(|_| age < FRESH);
             picture.ok_or(StationError::Vehicle(VehicleError::NotHeard { age }))?
@@ -131,9 +144,13 @@ impl FarAircraft {
             let was_present = self.known().is_present;
             let heard = network::ask(&fleet.session(), &key, signed.clone(), wait).await;
             let now = fleet.station.now();
-            if let Some(followed) = self.known().followed.get(id.as_slice()) {
-                errand.on_sign(followed.heard_at);
-            }
+            let heard_at = {
+                let known = self.known();
+                if let Some(followed) = known.followed.get(id.as_slice()) {
+                    errand.on_sign(followed.heard_at);
+                }
+                known.listener.heard_at(boot).unwrap_or_default()
+            };
             let answers = match heard {
                 Heard::Answers(answers) => answers,
                 // Where somebody was there when it was sent, it may have arrived, whatever the network says when it loses the way.
@@ -153,10 +170,10 @@ impl FarAircraft {
             };
             let read = answers.iter().filter_map(|bytes| Answer::read(bytes).ok());
             // Where a program that goes and its successor are both there, the one that was meant knows.
-            match read.filter(|answer| answer.id == id).min_by_key(|answer| answer.boot_age_ms) {
-                Some(answer) => return Ok(errand.on_answer(answer, now)),
-                None => step = errand.on_silence(now),
-            }
+            step = match read.filter(|answer| answer.id == id).min_by_key(|answer| answer.boot_age_ms) {
+                Some(answer) => errand.on_answer(answer, heard_at, now),
+                None => errand.on_silence(now),
+            };
         }
     }
 

@@ -59,6 +59,30 @@ async fn flying(scratch: &Scratch, organisation: &Organisation, who: &str, dial:
     (station, aircraft)
 }
 
+/// A ground station in the clear, and the station that it is of.
+async fn in_the_clear(listen: Option<Endpoint>, dial: Vec<Endpoint>) -> (Station, Ground) {
+    let station = Station::start(StationConfig::default(), Handle::current()).expect("a station");
+    let signer = Signer::from_seed(&[1; 32]);
+    let standing = Standing::Alone;
+    let config = GroundConfig { org: name("acme"), listen, dial, signer, standing, door: None, history: None };
+    let ground = Ground::start(station.clone(), config, &Handle::current()).await.expect("a ground station");
+    (station, ground)
+}
+
+/// An aircraft in the clear, for the station on board.
+fn plane7(board: &Station, at: &Endpoint) -> Aircraft {
+    let config = AircraftConfig {
+        org: name("acme"),
+        name: name("plane7"),
+        dial: vec![at.clone()],
+        member: None,
+        trust: BTreeMap::from([(Signer::from_seed(&[1; 32]).public(), Role::Operator)]),
+        uplink_bit_s: None,
+        history: None,
+    };
+    Aircraft::start(board.clone(), config, &Handle::current()).expect("an aircraft")
+}
+
 fn shows(ground: &Ground, who: &str) -> bool {
     ground.aircraft().iter().any(|far| far.name == who && far.is_present && far.id.is_some())
 }
@@ -123,26 +147,9 @@ async fn aircraft_and_stations_at_either_of_two_routers_are_one_fleet_and_one_ro
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn whoever_comes_late_hears_all_that_was_said() {
     let (board, plane) = beside_plane().await;
-    let start = async |listen: Option<Endpoint>, dial| {
-        let station = Station::start(StationConfig::default(), Handle::current()).expect("a station");
-        let signer = Signer::from_seed(&[1; 32]);
-        let standing = Standing::Alone;
-        let config = GroundConfig { org: name("acme"), listen, dial, signer, standing, door: None, history: None };
-        let ground = Ground::start(station.clone(), config, &Handle::current()).await.expect("a ground station");
-        (station, ground)
-    };
-    let (early, router) = start(Some(endpoint("tcp/127.0.0.1:0")), Vec::new()).await;
+    let (early, router) = in_the_clear(Some(endpoint("tcp/127.0.0.1:0")), Vec::new()).await;
     let at = router.endpoint().clone();
-    let config = AircraftConfig {
-        org: name("acme"),
-        name: name("plane7"),
-        dial: vec![at.clone()],
-        member: None,
-        trust: BTreeMap::new(),
-        uplink_bit_s: None,
-        history: None,
-    };
-    let aircraft = Aircraft::start(board.clone(), config, &Handle::current()).expect("an aircraft");
+    let aircraft = plane7(&board, &at);
     until("it is seen", || shows(&router, "plane7")).await;
     let said: Vec<_> = (0..150).map(|number| format!("text {number}")).collect();
     for text in &said {
@@ -152,7 +159,7 @@ async fn whoever_comes_late_hears_all_that_was_said() {
         station.vehicles().first().is_some_and(|vehicle| vehicle.texts().iter().map(|text| &text.text).eq(&said))
     };
     until("all is heard while it is said", || hears_all(&early)).await;
-    let (late, newcomer) = start(None, vec![at]).await;
+    let (late, newcomer) = in_the_clear(None, vec![at]).await;
     until("all is heard later", || hears_all(&late)).await;
     for ground in [newcomer, router] {
         ground.close().await;
@@ -161,4 +168,30 @@ async fn whoever_comes_late_hears_all_that_was_said() {
     for station in [early, late, board] {
         station.close().await;
     }
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn two_computers_that_speak_as_one_aircraft_are_shown_and_given_no_orders() {
+    let (station, ground) = in_the_clear(Some(endpoint("tcp/127.0.0.1:0")), Vec::new()).await;
+    let (one, other) = (on_board().await, on_board().await);
+    let first = plane7(&one, ground.endpoint());
+    until("it is seen", || shows(&ground, "plane7")).await;
+    let vehicle = station.vehicles().into_iter().next().expect("it is there");
+    assert_eq!(vehicle.rival(), None);
+    let second = plane7(&other, ground.endpoint());
+    until("both are noticed", || vehicle.rival().is_some()).await;
+    assert_eq!(vehicle.rival().as_deref(), Some("the fleet acme"));
+    for request in [Request::ReturnToLaunch, Request::ParamRead { name: "WP_RADIUS".into() }] {
+        let ended =
+            timeout(WAIT, vehicle.request(request).wait()).await.expect("it ends").expect("it was not given up");
+        let why = ended.expect_err("nobody knows whose it is").to_string();
+        assert!(why.contains("two computers speak as plane7"), "{why}");
+    }
+    assert_eq!((first.status().holder, second.status().holder), (None, None), "not even control was asked for");
+    for (station, aircraft) in [(&one, &first), (&other, &second)] {
+        aircraft.close().await;
+        station.close().await;
+    }
+    ground.close().await;
+    station.close().await;
 }
