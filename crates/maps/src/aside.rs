@@ -15,6 +15,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use crate::settings::SourceSettings;
+use crate::stamp::Stamp;
 
 /// Bytes of a note at most.
 const MAX_NOTE: u64 = 4096;
@@ -210,10 +211,7 @@ const MARK_LEN: usize = 16;
 
 /// Which file, or which service, a source is read from.
 fn mark(settings: &SourceSettings, maps: &Path) -> String {
-    let about = settings.path.as_ref().map(|path| {
-        let about = std::fs::metadata(maps.join(path)).ok();
-        (path, about.as_ref().map(std::fs::Metadata::len), about.and_then(|about| about.modified().ok()))
-    });
+    let about = settings.path.as_ref().map(|path| (path, Stamp::at(&maps.join(path))));
     let text = format!("{:?}", (about, settings.fingerprint()));
     format!("{:016x}", crate::settings::fnv1a(text.as_bytes()))
 }

@@ -26,7 +26,7 @@ impl Maps {
     /// The ground's height at places, and why a source failed, if one did. Unknown stays unknown.
     ///
     /// # Errors
-    /// [`MapError::Request`] for too many places or places that are none.
+    /// [`MapError::Request`] for too many places or places that are none; [`MapError::Closed`].
     pub async fn heights(&self, points: &[Corner]) -> Result<(Vec<ElevationPoint>, Option<String>)> {
         if points.len() > MAX_POINTS {
             return Err(MapError::Request(format!("points: at most {MAX_POINTS} are taken")));
@@ -37,6 +37,7 @@ impl Maps {
                 "points: latitudes go from -90 to 90, longitudes from -180 to 180".to_owned(),
             ));
         }
+        self.refresh().await?;
         let mut found = vec![ElevationPoint::default(); points.len()];
         let mut fault = None;
         for source in self.sources().into_iter().filter(|source| source.settings.role == Role::Elevation) {

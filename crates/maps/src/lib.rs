@@ -10,7 +10,7 @@
 //! | [`tiles`], `changes`, `heights` | what is done with them: tiles, changes of the sources, heights of the ground |
 //! | [`listing`] | sources as they are shown |
 //! | `source` | one source in use: addresses, fetches under way, how it fares |
-//! | `aside` | sources whose reading ended the process |
+//! | `aside`, `stamp` | sources whose reading ended the process; what tells files from what they were |
 //! | [`settings`], [`file`](mod@file), [`presets`] | what a source is, its file, well-known ones with their terms |
 //! | [`cache`] | what is kept, as MBTiles in SQLite |
 //! | [`areas`], `area_files`, [`cover`] | what is fetched ahead, files of it, and which tiles that takes |
@@ -56,6 +56,7 @@ pub mod settings;
 mod shown;
 pub mod sniff;
 mod source;
+mod stamp;
 mod task;
 #[cfg(test)]
 mod testing;

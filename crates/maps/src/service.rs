@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 use std::path::{Component, Path, PathBuf};
+use std::sync::atomic::{AtomicI64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError, RwLock};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
@@ -24,6 +25,7 @@ use crate::live::{Asking, Live};
 use crate::net::{Fetcher, Patience, Request, refused};
 use crate::settings::{Attribution, Role, SourceKind, SourceSettings};
 use crate::source::Source;
+use crate::stamp::Stamp;
 use crate::task::blocking;
 use crate::xml;
 
@@ -84,7 +86,7 @@ pub enum FolderProblem {
 struct State {
     sources: Vec<Arc<Source>>,
     file_error: Option<String>,
-    stamp: Option<Stamp>,
+    stamp: Option<FileStamp>,
     cache_max_mb: u32,
 }
 
@@ -97,6 +99,8 @@ pub(crate) struct Shared {
     /// Why nothing can be written in the folder, as it was found at the start.
     unwritable: Option<String>,
     state: RwLock<State>,
+    /// When the files of the sources were looked at last, seconds since 1970.
+    looked_s: AtomicI64,
     /// Held while the file is read or changed.
     pub(crate) edits: tokio::sync::Mutex<()>,
     /// Unpacked, by source and tile, the newest last.
@@ -124,6 +128,8 @@ impl std::fmt::Debug for Maps {
 
 /// Files that are read at once.
 const READERS: usize = 4;
+/// How often it is looked whether files of sources were replaced, seconds.
+const LOOK_EVERY_S: u64 = 5;
 
 impl Maps {
     /// Starts the maps of a folder, and goes on with its offline areas. To be awaited on the runtime they are to use.
@@ -158,6 +164,7 @@ impl Maps {
             file,
             unwritable,
             state: RwLock::default(),
+            looked_s: AtomicI64::new(i64::MIN),
             edits: tokio::sync::Mutex::default(),
             heights: Mutex::default(),
             areas: Running::default(),
@@ -236,12 +243,12 @@ impl Maps {
         found.cloned().ok_or_else(|| MapError::NoSource(id.to_owned()))
     }
 
-    /// Reads the file again when it was changed by hand.
+    /// Reads the file again when it was changed by hand, and opens anew what was replaced since it was opened.
     ///
     /// # Errors
     /// [`MapError::Storage`], [`MapError::Closed`].
     pub async fn refresh(&self) -> Result<()> {
-        if !self.is_current().await? {
+        if !self.is_current().await? || self.has_outdated().await? {
             let _edit = self.shared.edits.lock().await;
             self.reload_held().await?;
         }
@@ -268,6 +275,17 @@ impl Maps {
         Ok(self.shared.state.read().unwrap_or_else(PoisonError::into_inner).stamp == stamp)
     }
 
+    /// Whether the files of a source are others than were opened. Looked at every few seconds: a folder may hold thousands.
+    async fn has_outdated(&self) -> Result<bool> {
+        let (now_s, looked_s) = (self.now_s(), &self.shared.looked_s);
+        if looked_s.load(Ordering::Relaxed).abs_diff(now_s) < LOOK_EVERY_S {
+            return Ok(false);
+        }
+        looked_s.store(now_s, Ordering::Relaxed);
+        let sources = self.sources();
+        blocking(move || Ok(sources.iter().any(|source| source.is_outdated()))).await
+    }
+
     /// To be called while `edits` is held.
     pub(crate) async fn reload_held(&self) -> Result<()> {
         let file = self.shared.file.clone();
@@ -291,7 +309,7 @@ impl Maps {
         }
     }
 
-    async fn apply(&self, read: Sources, stamp: Option<Stamp>) -> Result<()> {
+    async fn apply(&self, read: Sources, stamp: Option<FileStamp>) -> Result<()> {
         let before = self.sources();
         let (folder, news) = (self.shared.config.folder.clone(), self.shared.news.clone());
         let asides = self.shared.asides.clone();
@@ -521,17 +539,17 @@ impl Maps {
     }
 }
 
-/// What tells a file from what it was when it was read: when it was changed, its size, and its number on the disk, which is
-/// another after each time that it is replaced.
-type Stamp = (SystemTime, u64, u64);
+/// What tells the file of the sources from what it was when it was read: its stamp, and its number on the disk, which is another
+/// after each time that it is replaced.
+type FileStamp = (Stamp, u64);
 
-fn stamp(path: &Path) -> Option<Stamp> {
+fn stamp(path: &Path) -> Option<FileStamp> {
     let about = std::fs::metadata(path).ok()?;
     #[cfg(unix)]
     let number = std::os::unix::fs::MetadataExt::ino(&about);
     #[cfg(not(unix))]
     let number = 0;
-    Some((about.modified().ok()?, about.len(), number))
+    Some((Stamp::of(&about), number))
 }
 
 /// Removes what a process that ended in the middle left behind. Another one may be writing: only what is old goes.

@@ -1,7 +1,7 @@
 //! One source in use: its grid, the addresses of its tiles, its cache, its fetches under way and how it fares.
 
 use std::collections::HashMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
@@ -18,6 +18,7 @@ use crate::kind::Opening;
 use crate::live::Live;
 use crate::settings::{Caching, SourceSettings};
 use crate::shown::Shown;
+use crate::stamp;
 use crate::task::FAILED_INSIDE;
 use crate::tile::Tile;
 
@@ -149,6 +150,8 @@ pub struct Source {
     asides: Arc<Asides>,
     /// Whether it was set aside when it was to be opened.
     is_aside: bool,
+    /// Its file or folder, and what it was when it was opened.
+    files: Option<(PathBuf, Option<u64>)>,
     /// Told when it begins to fail or works again.
     news: watch::Sender<u64>,
 }
@@ -169,6 +172,11 @@ impl Source {
         news: watch::Sender<u64>,
     ) -> Self {
         let is_aside = asides.has(&settings);
+        // Before it is opened: what changes meanwhile is another one.
+        let files = settings.path.as_ref().map(|path| folder.join(path)).map(|path| {
+            let stamp = stamp::of_all(&path);
+            (path, stamp)
+        });
         let live = if is_aside {
             Live::Unusable(SET_ASIDE.to_owned())
         } else {
@@ -190,6 +198,7 @@ impl Source {
             health: Mutex::default(),
             asides,
             is_aside,
+            files,
             news,
         }
     }
@@ -199,9 +208,10 @@ impl Source {
         self.asides.reading(&self.settings)
     }
 
-    /// Whether it is set aside, or was and is not any more: it is to be opened anew.
+    /// Whether it is to be opened anew: its files are others than were opened, or it is set aside now, or not any more. Blocks.
     pub(crate) fn is_outdated(&self) -> bool {
-        self.is_aside != self.asides.has(&self.settings)
+        let has_others = self.files.as_ref().is_some_and(|(path, opened)| stamp::of_all(path) != *opened);
+        has_others || self.is_aside != self.asides.has(&self.settings)
     }
 
     /// The grid of its tiles, as far as it is known.

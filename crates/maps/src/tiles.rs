@@ -276,7 +276,10 @@ impl Maps {
     /// # Errors
     /// [`MapError::NoSource`]; what fails is in the state.
     pub async fn check(&self, id: &str) -> Result<SourceState> {
-        if self.shared.asides.forgive(id) {
+        self.shared.asides.forgive(id);
+        let source = self.source(id)?;
+        let is_outdated = blocking(move || Ok(source.is_outdated())).await?;
+        if is_outdated {
             self.reload().await?;
         }
         let source = self.source(id)?;

@@ -15,6 +15,7 @@ use crate::kind::{Kind, Opened, Opening, Shelf, check_path};
 use crate::live::{About, Height, HeightFile, Live};
 use crate::memory::{Shelved, lease};
 use crate::settings::{Role, SourceKind, SourceSettings};
+use crate::stamp::{REPLACED, Stamp};
 
 /// Files of a folder at most.
 const MAX_FILES: usize = 20_000;
@@ -72,6 +73,8 @@ impl Kind for Way {
 struct Hgt {
     corner: (i16, i16),
     path: PathBuf,
+    /// Of the file whose side this is.
+    stamp: Stamp,
     side: u32,
     is_packed: bool,
 }
@@ -186,24 +189,22 @@ impl Dem {
         }
         let corner = corner_of(&name).ok_or("its name is not like N40W004.hgt, which says where it lies")?;
         let is_packed = name.ends_with(".gz");
-        let bytes = if is_packed {
-            unpacked_bytes(path)?
-        } else {
-            std::fs::metadata(path).map_err(|error| error.to_string())?.len()
-        };
+        let about = std::fs::metadata(path).map_err(|error| error.to_string())?;
+        let bytes = if is_packed { unpacked_bytes(path)? } else { about.len() };
         let side = [1201_u32, 3601, 1801, 601].into_iter().find(|side| u64::from(*side).pow(2) * 2 == bytes);
         let side = side.ok_or_else(|| format!("it has {bytes} bytes, which is no square of heights"))?;
-        self.tiles.insert(corner, Hgt { corner, path: path.to_owned(), side, is_packed });
+        self.tiles.insert(corner, Hgt { corner, path: path.to_owned(), stamp: Stamp::of(&about), side, is_packed });
         Ok(())
     }
 
     fn between(&self, tile: &Hgt, column: f64, row: f64) -> Result<Option<f64>> {
         let broken = |error: String| MapError::file(tile.path.display().to_string(), error);
-        let unpacked = if tile.is_packed { Some(self.unpacked(tile).map_err(broken)?) } else { None };
-        let mut file = match unpacked {
-            Some(_) => None,
-            None => Some(File::open(&tile.path).map_err(|error| broken(error.to_string()))?),
-        };
+        let mut file = File::open(&tile.path).map_err(|error| broken(error.to_string()))?;
+        let about = file.metadata().map_err(|error| broken(error.to_string()))?;
+        if Stamp::of(&about) != tile.stamp {
+            return Err(broken(REPLACED.to_owned()));
+        }
+        let unpacked = if tile.is_packed { Some(self.unpacked(tile, &file).map_err(broken)?) } else { None };
         let mut sum = 0.0;
         for (weight, [column, row]) in crate::elevation::corners(column, row) {
             if weight == 0.0 {
@@ -211,16 +212,12 @@ impl Dem {
             }
             let at = (u64::from(row) * u64::from(tile.side) + u64::from(column)) * 2;
             let mut bytes = [0_u8; 2];
-            match (&unpacked, &mut file) {
-                (Some(unpacked), _) => {
-                    let found = usize::try_from(at).ok().and_then(|at| unpacked.get(at..at + 2));
-                    bytes.copy_from_slice(found.ok_or_else(|| broken("it was cut short".to_owned()))?);
-                }
-                (None, Some(file)) => {
-                    let read = file.seek(SeekFrom::Start(at)).and_then(|_| file.read_exact(&mut bytes));
-                    read.map_err(|error| broken(error.to_string()))?;
-                }
-                (None, None) => return Ok(None),
+            if let Some(unpacked) = &unpacked {
+                let found = usize::try_from(at).ok().and_then(|at| unpacked.get(at..at + 2));
+                bytes.copy_from_slice(found.ok_or_else(|| broken("it was cut short".to_owned()))?);
+            } else {
+                let read = file.seek(SeekFrom::Start(at)).and_then(|_| file.read_exact(&mut bytes));
+                read.map_err(|error| broken(error.to_string()))?;
             }
             let height = i16::from_be_bytes(bytes);
             if height == VOID {
@@ -231,14 +228,18 @@ impl Dem {
         Ok(Some(sum))
     }
 
-    fn unpacked(&self, tile: &Hgt) -> std::result::Result<Arc<Vec<u8>>, String> {
+    fn unpacked(&self, tile: &Hgt, file: &File) -> std::result::Result<Arc<Vec<u8>>, String> {
         let _turn = self.unpacking.lock().unwrap_or_else(PoisonError::into_inner);
         let (south, west) = tile.corner;
         let key = (u64::from(south.cast_unsigned()), u64::from(west.cast_unsigned()));
         if let Some(known) = self.unpacked.get(key.0, key.1) {
             return Ok(known);
         }
-        let bytes = Arc::new(unpack(&tile.path)?);
+        let bytes = Arc::new(unpack(file)?);
+        let said = u64::from(tile.side).pow(2) * 2;
+        if bytes.len() as u64 != said {
+            return Err(format!("it unpacks to {} bytes, not to the {said} that it says", bytes.len()));
+        }
         self.unpacked.put(key.0, key.1, &bytes, bytes.len());
         Ok(bytes)
     }
@@ -262,9 +263,8 @@ fn unpacked_bytes(path: &Path) -> std::result::Result<u64, String> {
     Ok(u32::from_le_bytes(end).into())
 }
 
-fn unpack(path: &Path) -> std::result::Result<Vec<u8>, String> {
+fn unpack(file: &File) -> std::result::Result<Vec<u8>, String> {
     let _lease = lease(Some(2 * MAX_HGT))?;
-    let file = File::open(path).map_err(|error| error.to_string())?;
     let mut bytes = Vec::new();
     GzDecoder::new(file).take(MAX_HGT + 1).read_to_end(&mut bytes).map_err(|error| error.to_string())?;
     if bytes.len() as u64 > MAX_HGT { Err("it packs too much".to_owned()) } else { Ok(bytes) }
@@ -323,6 +323,30 @@ mod tests {
         assert_eq!(height(-0.5, 179.5).map(f64::round), Some(600.0 + 1200.0));
         assert!((dem.height(41.0, -4.0).expect("read").expect("known").resolution_m - 92.8).abs() < 0.1);
         assert_eq!(dem.bounds().expect("known").east_deg, 180.0);
+    }
+
+    #[test]
+    fn a_file_that_was_replaced_is_not_read_by_what_the_old_one_was() {
+        let folder = Folder::new();
+        let pack = |heights: &[u8]| {
+            let mut packed = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+            packed.write_all(heights).expect("packed");
+            packed.finish().expect("packed")
+        };
+        let fine: Vec<u8> = (0..1801 * 1801).flat_map(|i| ((i / 1801) as i16).to_be_bytes()).collect();
+        for (name, before, after) in
+            [("N40W004.hgt", hgt(None), fine.clone()), ("N40W004.hgt.gz", pack(&hgt(None)), pack(&fine))]
+        {
+            let path = folder.path().join(name);
+            std::fs::write(&path, before).expect("written");
+            let dem = Dem::open(&path).expect("heights");
+            assert_eq!(dem.height(40.0, -4.0).expect("read").map(|height| height.alt_m), Some(1200.0));
+            std::fs::write(&path, after).expect("written");
+            let refused = dem.height(40.0, -4.0).expect_err("another file").to_string();
+            assert!(refused.contains(name) && refused.contains("replaced"), "{refused}");
+            let anew = Dem::open(&path).expect("heights").height(40.0, -4.0).expect("read");
+            assert_eq!(anew.map(|height| height.alt_m), Some(1800.0));
+        }
     }
 
     #[test]

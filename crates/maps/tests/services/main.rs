@@ -2,6 +2,7 @@
 
 mod cog;
 mod disk;
+mod heights;
 mod misbehaving;
 
 use std::collections::BTreeMap;

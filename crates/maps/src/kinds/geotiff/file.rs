@@ -6,7 +6,7 @@ use std::collections::hash_map::Entry;
 use std::fs::File;
 use std::io::{self, BufReader, Read, Seek};
 use std::ops::Range;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
@@ -24,6 +24,7 @@ use crate::grid::{Level, MAX_LEVELS, TileGrid, TileId};
 use crate::live::{About, TileFile};
 use crate::memory::{Deadline, Lease, Shelved, lease};
 use crate::raster::{self, Raster, rgba_from};
+use crate::stamp::{REPLACED, Stamp};
 
 /// Pixels of the side of the tiles that are made.
 const TILE_PX: u32 = 256;
@@ -120,6 +121,8 @@ impl Piece {
 /// A GeoTIFF that is open for reading.
 pub struct GeoTiff {
     name: String,
+    /// The file of this machine that it is, and what that was when it was opened.
+    file: Option<(PathBuf, Option<Stamp>)>,
     input: OpenInput,
     crs: Crs,
     /// Top left corner of the top left pixel.
@@ -165,8 +168,9 @@ impl GeoTiff {
     pub fn open(path: &Path) -> std::result::Result<Self, String> {
         let stem = path.file_stem().map(|stem| stem.to_string_lossy().into_owned());
         let (name, path) = (path.display().to_string(), path.to_owned());
+        let opened = (path.clone(), Stamp::at(&path));
         let mut file = Self::read(name, Box::new(move || Ok(Box::new(File::open(&path)?))))?;
-        file.about.name = stem;
+        (file.about.name, file.file) = (stem, Some(opened));
         Ok(file)
     }
 
@@ -215,7 +219,7 @@ impl GeoTiff {
         let about = About { bounds: Some(bounds), is_overlay: true, ..About::default() };
         drop(first);
         let (decoders, unpacked) = (Mutex::default(), Shelved::unpacked());
-        Ok(Self { name, input, crs, origin, pixel, images, no_data, grid, about, decoders, unpacked })
+        Ok(Self { name, file: None, input, crs, origin, pixel, images, no_data, grid, about, decoders, unpacked })
     }
 
     /// Whether it holds heights, or one band that can be taken for such.
@@ -246,11 +250,18 @@ impl GeoTiff {
         MapError::file(self.name.clone(), reason)
     }
 
+    /// That the file is still the one whose pieces were found when it was opened.
+    fn check_same(&self) -> Result<()> {
+        let is_same = self.file.as_ref().is_none_or(|(path, opened)| Stamp::at(path) == *opened);
+        if is_same { Ok(()) } else { Err(self.broken(REPLACED)) }
+    }
+
     /// The height at a place, between the four pixels around it; `None` where one of them is void, or off the file. Blocks.
     ///
     /// # Errors
     /// [`MapError::MapFile`] when the file is broken.
     pub fn height_m(&self, lat_deg: f64, lon_deg: f64) -> Result<Option<f64>> {
+        self.check_same()?;
         let [x, y] = self.crs.project(lat_deg, lon_deg);
         // Pixels stand for their middles.
         let column = (x - self.origin[0]) / self.pixel[0] - 0.5;
@@ -493,6 +504,7 @@ impl TileFile for GeoTiff {
         if matches!(self.images[0].colours, Colours::Numbers) {
             return Err(self.broken("it holds numbers, not colours; use it as heights, kind dem"));
         }
+        self.check_same()?;
         let Some([left, _, _, top]) = self.grid.tile_extent(tile) else { return Ok(None) };
         let level = &self.grid.levels[usize::from(tile.level)];
         let (image, ratio) = self.image_for(level)?;
@@ -827,6 +839,9 @@ mod tests {
         let file = GeoTiff::open(&path).expect("a file");
         assert_eq!(file.height_m(41.0, -4.0).expect("read"), Some(100.0), "pixels are points");
         assert!(file.tile(TileId { level: 0, column: 0, row: 0 }).is_err(), "heights are not drawn");
+        // One of another layout in its place is not read at the old places.
+        std::fs::write(&path, [std::fs::read(&path).expect("read"), vec![0]].concat()).expect("written");
+        assert!(file.height_m(41.0, -4.0).expect_err("another").to_string().contains("replaced"));
     }
 
     #[test]
