@@ -251,6 +251,9 @@ class Elevation:
     Parameters
     ----------
     path : path-like
+    below_sea_level : bool, optional
+        Whether heights of GeoTIFFs below sea level are land; by default they are the sea's floor, and the ground is the water's
+        surface, 0 m.
 
     Raises
     ------
@@ -258,8 +261,8 @@ class Elevation:
         When it cannot be read, or holds no heights.
     """
 
-    def __init__(self, path: str | os.PathLike[str]) -> None:
-        self._native = _native.Elevation(path)
+    def __init__(self, path: str | os.PathLike[str], *, below_sea_level: bool = False) -> None:
+        self._native = _native.Elevation(path, below_sea_level)
 
     def __call__(self, lat_deg: float, lon_deg: float) -> float | None:
         """Height at a place, metres above mean sea level."""

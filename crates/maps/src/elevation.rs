@@ -7,6 +7,8 @@ use crate::geo::Corner;
 use crate::raster::Raster;
 use crate::settings::Encoding;
 
+/// No land lies lower: the shore of the Dead Sea is 430 m below sea level.
+pub const LOWEST_LAND_M: f64 = -500.0;
 /// Pixels of a tile of heights at most.
 const MAX_PX: u64 = 2048 * 2048;
 
@@ -25,6 +27,14 @@ pub struct ElevationPoint {
     /// What heights are above: the geoid model of mean sea level.
     #[schema(required = true)]
     pub datum: Option<String>,
+}
+
+/// The ground below who flies, by a height of a model that may have the floor of the sea in it: over water the water's surface.
+/// Heights do not tell one from the other, so land below sea level counts as such only where that is said.
+#[must_use]
+pub fn surface_m(alt_amsl_m: f64, has_land_below_sea: bool) -> f64 {
+    let is_land = alt_amsl_m >= 0.0 || has_land_below_sea && alt_amsl_m >= LOWEST_LAND_M;
+    if is_land { alt_amsl_m } else { 0.0 }
 }
 
 /// Weights of the four neighbours of a place between pixels. A neighbour without weight stands on the first, so that all exist.
@@ -180,6 +190,14 @@ mod tests {
             ([0, 0, 0, 255], Encoding::TerrainRgb, None),
         ] {
             assert_eq!(decode(&pixel, encoding), height, "{pixel:?}");
+        }
+    }
+
+    #[test]
+    fn over_water_the_ground_is_the_water() {
+        for (alt_m, plain, said) in [(12.5, 12.5, 12.5), (-3.0, 0.0, -3.0), (-430.0, 0.0, -430.0), (-4000.0, 0.0, 0.0)]
+        {
+            assert_eq!((surface_m(alt_m, false), surface_m(alt_m, true)), (plain, said));
         }
     }
 

@@ -126,7 +126,8 @@ impl Maps {
             let mut sum = 0.0;
             for (weight, tile, [column, row]) in near {
                 if *weight > 0.0 {
-                    sum += weight * heights.get(tile)?.at(*column, *row)?;
+                    let alt_m = heights.get(tile)?.at(*column, *row)?;
+                    sum += weight * elevation::surface_m(alt_m, source.settings.below_sea_level);
                 }
             }
             // Web Mercator stretches by the latitude.

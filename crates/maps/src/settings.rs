@@ -217,6 +217,11 @@ pub struct SourceSettings {
     /// Elevation: what its heights are above; `EGM96` when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub datum: Option<String>,
+    /// Elevation from tiles and GeoTIFF: heights below sea level are land, as in the Netherlands or at the Dead Sea. Without it they
+    /// are the sea's floor, and the ground is the water's surface, 0 m.
+    #[serde(default, deserialize_with = "null_is_default", skip_serializing_if = "std::ops::Not::not")]
+    #[schema(required = false)]
+    pub below_sea_level: bool,
     /// What may be kept.
     #[serde(default, deserialize_with = "null_is_default")]
     #[schema(required = false)]
@@ -306,6 +311,7 @@ impl SourceSettings {
             corners: Vec::new(),
             encoding: None,
             datum: None,
+            below_sea_level: false,
             cache: Caching::Keep,
             cache_min_days: None,
             max_mb: None,

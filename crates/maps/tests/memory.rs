@@ -152,7 +152,7 @@ fn look(path: &Path) -> Result<(), String> {
     let file = GeoTiff::open(path)?;
     let told = |error: vencejo_maps::MapError| error.to_string();
     file.tile(TileId { level: 0, column: 0, row: 0 }).map_err(told)?;
-    let _ = file.height_m(40.33, -3.8).map_err(told);
+    let _ = file.height_m(40.33, -3.8, false).map_err(told);
     Ok(())
 }
 
@@ -386,7 +386,7 @@ fn what_is_changed_at_random_ends_nothing() {
                 "d.mbtiles" => drop(Mbtiles::open(&path, 256).map(|file| file.tile(tile))),
                 _ => {
                     let _ = look(&path);
-                    let _ = Dem::open(&path).map(|dem| dem.height(40.33, -3.8));
+                    let _ = Dem::open(&path, false).map(|dem| dem.height(40.33, -3.8));
                 }
             }
             let _ = Pmtiles::open(&path, 256);

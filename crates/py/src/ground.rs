@@ -21,8 +21,8 @@ pub struct Elevation {
 #[pymethods]
 impl Elevation {
     #[new]
-    fn new(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
-        let dem = py.detach(|| Dem::open(&path)).map_err(|error| {
+    fn new(py: Python<'_>, path: PathBuf, below_sea_level: bool) -> PyResult<Self> {
+        let dem = py.detach(|| Dem::open(&path, below_sea_level)).map_err(|error| {
             // Its own faults name the file where it is one of a folder.
             errors::raise("FileFormatError", format!("{}: {error}", path.display()))
         })?;

@@ -29,7 +29,7 @@ pub(crate) struct Way;
 
 impl Kind for Way {
     fn fields(&self) -> &'static [&'static str] {
-        &["path", "datum"]
+        &["path", "datum", "below_sea_level"]
     }
 
     fn roles(&self) -> &'static [Role] {
@@ -45,7 +45,8 @@ impl Kind for Way {
     }
 
     fn open(&self, opening: &Opening<'_>) -> Opened {
-        Ok(Live::Heights(Arc::new(opening.named(Dem::open(&opening.path()))?)))
+        let dem = Dem::open(&opening.path(), opening.settings.below_sea_level);
+        Ok(Live::Heights(Arc::new(opening.named(dem)?)))
     }
 
     fn file_ends(&self) -> &'static [&'static str] {
@@ -85,6 +86,8 @@ pub struct Dem {
     /// By the latitude and longitude of their south-west corner.
     tiles: HashMap<(i16, i16), Hgt>,
     rasters: Vec<GeoTiff>,
+    /// Whether heights of GeoTIFFs below sea level are land. Tiles of SRTM have no floor of the sea: what is below in them is.
+    has_land_below_sea: bool,
     unpacked: Shelved,
     /// Held while a tile is unpacked: one does, the others wait.
     unpacking: Mutex<()>,
@@ -100,7 +103,7 @@ impl HeightFile for Dem {
         let mut best: Option<Height> = None;
         for raster in &self.rasters {
             if best.is_none_or(|best| raster.resolution_m() < best.resolution_m)
-                && let Some(alt_m) = raster.height_m(lat_deg, lon_deg)?
+                && let Some(alt_m) = raster.height_m(lat_deg, lon_deg, self.has_land_below_sea)?
             {
                 best = Some(Height { alt_m, resolution_m: raster.resolution_m() });
             }
@@ -134,14 +137,15 @@ impl HeightFile for Dem {
 }
 
 impl Dem {
-    /// Opens a file or a folder.
+    /// Opens a file or a folder. Heights of GeoTIFFs below sea level are land, or else the sea's floor, whose surface is told.
     ///
     /// # Errors
     /// What is wrong, in words.
-    pub fn open(path: &Path) -> std::result::Result<Self, String> {
+    pub fn open(path: &Path, has_land_below_sea: bool) -> std::result::Result<Self, String> {
         let about = std::fs::metadata(path).map_err(|error| format!("{}: {error}", path.display()))?;
         let (unpacked, unpacking) = (Shelved::unpacked(), Mutex::default());
-        let mut dem = Self { tiles: HashMap::new(), rasters: Vec::new(), unpacked, unpacking, bounds: None };
+        let (tiles, rasters) = (HashMap::new(), Vec::new());
+        let mut dem = Self { tiles, rasters, has_land_below_sea, unpacked, unpacking, bounds: None };
         let mut faults = Vec::new();
         if about.is_dir() {
             let listed = std::fs::read_dir(path).map_err(|error| format!("{}: {error}", path.display()))?;
@@ -309,7 +313,7 @@ mod tests {
         packed.write_all(&hgt(None)).expect("packed");
         std::fs::write(folder.path().join("S01E179.hgt.gz"), packed.finish().expect("packed")).expect("written");
         std::fs::write(folder.path().join("N41W004.hgt"), b"short").expect("written");
-        let dem = Dem::open(folder.path()).expect("heights");
+        let dem = Dem::open(folder.path(), false).expect("heights");
         let height = |lat: f64, lon: f64| dem.height(lat, lon).expect("read").map(|height| height.alt_m);
         let step = 1.0 / 1200.0;
         assert_eq!(height(41.0, -4.0), Some(0.0));
@@ -339,12 +343,12 @@ mod tests {
         {
             let path = folder.path().join(name);
             std::fs::write(&path, before).expect("written");
-            let dem = Dem::open(&path).expect("heights");
+            let dem = Dem::open(&path, false).expect("heights");
             assert_eq!(dem.height(40.0, -4.0).expect("read").map(|height| height.alt_m), Some(1200.0));
             std::fs::write(&path, after).expect("written");
             let refused = dem.height(40.0, -4.0).expect_err("another file").to_string();
             assert!(refused.contains(name) && refused.contains("replaced"), "{refused}");
-            let anew = Dem::open(&path).expect("heights").height(40.0, -4.0).expect("read");
+            let anew = Dem::open(&path, false).expect("heights").height(40.0, -4.0).expect("read");
             assert_eq!(anew.map(|height| height.alt_m), Some(1800.0));
         }
     }

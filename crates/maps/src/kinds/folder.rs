@@ -32,7 +32,7 @@ pub(crate) struct Way;
 
 impl Kind for Way {
     fn fields(&self) -> &'static [&'static str] {
-        &["path", "tms", "tile_px", "encoding"]
+        &["path", "tms", "tile_px", "encoding", "below_sea_level"]
     }
 
     fn roles(&self) -> &'static [Role] {

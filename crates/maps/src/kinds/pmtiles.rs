@@ -58,7 +58,7 @@ pub(crate) struct Way;
 
 impl Kind for Way {
     fn fields(&self) -> &'static [&'static str] {
-        &["path", "tile_px", "encoding"]
+        &["path", "tile_px", "encoding", "below_sea_level"]
     }
 
     fn roles(&self) -> &'static [Role] {

@@ -15,7 +15,7 @@ pub(crate) struct Way;
 
 impl Kind for Way {
     fn fields(&self) -> &'static [&'static str] {
-        &["url", "subdomains", "key", "local_network", "tms", "tile_px", "encoding", "cache"]
+        &["url", "subdomains", "key", "local_network", "tms", "tile_px", "encoding", "below_sea_level", "cache"]
     }
 
     fn roles(&self) -> &'static [Role] {

@@ -44,3 +44,45 @@ async fn a_file_of_heights_is_read_as_it_is_now() {
     assert_eq!(world.maps.check("heights").await.expect("a state").status, Status::Unused, "opened anew at once");
     assert_eq!(at(&world, 40.5, -3.5).await, (Some(500.0), None));
 }
+
+/// A place by the pixels of the whole world at zoom 3, from its west; rows are all the same.
+fn pixel(column: f64) -> f64 {
+    column / 2048.0 * 360.0 - 180.0
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn over_water_the_ground_is_the_waters_surface() {
+    // From the west: land 4 m high, a shallow sea, a deep one.
+    let service = Service::start(|_| {
+        let mut raster = Raster::filled(256, 256, [0, 0, 0, 255]);
+        for (x, y) in (0..256).flat_map(|x| (0..256).map(move |y| (x, y))) {
+            let value = 32_768
+                + if x < 76 {
+                    4
+                } else if x < 128 {
+                    -60
+                } else {
+                    -4000
+                };
+            raster.set(x, y, [(value >> 8) as u8, value as u8, 0, 255]);
+        }
+        Some(answer("200 OK", "", &raster.to_png()))
+    })
+    .await;
+    let world = world().await;
+    let settings = SourceSettings {
+        role: Role::Elevation,
+        encoding: Some(Encoding::Terrarium),
+        min_zoom: Some(3),
+        max_zoom: Some(3),
+        ..xyz(service.url("{z}/{x}/{y}"))
+    };
+    let (land, shore, shallow, deep) = (pixel(1099.5), pixel(1100.0), pixel(1120.5), pixel(1200.5));
+    for (below_sea_level, expected) in [(false, [4.0, 2.0, 0.0, 0.0]), (true, [4.0, -28.0, -60.0, 0.0])] {
+        world.put(SourceSettings { below_sea_level, ..settings.clone() }).await;
+        for (lon_deg, expected) in [land, shore, shallow, deep].into_iter().zip(expected) {
+            let found = at(&world, 20.0, lon_deg).await.0.expect("known");
+            assert!((found - expected).abs() < 1e-6, "{lon_deg}: {found} {expected} {below_sea_level}");
+        }
+    }
+}

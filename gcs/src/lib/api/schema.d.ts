@@ -5958,6 +5958,11 @@ export interface components {
             attribution?: components["schemas"]["MapAttribution"][];
             /** @description Address that tells whom to name for a view, with `{west} {south} {east} {north} {zoom} {key}`. */
             attribution_url?: string | null;
+            /**
+             * @description Elevation from tiles and GeoTIFF: heights below sea level are land, as in the Netherlands or at the Dead Sea. Without it they
+             *     are the sea's floor, and the ground is the water's surface, 0 m.
+             */
+            below_sea_level?: boolean;
             bounds?: components["schemas"]["MapBounds"] | null;
             /** @description What may be kept. */
             cache?: components["schemas"]["MapCaching"];

@@ -178,6 +178,7 @@ export const mapsEn = {
   'maps.localNetwork': 'The service is in this local network',
   'maps.tms': 'Rows count from the south (TMS)',
   'maps.transparent': 'Transparent where there is nothing',
+  'maps.belowSea': 'Heights below sea level are land, not the floor of the sea',
   'maps.encoding': 'Heights are coded as',
   'maps.encoding.terrarium': 'Terrarium',
   'maps.encoding.terrain-rgb': 'Terrain-RGB',

@@ -181,6 +181,7 @@ export const mapsEs: Record<keyof typeof mapsEn, string> = {
   'maps.localNetwork': 'El servicio está en esta red local',
   'maps.tms': 'Las filas se cuentan desde el sur (TMS)',
   'maps.transparent': 'Transparente donde no hay nada',
+  'maps.belowSea': 'Las alturas bajo el nivel del mar son tierra, no fondo marino',
   'maps.encoding': 'Las alturas van codificadas como',
   'maps.encoding.terrarium': 'Terrarium',
   'maps.encoding.terrain-rgb': 'Terrain-RGB',

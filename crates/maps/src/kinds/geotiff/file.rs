@@ -256,11 +256,12 @@ impl GeoTiff {
         if is_same { Ok(()) } else { Err(self.broken(REPLACED)) }
     }
 
-    /// The height at a place, between the four pixels around it; `None` where one of them is void, or off the file. Blocks.
+    /// The ground's height at a place, between the four pixels around it; `None` where one of them is void, or off the file. Heights
+    /// below sea level are land, or else the sea's floor, whose surface is told ([`crate::elevation::surface_m`]). Blocks.
     ///
     /// # Errors
     /// [`MapError::MapFile`] when the file is broken.
-    pub fn height_m(&self, lat_deg: f64, lon_deg: f64) -> Result<Option<f64>> {
+    pub fn height_m(&self, lat_deg: f64, lon_deg: f64, has_land_below_sea: bool) -> Result<Option<f64>> {
         self.check_same()?;
         let [x, y] = self.crs.project(lat_deg, lon_deg);
         // Pixels stand for their middles.
@@ -279,7 +280,7 @@ impl GeoTiff {
                 continue;
             }
             match self.number(image, at_column, at_row)? {
-                Some(value) => sum += weight * value,
+                Some(value) => sum += weight * crate::elevation::surface_m(value, has_land_below_sea),
                 None => return Ok(None),
             }
         }
@@ -832,16 +833,16 @@ mod tests {
             (41.0, -4.0, Some(100.0)),
             (41.1, -4.0, None),
         ] {
-            let found = file.height_m(lat, lon).expect("read");
+            let found = file.height_m(lat, lon, false).expect("read");
             assert_eq!(found, height, "{lat} {lon}");
         }
         heights(&path, true);
         let file = GeoTiff::open(&path).expect("a file");
-        assert_eq!(file.height_m(41.0, -4.0).expect("read"), Some(100.0), "pixels are points");
+        assert_eq!(file.height_m(41.0, -4.0, false).expect("read"), Some(100.0), "pixels are points");
         assert!(file.tile(TileId { level: 0, column: 0, row: 0 }).is_err(), "heights are not drawn");
         // One of another layout in its place is not read at the old places.
         std::fs::write(&path, [std::fs::read(&path).expect("read"), vec![0]].concat()).expect("written");
-        assert!(file.height_m(41.0, -4.0).expect_err("another").to_string().contains("replaced"));
+        assert!(file.height_m(41.0, -4.0, false).expect_err("another").to_string().contains("replaced"));
     }
 
     #[test]

@@ -22,7 +22,19 @@ pub(crate) struct Way;
 
 impl Kind for Way {
     fn fields(&self) -> &'static [&'static str] {
-        &["url", "key", "local_network", "layer", "matrix_set", "style", "format", "parameters", "encoding", "cache"]
+        &[
+            "url",
+            "key",
+            "local_network",
+            "layer",
+            "matrix_set",
+            "style",
+            "format",
+            "parameters",
+            "encoding",
+            "below_sea_level",
+            "cache",
+        ]
     }
 
     fn roles(&self) -> &'static [Role] {
