@@ -9,6 +9,8 @@ use crate::settings::Encoding;
 
 /// No land lies lower: the shore of the Dead Sea is 430 m below sea level.
 pub const LOWEST_LAND_M: f64 = -500.0;
+/// Nor higher: Mount Everest's top is at 8,849 m.
+pub const HIGHEST_LAND_M: f64 = 9_000.0;
 /// Pixels of a tile of heights at most.
 const MAX_PX: u64 = 2048 * 2048;
 
@@ -103,7 +105,7 @@ fn decode(pixel: &[u8], encoding: Encoding) -> Option<f32> {
         // Mapbox, "Terrain-RGB v1".
         Encoding::TerrainRgb => -10_000.0 + (red * 65_536.0 + green * 256.0 + blue) * 0.1,
     };
-    (-12_000.0..=9_000.0).contains(&alt_m).then_some(alt_m)
+    (-12_000.0..=HIGHEST_LAND_M as f32).contains(&alt_m).then_some(alt_m)
 }
 
 /// A place of a profile.

@@ -185,11 +185,13 @@ impl Dem {
         let name = path.file_name().map(|name| name.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
         if name.ends_with(".tif") || name.ends_with(".tiff") {
             let raster = GeoTiff::open(path)?;
-            if !raster.has_numbers() {
-                return Err("it holds colours, not heights".to_owned());
-            }
-            self.rasters.push(raster);
-            return Ok(());
+            return match raster.height_fault() {
+                Some(fault) => Err(fault),
+                None => {
+                    self.rasters.push(raster);
+                    Ok(())
+                }
+            };
         }
         let corner = corner_of(&name).ok_or("its name is not like N40W004.hgt, which says where it lies")?;
         let is_packed = name.ends_with(".gz");

@@ -18,6 +18,7 @@ use tiff::tags::Tag;
 
 use super::{lzw, tags};
 use crate::crs::Crs;
+use crate::elevation::{HIGHEST_LAND_M, LOWEST_LAND_M};
 use crate::error::{MapError, Result};
 use crate::geo::Bounds;
 use crate::grid::{Level, MAX_LEVELS, TileGrid, TileId};
@@ -132,6 +133,8 @@ pub struct GeoTiff {
     /// The picture first, then overviews, fine to coarse.
     images: Vec<Image>,
     no_data: Option<f64>,
+    /// Whether it has a mask that is not read.
+    is_mask_unread: bool,
     grid: TileGrid,
     about: About,
     decoders: Mutex<HashMap<usize, TiffDecoder>>,
@@ -191,7 +194,7 @@ impl GeoTiff {
         // "MM" as opposed to "II".
         let is_big_endian = mark == *b"MM";
         let mut images = vec![image(&mut first, 0, is_big_endian)?];
-        let mut masks = Vec::new();
+        let (mut masks, mut is_mask_unread) = (Vec::new(), false);
         for index in 1..MAX_IMAGES {
             if !first.more_images() || first.next_image().is_err() {
                 break;
@@ -199,7 +202,9 @@ impl GeoTiff {
             // Bit 0: a smaller copy; bit 2: a mask (TIFF 6.0, NewSubfileType).
             let subfile: u32 = first.find_tag_unsigned(Tag::NewSubfileType).ok().flatten().unwrap_or(0);
             if subfile & 0b100 != 0 {
-                masks.extend(mask(&mut first, index));
+                let mask = mask(&mut first, index);
+                is_mask_unread |= mask.is_none();
+                masks.extend(mask);
             } else if subfile & 0b101 == 0b001
                 && let Ok(overview) = image(&mut first, index, is_big_endian)
             {
@@ -219,7 +224,21 @@ impl GeoTiff {
         let about = About { bounds: Some(bounds), is_overlay: true, ..About::default() };
         drop(first);
         let (decoders, unpacked) = (Mutex::default(), Shelved::unpacked());
-        Ok(Self { name, file: None, input, crs, origin, pixel, images, no_data, grid, about, decoders, unpacked })
+        Ok(Self {
+            name,
+            file: None,
+            input,
+            crs,
+            origin,
+            pixel,
+            images,
+            no_data,
+            is_mask_unread,
+            grid,
+            about,
+            decoders,
+            unpacked,
+        })
     }
 
     /// Whether it holds heights, or one band that can be taken for such.
@@ -232,6 +251,20 @@ impl GeoTiff {
     #[must_use]
     pub fn is_heights(&self) -> bool {
         matches!(self.images[0].colours, Colours::Numbers)
+    }
+
+    /// Why its numbers cannot be used as heights, when they cannot.
+    #[must_use]
+    pub fn height_fault(&self) -> Option<String> {
+        let faults = [
+            (!self.has_numbers(), "it holds colours, not heights"),
+            (
+                self.is_mask_unread,
+                "it has a mask that is not packed by Deflate, so it is not known where it has no heights; make it with gdal_translate \
+                 -of COG",
+            ),
+        ];
+        faults.into_iter().find_map(|(is_so, fault)| is_so.then(|| fault.to_owned()))
     }
 
     /// Where it lies.
@@ -288,15 +321,21 @@ impl GeoTiff {
     }
 
     fn number(&self, image: &Image, column: u32, row: u32) -> Result<Option<f64>> {
+        if let Some(mask) = &image.mask
+            && !self.is_seen(mask, column, row, &mut None)?
+        {
+            return Ok(None);
+        }
         let (piece, [x, y]) = self.piece_of(image, column, row);
         let value = match &*self.piece(image, piece)? {
             Piece::Numbers { width, values } => values.get(y as usize * *width as usize + x as usize).copied(),
             Piece::Empty => None,
             Piece::Colours(_) | Piece::Mask(_) => return Err(self.broken("it holds colours, not heights")),
         };
-        let value = value.map(f64::from).filter(|value| value.is_finite());
-        // −32768 is SRTM's void, whether or not the file says so.
-        Ok(value.filter(|value| self.no_data.is_none_or(|void| void != *value) && *value > -32_768.0 && *value < 1e6))
+        // By what they are kept as: a tag of −9999.9 names another number than the nearest of 32 bits.
+        let value = value.filter(|value| self.no_data.is_none_or(|void| void as f32 != *value)).map(f64::from);
+        // −32768, −32767 and −9999 are voids, whether or not the file says so: there is no such land.
+        Ok(value.filter(|value| (LOWEST_LAND_M..=HIGHEST_LAND_M).contains(value)))
     }
 
     /// The coarsest image that is still fine enough for a level, and its pixels for one of the finest.
@@ -805,6 +844,18 @@ mod tests {
     }
 
     fn heights_of(path: &Path, is_point: bool, scale: [f64; 3]) {
+        numbers(path, is_point, scale, Some("-9999"), [100.0, 200.0, -9999.0, 300.0, 400.0, 500.0], None);
+    }
+
+    /// Two rows of three numbers, with a void that is named and a mask that has been packed.
+    fn numbers(
+        path: &Path,
+        is_point: bool,
+        scale: [f64; 3],
+        void: Option<&str>,
+        numbers: [f32; 6],
+        mask: Option<(&[u8], u16)>,
+    ) {
         let mut file = File::create(path).expect("a file");
         let mut encoder = TiffEncoder::new(&mut file).expect("a TIFF");
         let mut image = encoder.new_image::<colortype::Gray32Float>(3, 2).expect("an image");
@@ -812,8 +863,55 @@ mod tests {
         tags.write_tag(Tag::GeoKeyDirectoryTag, &keys(4326, true, is_point)[..]).expect("keys");
         tags.write_tag(Tag::Unknown(33_550), &scale[..]).expect("scale");
         tags.write_tag(Tag::Unknown(33_922), &[0.0_f64, 0.0, 0.0, -4.0, 41.0, 0.0][..]).expect("tie");
-        tags.write_tag(Tag::GdalNodata, "-9999").expect("void");
-        image.write_data(&[100.0, 200.0, -9999.0, 300.0, 400.0, 500.0]).expect("data");
+        if let Some(void) = void {
+            tags.write_tag(Tag::GdalNodata, void).expect("void");
+        }
+        image.write_data(&numbers).expect("data");
+        let Some((packed, packing)) = mask else { return };
+        let mut mask = encoder.image_directory().expect("a mask");
+        let at = mask.write_data(packed).expect("bits");
+        for (tag, value) in [
+            (Tag::NewSubfileType, 4_u32),
+            (Tag::ImageWidth, 3),
+            (Tag::ImageLength, 2),
+            (Tag::BitsPerSample, 1),
+            (Tag::Compression, packing.into()),
+            (Tag::PhotometricInterpretation, 4),
+            (Tag::StripOffsets, u32::try_from(at).expect("small")),
+            (Tag::SamplesPerPixel, 1),
+            (Tag::RowsPerStrip, 2),
+            (Tag::StripByteCounts, u32::try_from(packed.len()).expect("small")),
+        ] {
+            mask.write_tag(tag, value).expect("a tag");
+        }
+        mask.finish().expect("a mask");
+    }
+
+    #[test]
+    fn voids_are_no_heights_whatever_names_them() {
+        let folder = Folder::new();
+        let path = folder.path().join("h.tif");
+        let scale = [0.5, 0.5, 0.0];
+        // The middle of the first pixel and of the second, and half-way between them.
+        let read = |void: Option<&str>, second: f32, mask: Option<(&[u8], u16)>| {
+            numbers(&path, false, scale, void, [1500.0, second, 1500.0, 1500.0, 1500.0, 1500.0], mask);
+            let file = GeoTiff::open(&path).expect("a file");
+            [-3.75, -3.25, -3.5].map(|lon| file.height_m(40.75, lon, true).expect("read"))
+        };
+        let void = [Some(1500.0), None, None];
+        for second in [-9999.0, -32_767.0, -32_768.0, f32::MIN, f32::NAN, 12_345.0] {
+            assert_eq!(read(None, second, None), void, "{second}");
+        }
+        assert_eq!(read(Some("-9.9"), -9.9, None), void, "named in more digits than it has");
+        assert_eq!(read(None, -40.0, None), [Some(1500.0), Some(-40.0), Some(730.0)], "the shore of a salt lake");
+        let mut packer = flate2::write::ZlibEncoder::new(Vec::new(), flate2::Compression::fast());
+        io::Write::write_all(&mut packer, &[0b1010_0000, 0b1110_0000]).expect("packed");
+        let packed = packer.finish().expect("packed");
+        assert_eq!(read(None, 0.0, Some((&packed, 8))), void, "hidden by the mask");
+        assert_eq!(GeoTiff::open(&path).expect("a file").height_fault(), None);
+        numbers(&path, false, scale, None, [1500.0; 6], Some((&[0b1010_0000, 0b1110_0000], 1)));
+        let fault = GeoTiff::open(&path).expect("a file").height_fault().expect("unread");
+        assert!(fault.contains("mask"), "{fault}");
     }
 
     #[test]
