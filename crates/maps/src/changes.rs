@@ -115,6 +115,8 @@ fn checked(mut settings: SourceSettings, before: Option<&SourceSettings>, files:
     settings.key = settings.key.filter(|key| !key.is_empty());
     settings.has_key = None;
     let mut faults = settings.faults();
+    // Not of a file that has it already: its other sources are used.
+    faults.extend(settings.datum_fault());
     if let Some(before) = before
         && settings.key.is_some()
         && settings.key == before.key

@@ -88,6 +88,9 @@ impl Maps {
             }
             return result;
         }
+        if let Live::Unusable(reason) = &source.live {
+            return Err(source.unusable(reason.clone()));
+        }
         let encoding = source.settings.encoding.ok_or_else(|| source.unusable("its encoding is not said"))?;
         let grid = self.known_grid(source).await?;
         // The finest level whose tiles are not too many.

@@ -214,7 +214,7 @@ pub struct SourceSettings {
     /// Elevation from tiles: how heights are written.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub encoding: Option<Encoding>,
-    /// Elevation: what its heights are above; `EGM96` when absent.
+    /// Elevation: the geoid that its heights are above; `EGM96` when absent. Heights above an ellipsoid are refused.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub datum: Option<String>,
     /// Elevation from tiles and GeoTIFF: heights below sea level are land, as in the Netherlands or at the Dead Sea. Without it they
@@ -388,6 +388,22 @@ impl SourceSettings {
         faults
     }
 
+    /// Why its heights cannot be used, when they cannot: they are above an ellipsoid. The geoid is up to 107 m below it and 85 m
+    /// above, so the ground would be told that much too low or too high.
+    pub(crate) fn datum_fault(&self) -> Option<String> {
+        let datum = self.datum.as_deref()?;
+        let plain: String = datum.to_lowercase().chars().filter(|c| c.is_alphanumeric()).collect();
+        let ellipsoids = ["ellips", "elips", "wgs84", "grs80", "etrs89", "4979", "4937"];
+        let is_ellipsoid = ellipsoids.iter().any(|name| plain.contains(name));
+        is_ellipsoid.then(|| {
+            format!(
+                "datum: heights above an ellipsoid ({datum}) are not heights above mean sea level and would be up to 100 m wrong; \
+                 convert them first, as with gdalwarp -s_srs EPSG:4979 -t_srs EPSG:4326+5773, and leave datum out; where they \
+                 are above a geoid, name that alone, such as EGM2008"
+            )
+        })
+    }
+
     /// The address of its service, which must be there and be one.
     pub(crate) fn check_url(&self, faults: &mut Vec<String>) -> &str {
         let Some(url) = self.url.as_deref() else {
@@ -442,6 +458,18 @@ mod tests {
             change(&mut settings);
             let faults = settings.faults();
             assert!(faults.iter().any(|fault| fault.starts_with(field)), "{field} {faults:?}");
+        }
+    }
+
+    #[test]
+    fn heights_above_an_ellipsoid_are_refused() {
+        let fault = |datum: &str| SourceSettings { datum: Some(datum.into()), ..osm() }.datum_fault();
+        for datum in ["WGS84 ellipsoid", "wgs 84", "GRS-80", "Ellipsoidal", "elipsoide", "EPSG:4979", "ETRS89"] {
+            let said = fault(datum).expect(datum);
+            assert!(said.starts_with("datum:") && said.contains(datum) && said.contains("gdalwarp"), "{said}");
+        }
+        for datum in ["EGM96", "EGM2008", "EVRF2007", "NAVD88", "EPSG:5773", "Alicante"] {
+            assert_eq!(fault(datum), None, "{datum}");
         }
     }
 

@@ -179,6 +179,8 @@ impl Source {
         });
         let live = if is_aside {
             Live::Unusable(SET_ASIDE.to_owned())
+        } else if let Some(fault) = settings.datum_fault() {
+            Live::Unusable(fault)
         } else {
             let _reading = asides.reading(&settings);
             let opening = Opening { settings: &settings, folder, cache: cache.as_ref(), asides: &asides };

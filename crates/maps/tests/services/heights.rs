@@ -86,3 +86,32 @@ async fn over_water_the_ground_is_the_waters_surface() {
         }
     }
 }
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn heights_above_an_ellipsoid_are_not_told_as_above_the_sea() {
+    let world = world().await;
+    for (folder, alt_m) in [("dsm", 570), ("srtm", 600)] {
+        std::fs::create_dir_all(world.folder.join("files").join(folder)).expect("a folder");
+        std::fs::write(world.folder.join("files").join(folder).join("N40W004.hgt"), level(601, alt_m))
+            .expect("written");
+    }
+    // As it was written by hand before that was refused: the other sources of the file are used.
+    let source = |id: &str, more: &str| {
+        format!(
+            "[[source]]\nid = \"{id}\"\nname = \"{id}\"\nkind = \"dem\"\nrole = \"elevation\"\npath = \"files/{id}\"\n{more}\n"
+        )
+    };
+    let text = [source("dsm", "datum = \"WGS84 ellipsoid\""), source("srtm", "order = 10")].concat();
+    std::fs::write(world.folder.join("sources.toml"), text).expect("written");
+    let (found, fault) = at(&world, 40.5, -3.5).await;
+    assert_eq!(found, Some(600.0));
+    assert!(fault.expect("why").contains("gdalwarp"));
+    let state = world.state("dsm").await;
+    assert_eq!(state.status, Status::Invalid);
+    assert!(state.detail.expect("why").contains("ellipsoid"));
+    let configured = world.maps.configuration().await.expect("read").sources.remove(0);
+    let refused = world.maps.put(configured.clone()).await.expect_err("refused").to_string();
+    assert!(refused.contains("datum:") && refused.contains("WGS84 ellipsoid"), "{refused}");
+    world.put(SourceSettings { datum: Some("EGM2008".into()), ..configured }).await;
+    assert_eq!(at(&world, 40.5, -3.5).await, (Some(570.0), None));
+}

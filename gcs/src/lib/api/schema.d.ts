@@ -5975,7 +5975,7 @@ export interface components {
             corners?: components["schemas"]["MapCorner"][];
             /** @description WMS: coordinate reference system, such as `EPSG:3857`, the default. */
             crs?: string | null;
-            /** @description Elevation: what its heights are above; `EGM96` when absent. */
+            /** @description Elevation: the geoid that its heights are above; `EGM96` when absent. Heights above an ellipsoid are refused. */
             datum?: string | null;
             encoding?: components["schemas"]["MapEncoding"] | null;
             /** @description WMS, WMTS: format of the pictures; WMS default `image/png`. */

@@ -135,6 +135,8 @@ pub struct GeoTiff {
     no_data: Option<f64>,
     /// Whether it has a mask that is not read.
     is_mask_unread: bool,
+    /// Whether it says that its numbers are heights above an ellipsoid.
+    is_ellipsoidal: bool,
     grid: TileGrid,
     about: About,
     decoders: Mutex<HashMap<usize, TiffDecoder>>,
@@ -186,6 +188,7 @@ impl GeoTiff {
         tags::check(&mut BufReader::new(input().map_err(|error| error.to_string())?), MAX_IMAGES)?;
         let mut first = decoder(&input, 0)?;
         let crs = crs_of(&mut first)?;
+        let is_ellipsoidal = is_ellipsoidal(&mut first);
         let (origin, pixel) = transform_of(&mut first)?;
         let no_data = first.get_tag_ascii_string(Tag::GdalNodata).ok();
         let no_data = no_data.and_then(|text| text.trim_matches(['\0', ' ']).parse::<f64>().ok());
@@ -234,6 +237,7 @@ impl GeoTiff {
             images,
             no_data,
             is_mask_unread,
+            is_ellipsoidal,
             grid,
             about,
             decoders,
@@ -262,6 +266,11 @@ impl GeoTiff {
                 self.is_mask_unread,
                 "it has a mask that is not packed by Deflate, so it is not known where it has no heights; make it with gdal_translate \
                  -of COG",
+            ),
+            (
+                self.is_ellipsoidal,
+                "its heights are above an ellipsoid, not above mean sea level, up to 100 m away; convert it with gdalwarp -s_srs \
+                 EPSG:4979 -t_srs EPSG:4326+5773",
             ),
         ];
         faults.into_iter().find_map(|(is_so, fault)| is_so.then(|| fault.to_owned()))
@@ -787,6 +796,13 @@ fn crs_of(decoder: &mut TiffDecoder) -> std::result::Result<Crs, String> {
     }
 }
 
+/// Whether its vertical system (key 4096) is an ellipsoid: 5000 to 5099 (GeoTIFF 1.0, section 6.3.4.1).
+fn is_ellipsoidal(decoder: &mut TiffDecoder) -> bool {
+    const VERTICAL: u16 = 4096;
+    let keys = decoder.get_tag_u16_vec(Tag::GeoKeyDirectoryTag).unwrap_or_default();
+    keys.chunks_exact(4).skip(1).any(|key| key[..2] == [VERTICAL, 0] && (5000..5100).contains(&key[3]))
+}
+
 /// Corner of the top left pixel, and a pixel's size.
 fn transform_of(decoder: &mut TiffDecoder) -> std::result::Result<([f64; 2], [f64; 2]), String> {
     const RASTER_TYPE: u16 = 1025;
@@ -941,6 +957,25 @@ mod tests {
         // One of another layout in its place is not read at the old places.
         std::fs::write(&path, [std::fs::read(&path).expect("read"), vec![0]].concat()).expect("written");
         assert!(file.height_m(41.0, -4.0, false).expect_err("another").to_string().contains("replaced"));
+    }
+
+    #[test]
+    fn a_file_above_an_ellipsoid_is_no_source_of_heights() {
+        let folder = Folder::new();
+        for (vertical, is_refused) in [(5030, true), (5773, false)] {
+            let path = folder.path().join(format!("{vertical}.tif"));
+            let mut keys = [keys(4326, true, false), vec![4096, 0, 1, vertical]].concat();
+            keys[3] += 1;
+            let mut file = File::create(&path).expect("a file");
+            let mut encoder = TiffEncoder::new(&mut file).expect("a TIFF");
+            let mut image = encoder.new_image::<colortype::Gray32Float>(1, 1).expect("an image");
+            image.encoder().write_tag(Tag::GeoKeyDirectoryTag, &keys[..]).expect("keys");
+            image.encoder().write_tag(Tag::Unknown(33_550), &[0.5_f64, 0.5, 0.0][..]).expect("scale");
+            image.encoder().write_tag(Tag::Unknown(33_922), &[0.0_f64, 0.0, 0.0, -4.0, 41.0, 0.0][..]).expect("tie");
+            image.write_data(&[1500.0]).expect("data");
+            let fault = GeoTiff::open(&path).expect("a file").height_fault();
+            assert_eq!(fault.is_some_and(|fault| fault.contains("ellipsoid")), is_refused, "{vertical}");
+        }
     }
 
     #[test]
