@@ -36,7 +36,6 @@ class Decoder:
     """
 
     def __init__(self, group: Sequence[EncodedFrame], *, on_picture: Callable[[Frame], None] | None = None) -> None:
-        self._begin_unix_s = group[0].captured_unix_s
         self._writer = MatroskaWriter(group[0])
         self._pipe = Pipe()
         self._on_picture = on_picture
@@ -90,7 +89,7 @@ class Decoder:
             try:
                 while not self._pipe.has_ended and (message := child.receive()) is not None and message[0] == PIXELS:
                     _, width, height, at_s, body = message
-                    picture = Frame(bgr=pixels(width, height, body), captured_unix_s=self._begin_unix_s + at_s)
+                    picture = Frame(bgr=pixels(width, height, body), captured_unix_s=self._writer.unix_s(at_s))
                     with self._newest:
                         self._picture = picture
                         self._newest.notify_all()

@@ -23,6 +23,8 @@ MAX_CLUSTER_MS: Final = 5000
 """A picture's time in its cluster is 16 bits; a new cluster begins at a key frame after this, or before it runs over."""
 MAX_REORDER_MS: Final = 2000
 """Pictures that are shown before others that were coded earlier (B pictures) are no further back. Further is a clock set back."""
+MAX_PAUSE_MS: Final = 3_600_000
+"""No pause between pictures is longer; longer is a clock set forward, as on a computer without one that learns the time."""
 SEEK_BYTES: Final = 160
 """Left free for where the parts of the file are."""
 INFO: Final = 0x1549A966
@@ -75,6 +77,8 @@ class MatroskaWriter:
         self._begin_unix_s = first.captured_unix_s
         self._cluster_ms: int | None = None
         self._newest_ms = 0
+        self._clocks = [(0, self._begin_unix_s)]
+        """Where the time of day was another than before, and which the file's beginning has by it."""
         self._clusters: list[tuple[int, int, bool]] = []
         """Where clusters are in the file, their time, and whether they begin with a key frame."""
         self._header = self._make_header(first, title)
@@ -89,6 +93,11 @@ class MatroskaWriter:
         """How long what was written is."""
         return self._newest_ms / TICKS_PER_S
 
+    def unix_s(self, at_s: float) -> float:
+        """When a picture of that time in the file was taken, by the clock of then: it may have been set since the beginning."""
+        at_ms = round(at_s * TICKS_PER_S)
+        return next(begin for since_ms, begin in reversed(self._clocks) if since_ms <= at_ms) + at_s
+
     def fits(self, frame: EncodedFrame) -> bool:
         """Whether a picture can go into this file: same codec, same size."""
         return frame.codec == self._codec and (frame.width, frame.height) == self._size
@@ -96,10 +105,11 @@ class MatroskaWriter:
     def block(self, frame: EncodedFrame) -> bytes:
         """The bytes of one picture, with a new cluster before it where one is due."""
         at_ms = round((frame.captured_unix_s - self._begin_unix_s) * TICKS_PER_S)
-        if at_ms < self._newest_ms - MAX_REORDER_MS:
-            # A clock that was set back does not turn the file around: it goes on from here.
-            self._begin_unix_s -= (self._newest_ms - at_ms) / TICKS_PER_S
+        if not -MAX_REORDER_MS <= at_ms - self._newest_ms <= MAX_PAUSE_MS:
+            # A clock that was set does not turn the file around, nor make a hole in it: it goes on from here.
+            self._begin_unix_s += (at_ms - self._newest_ms) / TICKS_PER_S
             at_ms = self._newest_ms
+            self._clocks.append((at_ms, self._begin_unix_s))
         at_ms = max(at_ms, 0)
         self._newest_ms = max(self._newest_ms, at_ms)
         head = b""
