@@ -57,7 +57,7 @@ class Station(Closing):
     *links : str
         Link strings, such as ``"udpin:0.0.0.0:14550"``, ``"tcp:127.0.0.1:5760"`` or ``"/dev/ttyACM0,115200"``.
     system_id, component_id : int, optional
-        Our MAVLink address; 255/190 is a ground station.
+        Our MAVLink address; 255/190 is a ground station, component 191 of the vehicle's system id a computer on board.
     rate_hz : float, optional
         How often each vehicle is asked to send its state, 4 to 50, default 10.
     message_rates : mapping of str to float, optional
@@ -66,7 +66,8 @@ class Station(Closing):
         Whether to ask for rates at all; ``False`` only listens: until you ask a vehicle for something, nothing goes to it but our
         heartbeat, and whether it hears us (``is_reached``) stays unknown.
     heartbeat : bool, optional
-        Whether to send our heartbeat each second. The vehicle's ground-station failsafe counts it.
+        Whether to send our heartbeat each second. The vehicle's ground-station failsafe counts it: on board it comes from the system
+        id that an ArduPilot counts (``MAV_GCS_SYSID``, 255 until that is read).
     record : bool or path, optional
         Record every frame to a ``.tlog``: ``True`` in the user's data folder, a path for another folder.
     forward_to : iterable of str, optional

@@ -73,6 +73,30 @@ def test_a_plane_whose_program_is_stopped_comes_home() -> None:
             process.kill()
 
 
+@pytest.mark.fault(
+    26, figure="once nobody is there any more behind a station on board the simulated plane's failsafe acts within 10 s"
+)
+def test_a_plane_whose_operators_are_gone_comes_home() -> None:
+    params = {"FS_LONG_ACTN": 1, "FS_GCS_ENABL": 1, "MAV_GCS_SYSID": 252}
+    with (
+        Plane(params=params) as plane,
+        vencejo.Station(plane.link, system_id=1, component_id=191, heartbeat=False, record=False) as station,
+    ):
+        flown = station.wait_vehicle(1)
+        flown.set_mode("TAKEOFF")
+        flown.arm()
+        plane.skip_to(lambda truth: truth.alt_rel_home_m > 30.0)
+        assert not plane.has_heard_a_station(), "to command is not to be there"
+        # Read by itself where nothing else goes on; here it is known at once.
+        assert flown.params.get("MAV_GCS_SYSID").value == 252
+        station.set_heartbeat(True)
+        wait_for(plane.has_heard_a_station, "an operator who has come")
+        assert plane.mode() == "TAKEOFF"
+        station.set_heartbeat(False)
+        plane.fly(10.0)
+        assert plane.mode() == "RTL"
+
+
 def stop(process: subprocess.Popen[str] | subprocess.Popen[bytes]) -> None:
     """Stop a process; when this returns, none of its threads runs (proc(5))."""
     os.kill(process.pid, signal.SIGSTOP)

@@ -340,11 +340,7 @@ impl Router {
 
     /// Whether this is a frame that [`Self::on_sent`] remembered.
     fn is_own_echo(&self, frame: &Frame, now: MonoTime) -> bool {
-        let source = frame.source();
-        if !self.locals.contains(&source) {
-            return false;
-        }
-        let (recent, progress) = match self.source(source) {
+        let (recent, progress) = match self.source(frame.source()) {
             Some(known) => (&known.recent[usize::from(frame.sequence())], known.progress),
             None => (&self.strays[stray_index(frame)], 0),
         };
@@ -541,10 +537,12 @@ mod tests {
     #[test]
     fn our_own_frames_coming_back_are_known() {
         let mut router = router();
-        let own = heartbeat(255, 190, 4);
-        router.on_sent(&own, T0);
-        assert_eq!(router.on_received(2, &own, true, ALL, T0 + Duration::from_millis(300)), Verdict::Copy);
-        assert!(router.links_of(SystemId(255), T0).is_empty(), "an echo teaches no route");
+        // The second as one on board sends it, whose own address is another.
+        for own in [heartbeat(255, 190, 4), heartbeat(252, 191, 5)] {
+            router.on_sent(&own, T0);
+            assert_eq!(router.on_received(2, &own, true, ALL, T0 + Duration::from_millis(300)), Verdict::Copy);
+            assert!(router.links_of(own.source().system, T0).is_empty(), "an echo teaches no route");
+        }
     }
 
     // fault 14: 2.5 s after the last frame

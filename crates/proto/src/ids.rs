@@ -26,6 +26,8 @@ pub struct Address {
 impl SystemId {
     /// "All systems" in a target field.
     pub const BROADCAST: Self = Self(0);
+    /// A ground station, as stations and autopilots come: ArduPilot's `MAV_GCS_SYSID` is this.
+    pub const GROUND_STATION: Self = Self(255);
 }
 
 impl ComponentId {
@@ -37,6 +39,12 @@ impl ComponentId {
     pub const GROUND_STATION: Self = Self(190);
     /// A computer on board (`MAV_COMP_ID_ONBOARD_COMPUTER`).
     pub const ONBOARD_COMPUTER: Self = Self(191);
+
+    /// Whether it is a computer on board (`MAV_COMP_ID_ONBOARD_COMPUTER` to `…COMPUTER4`).
+    #[must_use]
+    pub const fn is_onboard_computer(self) -> bool {
+        matches!(self.0, 191..=194)
+    }
 }
 
 impl Address {

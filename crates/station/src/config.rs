@@ -13,9 +13,10 @@ use crate::error::StationError;
 /// A station's settings.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StationConfig {
-    /// Our address: 255/190 on the ground; on board the vehicle's system id and component 191.
+    /// Our address: 255/190 on the ground; on board the vehicle's system id and component 191 (to 194).
     pub address: Address,
-    /// Whether to send our heartbeat each second. The vehicle's ground-station failsafe counts it.
+    /// Whether to send our heartbeat each second. The vehicle's ground-station failsafe counts it: on board it comes from the system id that
+    /// an ArduPilot counts (`MAV_GCS_SYSID`, 255 until that is read), and our component.
     pub heartbeat: bool,
     /// How often each vehicle is asked to send its state, Hz, 4 to 50.
     pub rate_hz: f64,
@@ -38,7 +39,7 @@ pub struct StationConfig {
 impl Default for StationConfig {
     fn default() -> Self {
         Self {
-            address: Address { system: SystemId(255), component: ComponentId::GROUND_STATION },
+            address: Address { system: SystemId::GROUND_STATION, component: ComponentId::GROUND_STATION },
             heartbeat: true,
             rate_hz: 10.0,
             message_rates: BTreeMap::new(),

@@ -6,7 +6,8 @@ use std::time::Duration;
 
 use tokio::sync::watch;
 use vencejo_link::{LinkId, Recorder, RecorderStatus, Route};
-use vencejo_proto::{Heartbeat, MavVersion, Message, MonoTime};
+use vencejo_proto::{Address, Heartbeat, MavVersion, Message, MonoTime, SystemId};
+use vencejo_vehicle::Vehicle;
 
 use super::shared::{Core, Shared};
 
@@ -58,12 +59,23 @@ impl Shared {
         let send = |version| {
             let heartbeat = Message::Heartbeat(Heartbeat::default());
             // Links without a peer refuse it; there is nobody to miss it.
-            let _ = self.hub.send_message(&heartbeat, self.config.address, version, route);
+            let _ = self.hub.send_message(&heartbeat, self.heartbeat_source(core), version, route);
         };
         send(version);
         if speaks_v1 && invites {
             send(MavVersion::V2);
         }
+    }
+
+    /// Whose heartbeat ours is. On board it is not the vehicle's: ArduPilot's failsafe looks at the system id alone, and counts that of its
+    /// ground stations. The component stays ours, so that no other station takes it for a second one with its own address.
+    fn heartbeat_source(&self, core: &Core) -> Address {
+        let ours = self.config.address;
+        if !ours.component.is_onboard_computer() {
+            return ours;
+        }
+        let counted = core.vehicles.get(ours.system).and_then(Vehicle::counted_station);
+        Address { system: counted.unwrap_or(SystemId::GROUND_STATION), ..ours }
     }
 }
 

@@ -236,13 +236,18 @@ async fn when_the_driver_panics_nobody_waits_for_ever() {
 }
 
 fn hears_heartbeat(plane: &UdpSocket, limit: Duration) -> bool {
+    heartbeat_source(plane, limit).is_some()
+}
+
+/// Who says, by what comes next, that it is there.
+fn heartbeat_source(plane: &UdpSocket, limit: Duration) -> Option<Address> {
     // A time-out of zero is none at all.
     plane.set_read_timeout(Some(limit.max(Duration::from_millis(1)))).expect("a time-out");
     let mut datagram = [0; 300];
-    let Ok(size) = plane.recv(&mut datagram) else { return false };
+    let size = plane.recv(&mut datagram).ok()?;
     let mut decoder = FrameDecoder::new();
     decoder.push(&datagram[..size]);
-    decoder.next_frame().is_some_and(|frame| frame.message_id() == 0)
+    decoder.next_frame().filter(|frame| frame.message_id() == 0).map(|frame| frame.source())
 }
 
 /// A clock that stands still: no second passes, so that no beat follows the first.
@@ -285,6 +290,22 @@ async fn a_link_that_opens_between_two_beats_is_greeted_at_once() {
     station.close_link(link).await.expect("closes");
     assert!(!hears_heartbeat(&plane, Duration::ZERO), "who only listens greets nobody");
     station.close().await;
+}
+
+/// ArduPilot's failsafe counts the heartbeats of its ground stations' system id, and none of its own.
+#[tokio::test]
+async fn on_board_the_heartbeat_is_one_that_an_autopilot_counts() {
+    for (address, heard) in [((1, 191), (255, 191)), ((254, 190), (254, 190))] {
+        let [address, heard] = [address, heard].map(|(system, component)| Address::new(system, component));
+        let config = StationConfig { address, ..StationConfig::default() };
+        let station = Station::with_clock(config, Handle::current(), Arc::new(Still)).expect("a station starts");
+        let plane = UdpSocket::bind("127.0.0.1:0").expect("a socket");
+        let link = format!("udpout:{}", plane.local_addr().expect("bound"));
+        station.open_link(&link, LinkOptions::default()).expect("opens");
+        let source = tokio::task::spawn_blocking(move || heartbeat_source(&plane, LIMIT));
+        assert_eq!(source.await.expect("no panic"), Some(heard));
+        station.close().await;
+    }
 }
 
 // fault 26: at most 1 heartbeat in 2.5 s from a core that is stuck

@@ -40,6 +40,8 @@ const RETRIES: [Duration; 2] = [Duration::from_secs(10), Duration::from_secs(60)
 /// What an ArduPlane is asked for after its plans: how it circles, how fast it flies, how it turns, whether a return looks for the
 /// mission's landing. Each once, also when it does not answer.
 const FLIGHT_PARAMETERS: [&str; 4] = ["WP_LOITER_RAD", "AIRSPEED_CRUISE", "ROLL_LIMIT_DEG", "RTL_AUTOLAND"];
+/// What a computer on board asks for before those: whose heartbeats the autopilot counts. The second name is that before ArduPilot 4.7.
+pub(super) const STATION_PARAMETERS: [&str; 2] = ["MAV_GCS_SYSID", "SYSID_MYGCS"];
 /// A plan that was read by itself this long ago is given to who asks for it.
 const FRESH_COPY: Duration = Duration::from_secs(3);
 /// How long an upload waits until it is written down that it begins. A disk that fails does not keep anybody from flying.
@@ -283,7 +285,9 @@ impl Vehicle {
             let moving = board.moving_until.unwrap_or(board.quiet_since);
             (Reading::Plan(kind), (board.quiet_since + QUIET).max(moving).max(board.not_before[kind as usize]))
         };
-        let parameter = FLIGHT_PARAMETERS.get(board.parameters_asked).filter(|_| self.is_arduplane());
+        let of_station = if self.our.component.is_onboard_computer() { &STATION_PARAMETERS[..] } else { &[] };
+        let mut parameters = of_station.iter().chain(&FLIGHT_PARAMETERS);
+        let parameter = parameters.nth(board.parameters_asked).filter(|_| self.is_arduplane());
         let parameter = parameter.map(|name| (Reading::Parameter(name), board.quiet_since + QUIET));
         // Of two at the same time the first.
         PlanKind::ALL.into_iter().filter(is_wanted).map(due).chain(parameter).min_by_key(|(_, at)| *at)

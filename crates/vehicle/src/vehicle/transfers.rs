@@ -4,11 +4,12 @@ use std::sync::Arc;
 
 use vencejo_flight::plan::{Mission, PlanKind, items_from_wire};
 use vencejo_flight::way::own_radius_m;
-use vencejo_proto::param::ParamEncoding;
-use vencejo_proto::{Message, MissionItemInt, MonoTime};
+use vencejo_proto::param::{ParamEncoding, ParamName};
+use vencejo_proto::{Message, MissionItemInt, MonoTime, SystemId};
 
 use super::Vehicle;
 use super::lane::{Lane, Machine, PlanBefore, Yield};
+use super::onboard::STATION_PARAMETERS;
 use super::operation::State;
 use super::steps::Step;
 use crate::error::VehicleError;
@@ -235,6 +236,14 @@ impl Vehicle {
             "BRD_SD_MISSION" if value >= 1.0 => self.limits.max_items = (value * 1024.0 - 4.0) as usize / 15,
             _ => {}
         }
+    }
+
+    /// System id of the ground stations whose heartbeats its failsafe counts (`MAV_GCS_SYSID`, before ArduPilot 4.7 `SYSID_MYGCS`).
+    /// `None`: not read.
+    #[must_use]
+    pub fn counted_station(&self) -> Option<SystemId> {
+        let read = |name| self.parameters.get(&ParamName::new(name).ok()?).map(|value| *value as u8);
+        STATION_PARAMETERS.into_iter().find_map(read).filter(|number| *number > 0).map(SystemId)
     }
 
     /// A plan was read from the vehicle: now it is known, unless it was `changed` meanwhile. `is_ours` is one that we have just

@@ -11,7 +11,7 @@ use vencejo_proto::dialect::{
 };
 use vencejo_proto::ftp::{FtpOpcode, FtpPayload};
 use vencejo_proto::plan_file::decode_plan_file;
-use vencejo_proto::{MissionItemInt, SystemId};
+use vencejo_proto::{ComponentId, MissionItemInt, SystemId};
 
 use super::*;
 use crate::plan_record::{Doubt, PlanRecord, StoredRecord, VehicleKey, Writer};
@@ -230,6 +230,20 @@ fn how_a_plane_flies_is_read_once_and_again_after_its_restart() {
     let names = asked(&mut world);
     assert_eq!(names.iter().filter(|name| *name == "WP_LOITER_RAD").count(), 1, "{names:?}");
     assert!(names.iter().any(|name| name == "RTL_AUTOLAND"), "{names:?}");
+}
+
+#[test]
+fn a_computer_on_board_reads_whose_heartbeats_are_counted() {
+    let mut plane = Plane::new();
+    plane.services.has_ftp = false;
+    let name = ParamName::new("SYSID_MYGCS").expect("a name");
+    plane.services.params.push(Param { name, value: ParamValue::F32(252.0) });
+    let us = Address { component: ComponentId::ONBOARD_COMPUTER, ..PLANE };
+    let vehicle = Vehicle::new(PLANE, us, reading(), MonoTime::ZERO);
+    let mut world = World::new(Station { vehicle, ..Station::with(reading()) }, plane, Faults::default(), 1);
+    wait(&mut world, 60_000);
+    assert_eq!(world.station.vehicle.counted_station(), Some(SystemId(252)), "by its name of before 4.7");
+    assert_eq!(world.station.vehicle.flight_parameters().loiter_radius_m, Some(80.0), "and then the others");
 }
 
 #[test]
