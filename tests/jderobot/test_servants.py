@@ -18,6 +18,7 @@ import vencejo
 from numpy.typing import NDArray
 from vencejo import VencejoError, _native, errors
 from vencejo.jderobot import IceServer, IceSettings
+from vencejo.jderobot.access import Gate
 from vencejo.jderobot.camera import Camera
 from vencejo.jderobot.cmdvel import CMDVel
 from vencejo.jderobot.extra import Extra
@@ -27,13 +28,14 @@ from vencejo.jderobot.marks import Marks, Taken
 from vencejo.jderobot.mission import Mission, MissionOfPoses
 from vencejo.jderobot.navdata import Navdata, State, state_of
 from vencejo.jderobot.pose import Pose3D
-from vencejo.jderobot.precise import Control, Missions
+from vencejo.jderobot.precise import Control, Missions, TelemetryServant
 from vencejo.jderobot.runtime import load
 from vencejo.jderobot.settings import MissionPolicy
 from vencejo.jderobot.stamp import age_text, stamped
 from vencejo.jderobot.states import States
 from vencejo.jderobot.subject import Subject
 from vencejo.jderobot.workers import Workers
+from vencejo.serve import Tokens
 
 from tests.faults.mock import MockPlane
 from tests.jderobot.support import ANY_PORT, Client, client_of
@@ -988,12 +990,57 @@ def test_a_subscription_ends_with_its_observer() -> None:
     states = SimpleNamespace(pose=lambda *_: "pose", navigation=lambda *_: " and more")
     clock = iter(range(1000))
     feed = Feed(slices, cast("States", states), clock=lambda: float(next(clock)) * 5.0)
-    feed._add(cast("vencejo.Vehicle", vehicle), Observer(), 50.0)
+    feed._add(cast("vencejo.Vehicle", vehicle), Observer(), 50.0, lambda: None)
     assert watch.closed.wait(30.0), "the third call found nobody"
     assert calls == ["pose and more"] * 3
     assert not feed._subscribers
     feed.close()
     assert not feed._thread.is_alive()
+
+
+def test_a_subscription_ends_with_the_token_that_it_was_asked_for_with() -> None:
+    """One call every ten seconds is due at most, and yet it is over within one."""
+    told = iter([None, None, None, "the token was replaced"])
+    calls: list[str] = []
+
+    class Observer:
+        def movedAsync(self, pose: None, navigation: None) -> Call:
+            calls.append("moved")
+            return Call()
+
+    watch = SimpleNamespace(closed=threading.Event())
+    watch.close = watch.closed.set
+    vehicle = SimpleNamespace(change_count=0, telemetry=None, on_event=lambda _: watch)
+    states = SimpleNamespace(pose=lambda *_: None, navigation=lambda *_: None)
+    clock = iter(range(1000))
+    feed = Feed(load(), cast("States", states), clock=lambda: float(next(clock)))
+    feed._add(cast("vencejo.Vehicle", vehicle), Observer(), 0.1, lambda: next(told))
+    assert watch.closed.wait(30.0), "it is over"
+    assert next(clock) < 10, "before the next call was due"
+    assert calls == ["moved"]
+    assert not feed._subscribers
+    feed.close()
+
+
+def test_a_subscription_is_held_against_the_token_of_its_own_request() -> None:
+    tokens = [Tokens(viewer="v" * 32, operator="o" * 32)]
+    refusals: list[Callable[[], str | None]] = []
+    feed = SimpleNamespace(
+        subscribe=lambda *asked: refusals.append(asked[-1]), subscribe_here=lambda *asked: refusals.append(asked[-1])
+    )
+    faults, subject = SimpleNamespace(at_once=lambda work: work()), SimpleNamespace(need=lambda _: None)
+    gate = Gate(lambda: tokens[0])
+    servant = TelemetryServant(
+        cast("Subject", subject), cast("States", None), cast("Faults", faults), cast("Feed", feed), gate
+    )
+    peer = SimpleNamespace(remoteAddress="203.0.113.1", remotePort=1)
+    current = SimpleNamespace(con=SimpleNamespace(getInfo=lambda: peer), ctx={"token": "v" * 32})
+    servant.subscribe(0, None, 1.0, current)
+    servant.subscribeHere(0, "me", 1.0, current)
+    assert [refusal() for refusal in refusals] == [None, None]
+    tokens[0] = Tokens(viewer="n" * 32, operator="o" * 32)
+    assert all("demands a token" in (refusal() or "") for refusal in refusals)
+    assert len(refusals) == 2
 
 
 def test_too_many_operations_at_once_are_refused() -> None:

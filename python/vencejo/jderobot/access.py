@@ -56,16 +56,28 @@ class Gate:
         Asked at each request, whose context has one of them under ``token``: new ones hold at once. ``None``: everybody may.
     allow : collection of networks
         Whoever comes from there needs none: existing programs cannot send one.
+    takes_pages : bool, optional
+        Whether pages in a browser reach what it guards.
     """
 
-    def __init__(self, tokens: Callable[[], Tokens | None] | None, allow: Collection[Network] = ()) -> None:
+    def __init__(
+        self,
+        tokens: Callable[[], Tokens | None] | None,
+        allow: Collection[Network] = (),
+        *,
+        takes_pages: bool = False,
+    ) -> None:
         self._tokens = tokens
         self._allow = allow
+        self._takes_pages = takes_pages
 
-    @property
-    def is_open(self) -> bool:
-        """Whether every program may; pages of other machines in a browser here may not even so."""
-        return self._tokens is None
+    def standing(self, connection: Any, operation: str, token: str) -> Callable[[], str | None]:
+        """What tells, whenever it is asked, why a request of this connection is refused by then: a token may be replaced."""
+        origin = web_origin(connection) if self._takes_pages else None
+        if origin is None and self._tokens is None:
+            return lambda: None
+        remote = remote_address(connection)
+        return lambda: self.refusal(remote, token, operation, origin)
 
     def refusal(self, remote: str | None, token: str, operation: str, origin: str | None = None) -> str | None:
         """Why a request is refused, ``None`` when it is not.

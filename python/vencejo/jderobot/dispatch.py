@@ -12,7 +12,7 @@ from collections import OrderedDict
 from collections.abc import Callable, Mapping
 from typing import Any, Final, TypeAlias
 
-from vencejo.jderobot.access import READS, Gate, Peer, Presence, peer_of, remote_address, web_origin
+from vencejo.jderobot.access import READS, Gate, Peer, Presence, peer_of, remote_address
 from vencejo.jderobot.runtime import Dialect, Slices, tolerant
 from vencejo.jderobot.subject import LOG
 from vencejo.jderobot.wire import CAMERA, CMDVEL, INT, MISSION, PLAN, PLAN_KIND, POSE, POSES, Malformed, Shape, check
@@ -187,13 +187,10 @@ class Checked:
 class Locator:
     """Finds the servant of each request that is let through (Ice's ServantLocator)."""
 
-    def __init__(
-        self, slices: Slices, gate: Gate, objects: Mapping[str, Answering], presence: Presence, *, takes_pages: bool
-    ) -> None:
+    def __init__(self, slices: Slices, gate: Gate, objects: Mapping[str, Answering], presence: Presence) -> None:
         self._ice = slices.ice
         self._presence = presence
         self._gate = gate
-        self._takes_pages = takes_pages
         self._objects = objects
 
     def locate(self, current: Any) -> tuple[object | None, None]:
@@ -217,11 +214,9 @@ class Locator:
         Ice.UnknownException
             With the reason.
         """
-        origin = web_origin(connection) if self._takes_pages else None
-        if origin is not None or not self._gate.is_open:
-            refusal = self._gate.refusal(remote_address(connection), token, operation, origin)
-            if refusal is not None:
-                raise self._ice.UnknownException(refusal)
+        refusal = self._gate.standing(connection, operation, token)()
+        if refusal is not None:
+            raise self._ice.UnknownException(refusal)
         if operation not in READS:
             self._presence.acts(connection)
 

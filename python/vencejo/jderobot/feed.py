@@ -32,6 +32,8 @@ _MAX_NUMBER: Final = 2**31 - 1
 _LOOK_S: Final = 0.2
 _AT_LEAST_S: Final = 5.0
 """Without news the observer hears that there is none: values grow old, and its connection does not go idle."""
+_ASK_S: Final = 1.0
+"""How often at least it is asked whether the subscriber would still be let in."""
 
 
 @dataclass
@@ -40,7 +42,10 @@ class _Subscriber:
     vehicle: Vehicle
     observer: Any
     period_s: float
+    refusal: Callable[[], str | None]
+    """Why the subscription would be refused by now."""
     due_s: float
+    ask_s: float
     seen: int = -1
     told_s: float = 0.0
     events: deque[Event] = field(default_factory=lambda: deque(maxlen=_MAX_EVENTS))
@@ -70,8 +75,12 @@ class Feed:
         self._thread = threading.Thread(target=self._run, name="vencejo-ice-feed", daemon=True)
         self._thread.start()
 
-    def subscribe(self, vehicle: Vehicle, observer: Any, rate_hz: float, connection: Any) -> int:
+    def subscribe(
+        self, vehicle: Vehicle, observer: Any, rate_hz: float, connection: Any, refusal: Callable[[], str | None]
+    ) -> int:
         """Call an observer that we connect to: only at the address that it asks from, so that nobody aims us at others.
+
+        Nothing is told any more once `refusal` gives a reason, and the subscription ends within a second.
 
         Raises
         ------
@@ -91,10 +100,12 @@ class Feed:
             raise InvalidRequest(
                 f"the observer has no endpoint at {remote}, where the request comes from; use subscribeHere instead"
             )
-        return self._add(vehicle, observer.ice_endpoints(mine).ice_oneway(), rate_hz)
+        return self._add(vehicle, observer.ice_endpoints(mine).ice_oneway(), rate_hz, refusal)
 
-    def subscribe_here(self, vehicle: Vehicle, identity: str, rate_hz: float, connection: Any) -> int:
-        """Call an observer over its own connection.
+    def subscribe_here(
+        self, vehicle: Vehicle, identity: str, rate_hz: float, connection: Any, refusal: Callable[[], str | None]
+    ) -> int:
+        """Call an observer over its own connection, for as long as `refusal` gives no reason.
 
         Raises
         ------
@@ -107,16 +118,17 @@ class Feed:
         if not name.name or connection is None:
             raise InvalidRequest("an observer has a name and a connection")
         proxy = self._precise.ObserverPrx.uncheckedCast(connection.createProxy(name)).ice_oneway()
-        return self._add(vehicle, proxy, rate_hz)
+        return self._add(vehicle, proxy, rate_hz, refusal)
 
-    def _add(self, vehicle: Vehicle, observer: Any, rate_hz: float) -> int:
+    def _add(self, vehicle: Vehicle, observer: Any, rate_hz: float, refusal: Callable[[], str | None]) -> int:
         if not 0.1 <= rate_hz <= 50.0:
             raise InvalidRequest(f"rateHz is {rate_hz}, should be 0.1 to 50")
         with self._changed:
             if len(self._subscribers) >= _MAX_SUBSCRIPTIONS:
                 raise Busy(f"there are {_MAX_SUBSCRIPTIONS} subscriptions already")
             number = self._new_number()
-            subscriber = _Subscriber(number, vehicle, observer, 1.0 / rate_hz, self._clock())
+            now = self._clock()
+            subscriber = _Subscriber(number, vehicle, observer, 1.0 / rate_hz, refusal, due_s=now, ask_s=now)
             subscriber.watch = vehicle.on_event(lambda event: self._on_event(subscriber, event))
             self._subscribers[number] = subscriber
             self._changed.notify_all()
@@ -156,14 +168,18 @@ class Feed:
                 if self._closed:
                     return
                 now = self._clock()
-                ready = [s for s in self._subscribers.values() if s.events or s.due_s <= now]
+                ready = [s for s in self._subscribers.values() if s.events or min(s.due_s, s.ask_s) <= now]
                 if not ready:
-                    dues = [s.due_s for s in self._subscribers.values()]
+                    dues = [min(s.due_s, s.ask_s) for s in self._subscribers.values()]
                     self._changed.wait(min((due - now for due in dues), default=None))
                     continue
             for subscriber in ready:
-                if not self._serve(subscriber, now):
-                    LOG.info("subscription %d ended: its observer cannot be reached", subscriber.number)
+                ended = subscriber.refusal()
+                subscriber.ask_s = now + _ASK_S
+                if ended is None and not self._serve(subscriber, now):
+                    ended = "its observer cannot be reached"
+                if ended is not None:
+                    LOG.info("subscription %d ended: %s", subscriber.number, ended)
                     self.unsubscribe(subscriber.number)
 
     def _serve(self, subscriber: _Subscriber, now_s: float) -> bool:

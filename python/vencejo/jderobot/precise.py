@@ -7,7 +7,7 @@ from concurrent.futures import Future
 from typing import Any, Final, cast
 
 from vencejo.errors import InvalidRequest
-from vencejo.jderobot.access import despite_mixed_plan
+from vencejo.jderobot.access import Gate, despite_mixed_plan
 from vencejo.jderobot.faults import Faults
 from vencejo.jderobot.feed import Feed
 from vencejo.jderobot.runtime import Slices, tolerant
@@ -28,11 +28,12 @@ _MAX_FRAME: Final = 255
 class TelemetryServant:
     """Servant of ``vencejo::Telemetry``."""
 
-    def __init__(self, subject: Subject, states: States, faults: Faults, feed: Feed) -> None:
+    def __init__(self, subject: Subject, states: States, faults: Faults, feed: Feed, gate: Gate) -> None:
         self._subject = subject
         self._states = states
         self._faults = faults
         self._feed = feed
+        self._gate = gate
 
     def vehicles(self, current: Any = None) -> list[int]:
         """System ids heard so far."""
@@ -50,19 +51,26 @@ class TelemetryServant:
 
     def subscribe(self, systemId: int, observer: Any, rateHz: float, current: Any = None) -> int:
         """Call an observer elsewhere."""
+        refusal = self._standing("subscribe", current)
         return self._faults.at_once(
-            lambda: self._feed.subscribe(self._subject.need(systemId), observer, rateHz, current.con)
+            lambda: self._feed.subscribe(self._subject.need(systemId), observer, rateHz, current.con, refusal)
         )
 
     def subscribeHere(self, systemId: int, identity: str, rateHz: float, current: Any = None) -> int:
         """Call an observer over this connection."""
+        refusal = self._standing("subscribeHere", current)
         return self._faults.at_once(
-            lambda: self._feed.subscribe_here(self._subject.need(systemId), identity, rateHz, current.con)
+            lambda: self._feed.subscribe_here(self._subject.need(systemId), identity, rateHz, current.con, refusal)
         )
 
     def unsubscribe(self, subscription: int, current: Any = None) -> None:
         """End a subscription; one that is none any more is no error."""
         self._feed.unsubscribe(subscription)
+
+    def _standing(self, operation: str, current: Any) -> Callable[[], str | None]:
+        with tolerant():
+            token = current.ctx.get("token", "")
+        return self._gate.standing(current.con, operation, token)
 
 
 def plan_from_slice(plan: Any, unset: Any) -> Plan:

@@ -93,6 +93,9 @@ class IceServer(Closing):
         tokens: Callable[[], Tokens | None],
     ) -> dict[str, Any]:
         settings, closing = self._settings, self._closing
+        endpoints = {interface: settings.endpoint(interface) for interface in INTERFACES}
+        adapters = {interface: self._adapter(interface, where) for interface, where in endpoints.items() if where}
+        gates = {interface: self._gate(adapter, tokens) for interface, adapter in adapters.items()}
         operator = station.add_operator(OPERATOR, transient=True)
         closing.callback(operator.close)
         presence = Presence(operator)
@@ -116,7 +119,9 @@ class IceServer(Closing):
         bare = slices.servant(MissionOfPoses, jderobot.MissionOfPoses)(mission)
         pose = slices.servant(Pose3D, jderobot.Pose3D)(slices, subject, workers)
         missions = slices.servant(Missions, precise.Missions)(slices, subject, faults)
-        telemetry = slices.servant(TelemetryServant, precise.Telemetry)(subject, states, faults, feed)
+        telemetry = slices.servant(TelemetryServant, precise.Telemetry)(
+            subject, states, faults, feed, gates.get("Precise", Gate(None))
+        )
         dialects = Dialects(settings.dialect)
         inside = self._communicator.createObjectAdapter("")
         inside.activate()
@@ -137,20 +142,11 @@ class IceServer(Closing):
                 "_control": answering("Control", {"data": slices.servant(Control, precise.Control)(subject, faults)}),
             },
         }
-        adapters = {}
-        for interface, objects in servants.items():
-            endpoints = settings.endpoint(interface)
-            if not endpoints:
-                continue
-            adapter = self._adapter(interface, endpoints)
-            named = {
-                name + suffix: servant for name in settings.identities(interface) for suffix, servant in objects.items()
-            }
-            locator = slices.servant(Locator, slices.ice.ServantLocator)
-            gate = self._gate(adapter, tokens)
-            found = locator(slices, gate, named, presence, takes_pages=self._takes_pages(adapter))
-            adapter.addServantLocator(found, "")
-            adapters[interface] = adapter
+        locator = slices.servant(Locator, slices.ice.ServantLocator)
+        for interface, adapter in adapters.items():
+            names, objects = settings.identities(interface), servants[interface]
+            named = {name + suffix: servant for name in names for suffix, servant in objects.items()}
+            adapter.addServantLocator(locator(slices, gates[interface], named, presence), "")
         ports = {port for adapter in adapters.values() for _, port in _listening(adapter)}
         limit = ConnectionLimit(ports, settings.max_connections)
         closing.callback(limit.close)
@@ -190,11 +186,12 @@ class IceServer(Closing):
             raise InvalidRequest(f"{interface}.Endpoints is {endpoints!r}: {error.str}") from error
 
     def _gate(self, adapter: Any, tokens: Callable[[], Tokens | None]) -> Gate:
+        takes_pages = self._takes_pages(adapter)
         if all(is_loopback(host) for host, _ in _listening(adapter)):
-            return Gate(None)
+            return Gate(None, takes_pages=takes_pages)
         if tokens() is None:
             raise InvalidRequest("others than this machine are let in, and there are no tokens that they could need")
-        return Gate(tokens, self._settings.allow)
+        return Gate(tokens, self._settings.allow, takes_pages=takes_pages)
 
     def _takes_pages(self, adapter: Any) -> bool:
         """Whether pages in a browser reach an adapter: they speak WebSocket only."""
