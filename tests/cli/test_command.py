@@ -13,7 +13,7 @@ import subprocess
 import sys
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, cast
 
 import pytest
 import typer
@@ -25,9 +25,12 @@ from vencejo.cli.common import EXIT_CODES, Exit, clean, describe_error
 from vencejo.cli.demo import demo_mission
 from vencejo.cli.onboard import tell_status
 from vencejo.cli.params import Change, compare, same, write_all
+from vencejo.cli.record import _watch_recording
 from vencejo.cli.serve import tell_storage
+from vencejo.recording import summarize
 from vencejo.storage import StorageProblem
 
+from tests.cli.doubles import FakeStation
 from tests.support import CAPTURES
 
 FLIGHT = CAPTURES / "arduplane-takeoff-to-landing.tlog"
@@ -312,6 +315,13 @@ def test_summary_of_a_recording() -> None:
     assert kinds.index("armed") < kinds.index("item_reached")
 
 
+def test_how_a_recording_goes_is_status(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.setattr(sys.modules[_watch_recording.__module__], "_every", lambda period_s: [None, None])
+    _watch_recording(cast("vencejo.Station", FakeStation()), 0.0, json=False)
+    shown = capsys.readouterr()
+    assert (shown.out, shown.err) == ("", "nothing is recorded\n" * 2)
+
+
 def test_what_is_no_recording(tmp_path: Path) -> None:
     noise = tmp_path / "noise.tlog"
     noise.write_bytes(bytes(range(256)) * 40)
@@ -341,7 +351,7 @@ def test_a_replay_begins_when_its_links_are_up_and_ends_when_the_last_frame_has_
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     file = CAPTURES / "mission-upload-items.tlog"
-    frames = vencejo.recording.summarize(file).frames
+    frames = summarize(file).frames
     # What each look at the link shows: it comes up, and when the recording has ended its last frame is still to leave.
     looks = iter([("connecting", 0), ("up", 0), ("up", frames - 1), ("up", frames - 1), ("up", frames)])
     states = []

@@ -43,7 +43,7 @@ def fleet_history(
         put_json([_as_json(each) for each in found])
         return
     if not found:
-        print("Nothing is kept yet: `vencejo serve --fleet` and `vencejo onboard` do.")
+        say("Nothing is kept yet: `vencejo serve --fleet` and `vencejo onboard` do.")
         return
     shown = table("aircraft", "files", "size", "states", "events", "orders", "missing", "lost", right=("files", "size"))
     for each in found:

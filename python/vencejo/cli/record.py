@@ -22,7 +22,9 @@ from vencejo.cli.common import (
     duration,
     progress_bar,
     put_json,
+    say,
     size,
+    stderr,
     stdout,
     table,
 )
@@ -87,13 +89,16 @@ def record(
 
 
 def _watch_recording(station: Station, began: float, *, json: bool) -> None:
-    console = stdout()
-    if json or not console.is_terminal:
-        for _ in _every(1.0 if json else LINES_EVERY_S):
-            if json:
-                put_json({"recording": _as_json(station.recorder), "links": [asdict(info) for info in station.links]})
-            else:
-                print(recording_line(station.recorder, time.monotonic() - began), flush=True)
+    if json:
+        for _ in _every(1.0):
+            put_json({"recording": _as_json(station.recorder), "links": [asdict(info) for info in station.links]})
+        return
+    # What was asked for is the recording: how it goes is status, and whoever stops reading that ends no recording.
+    console = stderr()
+    if not console.is_terminal:
+        for _ in _every(LINES_EVERY_S):
+            say(recording_line(station.recorder, time.monotonic() - began))
+        return
     from rich.live import Live
 
     with Live(console=console, auto_refresh=False) as live:
