@@ -92,6 +92,15 @@ describe('positions', () => {
     expect(at?.lon_deg).toBeCloseTo(-3.7978, 6);
   });
 
+  it.each(['40.33,33', '40.33 33', '40, 33', '40; 33', '40,-3'])('reads %s as two numbers', (text) => {
+    expect(parseLonLat(text)).not.toBeNull();
+  });
+
+  it.each(['40,33', '-40,33', '40,33 N', '40,33°', '40 33', '40 33,5', '40° 33′'])(
+    'does not take %s, which may be one number, for a position',
+    (text) => expect(parseLonLat(text)).toBeNull(),
+  );
+
   it.each(['', '40', 'hello', '91, 0', '40.1N 3.2N', '40, 3, 2', '40°61′N 3°W', 'x'.repeat(200)])(
     'does not read %j',
     (text) => expect(parseLonLat(text)).toBeNull(),

@@ -59,7 +59,8 @@ function dms(value_deg: number, positive: string, negative: string): string {
 
 /**
  * Reads a position as people paste it: `40.33, -3.79`, `40,33; -3,79`, `40°20′08″N 3°47′48″W`, `N40.33 W3.79`.
- * Latitude comes first unless hemisphere letters say otherwise. `null` when it is not a position.
+ * Latitude comes first unless hemisphere letters say otherwise. `null` when it is not a position, and where it may be one angle:
+ * `40,33` is 40.33 to whoever writes decimals with a comma, and `40 33` may be degrees and minutes.
  */
 export function parseLonLat(text: string): LonLat | null {
   const parts = split(text.trim().toUpperCase());
@@ -73,7 +74,7 @@ export function parseLonLat(text: string): LonLat | null {
 }
 
 function split(text: string): [string, string] | null {
-  if (text.length > 100) return null;
+  if (text.length > 100 || angle(text) !== null) return null;
   const attempts = [
     text.split(/\s*;\s*/),
     text.split(/\s*,\s+/),
@@ -99,7 +100,9 @@ function angle(text: string): { value_deg: number; axis: 'lat' | 'lon' | null } 
     .replaceAll(',', '.')
     .match(/^([+-]?)(\d+(?:\.\d+)?)(?:\s*[°º\s]\s*(\d+(?:\.\d+)?)(?:\s*['′’\s]\s*(\d+(?:\.\d+)?))?)?\s*["″”'′’°º]*$/);
   if (!match) return null;
-  const [, sign, degrees, minutes = '0', seconds = '0'] = match;
+  const [, sign, degrees = '', minutes = '', seconds = ''] = match;
+  // only the last of them has decimals
+  if ((degrees.includes('.') && minutes !== '') || (minutes.includes('.') && seconds !== '')) return null;
   if (Number(minutes) >= 60 || Number(seconds) >= 60) return null;
   const magnitude = Number(degrees) + Number(minutes) / 60 + Number(seconds) / 3600;
   // O is oeste, Spanish for west

@@ -199,7 +199,7 @@ export const mapsEn = {
   'maps.needLayer': 'Choose a layer.',
   'maps.needKey': 'It needs a key.',
   'maps.badZoom': 'Zooms are whole numbers from 0 to 25, the first not above the second.',
-  'maps.badCorner': 'Each corner needs a latitude and a longitude.',
+  'maps.badCorner': 'Write each corner as latitude and longitude, such as 40.3332, -3.7978 or 40,3332; -3,7978.',
 
   'maps.corners': 'Corners',
   'maps.cornersHint': 'Drag the corners on the map until the picture fits; the middle moves it as a whole.',

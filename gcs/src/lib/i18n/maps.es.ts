@@ -202,7 +202,7 @@ export const mapsEs: Record<keyof typeof mapsEn, string> = {
   'maps.needLayer': 'Elige una capa.',
   'maps.needKey': 'Necesita una clave.',
   'maps.badZoom': 'Los zooms son números enteros de 0 a 25, el primero no mayor que el segundo.',
-  'maps.badCorner': 'Cada esquina necesita latitud y longitud.',
+  'maps.badCorner': 'Escribe cada esquina como latitud y longitud, por ejemplo 40.3332, -3.7978 o 40,3332; -3,7978.',
 
   'maps.corners': 'Esquinas',
   'maps.cornersHint': 'Arrastra las esquinas en el mapa hasta que la imagen encaje; el centro la mueve entera.',
