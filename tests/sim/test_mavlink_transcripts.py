@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
+from vencejo.sim.world import World
 
 from tests.sim.transcripts import HOME, Entry, double, outline, read, recorded, replay, settled_world
 
@@ -200,6 +201,62 @@ def test_guided_commands() -> None:
     assert reposition.frame == 3  # type: ignore[attr-defined]
     assert reposition.radius_m == 80.0  # type: ignore[attr-defined]
     assert ("change_speed", 0, 18.0, -1.0) in double(world).calls
+
+
+def state_of(message: Any) -> object:
+    """What a message says of a start, as far as no two starts differ in it; None for one that says nothing of it."""
+    match message.get_type():
+        case "HEARTBEAT":
+            return message.custom_mode, message.base_mode, message.system_status
+        case "GLOBAL_POSITION_INT":
+            is_somewhere = abs(message.lat) > 1_000_000
+            return is_somewhere, message.lat == 0 == message.lon, message.alt > 500_000, message.hdg == 0
+        case "SYS_STATUS":
+            return message.voltage_battery > 0, message.battery_remaining >= 0
+        case "BATTERY_STATUS":
+            return message.voltages[0] == 65535, message.battery_remaining >= 0, message.charge_state
+        case "GPS_RAW_INT":
+            return message.fix_type, message.satellites_visible, message.time_usec > 0
+        case "EKF_STATUS_REPORT":
+            return message.flags
+        case "SYSTEM_TIME":
+            return message.time_unix_usec > 0
+        case "HOME_POSITION" | "GPS_GLOBAL_ORIGIN":
+            return message.altitude > 500_000
+    return None
+
+
+def changes(timed: list[tuple[float, Any]]) -> dict[str, list[tuple[float, object]]]:
+    """When each kind of message began to say something else, and what."""
+    told: dict[str, list[tuple[float, object]]] = {}
+    for time_s, message in timed:
+        state = state_of(message)
+        before = told.setdefault(message.get_type(), [])
+        if state is not None and (not before or before[-1][1] != state):
+            before.append((time_s, state))
+    return {kind: found for kind, found in told.items() if found}
+
+
+def test_a_start_is_the_recorded_one() -> None:
+    """First who it is, then a place that is none, then one without its height; and each at its time."""
+    start_s = 12.5
+    theirs = changes([(entry.time_s, entry.message) for entry in read("arduplane-takeoff-to-landing.tlog", start_s)])
+    world = World(HOME)
+    station = world.connect()
+    heard: list[tuple[float, Any]] = []
+    for _ in range(round(start_s * 100)):
+        world.tick()
+        heard += [(world.planes[0].autopilot.time_s, message) for message in station.receive()]
+    assert {message.get_type() for time_s, message in heard if time_s < 1.5} <= {"HEARTBEAT", "PARAM_VALUE"}
+    ours = changes(heard)
+    assert len(theirs) == 8
+    assert theirs.keys() == ours.keys()
+    for kind, told in theirs.items():
+        assert [state for _, state in ours[kind]] == [state for _, state in told], kind
+        # The first ones of two kinds leave at once here.
+        later = slice(1 if kind in {"HEARTBEAT", "EKF_STATUS_REPORT"} else 0, None)
+        times = [[time_s for time_s, _ in side[kind]][later] for side in (ours, theirs)]
+        assert times[0] == pytest.approx(times[1], abs=0.3), kind
 
 
 def test_recordings_are_read_whole() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import struct
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
@@ -33,7 +34,7 @@ class Entry(NamedTuple):
     frame: bytes
 
 
-def read(name: str) -> list[Entry]:
+def read(name: str, until_s: float = math.inf) -> list[Entry]:
     """A ``.tlog`` of both directions: 8-byte big-endian microseconds, then the frame, again and again."""
     data = (CAPTURES / name).read_bytes()
     decoder = dialect.MAVLink(None)
@@ -44,6 +45,8 @@ def read(name: str) -> list[Entry]:
         (time_us,) = struct.unpack_from(">Q", data, offset)
         offset += 8
         first_us = time_us if first_us is None else first_us
+        if (time_us - first_us) / 1e6 > until_s:
+            break
         header = 12 if data[offset] == 0xFD else 8
         frame = data[offset : offset + header + data[offset + 1]]
         offset += len(frame)

@@ -11,6 +11,7 @@ from collections.abc import Callable, Mapping
 
 from vencejo.sim.hand import CARRY_HEIGHT_M, Hand
 
+from . import boot
 from .commands import Commands
 from .energy import Energy
 from .geo import Spot, distance_m, wrap_pi
@@ -18,7 +19,6 @@ from .interface import (
     DT_S,
     Armed,
     Disarmed,
-    EkfFlag,
     FenceBreach,
     LandedState,
     MavResult,
@@ -49,27 +49,7 @@ __all__ = ["Autopilot"]
 _NAVIGATE_TICKS = 10
 _STICK_TICKS = 2
 _FLYING_TICKS = 20
-_GPS_FIX_S = 8.8
-_EKF_INIT_S = 10.0
-_ORIGIN_S = 19.2
-"""When the estimator has an origin, and with it the vehicle a home."""
-_EKF_READY_S = 20.0
-
-_BOOT_TEXTS: tuple[tuple[float, Severity, str], ...] = (
-    (1.5, Severity.INFO, "Barometer 1 calibration complete"),
-    (1.5, Severity.INFO, "Airspeed 1 calibration started"),
-    (1.5, Severity.INFO, "ArduPilot Ready"),
-    (1.5, Severity.INFO, "AHRS: DCM active"),
-    (3.2, Severity.INFO, "Airspeed 1 calibrated"),
-    (8.8, Severity.INFO, "GPS 1: detected u-blox"),
-    (10.0, Severity.INFO, "EKF3 IMU0 initialised"),
-    (11.9, Severity.INFO, "EKF3 IMU0 tilt alignment complete"),
-    (12.0, Severity.INFO, "EKF3 IMU0 MAG0 initial yaw alignment complete"),
-    (19.2, Severity.INFO, "EKF3 IMU0 origin set"),
-    (20.3, Severity.INFO, "EKF3 IMU0 is using GPS"),
-    (20.3, Severity.INFO, "AHRS: EKF3 active"),
-)
-"""What ArduPlane says while it starts, with the time since boot in seconds."""
+_EARTH_RADIUS_M = 6_371_008.8
 
 
 class Autopilot(Plane):
@@ -144,7 +124,8 @@ class Autopilot(Plane):
             )
         )
         self.mode: FlightMode = self._modes[Mode.MANUAL]
-        self._pending_texts = list(_BOOT_TEXTS)
+        self.flight_mode = Mode.INITIALISING
+        self._pending_texts = list(boot.TEXTS)
         self._home_found = False
         self._prepare_orders()
 
@@ -197,10 +178,12 @@ class Autopilot(Plane):
 
     def _navigate(self) -> None:
         """Everything that runs 10 times a second."""
+        if self.flight_mode is Mode.INITIALISING and self.time_s >= boot.READY_S:
+            self.change_mode(Mode.MANUAL, "initialised")
         while self._pending_texts and self._pending_texts[0][0] <= self.time_s:
             _, severity, text = self._pending_texts.pop(0)
             self.say(severity, text)
-        if not self._home_found and self.time_s >= _ORIGIN_S:
+        if not self._home_found and self.time_s >= boot.ORIGIN_S:
             self._home_found = True
             self._put_home(*self._home_lat_lon, self.home.alt_m)
         self._errors = self.sensors.errors(self.time_s)
@@ -397,6 +380,9 @@ class Autopilot(Plane):
         if number not in self._modes:
             self.say(Severity.WARNING, f"No such mode {number}")
             return MavResult.FAILED
+        if self.flight_mode is Mode.INITIALISING:
+            # As ArduPlane, which ends its start in the first mode whatever was asked for meanwhile.
+            return MavResult.ACCEPTED
         if self._in_fence_recovery and self._breach is not None and int(self.tune["FENCE_OPTIONS"]) & 1:
             name = Mode(number).name
             self.say(Severity.NOTICE, f"Mode change to {name} denied, in fence recovery")
@@ -700,14 +686,17 @@ class Autopilot(Plane):
         est, body, sensors, tick = self.est, self.body, self.sensors, self._tick
         aileron, elevator, rudder, throttle = self._surfaces
         gps = sensors.gps(body, math.floor(self.time_s * 5.0) / 5.0)
-        lat, lon = self.frame.to_earth(est.n_m, est.e_m)
+        lat, lon = self._believed_place()
+        alt_m = est.alt_m if self.time_s >= boot.HEIGHT_S else est.alt_m - self.config.home_alt_amsl_m
+        yaw = est.yaw_rad if self.time_s >= boot.MEASURED_S else 0.0
         bank, pitch = self.pilot.attitude_demand
         nav_bearing, target_bearing, _, xtrack, _ = self.pilot.track
         nav = self.nav
         navigating = self._navigates()
         airspeed_target = self.pilot.energy_demand[1]
         here = self.here()
-        fix = self.time_s >= _GPS_FIX_S
+        fix = self.time_s >= boot.FIX_S
+        fix_type, satellites = (gps.fix_type, gps.satellites) if fix else boot.gps_before_fix(self.time_s)
         wind_n, wind_e = self._wind_estimate
         target: Spot | None = nav.next if navigating else None
         target_lat_lon = (None, None) if target is None else self.frame.to_earth(target.n_m, target.e_m)
@@ -721,13 +710,13 @@ class Autopilot(Plane):
             gcs_failsafe=self._gcs_failsafe,
             roll_rad=est.roll_rad,
             pitch_rad=est.pitch_rad,
-            yaw_rad=est.yaw_rad,
+            yaw_rad=yaw,
             roll_rate_rad_s=est.p_rad_s,
             pitch_rate_rad_s=est.q_rad_s,
             yaw_rate_rad_s=est.r_rad_s,
             lat_deg=lat,
             lon_deg=lon,
-            alt_amsl_m=est.alt_m,
+            alt_amsl_m=alt_m,
             alt_rel_home_m=self.alt_rel_home_m,
             alt_agl_m=est.alt_m - self.config.home_alt_amsl_m,
             north_m=est.n_m,
@@ -738,7 +727,7 @@ class Autopilot(Plane):
             velocity_d_m_s=est.velocity_d_m_s,
             airspeed_m_s=est.airspeed_m_s,
             groundspeed_m_s=est.groundspeed_m_s,
-            heading_deg=math.degrees(est.yaw_rad) % 360.0,
+            heading_deg=math.degrees(yaw) % 360.0,
             climb_m_s=-est.velocity_d_m_s,
             throttle_pct=round(100.0 * throttle),
             home_lat_deg=self._home_lat_lon[0],
@@ -750,8 +739,8 @@ class Autopilot(Plane):
             static_pressure_pa=sensors.static_pressure_pa(body, tick, self.time_s),
             differential_pressure_pa=sensors.differential_pressure_pa(body, tick),
             temperature_c=sensors.temperature_c(body),
-            gps_fix_type=gps.fix_type if fix else 1,
-            gps_satellites=gps.satellites if fix else 0,
+            gps_fix_type=fix_type,
+            gps_satellites=satellites,
             gps_hdop=gps.hdop if fix else 100.0,
             gps_vdop=gps.vdop if fix else 100.0,
             gps_lat_deg=gps.lat_deg,
@@ -762,6 +751,7 @@ class Autopilot(Plane):
             wind_from_deg=math.degrees(math.atan2(-wind_e, -wind_n)) % 360.0,
             wind_speed_m_s=math.hypot(wind_n, wind_e),
             wind_down_m_s=0.0,
+            battery_measured=self.time_s >= boot.MEASURED_S,
             battery_voltage_v=self.battery.voltage_v,
             battery_current_a=self.battery.current_a,
             battery_consumed_mah=self.battery.consumed_mah,
@@ -794,7 +784,8 @@ class Autopilot(Plane):
             mission_state=self._mission_state(),
             mission_in_landing=self.mission.in_landing_sequence
             and not self.mission.starts_with_takeoff(restart=self.tune["MIS_RESTART"] == 1),
-            ekf_flags=self._ekf_flags(),
+            origin_set=self._home_found,
+            ekf_flags=boot.ekf_flags(self.time_s),
             ekf_velocity_variance=0.02,
             ekf_pos_horiz_variance=0.03,
             ekf_pos_vert_variance=0.02,
@@ -802,17 +793,16 @@ class Autopilot(Plane):
             vibration_m_s2=sensors.vibration_m_s2(tick, throttle),
         )
 
-    def _ekf_flags(self) -> int:
-        """Flags of the estimator while it starts, and afterwards."""
-        if self.time_s < _EKF_INIT_S:
-            return 0
-        flags = int(EkfFlag.ATTITUDE) | EkfFlag.VELOCITY_VERT | EkfFlag.POS_VERT_ABS
-        if self.time_s < _EKF_READY_S:
-            return flags | EkfFlag.CONST_POS_MODE
-        horizontal = int(EkfFlag.VELOCITY_HORIZ) | EkfFlag.POS_HORIZ_REL | EkfFlag.POS_HORIZ_ABS
-        return flags | horizontal | EkfFlag.PRED_POS_HORIZ_REL | EkfFlag.PRED_POS_HORIZ_ABS
+    def _believed_place(self) -> tuple[float, float]:
+        """Latitude and longitude; without a fix those of a way that began at 0 and 0."""
+        if self.time_s >= boot.FIX_S:
+            return self.where()
+        drift_deg = math.degrees(boot.drift_m(self.time_s) / _EARTH_RADIUS_M)
+        return drift_deg * math.cos(self.est.yaw_rad), drift_deg * math.sin(self.est.yaw_rad)
 
     def _system_state(self) -> SystemState:
+        if self.flight_mode is Mode.INITIALISING:
+            return SystemState.CALIBRATING
         if self._gcs_failsafe:
             return SystemState.CRITICAL
         return SystemState.ACTIVE if self.is_flying else SystemState.STANDBY

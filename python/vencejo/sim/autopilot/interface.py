@@ -71,7 +71,7 @@ class Severity(IntEnum):
 
 
 class Mode(IntEnum):
-    """ArduPlane mode numbers (``HEARTBEAT.custom_mode``) that the simulated plane flies."""
+    """ArduPlane mode numbers (``HEARTBEAT.custom_mode``) that the simulated plane flies, and the one of its start."""
 
     MANUAL = 0
     CIRCLE = 1
@@ -84,6 +84,7 @@ class Mode(IntEnum):
     LOITER = 12
     TAKEOFF = 13
     GUIDED = 15
+    INITIALISING = 16
 
 
 class LandedState(IntEnum):
@@ -108,7 +109,7 @@ class MissionState(IntEnum):
 
 
 class SystemState(IntEnum):
-    """MAV_STATE of HEARTBEAT as ArduPlane sets it: STANDBY on the ground, ACTIVE flying, CRITICAL in failsafe."""
+    """MAV_STATE of HEARTBEAT as ArduPlane sets it: CALIBRATING while it starts, STANDBY on the ground, ACTIVE flying, CRITICAL in failsafe."""
 
     CALIBRATING = 2
     STANDBY = 3
@@ -129,6 +130,7 @@ class EkfFlag(IntEnum):
     CONST_POS_MODE = 128
     PRED_POS_HORIZ_REL = 256
     PRED_POS_HORIZ_ABS = 512
+    UNINITIALIZED = 1024
 
 
 class FenceBreach(Enum):
@@ -364,7 +366,7 @@ class Snapshot:
     pitch_rate_rad_s: float
     yaw_rate_rad_s: float
 
-    # position and velocity estimate
+    # position and velocity estimate; before the first fix near latitude and longitude 0, and the height is the barometer's
     lat_deg: float
     lon_deg: float
     alt_amsl_m: float
@@ -400,7 +402,7 @@ class Snapshot:
 
     # GPS
     gps_fix_type: int
-    """GPS_FIX_TYPE: 1 none, 3 three-dimensional, 6 RTK fixed (as ArduPilot's simulator reports)."""
+    """GPS_FIX_TYPE: 0 no receiver, 1 no fix, 3 three-dimensional, 6 RTK fixed (as ArduPilot's simulator reports)."""
     gps_satellites: int
     gps_hdop: float
     gps_vdop: float
@@ -416,6 +418,8 @@ class Snapshot:
     wind_down_m_s: float
 
     # battery
+    battery_measured: bool
+    """False until the monitor has read it for the first time."""
     battery_voltage_v: float
     battery_current_a: float
     battery_consumed_mah: float
@@ -453,6 +457,8 @@ class Snapshot:
     """In a landing sequence, and the next command is no take-off: nothing to arm for."""
 
     # estimator health
+    origin_set: bool
+    """The estimator has its origin: GPS_GLOBAL_ORIGIN is known."""
     ekf_flags: int
     ekf_velocity_variance: float
     ekf_pos_horiz_variance: float

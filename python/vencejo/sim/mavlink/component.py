@@ -56,6 +56,8 @@ _TIMESYNC_US = 10_000_000
 _PREARM_TEXT_S = 30.0
 _HOME_AGAIN_S = 6.0
 """How often home is told on the ground, as recorded."""
+_GROUND_START_S = 0.8
+"""Age of a fix that home is taken from, as recorded."""
 _STORAGE_READY_S = 1.0
 """Before that no mission fits ("Only 0 items are supported")."""
 _TERRAIN_REQUEST = 133
@@ -211,6 +213,7 @@ class PlaneComponent:
         self._prearm_ok = False
         self._prearm_text_due_s = _PREARM_TEXT_S
         self._home_due_s = math.inf
+        self._fixed_s = math.inf
 
     # what the protocols are given
 
@@ -384,7 +387,9 @@ class PlaneComponent:
             self._prearm_text_due_s = now.time_s + _PREARM_TEXT_S
             for reason in self._prearm():
                 self.say(Severity.CRITICAL, f"PreArm: {reason}")
-        if not self.home_set and now.gps_fix_type >= 3:  # the first fix is home until arming says better
+        if now.gps_fix_type >= 3:
+            self._fixed_s = min(self._fixed_s, now.time_s)
+        if not self.home_set and now.time_s >= self._fixed_s + _GROUND_START_S:  # home until arming says better
             self.plans.mission_store.set_home(now.home_lat_deg, now.home_lon_deg, now.home_alt_amsl_m)
             self._send_home()
         elif now.time_s >= self._home_due_s and not now.armed:
@@ -417,6 +422,8 @@ class PlaneComponent:
         if is_due or mode is not self._mode_told:
             self._mode_told = mode
             self._broadcast(build(0, self.snapshot(), self._context()))
+        if mode is Mode.INITIALISING:
+            return
         if now_us >= self._timesync_due_us:
             self._timesync_due_us += _TIMESYNC_US
             self._broadcast(dialect.MAVLink_timesync_message(0, now_us * 1000 + self.system_id))

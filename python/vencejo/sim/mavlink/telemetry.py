@@ -121,6 +121,8 @@ def _us(s: Snapshot) -> int:
 def base_mode(s: Snapshot, *, stick_mixing: bool) -> int:
     """HEARTBEAT.base_mode: bits of MAV_MODE_FLAG."""
     bits = 1  # custom mode
+    if s.mode is Mode.INITIALISING:
+        return bits | 16  # as recorded
     if s.mode is Mode.MANUAL:
         bits |= 64
     else:
@@ -152,6 +154,8 @@ def _sys_status(s: Snapshot, c: TelemetryContext) -> MavMessage:
     present = _PRESENT | (_SENSOR["geofence"] if c.fence_present else 0)
     enabled = _BASE | _bits("ahrs", "terrain", "prearm") | (_SENSOR["gps"] if gps else 0)
     health = _BASE | _bits("geofence", "ahrs", "logging") | (_SENSOR["gps"] if gps else 0)
+    if not s.battery_measured:
+        health &= ~_SENSOR["battery"]
     if s.armed:
         enabled |= _CONTROL | _SENSOR["logging"]
         health |= _CONTROL
@@ -166,15 +170,24 @@ def _sys_status(s: Snapshot, c: TelemetryContext) -> MavMessage:
         enabled,
         health,
         0,
+        *_battery(s),
+        0,
+        0,
+        0,
+        0,
+        0,
+        0,
+    )
+
+
+def _battery(s: Snapshot) -> tuple[int, int, int]:
+    """Millivolts, centiamperes and percent; 0, −1 and −1 before they are known, as ArduPlane has it."""
+    if not s.battery_measured:
+        return 0, -1, -1
+    return (
         _u16(s.battery_voltage_v * 1000.0),
         _i16(s.battery_current_a * 100.0),
         _clamp(s.battery_remaining_pct, 0, 100),
-        0,
-        0,
-        0,
-        0,
-        0,
-        0,
     )
 
 
@@ -364,18 +377,19 @@ def _meminfo(_s: Snapshot, _c: TelemetryContext) -> MavMessage:
 
 
 def _battery_status(s: Snapshot, _c: TelemetryContext) -> MavMessage:
+    millivolts, centiamperes, percent = _battery(s)
     return dialect.MAVLink_battery_status_message(
         0,
         0,
         0,
         32767,
-        [_u16(s.battery_voltage_v * 1000.0)] + [_U16_MAX] * 9,
-        _i16(s.battery_current_a * 100.0),
+        [millivolts if s.battery_measured else _U16_MAX] + [_U16_MAX] * 9,
+        max(0, centiamperes),
         _i32(s.battery_consumed_mah),
         _i32(s.battery_consumed_j / 100.0),
-        _clamp(s.battery_remaining_pct, 0, 100),
+        percent,
         0,
-        1,
+        dialect.MAV_BATTERY_CHARGE_STATE_OK if s.battery_measured else dialect.MAV_BATTERY_CHARGE_STATE_UNHEALTHY,
     )
 
 
@@ -406,8 +420,8 @@ def _home_position(s: Snapshot, c: TelemetryContext) -> MavMessage | None:
     )
 
 
-def _gps_global_origin(s: Snapshot, c: TelemetryContext) -> MavMessage | None:
-    if not c.home_set:
+def _gps_global_origin(s: Snapshot, _c: TelemetryContext) -> MavMessage | None:
+    if not s.origin_set:
         return None
     lat_deg = s.lat_deg - math.degrees(s.north_m / _EARTH_RADIUS_M)
     circle_m = _EARTH_RADIUS_M * math.cos(math.radians(_finite(s.lat_deg)))
@@ -448,7 +462,9 @@ def _ahrs(_s: Snapshot, _c: TelemetryContext) -> MavMessage:
     return dialect.MAVLink_ahrs_message(0.0, 0.0, 0.0, 0.0, 0.0, 0.002, 0.001)
 
 
-def _ahrs2(s: Snapshot, _c: TelemetryContext) -> MavMessage:
+def _ahrs2(s: Snapshot, _c: TelemetryContext) -> MavMessage | None:
+    if s.ekf_flags & EkfFlag.UNINITIALIZED:
+        return None
     return dialect.MAVLink_ahrs2_message(
         s.roll_rad, s.pitch_rad, s.yaw_rad, s.alt_amsl_m, _deg_e7(s.lat_deg), _deg_e7(s.lon_deg)
     )
@@ -461,8 +477,8 @@ def _simstate(s: Snapshot, _c: TelemetryContext) -> MavMessage:
         s.yaw_rad,
         *s.accel_m_s2,
         *s.gyro_rad_s,
-        _deg_e7(s.lat_deg),
-        _deg_e7(s.lon_deg),
+        _deg_e7(s.gps_lat_deg),  # the truth, fix or none
+        _deg_e7(s.gps_lon_deg),
     )
 
 
