@@ -104,8 +104,8 @@ def test_a_plane_is_seen_by_a_reader_of_ros_and_acts_for_an_operator_alone(tmp_p
         assert fix.header.frame_id == "vencejo_1/base_link"
         assert fix.latitude == pytest.approx(HOME[0], abs=0.01)
         assert fix.longitude == pytest.approx(HOME[1], abs=0.01)
-        # The simulated receiver's geoid is its ellipsoid, as that of ArduPilot's simulator.
-        assert fix.altitude == pytest.approx(plane.truth().alt_rel_home_m + HOME[2], abs=20.0)
+        # Above the ellipsoid, 51 m below the sea's level there.
+        assert fix.altitude == pytest.approx(plane.truth().alt_rel_home_m + HOME[2] + 51.0, abs=20.0)
         assert fix.position_covariance_type == 1
 
         # A right bank of 30 degrees, nose 10 up, to the east: x forward, y left, z up; east, north, up.
@@ -281,10 +281,11 @@ def everything(witness: Witness, vehicle: Vehicle, gateway: Gateway, plane: Plan
     for domain, name in [(7, "global_position/global"), (7, "global_position/raw/fix"), (8, "navsat")]:
         fix = said[domain, name]
         assert (fix.latitude, fix.longitude) == place
-        assert fix.altitude == pytest.approx(HOME[2], abs=30.0)
+        assert fix.altitude == pytest.approx(HOME[2] + 51.0, abs=20.0)
         assert fix.status.status >= 0
     geopose = said[8, "geopose/filtered"].pose
     assert (geopose.position.latitude, geopose.position.longitude) == place
+    assert geopose.position.altitude == pytest.approx(HOME[2] + 51.0, abs=20.0)
     for turned in (
         q,
         said[7, "local_position/pose"].pose.orientation,

@@ -278,6 +278,16 @@ def test_a_stream_gives_fresh_snapshots(plane: vencejo.Vehicle) -> None:
     assert times == sorted(set(times))
 
 
+def test_heights_above_the_sea_and_above_the_ellipsoid_are_told_apart(plane: vencejo.Vehicle) -> None:
+    plane.wait_until(
+        lambda now: now.gps is not None and now.position is not None, timeout_s=60.0, what="being somewhere"
+    )
+    gps, position = plane.telemetry.gps, plane.telemetry.position
+    assert gps is not None
+    assert gps.alt_ellipsoid_m == pytest.approx(HOME[2] + 51.0, abs=5.0)
+    assert (gps.alt_amsl_m, position and position.alt_amsl_m) == pytest.approx((HOME[2], HOME[2]), abs=5.0)
+
+
 def test_two_stations_watch_one_plane(link: str, plane: vencejo.Vehicle) -> None:
     with vencejo.connect(link, record=False, own_system_id=254) as other:
         other.set_mode("STABILIZE")

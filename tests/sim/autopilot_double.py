@@ -128,6 +128,7 @@ class DoubleAutopilot:
             gps_lat_deg=self.lat_deg,
             gps_lon_deg=self.lon_deg,
             gps_alt_amsl_m=c.home_alt_amsl_m + self.alt_rel_home_m,
+            gps_alt_ellipsoid_m=c.home_alt_amsl_m + c.geoid_m + self.alt_rel_home_m,
             gps_speed_m_s=0.0,
             gps_course_deg=90.0,
             wind_from_deg=180.0,

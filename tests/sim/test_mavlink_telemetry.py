@@ -121,6 +121,9 @@ def test_in_flight() -> None:
     nav = build(62, now, CONTEXT)
     assert nav is not None
     assert nav.aspd_error == pytest.approx(-16.357)
+    gps = build(24, now, CONTEXT)
+    assert gps is not None
+    assert gps.alt_ellipsoid - gps.alt == 51_000, "above the ellipsoid and above the sea are two heights"
     wind = build(168, now, CONTEXT)
     assert wind is not None
     assert wind.direction == pytest.approx(-128.01)

@@ -62,6 +62,13 @@ def _parser(prog: str) -> argparse.ArgumentParser:
         metavar="LAT,LON,ALT[,HEADING]",
         help="where it stands (degrees, degrees, m above sea level) and looks (degrees true)",
     )
+    add(
+        "--geoid",
+        type=float,
+        default=default.geoid_m,
+        metavar="M",
+        help="height of the sea's level above the ellipsoid there (default 51, as around Madrid)",
+    )
     add("--wind", type=float, default=0.0, metavar="M_S", help="wind speed (default 0)")
     add("--wind-from", type=float, default=default.wind_from_deg, metavar="DEG", help="where the wind comes from")
     add("--gust", type=float, default=0.0, metavar="M_S", help="scale of the turbulence (default 0, smooth air)")
@@ -130,6 +137,7 @@ def main(argv: Sequence[str] | None = None, *, prog: str = "python -m vencejo.si
             speedup=args.speedup,
             planes=args.planes,
             ports=args.ports,
+            geoid_m=args.geoid,
             links=tuple(args.link or SimOptions().links),
             launch=args.launch,
             params=dict(args.param or ()),

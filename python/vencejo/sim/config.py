@@ -85,6 +85,8 @@ class SimOptions:
         All planes on each link, or plane k on port + k.
     links : tuple of str
         Link strings, see :func:`parse_link`.
+    geoid_m : float
+        Height of the sea's level above the WGS-84 ellipsoid there, metres (−110 to 90): the receiver tells both heights.
     launch : {"runway", "hand"}
         How it takes off.
     params : mapping
@@ -112,6 +114,7 @@ class SimOptions:
     first_system_id: int = 1
     ports: Literal["shared", "consecutive"] = "shared"
     links: tuple[str, ...] = ("tcp:127.0.0.1:5760",)
+    geoid_m: float = 51.0
     launch: Literal["runway", "hand"] = "runway"
     params: Mapping[str, float] = field(default_factory=dict)
     start_unix_s: float | None = None
@@ -128,6 +131,7 @@ class SimOptions:
         check("home_lat_deg", -89.0, 89.0)
         check("home_lon_deg", -180.0, 180.0)
         check("home_alt_amsl_m", -500.0, 9000.0)
+        check("geoid_m", -110.0, 90.0)
         check("heading_deg", -360.0, 360.0)
         check("wind_m_s", 0.0, 30.0)
         check("wind_from_deg", -360.0, 360.0)
@@ -156,5 +160,6 @@ class SimOptions:
             gust_m_s=self.gust_m_s,
             seed=self.seed + number,
             system_id=self.first_system_id + number,
+            geoid_m=self.geoid_m,
             launch=self.launch,
         )

@@ -746,6 +746,7 @@ class Autopilot(Plane):
             gps_lat_deg=gps.lat_deg,
             gps_lon_deg=gps.lon_deg,
             gps_alt_amsl_m=gps.alt_amsl_m,
+            gps_alt_ellipsoid_m=gps.alt_amsl_m + self.config.geoid_m,
             gps_speed_m_s=gps.speed_m_s,
             gps_course_deg=gps.course_deg,
             wind_from_deg=math.degrees(math.atan2(-wind_e, -wind_n)) % 360.0,

@@ -162,6 +162,8 @@ class SimConfig:
         Seed of gusts and sensor noise; the same seed gives the same flight.
     system_id : int
         MAVLink system id, 1 to 255.
+    geoid_m : float
+        Height of the sea's level there above the WGS-84 ellipsoid, metres.
     launch : {"runway", "hand"}
         Take-off by rolling on its belly skid along a strip, or thrown by hand.
     """
@@ -175,6 +177,7 @@ class SimConfig:
     gust_m_s: float = 0.0
     seed: int = 0
     system_id: int = 1
+    geoid_m: float = 51.0
     launch: Literal["runway", "hand"] = "runway"
 
 
@@ -409,6 +412,7 @@ class Snapshot:
     gps_lat_deg: float
     gps_lon_deg: float
     gps_alt_amsl_m: float
+    gps_alt_ellipsoid_m: float
     gps_speed_m_s: float
     gps_course_deg: float
 

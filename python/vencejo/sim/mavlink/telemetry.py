@@ -202,19 +202,18 @@ def _gps_raw_int(s: Snapshot, _c: TelemetryContext) -> MavMessage:
             0, s.gps_fix_type, 0, 0, 0, _U16_MAX, _U16_MAX, 0, 0, s.gps_satellites
         )
     sampled_ms = _ms(s) // _GPS_INTERVAL_MS * _GPS_INTERVAL_MS
-    altitude_mm = _i32(s.gps_alt_amsl_m * 1000.0)
     return dialect.MAVLink_gps_raw_int_message(
         sampled_ms * 1000,
         s.gps_fix_type,
         _deg_e7(s.gps_lat_deg),
         _deg_e7(s.gps_lon_deg),
-        altitude_mm,
+        _i32(s.gps_alt_amsl_m * 1000.0),
         _u16(s.gps_hdop * 100.0),
         _u16(s.gps_vdop * 100.0),
         _u16(s.gps_speed_m_s * 100.0),
         _u16(_finite(s.gps_course_deg) % 360.0 * 100.0),
         _clamp(s.gps_satellites, 0, 254),
-        altitude_mm,
+        _i32(s.gps_alt_ellipsoid_m * 1000.0),
         300,
         300,
         0,
