@@ -17,8 +17,7 @@ const TIMESYNC_ID: u32 = 111;
 impl Core {
     /// Whether what is followed of a vehicle is a recording, which answers nothing.
     pub(super) fn is_replayed(&self, system: VehicleId) -> bool {
-        let followed = self.watchers.get(&system).and_then(|watchers| watchers.sources.followed());
-        followed.is_some_and(|source| source.is_recording)
+        is_played(self.watchers.get(&system).and_then(|watchers| watchers.sources.followed()))
     }
 
     /// Lets through what is to be sent to a vehicle. A recording is refused: what it holds would be taken for the answers.
@@ -113,7 +112,7 @@ impl Shared {
         if taken == Taken::Replaced
             && let Some(vehicle) = core.vehicles.get_mut(from.system)
         {
-            vehicle.on_replaced(now);
+            vehicle.on_replaced(is_played(before), now);
         }
         taken
     }
@@ -186,11 +185,12 @@ impl Shared {
         let mut core = self.core();
         let Some(autopilot) = core.vehicles.get(system).map(Vehicle::address) else { return false };
         let Some(watchers) = core.watchers.get_mut(&system) else { return false };
+        let before = watchers.sources.followed();
         let has_changed = watchers.sources.follow_rival(now);
         if has_changed {
             self.hub.choose(autopilot, watchers.sources.followed().map(origin_of));
             if let Some(vehicle) = core.vehicles.get_mut(system) {
-                vehicle.on_replaced(now);
+                vehicle.on_replaced(is_played(before), now);
             }
             self.settle(&mut core, now);
         }
@@ -211,6 +211,11 @@ impl Watchers {
         let far = || self.far_rival.as_ref().filter(|(_, until)| *until > now).map(|(place, _)| Rival::Far(place));
         self.sources.rival(now).map(Rival::Near).or_else(far)
     }
+}
+
+/// Whether it is a recording that was followed.
+fn is_played(source: Option<SourceId>) -> bool {
+    source.is_some_and(|source| source.is_recording)
 }
 
 fn origin_of(source: SourceId) -> Origin {

@@ -135,10 +135,13 @@ impl Shared {
                         watchers.changes.notify();
                     }
                 }
-                Output::Keep { ticket, stored } => match self.records().as_ref() {
-                    Some(records) => records.keep(system, ticket, stored),
-                    None => unkept.push((system, ticket)),
-                },
+                // What is played changes nothing that outlives it.
+                Output::Keep { ticket, stored } => {
+                    match self.records().as_ref().filter(|_| !core.is_replayed(system)) {
+                        Some(records) => records.keep(system, ticket, stored),
+                        None => unkept.push((system, ticket)),
+                    }
+                }
                 _ => {}
             }
             // Nobody writes them down (any more): who waits for it goes on.

@@ -7,8 +7,10 @@ use std::time::{Duration, Instant};
 use tokio::runtime::Handle;
 use vencejo_flight::plan::{Command, MissionItem, PlanKind};
 use vencejo_link::{Clock, LinkOptions, Origin, PeerId, SystemClock};
-use vencejo_proto::dialect::{ATTITUDE_DATA, MavMessage, RADIO_STATUS_DATA};
-use vencejo_proto::{Address, CommandAck, Frame, FrameDecoder, Header, Heartbeat, MavVersion, Message};
+use vencejo_proto::dialect::{
+    ATTITUDE_DATA, AUTOPILOT_VERSION_DATA, MISSION_COUNT_DATA, MavMessage, RADIO_STATUS_DATA,
+};
+use vencejo_proto::{Address, CommandAck, Frame, FrameDecoder, Header, Heartbeat, MavVersion, Message, MissionAck};
 use vencejo_vehicle::{Request, SpeedKind, VehicleError, VehicleEvent};
 
 use super::*;
@@ -478,6 +480,51 @@ async fn a_recording_takes_no_orders_and_no_live_vehicles_place() {
     assert_eq!(roll(&vehicle), Some(f64::from(0.1_f32)));
     assert!(!refused(set()));
     station.close().await;
+}
+
+fn mission_count() -> Message {
+    let count = MISSION_COUNT_DATA { count: 9, target_system: 1, target_component: 1, ..Default::default() };
+    Message::Dialect(MavMessage::MISSION_COUNT(count))
+}
+
+fn of_another_station(message: Message) -> Frame {
+    message.encode(Header { sequence: 0, source: Address::new(245, 190), version: MavVersion::V2 })
+}
+
+/// A recorded flight in which another station's upload is cut or ends, played before the aircraft itself is heard: both tell
+/// the same hardware.
+#[tokio::test]
+async fn a_recording_changes_nothing_in_what_is_remembered() {
+    let folder = std::env::temp_dir().join(format!("vencejo-station-recorded-{}", std::process::id()));
+    let of_plane =
+        |message: Message| message.encode(Header { sequence: 0, source: Address::new(1, 1), version: MavVersion::V2 });
+    let version = of_plane(Message::Dialect(MavMessage::AUTOPILOT_VERSION(AUTOPILOT_VERSION_DATA {
+        uid: 0x2a,
+        ..Default::default()
+    })));
+    let ack = MissionAck { target: Address::new(245, 190), result: 0, mission_type: 0, opaque_id: 0 };
+    let begins = of_another_station(mission_count());
+    let whole = [plane_heartbeat(1), version, begins, of_plane(Message::MissionAck(ack))];
+    let (told, cut) = (&whole[..2], &whole[..3]);
+    // What is played and what is live, and whether the mission on board may be mixed after each.
+    for (recorded, live, expected) in
+        [(cut, told, [true, false]), (&[][..], cut, [false, true]), (&whole[..], told, [false, true])]
+    {
+        let config = StationConfig { missions_dir: Some(folder.clone()), ..StationConfig::default() };
+        let station = Station::start(config, Handle::current()).expect("a station starts");
+        let played = station.open_link("tlog:/there/is/none.tlog", LinkOptions::default()).expect("opens");
+        for ((link, frames), expected) in [(played, recorded), (LinkId(0), live)].into_iter().zip(expected) {
+            for frame in frames {
+                station.shared.on_frame(Origin { link, peer: PeerId(0) }, frame, station.now());
+            }
+            let state = station.vehicle(VehicleId::new(1)).and_then(|vehicle| vehicle.plan_state(PlanKind::Mission));
+            assert_eq!(state.is_some_and(|state| state.may_be_mixed()), expected, "{state:?}");
+        }
+        station.close().await;
+        let is_written = crate::records::read_all(&folder).iter().any(|stored| stored.record.doubt.is_some());
+        assert_eq!(is_written, expected[1]);
+    }
+    std::fs::remove_dir_all(&folder).expect("removed");
 }
 
 #[tokio::test]

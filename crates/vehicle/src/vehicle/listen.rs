@@ -316,13 +316,17 @@ impl Vehicle {
         }
     }
 
-    /// Another vehicle has taken this one's place: nothing that is known holds any more.
-    pub fn on_replaced(&mut self, now: MonoTime) {
+    /// Another vehicle has taken this one's place: nothing that is known holds any more. Of the mission of the one before it is
+    /// remembered what is known, should it come back, unless that `was_recording`: then it is not what the aircraft holds.
+    pub fn on_replaced(&mut self, was_recording: bool, now: MonoTime) {
         self.boot.reset();
         self.timesync.forget_clock();
         self.reach = Reach::default();
         self.restarted_at = None;
         self.on_restart(now, now);
+        if was_recording {
+            self.on_board.key = None;
+        }
         self.on_board_replaced(now);
         self.pump(now);
     }
