@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
 use vencejo_link::{LinkId, Origin, PeerId};
-use vencejo_proto::{Address, Frame, Message, MonoTime};
+use vencejo_proto::{Address, Frame, Message, MonoTime, SystemId};
 use vencejo_vehicle::{SourceId, Taken, Vehicle, VehicleEvent, VehicleId};
 
 use super::shared::{Core, Shared, Watchers};
@@ -92,7 +92,12 @@ impl Shared {
     /// Whether a message is of the vehicle that is followed under its id, and not of another that uses the same, and what is to be
     /// done with it.
     fn whose(&self, core: &mut Core, origin: Origin, from: Address, message: &Message, now: MonoTime) -> Taken {
-        let Some(autopilot) = core.vehicles.get(from.system).map(Vehicle::address) else { return Taken::Yes };
+        let Some(autopilot) = core.vehicles.get(from.system).map(Vehicle::address) else {
+            // Another station, a radio: what one was recorded to say was said to the recorded vehicle, not to a live one.
+            let target = message.target().system.filter(|target| core.vehicles.get(*target).is_some());
+            let is_elsewhere = |target: SystemId| core.is_replayed(target.into()) != self.hub.is_replay(origin.link);
+            return if target.is_some_and(is_elsewhere) { Taken::No } else { Taken::Yes };
+        };
         let Some(watchers) = core.watchers.get_mut(&from.system.into()) else { return Taken::Yes };
         let is_recording = self.hub.is_replay(origin.link);
         let id = SourceId { link: origin.link.0, peer: origin.peer.0, is_recording };

@@ -479,6 +479,13 @@ async fn a_recording_takes_no_orders_and_no_live_vehicles_place() {
     }
     assert_eq!(roll(&vehicle), Some(f64::from(0.1_f32)));
     assert!(!refused(set()));
+    // Nor is what another station was recorded to say done to what is live.
+    let may_be_mixed = || vehicle.plan_state(PlanKind::Mission).is_some_and(|state| state.may_be_mixed());
+    for (link, is_heard) in [(played, false), (live, true)] {
+        let origin = Origin { link, peer: PeerId(0) };
+        station.shared.on_frame(origin, &of_another_station(mission_count()), at(11_000));
+        assert_eq!(may_be_mixed(), is_heard);
+    }
     station.close().await;
 }
 
