@@ -1,7 +1,7 @@
 //! Asks the vehicle for its telemetry: each message at its rate.
 //!
 //! Asked when the vehicle is first heard, after it restarted, and when it comes back from a loss with nothing but
-//! heartbeats. Never periodically: that would override what other stations asked for. SET_MESSAGE_INTERVAL, one at a
+//! heartbeats; who it is after each silence that may hide another one. Never periodically: that would override what other stations asked for. SET_MESSAGE_INTERVAL, one at a
 //! time, most wanted first; where it is not known (or never answered), REQUEST_DATA_STREAM. Messages that say what a vehicle
 //! is are asked for once (REQUEST_MESSAGE).
 //!
@@ -52,8 +52,9 @@ const SLOW: [(u32, f64); 14] = [
     (133, 1.0), // TERRAIN_REQUEST, of which ArduPilot sends one in 2 s, and none when it lacks nothing
 ];
 
-/// AUTOPILOT_VERSION and HOME_POSITION.
-const ONCE: [u32; 2] = [148, 242];
+const AUTOPILOT_VERSION: u32 = 148;
+const HOME_POSITION: u32 = 242;
+const ONCE: [u32; 2] = [AUTOPILOT_VERSION, HOME_POSITION];
 
 /// Rates to try when a rate is too fast for the vehicle's main loop (ArduPilot denies more than 0.8 × SCHED_LOOP_RATE).
 const LADDER_HZ: [f64; 4] = [40.0, 25.0, 10.0, 4.0];
@@ -223,6 +224,14 @@ impl Streams {
         self.check_at = Some(now + PATIENCE);
     }
 
+    /// Asks for AUTOPILOT_VERSION once more: it may be another vehicle.
+    pub fn ask_version(&mut self, commands: &mut Commands, now: MonoTime) {
+        if self.config.is_enabled && !self.once.contains(&AUTOPILOT_VERSION) {
+            self.once.push_back(AUTOPILOT_VERSION);
+            self.drive(commands, now);
+        }
+    }
+
     /// Telemetry other than heartbeats arrived.
     pub fn on_telemetry(&mut self) {
         self.is_streaming = true;
@@ -324,8 +333,8 @@ impl Streams {
     ) {
         let CommandOutcome::Answered { result: CommandResult::UNSUPPORTED, .. } = outcome else { return };
         let (command, first) = match message_id {
-            148 => (cmd::REQUEST_AUTOPILOT_CAPABILITIES, 1.0),
-            242 => (cmd::GET_HOME_POSITION, 0.0),
+            AUTOPILOT_VERSION => (cmd::REQUEST_AUTOPILOT_CAPABILITIES, 1.0),
+            HOME_POSITION => (cmd::GET_HOME_POSITION, 0.0),
             _ => return,
         };
         let message = CommandMessage::long(self.vehicle, command, [first, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);

@@ -1,4 +1,4 @@
-//! Notices that the autopilot restarted: its time since boot goes back.
+//! Notices that the autopilot restarted: its time since boot goes back. Where it runs ahead, another one may be there.
 
 use std::time::Duration;
 
@@ -25,6 +25,9 @@ pub enum BootEvent {
         /// When the first message of the new life arrived.
         since: MonoTime,
     },
+    /// After a silence it is ahead of the time that has passed, by more than 1 s: another autopilot may be there, which has been up for
+    /// longer. So is a simulator that is faster than time, and a link that was late before.
+    RanAhead,
 }
 
 /// Follows the time since boot of one autopilot.
@@ -71,6 +74,10 @@ impl BootClock {
                 self.lag = Some(Lag { since: now, anchor: (newest_ms, newest_at) });
             }
             self.newest = Some((boot_ms, now));
+            let passed = Duration::from_millis(u64::from(boot_ms.wrapping_sub(newest_ms)));
+            if silence > SILENCE && passed > silence + LAG {
+                return Some(BootEvent::RanAhead);
+            }
             return self.check_lag(boot_ms, now);
         }
         if newest_ms - boot_ms <= REORDER_MS {

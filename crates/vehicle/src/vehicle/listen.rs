@@ -34,12 +34,14 @@ impl Vehicle {
         }
         self.hear(now);
         self.note_answer(message, now);
-        if let Some(boot_ms) = boot_ms_of(message)
-            && let Some(BootEvent::Rebooted { since }) = self.boot.observe(boot_ms, now)
-        {
-            self.timesync.forget_clock();
-            self.on_restart(since, now);
-            self.pump(now);
+        match boot_ms_of(message).and_then(|boot_ms| self.boot.observe(boot_ms, now)) {
+            Some(BootEvent::Rebooted { since }) => {
+                self.timesync.forget_clock();
+                self.on_restart(since, now);
+                self.pump(now);
+            }
+            Some(BootEvent::RanAhead) => self.ask_who_it_is(now),
+            None => {}
         }
         self.take(message, now)
     }
@@ -57,7 +59,10 @@ impl Vehicle {
         match group {
             Some(Group::Heartbeat) => self.on_heartbeat(now),
             Some(group) => {
-                self.streams.on_telemetry();
+                // These come when they are asked for.
+                if !matches!(group, Group::Version | Group::Home) {
+                    self.streams.on_telemetry();
+                }
                 match group {
                     Group::Mission => self.on_mission_current(now),
                     Group::ItemReached => self.on_item_reached(),
@@ -91,7 +96,14 @@ impl Vehicle {
             self.is_lost = false;
             self.streams.on_regained(now);
             self.event(VehicleEvent::Regained);
+            self.ask_who_it_is(now);
         }
+    }
+
+    /// After a silence: another one with the same system id may have come to the link, which [`Self::on_version`] finds out.
+    fn ask_who_it_is(&mut self, now: MonoTime) {
+        self.streams.ask_version(&mut self.commands, now);
+        self.pump(now);
     }
 
     /// Gimbals, radios, batteries, on-board computers: they share the system's id, but only the autopilot is the vehicle.

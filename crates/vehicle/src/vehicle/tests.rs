@@ -138,6 +138,7 @@ struct Plane {
     unknown: Vec<u16>,
     /// Knows nothing of plans.
     deaf_to_missions: bool,
+    uid: u64,
 }
 
 impl Plane {
@@ -171,6 +172,7 @@ impl Plane {
             deaf: 0,
             unknown: Vec::new(),
             deaf_to_missions: false,
+            uid: 0,
         }
     }
 
@@ -279,6 +281,7 @@ impl Plane {
                                     | MavProtocolCapability::MAV_PROTOCOL_CAPABILITY_COMMAND_INT
                             },
                             flight_sw_version: 0x0408_0000,
+                            uid: self.uid,
                             ..Default::default()
                         })))
                     }

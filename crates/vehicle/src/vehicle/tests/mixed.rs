@@ -418,6 +418,36 @@ fn another_vehicle_in_the_place_of_one_takes_over_nothing_of_it() {
     }
 }
 
+// It was taken for the one before: nothing went back, and nothing was missing.
+#[test]
+fn another_vehicle_that_has_been_on_for_longer_is_asked_who_it_is() {
+    for (silence_s, is_older) in [(3, true), (8, false)] {
+        let mut plane = Plane::new();
+        (plane.services.has_ftp, plane.uid) = (false, 0x2a);
+        let mut world = World::new(Station::with(reading()), plane, Faults::default(), 1);
+        wait(&mut world, 2_000);
+        ask(&mut world, send(route(8, 0.0))).expect("uploaded");
+        wait(&mut world, 20_000);
+        let now = world.now;
+        world.plane.reboot(now);
+        wait(&mut world, 20_000);
+        let before = state(&world);
+        assert!(matches!(before, PlanState::Verified { count: 8, .. }), "{before}");
+
+        // Its cable goes to another one with the same system id and as many items.
+        let now = world.now;
+        world.faults.blackouts = vec![(now, now + Duration::from_secs(silence_s))];
+        world.plane.uid = 0x2b;
+        if is_older {
+            world.plane.booted = MonoTime::ZERO;
+        }
+        world.plane.services.plans[0].iter_mut().for_each(|item| item.x += 10_000);
+        wait(&mut world, silence_s * 1_000 + 20_000);
+        let hash = hash_items(&world.plane.services.plans[0][1..]);
+        assert_eq!(state(&world), PlanState::Verified { count: 8, hash }, "after {silence_s} s");
+    }
+}
+
 #[test]
 fn a_damaged_record_is_a_doubt_that_an_upload_ends_and_a_reading_does_not() {
     let mut world = world(VehicleConfig { keeps_records: true, ..reading() });
