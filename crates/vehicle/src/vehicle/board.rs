@@ -44,7 +44,8 @@ pub(super) struct Own {
 #[derive(Debug)]
 pub(super) struct OnBoard {
     pub(super) doubt: Option<Doubt>,
-    /// Whether the doubt began since the vehicle started: it is about the one that is there, whoever that will tell to be.
+    /// Whether the doubt began since the vehicle started, or came back after a silence: it is about the one that is there, whoever
+    /// that will tell to be.
     pub(super) is_doubt_new: bool,
     /// The mission that was read back last, in this run or one before.
     pub(super) verified: Option<(u16, u64)>,

@@ -102,6 +102,7 @@ impl Vehicle {
 
     /// After a silence: another one with the same system id may have come to the link, which [`Self::on_version`] finds out.
     fn ask_who_it_is(&mut self, now: MonoTime) {
+        self.on_board_may_be_anothers();
         self.streams.ask_version(&mut self.commands, now);
         self.pump(now);
     }

@@ -107,6 +107,12 @@ impl Vehicle {
         }
     }
 
+    /// It may be another vehicle from now on: what was written before is about the one before, unless it is still being written.
+    pub(super) fn on_board_may_be_anothers(&mut self) {
+        let is_writing = self.transfer.as_ref().is_some_and(|lane| lane.machine.writes_plan());
+        self.on_board.is_doubt_new &= is_writing || self.on_board.incoming.is_some();
+    }
+
     /// Doubts a mission as it was doubted in a run before.
     fn take_over(&mut self, doubt: Option<Doubt>) {
         let Some(doubt) = doubt else { return };
@@ -132,7 +138,10 @@ impl Vehicle {
         if self.on_board.key.as_ref().is_some_and(|before| before.system().is_none()) {
             // One that has told its hardware's id keeps it. Another id is another vehicle on the same link.
             if key.system().is_none() {
+                // What began since it started is about this one, however late it tells who it is.
+                let is_doubt_new = self.on_board.is_doubt_new;
                 self.on_restart(now, now);
+                self.on_board.is_doubt_new = is_doubt_new;
                 self.on_board_replaced(now);
                 self.identify(key, now);
                 self.pump(now);

@@ -406,15 +406,23 @@ fn another_vehicle_in_the_place_of_one_takes_over_nothing_of_it() {
         version(&mut vehicle, 0x2a, MonoTime::from_millis(61_000));
         assert!(vehicle.plan_state(MISSION).may_be_mixed(), "{}", vehicle.plan_state(MISSION));
 
-        // What begins before the other tells who it is, is the other's.
-        version(&mut vehicle, 0x2b, MonoTime::from_millis(80_000));
-        vehicle.on_restart(MonoTime::from_millis(90_000), MonoTime::from_millis(90_000));
-        vehicle.on_sending(&rival_count(9), false, MonoTime::from_millis(90_000)).expect("sent");
-        kept(&mut vehicle);
-        version(&mut vehicle, 0x2c, MonoTime::from_millis(91_000));
-        assert!(vehicle.plan_state(MISSION).may_be_mixed(), "{}", vehicle.plan_state(MISSION));
-        let third = other.replace("2b", "2c");
-        assert_eq!(kept(&mut vehicle), if keeps_records { vec![(third, true)] } else { vec![] });
+        // What begins before the other tells who it is, is the other's, however late it tells that.
+        for (now, third, late_ms) in [(80_000, 0x2c, 1_000), (180_000, 0x2d, 4_000)] {
+            version(&mut vehicle, 0x2b, MonoTime::from_millis(now));
+            let restarted = MonoTime::from_millis(now + 10_000);
+            vehicle.on_restart(restarted, restarted);
+            vehicle.on_sending(&rival_count(9), false, restarted).expect("sent");
+            kept(&mut vehicle);
+            version(&mut vehicle, third, restarted + Duration::from_millis(late_ms));
+            assert!(vehicle.plan_state(MISSION).may_be_mixed(), "{}", vehicle.plan_state(MISSION));
+            let third = other.replace("2b", &format!("{third:x}"));
+            assert_eq!(kept(&mut vehicle), if keeps_records { vec![(third, true)] } else { vec![] });
+        }
+        // What ended before a silence is not, though no restart was noticed.
+        vehicle.on_sending(&rival_count(9), false, MonoTime::from_millis(200_000)).expect("sent");
+        vehicle.on_time(MonoTime::from_millis(220_000));
+        version(&mut vehicle, 0x2e, MonoTime::from_millis(220_001));
+        assert_eq!(vehicle.plan_state(MISSION), PlanState::Unknown(Unknown::NeverRead));
     }
 }
 
