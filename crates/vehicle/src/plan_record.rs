@@ -13,18 +13,6 @@ use crate::telemetry::AutopilotVersion;
 pub struct VehicleKey(String);
 
 impl VehicleKey {
-    /// By AUTOPILOT_VERSION: `uid2` where it is set (ArduPilot), else `uid`; `None` where neither is.
-    #[must_use]
-    pub fn of_version(version: &AutopilotVersion) -> Option<Self> {
-        let by_uid = || version.uid.map(|uid| format!("uid-{uid:016x}"));
-        let by_uid2 = version.uid2.map(|uid2| {
-            let end = uid2.iter().rposition(|byte| *byte != 0).map_or(0, |last| last + 1);
-            let hex: String = uid2[..end].iter().map(|byte| format!("{byte:02x}")).collect();
-            format!("uid2-{hex}")
-        });
-        by_uid2.or_else(by_uid).map(Self)
-    }
-
     /// By system id alone.
     #[must_use]
     pub fn of_system(system: SystemId) -> Self {
@@ -54,6 +42,48 @@ impl VehicleKey {
     #[must_use]
     pub fn as_str(&self) -> &str {
         &self.0
+    }
+}
+
+/// The ids of a vehicle's hardware, as far as it has told them. An ArduPilot has `uid2` alone, a PX4 both, of which the second has no
+/// room in MAVLink 1.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(crate) struct HardwareIds {
+    uid: Option<u64>,
+    uid2: Option<[u8; 18]>,
+}
+
+impl HardwareIds {
+    pub(crate) fn of_version(version: &AutopilotVersion) -> Self {
+        Self { uid: version.uid, uid2: version.uid2 }
+    }
+
+    /// Whether they are of another vehicle than those told before: by `uid2` where both have it, else by `uid`. Who tells nothing is
+    /// the one from before.
+    pub(crate) fn is_another(self, before: Self) -> bool {
+        if self == Self::default() || before == Self::default() {
+            return false;
+        }
+        match (self.uid2, before.uid2) {
+            (Some(ours), Some(theirs)) => ours != theirs,
+            _ => self.uid != before.uid,
+        }
+    }
+
+    /// These, and what was told before.
+    pub(crate) fn or(self, before: Self) -> Self {
+        Self { uid: self.uid.or(before.uid), uid2: self.uid2.or(before.uid2) }
+    }
+
+    /// The name of the vehicle: by `uid2` where it is told, else by `uid`; `None` where neither is.
+    pub(crate) fn key(self) -> Option<VehicleKey> {
+        let by_uid = || self.uid.map(|uid| format!("uid-{uid:016x}"));
+        let by_uid2 = self.uid2.map(|uid2| {
+            let end = uid2.iter().rposition(|byte| *byte != 0).map_or(0, |last| last + 1);
+            let hex: String = uid2[..end].iter().map(|byte| format!("{byte:02x}")).collect();
+            format!("uid2-{hex}")
+        });
+        by_uid2.or_else(by_uid).map(VehicleKey)
     }
 }
 
@@ -130,14 +160,14 @@ mod tests {
             uid: None,
             uid2: None,
         };
-        assert_eq!(VehicleKey::of_version(&version), None);
+        assert_eq!(HardwareIds::of_version(&version).key(), None);
         version.uid = Some(0xabc);
-        let by_uid = VehicleKey::of_version(&version).expect("a uid");
+        let by_uid = HardwareIds::of_version(&version).key().expect("a uid");
         assert_eq!(by_uid.as_str(), "uid-0000000000000abc");
         let mut uid2 = [0; 18];
         uid2[..3].copy_from_slice(&[1, 0, 0xfe]);
         version.uid2 = Some(uid2);
-        let by_uid2 = VehicleKey::of_version(&version).expect("a uid2");
+        let by_uid2 = HardwareIds::of_version(&version).key().expect("a uid2");
         assert_eq!(by_uid2.as_str(), "uid2-0100fe");
         for key in [by_uid, by_uid2, VehicleKey::of_system(SystemId(1))] {
             assert_eq!(VehicleKey::parse(key.as_str()), Some(key));

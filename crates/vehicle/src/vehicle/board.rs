@@ -5,7 +5,7 @@ use std::time::Duration;
 use vencejo_flight::plan::PlanKind;
 use vencejo_proto::{Address, MissionItemInt, MonoTime};
 
-use crate::plan_record::{Doubt, PlanRecord, StoredRecord, VehicleKey};
+use crate::plan_record::{Doubt, HardwareIds, PlanRecord, StoredRecord, VehicleKey};
 use crate::plan_state::PlanState;
 use crate::request::RequestId;
 
@@ -51,6 +51,8 @@ pub(super) struct OnBoard {
     pub(super) verified: Option<(u16, u64)>,
     /// Whose record this is; `None` until the vehicle is identified.
     pub(super) key: Option<VehicleKey>,
+    /// What it has told of its hardware, in all its messages.
+    pub(super) hardware: HardwareIds,
     /// The record whose doubt stands in until the vehicle is identified.
     pub(super) stand_in: Option<VehicleKey>,
     /// Records from runs before.
@@ -89,6 +91,7 @@ impl OnBoard {
             is_doubt_new: false,
             verified: None,
             key: None,
+            hardware: HardwareIds::default(),
             stand_in: None,
             stored: Vec::new(),
             kept: PlanRecord::default(),

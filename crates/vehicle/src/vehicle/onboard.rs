@@ -25,7 +25,7 @@ use super::board::{OnBoard, Own, Reading};
 use super::operation::{Op, State};
 use super::steps::Step;
 use super::{FlightParameters, Vehicle};
-use crate::plan_record::{Doubt, PlanRecord, StoredRecord, VehicleKey, Writer};
+use crate::plan_record::{Doubt, HardwareIds, PlanRecord, StoredRecord, VehicleKey, Writer};
 use crate::plan_state::{PlanState, Unknown};
 use crate::request::{Output, Reply, RequestId};
 use crate::telemetry::Severity;
@@ -126,26 +126,22 @@ impl Vehicle {
 
     pub(super) fn on_version(&mut self, now: MonoTime) {
         let Some(version) = self.telemetry.version.map(|version| version.value) else { return };
+        let hardware = HardwareIds::of_version(&version);
+        if hardware.is_another(self.on_board.hardware) {
+            // What began since it started is about this one, however late it tells who it is.
+            let is_doubt_new = self.on_board.is_doubt_new;
+            self.on_restart(now, now);
+            self.on_board.is_doubt_new = is_doubt_new;
+            self.on_board_replaced(now);
+        }
+        self.on_board.hardware = hardware.or(self.on_board.hardware);
         let by_system = VehicleKey::of_system(self.address.system);
-        self.identify(VehicleKey::of_version(&version).unwrap_or(by_system), now);
+        self.identify(self.on_board.hardware.key().unwrap_or(by_system), now);
     }
 
-    /// It is known who it is.
+    /// It is known who it is, or known better.
     fn identify(&mut self, key: VehicleKey, now: MonoTime) {
         if self.on_board.key.as_ref() == Some(&key) {
-            return;
-        }
-        if self.on_board.key.as_ref().is_some_and(|before| before.system().is_none()) {
-            // One that has told its hardware's id keeps it. Another id is another vehicle on the same link.
-            if key.system().is_none() {
-                // What began since it started is about this one, however late it tells who it is.
-                let is_doubt_new = self.on_board.is_doubt_new;
-                self.on_restart(now, now);
-                self.on_board.is_doubt_new = is_doubt_new;
-                self.on_board_replaced(now);
-                self.identify(key, now);
-                self.pump(now);
-            }
             return;
         }
         let board = &mut self.on_board;
@@ -175,6 +171,7 @@ impl Vehicle {
             self.put(before, PlanRecord::default());
         }
         self.remember();
+        self.pump(now);
     }
 
     fn put(&mut self, key: VehicleKey, record: PlanRecord) -> u64 {

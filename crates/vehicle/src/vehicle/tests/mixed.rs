@@ -346,6 +346,40 @@ fn a_record_goes_with_the_hardware_and_not_with_the_system_id() {
     vehicle.on_sending(&rival_count(9), false, now).expect("sent");
     version(&mut vehicle, 0x2b, now);
     assert!(vehicle.plan_state(MISSION).may_be_mixed(), "an upload that began in this run");
+    // A PX4 tells both ids in MAVLink 2, and in MAVLink 1 the shorter alone.
+    let config = VehicleConfig { keeps_records: true, ..reading() };
+    let mut vehicle = Vehicle::new(PLANE, STATION, config, MonoTime::ZERO);
+    vehicle.on_records(vec![], MonoTime::ZERO);
+    let mut tell = |uid, first: Option<u8>, ms| {
+        let mut uid2 = [0; 18];
+        uid2[0] = first.unwrap_or_default();
+        let data = AUTOPILOT_VERSION_DATA { uid, uid2, ..Default::default() };
+        let message = Message::Dialect(MavMessage::AUTOPILOT_VERSION(data));
+        vehicle.on_time(MonoTime::from_millis(ms));
+        vehicle.on_message(PLANE.component, &message, MonoTime::from_millis(ms));
+        if ms == 0 {
+            vehicle.on_sending(&rival_count(9), false, now).expect("sent");
+        }
+        let (mut kept, mut restarts) = (Vec::new(), 0);
+        while let Some(output) = vehicle.poll_output() {
+            match output {
+                Output::Keep { stored, .. } => {
+                    kept.push(format!("{}: {}", stored.key, stored.record.doubt.is_some()));
+                }
+                Output::Event(VehicleEvent::Rebooted) => restarts += 1,
+                _ => {}
+            }
+        }
+        (kept, restarts, vehicle.plan_state(MISSION).may_be_mixed())
+    };
+    let short = "uid-0000000000000007";
+    assert_eq!(tell(7, None, 0), (vec![format!("{short}: true")], 0, true));
+    let renamed = vec![format!("{short}: false"), "uid2-09: true".to_owned()];
+    assert_eq!(tell(7, Some(9), 10_000), (renamed, 0, true), "the same one");
+    assert_eq!(tell(7, None, 20_000), (vec![], 0, true), "once more in MAVLink 1");
+    assert_eq!(tell(7, Some(9), 30_000), (vec![], 0, true));
+    assert_eq!(tell(7, Some(8), 40_000), (vec![], 1, false), "another of the same batch");
+    assert_eq!(tell(6, None, 50_000), (vec![], 1, false), "and one more");
     // A damaged one may be anybody's until they tell who they are.
     for (uid, stays) in [(0x2a, true), (0x2b, false)] {
         let mut vehicle = Vehicle::new(PLANE, STATION, reading(), MonoTime::ZERO);
