@@ -23,7 +23,8 @@ const CLOCK_SLACK: Duration = Duration::from_secs(3);
 const SILENCE: Duration = Duration::from_millis(2500);
 /// The same for another peer of the same link: it came back on another port.
 const MOVED: Duration = Duration::from_secs(1);
-/// A silence of the followed source after which what the same vehicle says elsewhere is taken from there, as soon as it is no older.
+/// A silence of the followed source after which what the same vehicle says elsewhere is taken from there, as soon as it is no older and
+/// while it is no newer than by as much.
 const HICCUP: Duration = Duration::from_millis(500);
 /// Differing readings in a row that prove another vehicle: one old datagram does not.
 const PROOFS: u32 = 3;
@@ -159,6 +160,12 @@ impl Source {
         self.clock.is_some_and(|ours| other.clock.is_none_or(|theirs| ours.boot_ms >= theirs.boot_ms))
     }
 
+    /// Whether what it says is newer than what is on its way from the other: then that would go back in time when it arrives.
+    fn is_ahead_of(&self, other: &Self, now: MonoTime) -> bool {
+        let (Some(ours), Some(theirs)) = (self.clock, other.clock) else { return false };
+        ours.now_s(now) - theirs.now_s(now) > HICCUP.as_secs_f64() * theirs.rate.max(1.0)
+    }
+
     /// Whether its life began after that moment: then it is the same vehicle, restarted.
     fn began_after(&self, moment: MonoTime, now: MonoTime) -> bool {
         let age_s = self.clock.map(|clock| clock.now_s(now) / clock.rate.max(1.0));
@@ -224,6 +231,7 @@ impl Sources {
             (Some(false), Standing::Same) => Standing::Unknown { differed: 1 },
         };
         let has_caught_up = source.has_caught_up_with(followed);
+        let is_ahead = source.is_ahead_of(followed, now);
         let takes_over = match source.standing {
             _ if silence > MOVED && source.began_after(followed.heard_at, now) => true,
             Standing::Same if has_caught_up => {
@@ -238,7 +246,7 @@ impl Sources {
         let is_brought = self.kinds.get(&message.id()).is_some_and(|at| now.since(*at) <= LOST_AFTER);
         // A text may have been lost on its way, and is told once.
         let is_wanted = is_answer(message) || matches!(message, Message::StatusText(_));
-        let is_news = is_wanted || !is_brought || silence > HICCUP && has_caught_up;
+        let is_news = is_wanted || !is_brought || silence > HICCUP && has_caught_up && !is_ahead;
         if takes_over {
             self.follow(index, is_same);
             self.kinds.insert(message.id(), now);
@@ -366,6 +374,27 @@ mod tests {
             }
             assert!(over.is_some_and(|ms| ms <= 3_500), "{over:?}");
         }
+    }
+
+    // The late one was heard first: while it stalled the other was taken, and then what had been sent before that.
+    #[test]
+    fn when_the_late_link_stalls_and_goes_on_nothing_goes_back() {
+        let (mut sources, mut queue, mut newest) = (Sources::default(), Vec::new(), 0);
+        for ms in (0..20_000).step_by(100) {
+            queue.push(48_000 + ms);
+            let is_stalled = (8_000..9_200).contains(&ms) || (12_000..16_000).contains(&ms);
+            let late = if is_stalled { Vec::new() } else { std::mem::take(&mut queue) };
+            let late = late.into_iter().map(|boot_ms| (A, boot_ms));
+            let early = (ms >= 4_000).then_some((B, 50_000 + ms));
+            for (id, boot_ms) in late.chain(early) {
+                let taken = sources.on_message(id, &attitude(boot_ms), at(ms));
+                if matches!(taken, Taken::Yes | Taken::Beside) {
+                    assert!(boot_ms >= newest, "{boot_ms} after {newest} at {ms}");
+                    newest = boot_ms;
+                }
+            }
+        }
+        assert_eq!((sources.followed(), newest), (Some(B), 69_900), "after a long one the other is followed");
     }
 
     #[test]
