@@ -454,7 +454,8 @@ impl Vehicle {
     /// Seq of the last item at which the mission stands; what follows it are actions.
     fn last_nav(&self) -> Option<u16> {
         let Some(mission) = self.mission() else {
-            let total = self.telemetry.mission?.value.total?;
+            // Without items there is no last one, and none that is reached.
+            let total = self.telemetry.mission?.value.total.filter(|total| *total > 0)?;
             return (total + self.first_seq()).checked_sub(1);
         };
         let index = mission.items.iter().rposition(|item| item.command.is_nav())?;

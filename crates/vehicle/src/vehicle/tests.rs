@@ -881,6 +881,28 @@ fn a_list_that_a_vehicle_names_otherwise_is_another() {
 }
 
 #[test]
+fn who_flies_without_a_mission_completes_none() {
+    for (seq, total, mission_state, has_completed) in
+        [(0, u16::MAX, MissionState::MISSION_STATE_NO_MISSION, false), (2, 2, MissionState::MISSION_STATE_ACTIVE, true)]
+    {
+        let mut world = connected();
+        let current = MISSION_CURRENT_DATA { seq, total, mission_state, ..Default::default() };
+        let current = Message::Dialect(MavMessage::MISSION_CURRENT(current));
+        let now = world.now;
+        world.station.vehicle.on_message(PLANE.component, &current, now);
+        for is_armed in [true, false] {
+            world.plane.is_armed = is_armed;
+            world.plane.heartbeat();
+            let message = world.plane.out.pop_back().expect("a heartbeat");
+            world.station.vehicle.on_message(PLANE.component, &message, now);
+        }
+        let mut outputs = std::iter::from_fn(|| world.station.vehicle.poll_output());
+        let is_told = outputs.any(|output| output == Output::Event(VehicleEvent::MissionComplete));
+        assert_eq!(is_told, has_completed, "{total} items");
+    }
+}
+
+#[test]
 fn what_was_reached_before_the_mission_is_read_stays_reached() {
     let reaches = |world: &mut Pair, seq: u16| {
         let reached = MISSION_ITEM_REACHED_DATA { seq };
