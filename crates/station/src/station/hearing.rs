@@ -51,7 +51,8 @@ impl Shared {
         }
         if core.vehicles.is_radio(from, &message) {
             let Core { vehicles, watchers, .. } = &mut *core;
-            let is_there = |watchers: &Watchers| watchers.sources.followed().is_some_and(|at| at.link == link.0);
+            // Its frames come from where its vehicle's come: one port may have many bridges, each with a radio.
+            let is_there = |watchers: &Watchers| watchers.sources.followed().is_some_and(|at| origin_of(at) == origin);
             let there = watchers.iter().filter(|(_, watchers)| is_there(watchers)).map(|(id, _)| *id);
             vehicles.on_radio(there, &message, now);
         }

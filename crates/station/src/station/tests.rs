@@ -538,17 +538,18 @@ async fn a_recording_changes_nothing_in_what_is_remembered() {
 async fn a_links_radio_is_that_of_the_vehicles_that_are_followed_there() {
     let station = start();
     let now = station.now();
-    let hear = |link, frame: &Frame| {
-        station.shared.on_frame(Origin { link: LinkId(link), peer: PeerId(0) }, frame, now);
+    let hear = |(link, peer), frame: &Frame| {
+        station.shared.on_frame(Origin { link: LinkId(link), peer: PeerId(peer) }, frame, now);
     };
-    for system in [1, 2] {
-        hear(system.into(), &plane_heartbeat(system));
+    // The last two through bridges that send to one port.
+    for (system, place) in [(1, (1, 0)), (2, (2, 0)), (3, (2, 1))] {
+        hear(place, &plane_heartbeat(system));
     }
     let radio = MavMessage::RADIO_STATUS(RADIO_STATUS_DATA { rssi: 180, ..RADIO_STATUS_DATA::default() });
     let header = Header { sequence: 0, source: Address::new(51, 68), version: MavVersion::V2 };
-    hear(2, &Message::Dialect(radio).encode(header));
+    hear((2, 0), &Message::Dialect(radio).encode(header));
     let has_radio = |system| station.shared.telemetry(VehicleId::new(system)).0.radio.is_some();
-    assert_eq!((has_radio(1), has_radio(2)), (false, true));
+    assert_eq!([1, 2, 3].map(has_radio), [false, true, false]);
     station.close().await;
 }
 
