@@ -123,7 +123,7 @@ pub enum VehicleError {
     /// The vehicle was not heard for too long to act on what it said.
     #[error("the vehicle's state is not known (nothing heard for {:.1} s); wait for its heartbeat", age.as_secs_f64())]
     NotHeard {
-        /// For how long; since our clock began when it was never heard.
+        /// How long its last heartbeat is ago, where none was heard how long it is known.
         age: Duration,
     },
     /// An older firmware (ArduPilot from before COMMAND_INT) cannot be asked for this.

@@ -213,6 +213,7 @@ impl Vehicle {
 
     pub(super) fn on_heartbeat(&mut self, now: MonoTime) {
         let Some(heartbeat) = self.telemetry.heartbeat.map(|heartbeat| heartbeat.value) else { return };
+        self.heartbeat_at = now;
         if self.told.mode != Some(heartbeat.mode) {
             let from = self.told.mode.replace(heartbeat.mode);
             self.event(VehicleEvent::ModeChanged { from, to: heartbeat.mode });

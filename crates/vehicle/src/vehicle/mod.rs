@@ -192,6 +192,8 @@ pub struct Vehicle {
     /// Whether its owner asked something of it.
     has_requested: bool,
     heard_at: MonoTime,
+    /// When its last heartbeat came; before the first, when anything did.
+    heartbeat_at: MonoTime,
     is_lost: bool,
     restarted_at: Option<MonoTime>,
     next_request: u64,
@@ -231,6 +233,7 @@ impl Vehicle {
             has_asked: false,
             has_requested: false,
             heard_at: now,
+            heartbeat_at: now,
             is_lost: false,
             restarted_at: None,
             next_request: 0,
@@ -416,6 +419,11 @@ impl Vehicle {
         self.telemetry.mode().is_some_and(|mode| mode.family == ModeFamily::ArduPlane)
     }
 
+    /// What it is. A restart forgets its heartbeat, and makes no other thing of it.
+    fn family(&self) -> Option<ModeFamily> {
+        self.telemetry.mode().or(self.told.mode).map(|mode| mode.family)
+    }
+
     fn is_ardupilot(&self) -> bool {
         self.telemetry.is_ardupilot()
     }
@@ -480,6 +488,8 @@ impl Vehicle {
         Context {
             vehicle: self.address,
             telemetry: &self.telemetry,
+            family: self.family(),
+            heartbeat_at: self.heartbeat_at,
             preparation: self.flight_preparation(),
             first_nav: self.first_nav(),
             has_command_int: self.has_command_int(),

@@ -96,6 +96,10 @@ impl Vehicle {
                 self.set_plan(kind, PlanState::Unknown(Unknown::NeverRead));
             }
         }
+        if self.telemetry.heartbeat.is_none() {
+            // What the one before was, this one may not be.
+            self.told.mode = None;
+        }
         self.flight_parameters = FlightParameters::default();
         self.parameters = Arc::default();
         self.limits = CheckContext::default();

@@ -34,6 +34,8 @@ fn steps_of(request: &Request, family: ModeFamily, mav_type: u8) -> Result<VecDe
     let context = Context {
         vehicle: Address::new(1, 1),
         telemetry: &telemetry,
+        family: Some(family),
+        heartbeat_at: MonoTime::ZERO,
         preparation: None,
         first_nav: 0,
         has_command_int: true,

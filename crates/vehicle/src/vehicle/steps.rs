@@ -36,6 +36,10 @@ const MAX_NOTE: usize = 500;
 pub(super) struct Context<'a> {
     pub vehicle: Address,
     pub telemetry: &'a Telemetry,
+    /// What it is, by its last heartbeat, also by one from before a restart.
+    pub family: Option<ModeFamily>,
+    /// When that was heard; before the first, when anything was.
+    pub heartbeat_at: MonoTime,
     pub preparation: Option<FlightPreparation>,
     /// Seq of the first item at which the mission stands, however briefly (`Vehicle::first_nav`).
     pub first_nav: u16,
@@ -50,8 +54,11 @@ impl Context<'_> {
     }
 
     fn family(&self) -> Result<ModeFamily, VehicleError> {
-        let heartbeat = self.telemetry.heartbeat.ok_or(VehicleError::NotHeard { age: self.now.as_duration() })?;
-        Ok(heartbeat.value.mode.family)
+        self.family.ok_or_else(|| self.unheard())
+    }
+
+    fn unheard(&self) -> VehicleError {
+        VehicleError::NotHeard { age: self.now.since(self.heartbeat_at) }
     }
 
     pub fn is_ardupilot(&self) -> bool {
@@ -141,11 +148,8 @@ impl Context<'_> {
 
     /// A fresh heartbeat that shows it disarmed.
     fn require_disarmed(&self, action: &'static str) -> Result<(), VehicleError> {
-        let unheard = VehicleError::NotHeard { age: self.now.as_duration() };
-        let heartbeat = self.telemetry.heartbeat.ok_or(unheard)?;
-        if heartbeat.freshness(self.now) != Freshness::Fresh {
-            return Err(VehicleError::NotHeard { age: heartbeat.age(self.now) });
-        }
+        let heartbeat = self.telemetry.heartbeat.filter(|heartbeat| heartbeat.freshness(self.now) == Freshness::Fresh);
+        let heartbeat = heartbeat.ok_or_else(|| self.unheard())?;
         if heartbeat.value.is_armed { Err(VehicleError::Armed { action }) } else { Ok(()) }
     }
 
@@ -155,8 +159,7 @@ impl Context<'_> {
         if self.telemetry.is_on_ground() == Some(false) {
             return Err(VehicleError::InTheAir { action: ACTION });
         }
-        let unheard = VehicleError::NotHeard { age: self.now.as_duration() };
-        let preparation = self.preparation.ok_or(unheard)?;
+        let preparation = self.preparation.ok_or_else(|| self.unheard())?;
         let note = Step::Note(Severity::INFO, format!("Preparing a flight: {preparation}"));
         let mode = preparation.mode.map(|mode| self.set_mode(mode));
         let rewind = preparation.rewinds_mission.then(|| self.rewind());

@@ -58,7 +58,7 @@ impl Vehicle {
     /// not; else as its values have shown.
     fn param_encoding(&self) -> Option<ParamEncoding> {
         let capabilities = self.telemetry.version.map_or(0, |version| version.value.capabilities);
-        let is_px4 = self.telemetry.mode().is_some_and(|mode| mode.family == ModeFamily::Px4);
+        let is_px4 = self.family() == Some(ModeFamily::Px4);
         if is_px4 || capabilities & PARAM_BYTEWISE != 0 {
             Some(ParamEncoding::Bytewise)
         } else if self.is_ardupilot() || capabilities & PARAM_C_CAST != 0 {

@@ -97,6 +97,15 @@ fn an_integer_is_set_as_one_before_it_has_told_its_capabilities() {
     assert_eq!(ask(&mut world, set.clone()), Ok(Reply::Parameter(kept)));
     assert_eq!(world.plane.services.params.last(), Some(&kept));
     assert_eq!(ask(&mut world, Request::ParamRead { name: "COM_FLTMODE1".into() }), Ok(Reply::Parameter(kept)));
+    // It is the same thing after a restart, before its next heartbeat.
+    let now = world.now;
+    world.station.vehicle.on_restart(now, now);
+    let prepare = world.station.vehicle.request(Request::PrepareFlight, now);
+    let kept = Param { name, value: ParamValue::I32(6) };
+    let again = Request::ParamSet { name: "COM_FLTMODE1".into(), value: 6.0 };
+    assert_eq!(ask(&mut world, again), Ok(Reply::Parameter(kept)));
+    let Err(VehicleError::NotHeard { age }) = world.station.results[&prepare] else { panic!("it waits for one") };
+    assert!(age <= Duration::from_secs(1), "{age:?}");
     // What it is is not known before its first heartbeat.
     let mut unheard = World::new(Station::with(unasked()), px4(), Faults::default(), 1);
     assert!(matches!(ask(&mut unheard, set), Err(VehicleError::NotHeard { .. })));
