@@ -74,8 +74,8 @@ pub(super) struct OnBoard {
     pub(super) own: Option<Own>,
     /// When a reading that nobody asked for was verified.
     pub(super) own_verified_at: Option<MonoTime>,
-    /// Whether the mission is to be read once more although it is known.
-    pub(super) is_copy_doubted: bool,
+    /// Whether a plan is to be read once more although it is known, by kind.
+    pub(super) is_copy_doubted: [bool; 3],
     pub(super) attempts: [usize; 3],
     /// How many of the flight parameters were asked for.
     pub(super) parameters_asked: usize,
@@ -104,7 +104,7 @@ impl OnBoard {
             moving_until: None,
             own: None,
             own_verified_at: None,
-            is_copy_doubted: false,
+            is_copy_doubted: [false; 3],
             attempts: [0; 3],
             parameters_asked: 0,
             not_before: [now; 3],

@@ -305,6 +305,12 @@ impl Vehicle {
             && let Ok(kind) = PlanKind::try_from(ack.mission_type)
         {
             self.told_changed(kind, now);
+            if let Some(written) = self.written[kind as usize].filter(|_| self.is_echo(kind, now))
+                && !Message::MissionAck(*ack).target().includes(self.our)
+            {
+                // Late, of what another station sent before, or at once, of what it sent and we did not hear.
+                self.doubt_copy(kind, written + TRANSFER_ECHO);
+            }
         }
     }
 

@@ -285,7 +285,7 @@ impl Vehicle {
         }
         let is_wanted = |kind: &PlanKind| {
             let is_open = matches!(self.plans.get(*kind), PlanState::Unknown(why) if why != Unknown::Transferring);
-            let is_open = is_open || (*kind == PlanKind::Mission && board.is_copy_doubted);
+            let is_open = is_open || board.is_copy_doubted[*kind as usize];
             // A vehicle that does not tell its mission is not asked for the others.
             let is_mission_known = !matches!(self.plans.get(PlanKind::Mission), PlanState::Unknown(_));
             let may_ask = *kind == PlanKind::Mission || is_mission_known && self.no_plan_kinds().is_none();
@@ -406,16 +406,18 @@ impl Vehicle {
         self.on_board.own.filter(|own| own.id == id).map(|own| own.what)
     }
 
-    /// The copy of the mission is to be compared with the vehicle's once more.
-    pub(super) fn doubt_copy(&mut self) {
-        self.on_board.is_copy_doubted = true;
+    /// The copy of a plan is to be compared with the vehicle's once more, at `from` or later.
+    pub(super) fn doubt_copy(&mut self, kind: PlanKind, from: MonoTime) {
+        self.on_board.is_copy_doubted[kind as usize] = true;
+        let not_before = &mut self.on_board.not_before[kind as usize];
+        *not_before = from.max(*not_before);
     }
 
     /// A reading that nobody asked for has ended.
     pub(super) fn on_own_read(&mut self, what: Reading, error: Option<&TransferError>, now: MonoTime) {
         self.on_board.own = None;
         let Reading::Plan(kind) = what else { return };
-        self.on_board.is_copy_doubted &= kind != PlanKind::Mission;
+        self.on_board.is_copy_doubted[kind as usize] = false;
         let (attempts, not_before) =
             (&mut self.on_board.attempts[kind as usize], &mut self.on_board.not_before[kind as usize]);
         match error {

@@ -10,7 +10,7 @@
 use std::time::Duration;
 
 use vencejo_flight::geodesy::{GeoPoint, direct, distance_m};
-use vencejo_flight::plan::{Command, MissionItem};
+use vencejo_flight::plan::{Command, MissionItem, PlanKind};
 use vencejo_proto::dialect::POSITION_TARGET_GLOBAL_INT_DATA;
 use vencejo_proto::{MissionSeq, MonoTime};
 
@@ -106,7 +106,7 @@ impl Vehicle {
             );
             self.note(Severity::CRITICAL, text, now);
             // Another station may have changed the mission where we did not hear it.
-            self.doubt_copy();
+            self.doubt_copy(PlanKind::Mission, now);
         }
     }
 

@@ -604,6 +604,18 @@ fn what_others_do_just_after_our_upload_is_no_echo_of_it() {
         assert_eq!(vehicle.plan_state(kind), PlanState::Unknown(Unknown::ChangedElsewhere), "{messages:?}");
         assert!(vehicle.plan_on_board(kind).is_none(), "{messages:?}");
     }
+    // Its word to another alone may be one from before: the list is read once more when no echo can come any more.
+    let mut quiet = self::world(reading());
+    ask(&mut quiet, upload.clone()).expect("uploaded");
+    let now = quiet.now;
+    for message in ack(RIVAL) {
+        quiet.station.vehicle.on_message(PLANE.component, &message, now);
+    }
+    quiet.plane.services.plans[kind as usize].clear();
+    wait(&mut quiet, 4_000);
+    assert!(matches!(quiet.station.vehicle.plan_state(kind), PlanState::Verified { .. }), "as it was");
+    wait(&mut quiet, 4_000);
+    assert_eq!(quiet.station.vehicle.plan_state(kind), PlanState::Empty);
     // Nor is what the vehicle says of it afterwards.
     ask(&mut world, upload).expect("uploaded");
     let now = world.now;
