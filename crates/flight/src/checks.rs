@@ -3,6 +3,7 @@
 //! [`check_plan`] runs before every upload. An error means that the vehicle would refuse the plan, keep
 //! something else, or fly what nobody can want; a warning is for the pilot to judge.
 
+mod border;
 mod finding;
 mod fix;
 mod rehearsed;
@@ -15,12 +16,12 @@ pub use surveyed::check_survey;
 
 pub use crate::words::Figure;
 
-use crate::geodesy::{GeoPoint, LocalFrame, distance_m, wrap_180_deg};
+use self::border::Border;
+use crate::geodesy::{GeoPoint, distance_m};
 use crate::guidance::GRAVITY_M_S2;
 use crate::landing::STEEP_SLOPE;
 use crate::plan::{
-    Command, FenceShape, FenceZone, Home, MavFrame, MissionItem, Plan, ShapeFault, Storage, Support, Unit, Wanted,
-    ardupilot_stored,
+    Command, Home, MavFrame, MissionItem, Plan, ShapeFault, Storage, Support, Unit, Wanted, ardupilot_stored,
 };
 use crate::progress::{alt_amsl_m, jump_index, target};
 
@@ -472,6 +473,7 @@ impl<'a> Check<'a> {
         if let Some(zone) = home.and_then(|home| self.plan.fence.forbidden_by(home)) {
             self.error(None, outside(None, zone));
         }
+        let borders: Vec<Border<'_>> = zones.iter().map(Border::of).collect();
         let mut previous = self.context.position.or(home);
         for (index, item) in self.items_of_mission() {
             let Some(point) = target(item) else { continue };
@@ -481,55 +483,13 @@ impl<'a> Check<'a> {
                 continue;
             }
             if let Some(from) = previous
-                && let Some(zone) = zones.iter().position(|zone| crosses(zone, from, point))
+                && let Some(zone) = borders.iter().position(|border| border.is_crossed(from, point))
             {
                 self.error(Some((index, item)), FindingKind::LegCrossesFence { zone: zone + 1 });
             }
             previous = Some(point);
         }
     }
-}
-
-/// Whether a leg between two allowed places leaves an inclusion zone or enters an exclusion zone.
-fn crosses(zone: &FenceZone, from: GeoPoint, to: GeoPoint) -> bool {
-    match &zone.shape {
-        FenceShape::Polygon { vertices } => {
-            let flat =
-                |point: GeoPoint| (from.lon_deg() + wrap_180_deg(point.lon_deg() - from.lon_deg()), point.lat_deg());
-            let leg = (flat(from), flat(to));
-            (0..vertices.len()).any(|index| {
-                let edge = (flat(vertices[index]), flat(vertices[(index + 1) % vertices.len()]));
-                // an edge that wraps round the globe is far from the leg
-                (edge.0.0 - edge.1.0).abs() < 180.0 && segments_cross(leg, edge)
-            })
-        }
-        // A circle is convex: a leg between two places inside stays inside.
-        FenceShape::Circle { .. } if zone.inclusion => false,
-        FenceShape::Circle { center, radius_m } => {
-            let frame = LocalFrame::new(*center, 0.0);
-            let flat = |point| {
-                let [north_m, east_m, _] = frame.ned_m(point, 0.0);
-                (north_m, east_m)
-            };
-            distance_to_segment(flat(from), flat(to)) < *radius_m
-        }
-    }
-}
-
-type Flat = (f64, f64);
-
-/// Whether two segments cross each other (touching at an end does not count).
-fn segments_cross(a: (Flat, Flat), b: (Flat, Flat)) -> bool {
-    let side = |(p, q): (Flat, Flat), r: Flat| (q.0 - p.0) * (r.1 - p.1) - (q.1 - p.1) * (r.0 - p.0);
-    side(a, b.0) * side(a, b.1) < 0.0 && side(b, a.0) * side(b, a.1) < 0.0
-}
-
-/// Distance from the origin to a segment.
-fn distance_to_segment(a: Flat, b: Flat) -> f64 {
-    let (dx, dy) = (b.0 - a.0, b.1 - a.1);
-    let length2 = dx * dx + dy * dy;
-    let part = if length2 > 0.0 { (-(a.0 * dx + a.1 * dy) / length2).clamp(0.0, 1.0) } else { 0.0 };
-    (a.0 + part * dx).hypot(a.1 + part * dy)
 }
 
 #[cfg(test)]

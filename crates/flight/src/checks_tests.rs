@@ -7,7 +7,7 @@ use vencejo_proto::MissionSeq;
 
 use super::*;
 use crate::geodesy::direct;
-use crate::plan::{Fence, MavFrame, Mission, Rally, RallyPoint};
+use crate::plan::{Fence, FenceShape, FenceZone, MavFrame, Mission, Rally, RallyPoint};
 
 const HOME: Home = Home { lat_deg: 40.3332, lon_deg: -3.7978, alt_amsl_m: 600.0 };
 

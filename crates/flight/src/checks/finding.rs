@@ -644,7 +644,7 @@ fn sentences(kind: &FindingKind, name: &str) -> (String, String) {
         }
         LeavesFence { zone } => (
             format!("on the way to {name} the plane leaves the fence at zone {zone}"),
-            "keep farther from it: turns are wider than the lines",
+            "keep farther from it: turns are wider than the lines, and a return goes straight",
         ),
         ReturnHitsGround {} => (
             format!("a return that begins on the way to {name} flies into the ground"),

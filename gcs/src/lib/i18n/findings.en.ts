@@ -106,7 +106,7 @@ export const findingsEn = {
   'finding.height-not-reached.is-low': 'The plane is {difference_m} too low at {item}.',
   'finding.height-not-reached.is-low.remedy': 'Lengthen the leg, change the height, or climb in a circle.',
   'finding.leaves-fence': 'On the way to {item} the plane leaves the fence at zone {zone}.',
-  'finding.leaves-fence.remedy': 'Keep farther from it: turns are wider than the lines.',
+  'finding.leaves-fence.remedy': 'Keep farther from it: turns are wider than the lines, and a return goes straight.',
   'finding.return-hits-ground': 'A return that begins on the way to {item} flies into the ground.',
   'finding.return-hits-ground.remedy': 'Raise RTL_ALTITUDE, set RTL_CLIMB_MIN, or lead the way round the hill.',
   'finding.return-held-by-wind': 'From the way to {item} the plane does not come back in {wind_m_s} of wind.',
