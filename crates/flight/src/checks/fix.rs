@@ -11,7 +11,7 @@ use crate::geodesy::{GeoPoint, direct, inverse};
 use crate::landing::LandingOptions;
 use crate::plan::{Command, MavFrame, MissionItem, Plan};
 use crate::progress::target;
-use crate::rehearsal::{Aircraft, Conditions};
+use crate::rehearsal::{Aircraft, Autoland, Conditions};
 use crate::words::figured;
 
 /// Plans that are looked through at the most, with what each would be after a change.
@@ -29,8 +29,8 @@ const TAKEOFF_PITCH_DEG: f64 = 15.0;
 const RAISES_M: [f64; 3] = [30.0, 60.0, 120.0];
 /// How far a waypoint that is flown by is moved away from the one before, m: likewise.
 const MOVES_M: [f64; 5] = [50.0, 100.0, 150.0, 200.0, 300.0];
-/// What a return that looks for the landing sequence is set to (`RTL_AUTOLAND`: home first, then to the landing).
-const FLIES_LANDING: f64 = 2.0;
+/// What a return that looks for the landing sequence is set to (`RTL_AUTOLAND`): straight to the landing, or home first.
+const FLY_LANDING: [f64; 2] = [2.0, 1.0];
 
 figured! {
     /// What a remedy does. `code` is stable; a figure's name ends in its unit.
@@ -203,8 +203,13 @@ pub fn fixes(plan: &Plan, inspection: &Inspection<'_>) -> Vec<(Finding, Fix)> {
 /// Whether the finding is gone after a change, and no error is there that was not; and how long all that is flown for it takes, s.
 fn tried(plan: &Plan, inspection: &Inspection<'_>, before: &[Finding], finding: &Finding, fix: &Fix) -> (bool, f64) {
     let mut inspection = *inspection;
-    if matches!(fix.kind, FixKind::SetParameter { .. }) {
+    let plane: Aircraft;
+    if let FixKind::SetParameter { value, .. } = fix.kind {
         inspection.context.finds_landing = Some(true);
+        if let Some(conditions) = &mut inspection.conditions {
+            plane = Aircraft { autoland: Autoland::of_parameter(value), ..*conditions.plane };
+            conditions.plane = &plane;
+        }
     }
     let (after, flown_s) = inspection.look(&fix.applied(plan));
     let count = |found: &[Finding], code: FindingCode, is_error: bool| {
@@ -244,8 +249,8 @@ fn candidates(plan: &Plan, inspection: &Inspection<'_>, finding: &Finding) -> Ve
         | FindingKind::IdleJump {}
         | FindingKind::LandStartWithoutLanding { has_landing: false } => delete(),
         FindingKind::LandStartDisabled {} => {
-            let kind = FixKind::SetParameter { name: "RTL_AUTOLAND", value: FLIES_LANDING };
-            vec![Fix { kind, first: index, count: 0, items: Vec::new() }]
+            let kind = |value| FixKind::SetParameter { name: "RTL_AUTOLAND", value };
+            FLY_LANDING.map(|value| Fix { kind: kind(value), first: index, count: 0, items: Vec::new() }).to_vec()
         }
         FindingKind::NoTakeoff {} => home_of(plan, inspection).map_or_else(Vec::new, |home| {
             let takeoff = MissionItem::takeoff(home.lat_deg(), home.lon_deg(), TAKEOFF_M, TAKEOFF_PITCH_DEG);
@@ -371,166 +376,5 @@ fn raised(plan: &Plan, index: usize, by_m: f64) -> Option<Fix> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::checks::CLEARANCE_M;
-    use crate::landing::{Wind, design_landing};
-    use crate::plan::{Home, Mission};
-    use crate::rehearsal::{Air, Ground};
-    use vencejo_proto::MissionSeq;
-
-    const HOME: Home = Home { lat_deg: 40.3332, lon_deg: -3.7978, alt_amsl_m: 600.0 };
-    const CALM: Wind = Wind { from_deg: 0.0, speed_m_s: 0.0 };
-
-    fn home() -> GeoPoint {
-        HOME.point().unwrap()
-    }
-
-    fn waypoint(bearing_deg: f64, distance_m: f64, height_m: f64) -> MissionItem {
-        let point = direct(home(), bearing_deg, distance_m);
-        MissionItem::waypoint(point.lat_deg(), point.lon_deg(), height_m)
-    }
-
-    fn landing(course_deg: f64, wind: Wind) -> Vec<MissionItem> {
-        let options = LandingOptions { course_deg: Some(course_deg), wind: Some(wind), ..LandingOptions::default() };
-        design_landing(home(), &options).unwrap().items
-    }
-
-    /// A take-off, then these; what resolves the finding of that code, tried by somebody else than who told it.
-    fn fixed(
-        code: FindingCode,
-        items: Vec<MissionItem>,
-        wind: Wind,
-        context: CheckContext,
-        ground: Option<&Ground<'_>>,
-    ) -> (Plan, Fix) {
-        let takeoff = MissionItem::takeoff(HOME.lat_deg, HOME.lon_deg, 50.0, 12.0);
-        let items =
-            if code == FindingCode::NoTakeoff { items } else { std::iter::once(takeoff).chain(items).collect() };
-        let plan = Plan::from_mission(Mission { home: Some(HOME), items });
-        let plane = Aircraft::default();
-        let conditions = Some(Conditions { ground, ..Conditions::new(&plane, Air::from(wind)) });
-        let inspection = Inspection { context, conditions, clearance_m: CLEARANCE_M };
-        let before = inspection.findings(&plan);
-        assert!(before.iter().any(|finding| finding.code() == code), "{code}: {before:?}");
-        let all = fixes(&plan, &inspection);
-        let fix = all.into_iter().find(|(finding, _)| finding.code() == code);
-        let (_, fix) = fix.unwrap_or_else(|| panic!("{code}: nothing resolves it: {before:?}"));
-        let after = fix.applied(&plan);
-        let resolved = Inspection {
-            context: CheckContext {
-                finds_landing: if code == FindingCode::LandStartDisabled { Some(true) } else { context.finds_landing },
-                ..context
-            },
-            ..inspection
-        };
-        let left = resolved.findings(&after);
-        assert!(left.iter().all(|finding| finding.code() != code), "{code}: {fix:?}: {left:?}");
-        let errors = |found: &[Finding]| found.iter().filter(|one| one.severity == Severity::Error).count();
-        assert!(errors(&left) <= errors(&before), "{code}: {left:?}");
-        (after, fix)
-    }
-
-    #[test]
-    fn what_is_told_resolves_the_finding_and_brings_no_error() {
-        use FindingCode as Code;
-        let wind = Wind { from_deg: 270.0, speed_m_s: 6.0 };
-        let (any, on_ground) =
-            (CheckContext::default(), CheckContext { on_ground: Some(true), ..CheckContext::default() });
-        let round = || vec![waypoint(0.0, 800.0, 80.0), waypoint(60.0, 1_200.0, 80.0)];
-        let with = |more: Vec<MissionItem>| round().into_iter().chain(more).collect::<Vec<_>>();
-        let disabled = CheckContext { finds_landing: Some(false), ..any };
-        let mut many = MissionItem::at(Command::NAV_LOITER_TURNS, [2.0, 0.0, 60.0, 1.0], 40.34, -3.79, 80.0);
-        many.params[0] = Some(-4.0);
-        let steep = || {
-            vec![
-                waypoint(90.0, 1_500.0, 60.0),
-                waypoint(90.0, 350.0, 60.0),
-                MissionItem::land(HOME.lat_deg, HOME.lon_deg, 0.0),
-            ]
-        };
-        let missed = vec![waypoint(0.0, 1_000.0, 60.0), waypoint(3.4, 1_000.0, 60.0), waypoint(3.4, 900.0, 60.0)];
-        let cases = [
-            (Code::EndlessJump, with(vec![MissionItem::jump(MissionSeq(2), -1)]), CALM, any),
-            (
-                Code::IdleJump,
-                with(vec![MissionItem::jump(MissionSeq(4), 3), MissionItem::return_to_launch()]),
-                CALM,
-                any,
-            ),
-            (Code::NoLanding, round(), wind, any),
-            (Code::NoTakeoff, with(landing(270.0, wind)), wind, on_ground),
-            (
-                Code::TakeoffTooLow,
-                [vec![MissionItem::takeoff(HOME.lat_deg, HOME.lon_deg, -5.0, 12.0)], round()].concat(),
-                CALM,
-                any,
-            ),
-            (Code::LandsDownwind, with(landing(90.0, wind)), wind, any),
-            (Code::SteepApproach, steep(), wind, any),
-            (Code::LandStartDisabled, with(landing(270.0, wind)), wind, disabled),
-            (Code::HeightNotReached, vec![waypoint(0.0, 800.0, 70.0), waypoint(0.0, 1_200.0, 300.0)], CALM, any),
-            (Code::WaypointMissed, missed, Wind { from_deg: 270.0, speed_m_s: 9.0 }, any),
-            (
-                Code::FliesIntoGround,
-                vec![waypoint(0.0, 1_000.0, 50.0), waypoint(0.0, 2_000.0, -40.0), waypoint(90.0, 2_000.0, 60.0)],
-                CALM,
-                any,
-            ),
-            (Code::ParamOutOfRange, with(vec![many]), CALM, any),
-        ];
-        for (code, items, wind, context) in cases {
-            let (_, fix) = fixed(code, items, wind, context, None);
-            assert!(!fix.message().is_empty());
-        }
-        // A hill of 60 m under the second leg.
-        let top = direct(home(), 0.0, 2_000.0);
-        let hill = |point: GeoPoint| Some(600.0 + if inverse(top, point).distance_m < 300.0 { 60.0 } else { 0.0 });
-        let low = vec![waypoint(0.0, 800.0, 75.0), waypoint(0.0, 3_000.0, 75.0)];
-        let (after, fix) = fixed(Code::NearGround, low, CALM, any, Some(&hill));
-        assert_eq!((fix.first, fix.count), (1, 2));
-        assert!(after.mission.items[1..].iter().all(|item| item.alt_m().unwrap() > 85.0));
-    }
-
-    #[test]
-    fn jumps_lead_where_they_led() {
-        let items = vec![
-            MissionItem::takeoff(HOME.lat_deg, HOME.lon_deg, 50.0, 12.0),
-            waypoint(0.0, 800.0, 80.0),
-            waypoint(0.0, 1_600.0, 80.0),
-            MissionItem::jump(MissionSeq(3), 2),
-            MissionItem::jump(MissionSeq(2), 1),
-        ];
-        let plan = Plan::from_mission(Mission { home: Some(HOME), items });
-        let targets = |fix: &Fix| {
-            let items = fix.applied(&plan).mission.items;
-            items
-                .iter()
-                .filter(|item| item.command == Command::DO_JUMP)
-                .map(|item| item.param(1).unwrap())
-                .collect::<Vec<_>>()
-        };
-        let kind = || FixKind::DeleteItem {};
-        let added = waypoint(90.0, 100.0, 50.0);
-        assert_eq!(targets(&Fix { kind: kind(), first: 2, count: 0, items: vec![added.clone()] }), [4.0, 2.0]);
-        assert_eq!(targets(&Fix { kind: kind(), first: 1, count: 1, items: vec![] }), [2.0, 2.0]);
-        assert_eq!(targets(&Fix { kind: kind(), first: 1, count: 2, items: vec![added; 3] }), [3.0, 2.0]);
-    }
-
-    #[test]
-    fn what_cannot_be_resolved_is_not_told() {
-        let wind = Wind { from_deg: 0.0, speed_m_s: 30.0 };
-        let items = vec![MissionItem::takeoff(HOME.lat_deg, HOME.lon_deg, 50.0, 12.0), waypoint(0.0, 2_000.0, 60.0)];
-        let plan = Plan::from_mission(Mission { home: Some(HOME), items });
-        let plane = Aircraft::default();
-        let conditions = Some(Conditions::new(&plane, Air::from(wind)));
-        let inspection = Inspection { context: CheckContext::default(), conditions, clearance_m: CLEARANCE_M };
-        let found = inspection.findings(&plan);
-        assert!(found.iter().any(|finding| finding.code() == FindingCode::HeldByWind));
-        assert!(fixes(&plan, &inspection).iter().all(|(finding, _)| finding.code() != FindingCode::HeldByWind));
-        // Nor without home, where nothing can be laid out from.
-        let lost = Plan::from_mission(Mission { home: None, items: vec![waypoint(0.0, 800.0, 60.0)] });
-        let inspection = Inspection { conditions: None, ..inspection };
-        assert_eq!(fixes(&lost, &inspection), []);
-    }
-}
+#[path = "fix_tests.rs"]
+mod tests;

@@ -24,6 +24,18 @@ pub enum Autoland {
     ReturnPath,
 }
 
+impl Autoland {
+    /// What a value of `RTL_AUTOLAND` means for a return; a landing that is looked for in go-arounds alone (3) is none.
+    pub(crate) fn of_parameter(value: f64) -> Self {
+        match value as i64 {
+            1 => Self::AfterReturn,
+            2 => Self::AtOnce,
+            4 => Self::ReturnPath,
+            _ => Self::Never,
+        }
+    }
+}
+
 /// An ArduPlane and the airframe that it flies. Defaults are those of a foam pusher on an ArduPlane as it comes.
 ///
 /// What no parameter tells is physics with its source at the field, and can be replaced by what a recorded flight taught.
@@ -282,12 +294,7 @@ impl Aircraft {
         plane.takeoff_throttle =
             get("TKOFF_THR_MAX").filter(|value| *value > 0.0).map_or(plane.throttle_max, |value| value * 0.01);
         plane.approach_airspeed_m_s = get("TECS_LAND_ARSPD").filter(|value| *value > 0.0);
-        plane.autoland = match get("RTL_AUTOLAND").map(|value| value as i64) {
-            Some(1) => Autoland::AfterReturn,
-            Some(2) => Autoland::AtOnce,
-            Some(4) => Autoland::ReturnPath,
-            _ => Autoland::Never,
-        };
+        plane.autoland = get("RTL_AUTOLAND").map_or(Autoland::Never, Autoland::of_parameter);
         plane.failsafes = Failsafes::from_ardupilot(get);
         plane.battery = Battery::from_ardupilot(get);
         plane.airframe = if is_ardupilots_simulator(get) {
