@@ -18,6 +18,9 @@ use crate::survey::{CAMERAS, Camera, Survey, SurveyOptions, SurveyShape};
 
 /// QGroundControl's "AltitudeMode".
 const ABOVE_HOME: u8 = 1;
+const ABOVE_SEA: u8 = 2;
+/// Above the ground, by heights that it worked out itself.
+const ABOVE_TERRAIN_BY_HOME: u8 = 3;
 const ABOVE_TERRAIN: u8 = 4;
 
 /// A survey as a complex item of QGroundControl, for [`super::PlanSettings::complex_items`] of a plan that holds its items.
@@ -183,11 +186,22 @@ fn options_of(asked: &Value) -> Option<SurveyOptions> {
     })
 }
 
-/// From the keys that QGroundControl has (`TransectStyleComplexItem::_save`, `CameraCalc::save`).
+/// From the keys that QGroundControl has (`TransectStyleComplexItem::_save`, `CameraCalc::save`). `None` for a height above the sea, which says
+/// nothing of how far away what is photographed lies.
 fn options_of_qgroundcontrol(value: &Value) -> Option<SurveyOptions> {
     const CAMERA: [&str; 6] =
         ["SensorWidth", "SensorHeight", "ImageWidth", "ImageHeight", "FocalLength", "MinTriggerInterval"];
-    let calc = value.get("TransectStyleComplexItem")?.get("CameraCalc")?;
+    let transects = value.get("TransectStyleComplexItem")?;
+    let calc = transects.get("CameraCalc")?;
+    // Before version 2 two flags said what "DistanceMode" says.
+    let is_set = |flag: Option<&Value>, to: bool| flag.and_then(Value::as_bool) == Some(to);
+    let mode = calc.get("DistanceMode").and_then(Value::as_u64);
+    let is_mode = |known: u8| mode == Some(known.into());
+    let is_above_terrain =
+        is_set(transects.get("FollowTerrain"), true) || is_mode(ABOVE_TERRAIN_BY_HOME) || is_mode(ABOVE_TERRAIN);
+    if !is_above_terrain && (is_mode(ABOVE_SEA) || is_set(calc.get("DistanceToSurfaceRelative"), false)) {
+        return None;
+    }
     let number = |key: &str| calc.get(key)?.as_f64();
     let camera = camera_of(calc, CAMERA);
     let is_gsd = camera.is_some() && calc.get("ValueSetIsDistance").and_then(Value::as_bool) == Some(false);
@@ -204,7 +218,7 @@ fn options_of_qgroundcontrol(value: &Value) -> Option<SurveyOptions> {
         spacing_m: without_camera("AdjustedFootprintSide"),
         trigger_m: without_camera("AdjustedFootprintFrontal"),
         course_deg: value.get("angle").and_then(Value::as_f64),
-        is_above_terrain: calc.get("DistanceMode").and_then(Value::as_u64) == Some(ABOVE_TERRAIN.into()),
+        is_above_terrain,
         ..usual
     })
 }
@@ -336,6 +350,33 @@ mod tests {
         assert_eq!(survey_of(&ComplexItem { kind: "fwLandingPattern".to_owned(), ..theirs.clone() }), None);
         item.as_object_mut().unwrap().remove("polyline");
         assert_eq!(survey_of(&ComplexItem { json: item.to_string(), ..theirs }), None);
+    }
+
+    #[test]
+    fn heights_of_qgroundcontrols_own_count_from_what_they_counted_from() {
+        let start = GeoPoint::new(40.0, -4.0).unwrap();
+        let own = survey(&[start, direct(start, 90.0, 900.0)], Some(80.0), options()).unwrap();
+        let mut item: Value = serde_json::from_str(&survey_item(&own).json).unwrap();
+        item.as_object_mut().unwrap().remove("vencejo");
+        let mut opened = |follows: Option<bool>, mode: Option<u8>, is_relative: Option<bool>| {
+            let transects = item["TransectStyleComplexItem"].as_object_mut().unwrap();
+            transects.insert("FollowTerrain".to_owned(), json!(follows));
+            let calc = transects["CameraCalc"].as_object_mut().unwrap();
+            calc.insert("DistanceMode".to_owned(), json!(mode));
+            calc.insert("DistanceToSurfaceRelative".to_owned(), json!(is_relative));
+            let complex = ComplexItem { kind: "CorridorScan".to_owned(), json: item.to_string() };
+            survey_of(&complex).map(|(_, options)| (options.is_above_terrain, options.height_m))
+        };
+        let (flat, following) = (Some((false, Some(120.0))), Some((true, Some(120.0))));
+        // "AltitudeMode": 1 above home, 3 and 4 above the ground; 2, above the sea, is no height above what is photographed.
+        for (mode, expected) in [(1, flat), (2, None), (3, following), (4, following)] {
+            assert_eq!(opened(None, Some(mode), None), expected, "{mode}");
+        }
+        // Before version 2 two flags.
+        assert_eq!(opened(Some(false), None, Some(true)), flat);
+        assert_eq!(opened(Some(true), None, Some(true)), following);
+        assert_eq!(opened(Some(true), None, Some(false)), following);
+        assert_eq!(opened(Some(false), None, Some(false)), None);
     }
 
     proptest! {
