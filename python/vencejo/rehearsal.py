@@ -546,8 +546,8 @@ def rehearse(
     plan : Plan
         With a home.
     parameters : mapping of str to float, optional
-        The vehicle's, as :func:`vencejo.params.load_params` or ``vehicle.params`` give them; a missing name has ArduPlane's own
-        default. Names from before ArduPlane 4.5 are understood.
+        The vehicle's, as :func:`vencejo.params.load_params` or ``vehicle.params`` give them; a missing name has the value
+        of ArduPilot's simulated plane. Names from before ArduPlane 4.5 are understood.
     airframe : Airframe, optional
         As :func:`learn` gives it; else as the parameters tell it.
     battery : Battery, optional

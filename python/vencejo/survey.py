@@ -363,7 +363,8 @@ def design_survey(
     max_items : int, optional
         That the vehicle holds, home with them.
     parameters : mapping of str to float, optional
-        The vehicle's, as :func:`vencejo.params.load_params` gives them: how it turns. A missing name has ArduPlane's own default.
+        The vehicle's, as :func:`vencejo.params.load_params` gives them: how it turns. A missing name has the
+        value of ArduPilot's simulated plane.
 
     Raises
     ------

@@ -180,7 +180,7 @@ impl Default for Aircraft {
             return_climb_min_m: 0.0,
             autoland: Autoland::Never,
             rally_limit_m: 5_000.0,
-            rally_includes_home: true,
+            rally_includes_home: false,
             knows_terrain: true,
             terrain_lookahead_m: 2_000.0,
             terrain_spacing_m: 100.0,
@@ -287,7 +287,7 @@ impl Aircraft {
         plane.pitch_min_deg = limit("TECS_PITCH_MIN", "PTCH_LIM_MIN_DEG", -25.0);
         plane.prevents_stall = get("STALL_PREVENTION").is_none_or(|value| value != 0.0);
         plane.climbs_at_once = get("FLIGHT_OPTIONS").is_some_and(|value| value as i64 & (1 << 10) != 0);
-        plane.rally_includes_home = get("RALLY_INCL_HOME").is_none_or(|value| value != 0.0);
+        plane.rally_includes_home = get("RALLY_INCL_HOME").is_some_and(|value| value != 0.0);
         plane.knows_terrain = get("TERRAIN_ENABLE").is_none_or(|value| value != 0.0);
         plane.return_follows_terrain = get("TERRAIN_FOLLOW").is_some_and(|value| value as i64 & (1 | 1 << 4) != 0);
         plane.is_launched = get("TKOFF_THR_MINACC").is_some_and(|value| value > 0.0);

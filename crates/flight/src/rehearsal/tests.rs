@@ -254,6 +254,13 @@ fn a_return_goes_where_the_vehicle_would_go() {
     let last = flown.track.last().unwrap();
     assert!(distance_m(last.point, rally.point) < 100.0);
     assert!((last.height_m - 80.0).abs() < 3.0);
+    // From nearer to home too, unless home takes part; as ArduPlane comes it does not.
+    with_rally.mission.items[1] = waypoint(90.0, 600.0, 60.0);
+    for (includes_home, goal) in [(None, rally.point), (Some(0.0), rally.point), (Some(1.0), at(0.0, 0.0))] {
+        let plane = Aircraft::from_ardupilot(|name| includes_home.filter(|_| name == "RALLY_INCL_HOME"));
+        let flown = rehearse(&with_rally, &Conditions::new(&plane, Air::default())).unwrap();
+        assert!(distance_m(flown.track.last().unwrap().point, goal) < 100.0, "{includes_home:?}");
+    }
 
     let landing =
         design_landing(at(270.0, 500.0), &LandingOptions { course_deg: Some(270.0), ..LandingOptions::default() });
