@@ -10,6 +10,8 @@ use crate::rehearsal::{Air, Aircraft, Conditions, Doing, Ground, Rehearsal, Samp
 
 /// Cells that an area is divided into, about.
 const CELLS: f64 = 30_000.0;
+/// Half of the width that a corridor has at least, in cells: a line between the middles of two rows is half a cell away from both.
+const LINE_CELLS: f64 = 0.51;
 /// Holes that are told at most, the largest first.
 const MOST_HOLES: usize = 20;
 /// A line of sight that goes down by less than this part of its length shows no ground to speak of.
@@ -209,8 +211,8 @@ pub fn coverage(
     let of_a_line = promised(print.along_m, survey.trigger_m.unwrap_or(print.along_m));
     let of_lines = if survey.lines.len() > 1 { promised(print.across_m, survey.spacing_m) } else { 1 };
     coverage.views_promised = of_a_line * of_lines;
-    coverage.covered = Some(grid.part_seen(1));
-    coverage.overlapped = Some(grid.part_seen(coverage.views_promised));
+    coverage.covered = grid.part_seen(1);
+    coverage.overlapped = grid.part_seen(coverage.views_promised);
     coverage.holes = grid.holes(&region);
     coverage
 }
@@ -327,7 +329,9 @@ impl Grid {
         let (rows, columns) = (count(tall_m), count(broad_m));
         let mut grid = Self { origin, cell_m, rows, columns, views: Vec::new() };
         let cells = (0..rows).flat_map(|row| (0..columns).map(move |column| (row, column)));
-        grid.views = cells.map(|(row, column)| region.contains(grid.middle(row, column)).then_some(0)).collect();
+        grid.views = cells
+            .map(|(row, column)| region.contains(grid.middle(row, column), LINE_CELLS * cell_m).then_some(0))
+            .collect();
         grid
     }
 
@@ -358,11 +362,11 @@ impl Grid {
         }
     }
 
-    /// Part of the cells that at least so many pictures show.
-    fn part_seen(&self, least: usize) -> f64 {
+    /// Part of the cells that at least so many pictures show; `None` where the area is narrower than they are.
+    fn part_seen(&self, least: usize) -> Option<f64> {
         let inside = || self.views.iter().flatten();
         let seen = inside().filter(|views| **views as usize >= least).count();
-        seen as f64 / inside().count().max(1) as f64
+        Some(inside().count()).filter(|count| *count > 0).map(|count| seen as f64 / count as f64)
     }
 
     /// Cells that no picture shows, as far as they touch.

@@ -146,15 +146,16 @@ impl Region {
         }
     }
 
-    /// Whether a place lies in it.
-    pub fn contains(&self, at: NorthEast) -> bool {
+    /// Whether a place lies in it; of a corridor, one that is at least twice this wide.
+    pub fn contains(&self, at: NorthEast, least_half_m: f64) -> bool {
         match self.width_m {
             Some(width_m) => self.sides().enumerate().any(|(index, (from, to))| {
                 let side = to - from;
                 let along = (at - from).dot(side) / side.dot(side);
                 // It ends square at the ends of its line, and round at its corners.
                 let is_beyond = (index == 0 && along < 0.0) || (index + 2 == self.points.len() && along > 1.0);
-                !is_beyond && (from + side * along.clamp(0.0, 1.0) - at).length() <= 0.5 * width_m
+                let half_m = (0.5 * width_m).max(least_half_m);
+                !is_beyond && (from + side * along.clamp(0.0, 1.0) - at).length() <= half_m
             }),
             None => {
                 let is_crossed = |(from, to): (NorthEast, NorthEast)| {
@@ -237,7 +238,7 @@ mod tests {
     fn sound_areas_are_taken_and_the_others_told() {
         let square = area(&[(0.0, 0.0), (0.0, 400.0), (300.0, 400.0), (300.0, 0.0)]).unwrap();
         assert!((square.area_m2() - 120_000.0).abs() < 5.0, "{}", square.area_m2());
-        assert!(square.contains(NorthEast::new(0.0, 0.0)) && !square.contains(NorthEast::new(0.0, 201.0)));
+        assert!(square.contains(NorthEast::new(0.0, 0.0), 0.0) && !square.contains(NorthEast::new(0.0, 201.0), 0.0));
         // Clockwise or not, with its first corner again at its end.
         assert!(area(&[(0.0, 0.0), (300.0, 0.0), (300.0, 400.0), (0.0, 400.0), (0.0, 0.0)]).is_ok());
         for (corners, says) in [
@@ -274,7 +275,7 @@ mod tests {
         for (north, east, is_in) in
             [(250.0, 29.0, true), (250.0, 31.0, false), (-20.0, 0.0, false), (520.0, -20.0, true)]
         {
-            assert_eq!(region.contains(region.plane.at(at(north, east))), is_in, "{north} {east}");
+            assert_eq!(region.contains(region.plane.at(at(north, east)), 0.0), is_in, "{north} {east}");
         }
         assert!((region.area_m2() - 60_000.0).abs() < 10.0);
     }

@@ -188,6 +188,10 @@ fn a_corridor_is_flown_in_passes_with_its_corners_flown_over() {
     );
     let line = design_survey(&road(0.0), &asked, &plane).unwrap();
     assert_eq!(line.items, narrow.items, "one pass along the line");
+    for width_m in [0.0, 0.5] {
+        let (_, coverage) = fly(&design_survey(&road(width_m), &asked, &plane).unwrap(), &plane);
+        assert_eq!((coverage.covered, coverage.holes.len()), (Some(1.0), 0), "{width_m}");
+    }
 }
 
 #[test]
