@@ -7,6 +7,8 @@ use crate::plan::{FenceShape, FenceZone};
 const M_PER_DEG_LEAST: f64 = 110_000.0;
 /// Latitude from which on a circle may lie around a pole, degrees.
 const POLAR_DEG: f64 = 89.0;
+/// Part of a piece that is no part: what rounding makes of a place where it touches a border.
+const LEAST_PART: f64 = 1e-9;
 /// Half width from which on a zone is taken to reach all round the globe, degrees of longitude.
 const WIDE_DEG: f64 = 90.0;
 
@@ -56,7 +58,7 @@ impl<'a> Border<'a> {
             // A circle is convex: a piece between two places inside stays inside.
             FenceShape::Circle { .. } if self.zone.inclusion => false,
             _ if !self.may_touch(from, to) => false,
-            FenceShape::Polygon { vertices } => crosses_edge(vertices, from, to),
+            FenceShape::Polygon { vertices } => crosses_border(self.zone, vertices, from, to),
             FenceShape::Circle { radius_m, .. } => {
                 let flat = |point| {
                     let [north_m, east_m, _] = self.frame.ned_m(point, 0.0);
@@ -93,21 +95,47 @@ fn box_of(vertices: &[GeoPoint]) -> (GeoPoint, f64, f64) {
     (middle.unwrap_or(first), (north - south) / 2.0, (east - west) / 2.0)
 }
 
-/// Whether a piece crosses an edge of a polygon.
-fn crosses_edge(vertices: &[GeoPoint], from: GeoPoint, to: GeoPoint) -> bool {
-    let flat = |point: GeoPoint| (from.lon_deg() + wrap_180_deg(point.lon_deg() - from.lon_deg()), point.lat_deg());
-    let leg = (flat(from), flat(to));
-    (0..vertices.len()).any(|index| {
-        let edge = (flat(vertices[index]), flat(vertices[(index + 1) % vertices.len()]));
-        // an edge that wraps round the globe is far from the leg
-        (edge.0.0 - edge.1.0).abs() < 180.0 && segments_cross(leg, edge)
-    })
-}
-
-/// Whether two segments cross each other (touching at an end does not count).
-fn segments_cross(a: (Flat, Flat), b: (Flat, Flat)) -> bool {
-    let side = |(p, q): (Flat, Flat), r: Flat| (q.0 - p.0) * (r.1 - p.1) - (q.1 - p.1) * (r.0 - p.0);
-    side(a, b.0) * side(a, b.1) < 0.0 && side(b, a.0) * side(b, a.1) < 0.0
+/// Whether a piece lies on the wrong side of a polygon's border for a part of its way, ends aside: between two of the places at which it meets
+/// an edge. To touch the border, or to go along an edge, is no part.
+fn crosses_border(zone: &FenceZone, vertices: &[GeoPoint], from: GeoPoint, to: GeoPoint) -> bool {
+    let flat = |point: GeoPoint| (wrap_180_deg(point.lon_deg() - from.lon_deg()), point.lat_deg() - from.lat_deg());
+    let (dx, dy) = flat(to);
+    let length2 = dx * dx + dy * dy;
+    if length2 == 0.0 {
+        return false;
+    }
+    let side = |(x, y): Flat| dx * y - dy * x;
+    let part = |(x, y): Flat| (dx * x + dy * y) / length2;
+    let mut meets = Vec::new();
+    let mut edges_along = Vec::new();
+    let mut a = flat(vertices[vertices.len() - 1]);
+    for vertex in vertices {
+        let b = flat(*vertex);
+        let (side_a, side_b) = (side(a), side(b));
+        if (a.0 - b.0).abs() >= 180.0 || side_a * side_b > 0.0 {
+            // An edge that wraps round the globe is far from the piece; one on one side of it does not meet it.
+        } else if side_a == side_b {
+            meets.extend([part(a), part(b)]);
+            edges_along.push((part(a).min(part(b)), part(a).max(part(b))));
+        } else {
+            let along = side_a / (side_a - side_b);
+            meets.push(part((a.0 + along * (b.0 - a.0), a.1 + along * (b.1 - a.1))));
+        }
+        a = b;
+    }
+    if meets.is_empty() {
+        return false;
+    }
+    meets.retain(|at| (0.0..=1.0).contains(at));
+    meets.extend([0.0, 1.0]);
+    meets.sort_by(f64::total_cmp);
+    let is_along = |at: f64| edges_along.iter().any(|(low, high)| (*low..=*high).contains(&at));
+    let is_wrong = |at: f64| {
+        let point = GeoPoint::new(from.lat_deg() + at * dy, wrap_180_deg(from.lon_deg() + at * dx));
+        point.is_ok_and(|point| zone.shape.contains(point) != zone.inclusion)
+    };
+    let parts = meets.windows(2).filter(|pair| pair[1] - pair[0] > LEAST_PART);
+    parts.map(|pair| f64::midpoint(pair[0], pair[1])).any(|middle| !is_along(middle) && is_wrong(middle))
 }
 
 /// Distance from the origin to a segment.
@@ -124,6 +152,48 @@ mod tests {
 
     fn at(north: f64, east: f64) -> GeoPoint {
         GeoPoint::new(40.0 + 1e-3 * north, wrap_180_deg(180.0 + 1e-3 * east)).unwrap()
+    }
+
+    /// Whether a piece of 10 thousandths of a degree northward over the date line's end crosses a zone.
+    fn is_crossed(inclusion: bool, corners: &[(f64, f64)]) -> bool {
+        let vertices = corners.iter().map(|(north, east)| at(*north, *east)).collect();
+        let zone = FenceZone { inclusion, shape: FenceShape::Polygon { vertices } };
+        Border::of(&zone).is_crossed(at(0.0, 0.0), at(10.0, 0.0))
+    }
+
+    #[test]
+    fn a_piece_crosses_what_it_enters_by_edges_or_by_corners() {
+        let diamond = [(3.0, 0.0), (5.0, 2.0), (7.0, 0.0), (5.0, -2.0)];
+        assert!(is_crossed(false, &diamond));
+        assert!(is_crossed(false, &diamond.map(|(north, east)| (north, east + 0.5))));
+        let entered_by_a_corner = [(3.0, 0.0), (7.0, 2.0), (7.0, -2.0)];
+        assert!(is_crossed(false, &entered_by_a_corner));
+        let bay = [
+            (-1.0, -3.0),
+            (2.0, -3.0),
+            (2.0, 0.0),
+            (4.0, 1.0),
+            (6.0, 0.0),
+            (6.0, -3.0),
+            (11.0, -3.0),
+            (11.0, 3.0),
+            (-1.0, 3.0),
+        ];
+        assert!(is_crossed(true, &bay), "out by one corner, in by the other");
+    }
+
+    #[test]
+    fn what_is_only_touched_is_not_crossed() {
+        assert!(!is_crossed(false, &[(5.0, 0.0), (7.0, 2.0), (3.0, 2.0)]), "a tip");
+        assert!(!is_crossed(false, &[(3.0, 0.0), (7.0, 0.0), (5.0, 2.0)]), "along an edge");
+        assert!(!is_crossed(true, &[(-2.0, 0.0), (12.0, 0.0), (5.0, 9.0)]), "along the border inside");
+        let neck = [(-1.0, -3.0), (4.0, 0.0), (11.0, -3.0), (11.0, 3.0), (6.0, 0.0), (-1.0, 3.0)];
+        assert!(!is_crossed(true, &neck), "past one corner on either side");
+        assert!(!is_crossed(false, &[(10.0, 0.0), (12.0, 2.0), (12.0, -2.0)]), "its end at a corner");
+        assert!(
+            !is_crossed(false, &[(3.0, 1.0), (7.0, 1.0), (5.0, 2.0)])
+                && !is_crossed(false, &[(11.0, 0.0), (13.0, 1.0), (13.0, -1.0)])
+        );
     }
 
     #[test]
