@@ -102,6 +102,25 @@ pub struct CacheState {
     pub max_bytes: u64,
 }
 
+/// A while by the time of day. When that is set back to before it began the while is over: it could last for as long as the step.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Term {
+    from_s: i64,
+    until_s: i64,
+}
+
+impl Term {
+    /// So many seconds from now on.
+    pub(crate) const fn new(now_s: i64, seconds: i64) -> Self {
+        Self { from_s: now_s, until_s: now_s.saturating_add(seconds) }
+    }
+
+    /// Seconds that are left of it; `None` when it is over.
+    pub(crate) fn left_s(self, now_s: i64) -> Option<u64> {
+        (self.from_s..self.until_s).contains(&now_s).then(|| self.until_s.abs_diff(now_s))
+    }
+}
+
 #[derive(Debug, Default)]
 struct Health {
     /// Whether the last thing that was asked of it failed; seconds cannot tell what came last.
@@ -109,11 +128,11 @@ struct Health {
     last_success_s: Option<i64>,
     last_error_s: Option<i64>,
     last_error: Option<MapError>,
-    /// Left alone until then.
-    until_s: i64,
+    /// Left alone for so long.
+    rest: Term,
     /// Failures of the network in a row.
     silences: u32,
-    failed: HashMap<TileId, (i64, MapError)>,
+    failed: HashMap<TileId, (Term, MapError)>,
 }
 
 /// What a source counts.
@@ -242,7 +261,7 @@ impl Source {
             self.news.send_modify(|count| *count = count.wrapping_add(1));
         }
         health.last_success_s = Some(now_s);
-        (health.until_s, health.silences) = (0, 0);
+        (health.rest, health.silences) = (Term::default(), 0);
         if let Some(tile) = tile {
             health.failed.remove(&tile);
         }
@@ -263,42 +282,41 @@ impl Source {
             if is_sure {
                 // 5, 10, 20, 40, 60 s.
                 let wait_s = 5_i64 << health.silences.saturating_sub(1).min(4);
-                health.until_s = now_s + wait_s.min(60);
+                health.rest = Term::new(now_s, wait_s.min(60));
             }
         } else {
             health.silences = 0;
         }
         if let Some(wait) = retry_after {
-            health.until_s = now_s + i64::try_from(wait.as_secs()).unwrap_or(i64::MAX).clamp(1, 300);
+            health.rest = Term::new(now_s, i64::try_from(wait.as_secs()).unwrap_or(i64::MAX).clamp(1, 300));
         }
         if let Some(tile) = tile {
             if health.failed.len() >= MAX_FAILED {
-                health.failed.retain(|_, (until_s, _)| *until_s > now_s);
+                health.failed.retain(|_, (rest, _)| rest.left_s(now_s).is_some());
                 if health.failed.len() >= MAX_FAILED {
                     health.failed.clear();
                 }
             }
-            health.failed.insert(tile, (now_s + FAILED_S, error.clone()));
+            health.failed.insert(tile, (Term::new(now_s, FAILED_S), error.clone()));
         }
     }
 
     /// Why a tile is not asked for now, when it is not.
     pub(crate) fn rest(&self, tile: TileId, now_s: i64) -> Option<MapError> {
         let health = self.health();
-        if health.until_s > now_s {
-            let retry = (health.until_s - now_s).unsigned_abs();
+        if let Some(retry) = health.rest.left_s(now_s) {
             return health.last_error.clone().map(|error| match error {
                 MapError::Offline { host, why, reason, .. } => MapError::Offline { host, why, reason, retry_s: retry },
                 other => other,
             });
         }
-        health.failed.get(&tile).filter(|(until_s, _)| *until_s > now_s).map(|(_, error)| error.clone())
+        health.failed.get(&tile).filter(|(rest, _)| rest.left_s(now_s).is_some()).map(|(_, error)| error.clone())
     }
 
     /// Forgets that it failed.
     pub(crate) fn try_again(&self) {
         let mut health = self.health();
-        (health.until_s, health.silences) = (0, 0);
+        (health.rest, health.silences) = (Term::default(), 0);
         health.failed.clear();
     }
 

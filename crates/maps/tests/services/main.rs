@@ -276,6 +276,17 @@ async fn silence_ends_and_is_remembered() {
     service.now(|_| Some(answer("200 OK", "", &png())));
     assert_eq!(world.maps.tile("a", TILE).await.expect("a tile").origin, Origin::Fetched);
     assert_eq!(world.state("a").await.status, Status::Ok);
+    // A clock that is set back makes no wait longer: neither a tile's nor that of the whole service.
+    let other = TileId { column: 5, ..TILE };
+    for refusal in [answer("500 No", "", b"down"), answer("503 Busy", "Retry-After: 60\r\n", b"")] {
+        service.now(move |_| Some(refusal.clone()));
+        assert!(world.maps.tile("a", other).await.is_err());
+        service.now(|_| Some(answer("404 None", "", b"")));
+        assert_ne!(world.maps.tile("a", other).await, Err(MapError::NoTile), "not asked again at once");
+        world.pass(-3600);
+        assert_eq!(world.maps.tile("a", other).await, Err(MapError::NoTile));
+        world.pass(86_400 + 3600);
+    }
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]

@@ -21,6 +21,7 @@ use crate::grid::{Level, TileGrid, TileId};
 use crate::live::{About, TileFile};
 use crate::net::{Answer, Fetcher, Freshness, Request, refused};
 use crate::settings::SourceSettings;
+use crate::source::Term;
 use crate::task::blocking;
 
 /// Bytes of a block.
@@ -232,7 +233,8 @@ pub(crate) struct Made {
 /// A GeoTIFF at an address.
 pub(crate) struct RemoteTiff {
     asides: Arc<Asides>,
-    opened: tokio::sync::Mutex<Option<(i64, Arc<Opened>)>>,
+    /// With how long it is taken for the same without asking.
+    opened: tokio::sync::Mutex<Option<(Term, Arc<Opened>)>>,
     gate: Semaphore,
 }
 
@@ -429,14 +431,14 @@ impl RemoteTiff {
     async fn opened(&self, remote: &Remote<'_>, now_s: i64) -> Result<Arc<Opened>> {
         // Held while it is opened: one does, the others wait.
         let mut opened = self.opened.lock().await;
-        if let Some((sure_until_s, known)) = opened.as_mut() {
-            if *sure_until_s > now_s {
+        if let Some((sure, known)) = opened.as_mut() {
+            if sure.left_s(now_s).is_some() {
                 return Ok(known.clone());
             }
             // One small part tells whether it is the same file.
             let answer = remote.part(0..BLOCK.min(known.version.bytes)).await?;
             if Version::of(&answer).as_ref() == Some(&known.version) {
-                *sure_until_s = now_s + SURE_S;
+                *sure = Term::new(now_s, SURE_S);
                 return Ok(known.clone());
             }
         }
@@ -446,7 +448,7 @@ impl RemoteTiff {
             other => other,
         };
         let new = Arc::new(new.map_err(|fault| changed(remote, fault))?);
-        *opened = Some((now_s + SURE_S, new.clone()));
+        *opened = Some((Term::new(now_s, SURE_S), new.clone()));
         Ok(new)
     }
 
