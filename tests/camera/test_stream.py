@@ -11,10 +11,11 @@ from pathlib import Path
 
 import cv2
 import pytest
-from vencejo.camera import Camera, CameraError, CameraState, EncodedFrame, h264, parse_source
+from vencejo.camera import Camera, CameraError, CameraState, EncodedFrame, h264, parse_source, recorder
 from vencejo.camera.address import SourceAddress
 from vencejo.camera.decoder import Decoder
 from vencejo.camera.matroska import MatroskaWriter
+from vencejo.camera.recorder import RecorderLimits
 from vencejo.camera.sources import Source
 from vencejo.camera.timing import CaptureClock
 
@@ -320,3 +321,35 @@ def test_a_source_on_demand_is_read_while_it_is_recorded(tmp_path: Path) -> None
         now[0] += 100.0
         source.give()
         wait_for(lambda: camera.status.state is CameraState.STANDBY, "standby")
+
+
+def test_a_recording_that_the_disk_ended_keeps_no_source_on_demand_on_the_air(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(recorder, "SYNC_INTERVAL_S", 0.0)
+    now = [0.0]
+    source = OnDemand()
+    with Camera(
+        "on-demand:rtsp://camera/",
+        open=source.open,
+        monotonic_s=lambda: now[0],
+        recording_dir=tmp_path,
+        recording_limits=RecorderLimits(quota_bytes=1, free_floor_bytes=0),
+    ) as camera:
+        source.give()
+        camera.start_recording()
+        source.give()
+
+        def problem() -> str | None:
+            recording = camera.status.recording
+            return None if recording is None else recording.problem
+
+        wait_for(lambda: problem() is not None, "its end")
+        now[0] += 100.0
+        source.give()
+        wait_for(lambda: camera.status.state is CameraState.STANDBY, "standby")
+        assert "all they may" in (problem() or ""), "it is told on"
+        ended = camera.stop_recording()
+        assert ended is not None
+        assert ended.problem is not None
+        assert camera.status.recording is None

@@ -184,7 +184,7 @@ class Camera(Closing):
         """How many wait for a picture."""
         self._wants_jpeg = False
         self._recorder: VideoRecorder | None = None
-        self._ended_recording: Recording | None = None
+        """The recording under way, or the last if a fault ended it."""
         self._listeners: tuple[Callable[[EncodedFrame], None], ...] = ()
         self._thread = threading.Thread(target=self._run, name=f"camera {name}", daemon=True)
         self._thread.start()
@@ -215,7 +215,6 @@ class Camera(Closing):
             if state is CameraState.LIVE and is_quiet:
                 state, reason = CameraState.STALLED, "the source is there, but no pictures come"
             rate_hz, bitrate = self._rates(now) if state is CameraState.LIVE else (None, None)
-            recording = self._ended_recording if self._recorder is None else self._recorder.status()
             return CameraStatus(
                 state=state,
                 reason=reason,
@@ -226,7 +225,7 @@ class Camera(Closing):
                 bitrate_bit_s=bitrate,
                 captured_unix_s=self._captured_unix_s,
                 frames=self._frames,
-                recording=recording,
+                recording=None if self._recorder is None else self._recorder.status(),
             )
 
     @property
@@ -353,21 +352,20 @@ class Camera(Closing):
             When nothing can be written, or no pictures come.
         """
         with self._lock:
-            if self._recorder is not None and self._recorder.status().problem is None:
-                return self._recorder.status()
+            if (recording := self._recording()) is not None:
+                return recording
             self._wait_for_pictures(WAKE_S if self._state is CameraState.STANDBY else 0.0)
             if not self._has_pictures() or self._state is not CameraState.LIVE:
                 raise CameraError(f"no pictures come from {self.source}, so there is nothing to record")
             self._recorder = VideoRecorder(
                 self._recording_dir, self.name, group=self._group, limits=self._recording_limits
             )
-            self._ended_recording = None
             return self._recorder.status()
 
     def stop_recording(self) -> Recording | None:
         """End the recording; ``None`` when there was none."""
         with self._lock:
-            recorder, self._recorder, self._ended_recording = self._recorder, None, None
+            recorder, self._recorder = self._recorder, None
             self._want()
         return None if recorder is None else recorder.close()
 
@@ -470,7 +468,7 @@ class Camera(Closing):
                 self._codec = codec
             if isinstance(frame, Frame):
                 self._raw = frame
-                is_passed_on = self._recorder is not None or (self._wants_jpeg and bool(self._listeners))
+                is_passed_on = self._recording() is not None or (self._wants_jpeg and bool(self._listeners))
             else:
                 is_passed_on = True
                 if frame.codec == "jpeg":
@@ -544,6 +542,11 @@ class Camera(Closing):
     def _has_pictures(self) -> bool:
         return self._jpeg is not None or self._raw is not None or bool(self._group)
 
+    def _recording(self) -> Recording | None:
+        """The recording, while it is under way: one that the disk ended wants no pictures."""
+        status = None if self._recorder is None else self._recorder.status()
+        return status if status is not None and status.problem is None else None
+
     def _want(self) -> None:
         self._wanted_s = self._monotonic_s()
         self._arrived.notify_all()
@@ -559,7 +562,7 @@ class Camera(Closing):
             self._want()
 
     def _is_demanded(self) -> bool:
-        if not self._address.is_on_demand or self._is_watched or self._askers > 0 or self._recorder is not None:
+        if not self._address.is_on_demand or self._is_watched or self._askers > 0 or self._recording() is not None:
             return True
         return self._wanted_s is not None and self._monotonic_s() - self._wanted_s <= ASKED_S
 
