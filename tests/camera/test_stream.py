@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import queue
 import random
 import threading
 from collections.abc import Iterator
@@ -353,3 +354,44 @@ def test_a_recording_that_the_disk_ended_keeps_no_source_on_demand_on_the_air(
         assert ended is not None
         assert ended.problem is not None
         assert camera.status.recording is None
+
+
+def test_a_disk_that_is_slow_to_begin_a_recording_holds_up_no_picture(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked, answered = threading.Event(), threading.Event()
+
+    def slow(_: Path) -> None:
+        asked.set()
+        assert answered.wait(120.0)
+
+    monkeypatch.setattr(recorder, "sync_folder", slow)
+    frames = coded(VIDEO / "small-h264.mp4")[:9]
+    given: queue.Queue[EncodedFrame | None] = queue.Queue()
+
+    class Given:
+        def frames(self) -> Iterator[EncodedFrame]:
+            yield from iter(given.get, None)
+
+        def close(self) -> None:
+            given.put(None)
+
+    with Camera("rtsp://camera/", open=lambda _: Given(), recording_dir=tmp_path) as camera:
+
+        def give(upto: int) -> None:
+            for frame in frames[camera.status.frames : upto]:
+                given.put(frame)
+            wait_for(lambda: camera.status.frames == upto, f"{upto} pictures")
+
+        give(3)
+        starter = threading.Thread(target=camera.start_recording)
+        starter.start()
+        assert asked.wait(120.0)
+        give(6)
+        assert camera.status.recording is None, "not begun yet"
+        answered.set()
+        starter.join(120.0)
+        give(9)
+        ended = camera.stop_recording()
+    assert ended is not None
+    assert len(coded_times(ended.path)) == 9, "from the key frame on, without a gap"

@@ -183,6 +183,8 @@ class Camera(Closing):
         self._askers = 0
         """How many wait for a picture."""
         self._wants_jpeg = False
+        self._beginning = threading.Lock()
+        """Held while a recording is begun or ended, which may take as long as the disk does; taken before the other lock."""
         self._recorder: VideoRecorder | None = None
         """The recording under way, or the last if a fault ended it."""
         self._listeners: tuple[Callable[[EncodedFrame], None], ...] = ()
@@ -357,14 +359,22 @@ class Camera(Closing):
             self._wait_for_pictures(WAKE_S if self._state is CameraState.STANDBY else 0.0)
             if not self._has_pictures() or self._state is not CameraState.LIVE:
                 raise CameraError(f"no pictures come from {self.source}, so there is nothing to record")
-            self._recorder = VideoRecorder(
-                self._recording_dir, self.name, group=self._group, limits=self._recording_limits
-            )
-            return self._recorder.status()
+        with self._beginning:
+            with self._lock:
+                if (recording := self._recording()) is not None:
+                    return recording
+                if self._stop.is_set():
+                    raise CameraError(f"the camera {self.name} is closed")
+            # Not under the lock that pictures are taken under: a disk that does not answer holds up none.
+            recorder = VideoRecorder(self._recording_dir, self.name, limits=self._recording_limits)
+            with self._lock:
+                recorder.begin(self._group)
+                self._recorder = recorder
+            return recorder.status()
 
     def stop_recording(self) -> Recording | None:
         """End the recording; ``None`` when there was none."""
-        with self._lock:
+        with self._beginning, self._lock:
             recorder, self._recorder = self._recorder, None
             self._want()
         return None if recorder is None else recorder.close()

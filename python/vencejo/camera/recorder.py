@@ -115,9 +115,10 @@ class VideoRecorder:
         self._limits = limits or RecorderLimits()
         self._free_bytes = free_bytes
         self._unix_s = unix_s
-        self._waiting: queue.Queue[EncodedFrame | None] = queue.Queue(QUEUE + len(group))
+        self._waiting: queue.Queue[EncodedFrame | None] = queue.Queue()
+        self._room = QUEUE
         self._lock = threading.Lock()
-        self._needs_key = not group
+        self._needs_key = True
         self._dropped = 0
         self._problem: str | None = None
         self._duration_s = 0.0
@@ -125,10 +126,17 @@ class VideoRecorder:
         self._writer: MatroskaWriter | None = None
         self._older_bytes = _prepare(folder, self._limits, free_bytes)
         self._path, self._file = self._new_file()
-        for frame in group:
-            self._waiting.put_nowait(frame)
+        self.begin(group)
         self._thread = threading.Thread(target=self._run, name="video recorder", daemon=True)
         self._thread.start()
+
+    def begin(self, group: Sequence[EncodedFrame]) -> None:
+        """Hand on a key frame and what followed it, to begin with: they have room of their own. Never waits."""
+        with self._lock:
+            self._room += len(group)
+            for frame in group:
+                self._waiting.put(frame)
+                self._needs_key = False
 
     def add(self, frame: EncodedFrame) -> None:
         """Hand on a picture; never waits."""
@@ -138,12 +146,11 @@ class VideoRecorder:
             if self._needs_key and not frame.is_key:
                 self._dropped += 1
                 return
-            try:
-                self._waiting.put_nowait(frame)
-                self._needs_key = False
-            except queue.Full:
-                self._needs_key = True
+            self._needs_key = self._waiting.qsize() >= self._room
+            if self._needs_key:
                 self._dropped += 1
+            else:
+                self._waiting.put(frame)
 
     def status(self) -> Recording:
         """The recording as it stands."""
@@ -158,10 +165,7 @@ class VideoRecorder:
 
     def close(self) -> Recording:
         """Write what waits, and end. May be called again."""
-        while self._thread.is_alive():
-            with contextlib.suppress(queue.Full):
-                self._waiting.put(None, timeout=0.1)
-                break
+        self._waiting.put(None)
         self._thread.join(10.0)
         return self.status()
 
