@@ -474,3 +474,8 @@ def test_the_raspberry_pis_program_is_read(tmp_path: Path) -> None:
     assert {(frame.width, frame.height, frame.codec) for frame in frames} == {(160, 120, "h264")}
     with pytest.raises(CameraError, match="apt install"):
         RpicamSource(address, find=lambda _: None)
+    # One that hangs, as when the camera's ribbon is loose, is given up.
+    program.write_text("#!/bin/sh\nexec sleep 600\n")
+    source = RpicamSource(address, find=lambda name: os.fspath(program), patience_s=0.05)
+    with pytest.raises(CameraError, match=r"nothing for 0\.05 s"):
+        next(source.frames())

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import selectors
 import shutil
 import subprocess
 import threading
@@ -22,6 +23,8 @@ DEFAULT_SIZE: Final = (1280, 720)
 DEFAULT_RATE_HZ: Final = 30
 PIECE: Final = 65536
 MAX_ERROR: Final = 2000
+PATIENCE_S: Final = 5.0
+"""A program that sends nothing for so long hangs: it is ended, and started again."""
 
 
 class RpicamSource:
@@ -33,6 +36,8 @@ class RpicamSource:
         The camera's number, and the mode that is wanted: 1280 × 720 at 30 pictures a second when not given.
     find : callable, optional
         Finds a program by name.
+    patience_s : float, optional
+        How long the program may send nothing, default 5 s.
 
     Raises
     ------
@@ -40,12 +45,19 @@ class RpicamSource:
         When the program is not installed or does not start.
     """
 
-    def __init__(self, address: SourceAddress, *, find: Callable[[str], str | None] = shutil.which) -> None:
+    def __init__(
+        self,
+        address: SourceAddress,
+        *,
+        find: Callable[[str], str | None] = shutil.which,
+        patience_s: float = PATIENCE_S,
+    ) -> None:
         program = next((found for name in PROGRAMS if (found := find(name)) is not None), None)
         if program is None:
             raise CameraError("rpicam-vid is not installed: on a Raspberry Pi, `sudo apt install rpicam-apps`")
         self._size = (address.width or DEFAULT_SIZE[0], address.height or DEFAULT_SIZE[1])
         self._is_closed = False
+        self._patience_s = patience_s
         try:
             self._process = subprocess.Popen(
                 command(program, address.location, self._size, address.rate_hz or DEFAULT_RATE_HZ),
@@ -67,7 +79,7 @@ class RpicamSource:
         cut = h264.AccessUnits()
         sets: tuple[bytes, bytes] | None = None
         try:
-            while piece := os.read(out.fileno(), PIECE):
+            while piece := self._read(out.fileno()):
                 now = time.time()
                 for data in cut.push(piece):
                     is_key = h264.is_key(data)
@@ -90,6 +102,14 @@ class RpicamSource:
             lines = self._said.decode(errors="replace").strip().splitlines()
             last = lines[-1] if lines else f"exit code {self._process.returncode}"
             raise CameraError(f"the camera's program ended: {last}")
+
+    def _read(self, pipe: int) -> bytes:
+        """What the program sends next; nothing at its end."""
+        with selectors.DefaultSelector() as waiting:
+            waiting.register(pipe, selectors.EVENT_READ)
+            if not waiting.select(self._patience_s):
+                raise CameraError(f"the camera's program sent nothing for {self._patience_s:g} s")
+        return os.read(pipe, PIECE)
 
     def close(self) -> None:
         """End it. See `Source`."""
