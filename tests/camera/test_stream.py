@@ -356,6 +356,43 @@ def test_a_recording_that_the_disk_ended_keeps_no_source_on_demand_on_the_air(
         assert camera.status.recording is None
 
 
+class Given:
+    """A source that gives what it is given; ``None`` ends it, until it is opened again."""
+
+    def __init__(self) -> None:
+        self._given: queue.Queue[EncodedFrame | None] = queue.Queue()
+        self.give = self._given.put
+        self._is_read = False
+
+    def frames(self) -> Iterator[EncodedFrame]:
+        self._is_read = True
+        yield from iter(self._given.get, None)
+        self._is_read = False
+
+    def close(self) -> None:
+        if self._is_read:
+            self.give(None)
+
+
+def test_a_recording_goes_on_at_a_key_frame_when_its_camera_is_back(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("vencejo.camera.camera.FIRST_RETRY_S", 0.0)
+    frames = coded(VIDEO / "small-h264.mp4")
+    assert [number for number, frame in enumerate(frames[:20]) if frame.is_key] == [0, 15]
+    source = Given()
+    with Camera("rtsp://camera/", open=lambda _: source, recording_dir=tmp_path) as camera:
+        source.give(frames[0])
+        wait_for(lambda: camera.status.frames == 1, "a picture")
+        camera.start_recording()
+        for given in (*frames[1:3], None, *frames[5:8], *frames[15:18]):
+            source.give(given)
+        wait_for(lambda: camera.status.frames == 9, "all pictures")
+        ended = camera.stop_recording()
+    assert ended is not None
+    assert (len(coded_times(ended.path)), ended.dropped) == (6, 3)
+
+
 def test_a_disk_that_is_slow_to_begin_a_recording_holds_up_no_picture(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -367,20 +404,12 @@ def test_a_disk_that_is_slow_to_begin_a_recording_holds_up_no_picture(
 
     monkeypatch.setattr(recorder, "sync_folder", slow)
     frames = coded(VIDEO / "small-h264.mp4")[:9]
-    given: queue.Queue[EncodedFrame | None] = queue.Queue()
-
-    class Given:
-        def frames(self) -> Iterator[EncodedFrame]:
-            yield from iter(given.get, None)
-
-        def close(self) -> None:
-            given.put(None)
-
-    with Camera("rtsp://camera/", open=lambda _: Given(), recording_dir=tmp_path) as camera:
+    source = Given()
+    with Camera("rtsp://camera/", open=lambda _: source, recording_dir=tmp_path) as camera:
 
         def give(upto: int) -> None:
             for frame in frames[camera.status.frames : upto]:
-                given.put(frame)
+                source.give(frame)
             wait_for(lambda: camera.status.frames == upto, f"{upto} pictures")
 
         give(3)

@@ -546,6 +546,8 @@ class Camera(Closing):
         self._codec = None
         self._arrivals.clear()
         self._drop_decoder()
+        if self._recorder is not None:
+            self._recorder.interrupt()
 
     # Under the lock ---------------------------------------------------------------------------------------------------
 

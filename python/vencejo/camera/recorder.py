@@ -67,7 +67,7 @@ class Recording:
     bytes : int
         How large it is.
     dropped : int
-        Pictures that the disk was too slow for.
+        Pictures that the disk was too slow for, and those that build on one that never came.
     problem : str or None
         Why it ended before it was told to.
     """
@@ -151,6 +151,11 @@ class VideoRecorder:
                 self._dropped += 1
             else:
                 self._waiting.put(frame)
+
+    def interrupt(self) -> None:
+        """What comes next builds on nothing that came before: it is written from the next key frame on."""
+        with self._lock:
+            self._needs_key = True
 
     def status(self) -> Recording:
         """The recording as it stands."""
