@@ -170,10 +170,6 @@ class Plane:
     def _pace(self, speedup: float) -> None:
         self._call(lambda world: [plane.params.set("SIM_SPEEDUP", speedup) for plane in world.planes])
 
-    def reboot(self) -> None:
-        """The autopilot starts anew."""
-        self._call(lambda world: world.planes[0].autopilot.reboot())
-
 
 def _time_s(world: World) -> float:
     return world.planes[0].autopilot.time_s

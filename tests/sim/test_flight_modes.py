@@ -23,7 +23,9 @@ from vencejo.sim.autopilot.names import Cmd
 from vencejo.sim.autopilot.testing import item
 
 from tests.sim.flying import (
+    FRAME,
     HOME,
+    SETTLED_S,
     Flight,
     airborne,
     at,
@@ -417,15 +419,26 @@ def test_what_telemetry_shows_on_the_ground_and_in_the_air() -> None:
     assert shot.differential_pressure_pa == pytest.approx(0.6125 * shot.airspeed_m_s**2, abs=12)
 
 
-def test_a_reboot_starts_again_where_it_stood() -> None:
+def test_a_reboot_starts_again_where_it_stands() -> None:
     flight = fly_mission(recorded_mission(TWELVE))
+    place, volts = flight.position(), flight.plane.battery.voltage_v
+    away_m = flight.distance_to(*HOME[:2])
+    assert away_m > 30.0
     flight.plane.reboot()
     shot = flight.plane.snapshot()
     assert shot.time_s == 0.0
     assert not shot.armed
     assert shot.mode is Mode.INITIALISING
     assert (shot.lat_deg, shot.lon_deg) == (0.0, 0.0)
-    assert flight.distance_to(*HOME[:2]) < 1.0
+    assert (shot.battery_consumed_mah, shot.battery_remaining_pct) == (0.0, 100), "the monitor counts from 0"
+    flight.run(SETTLED_S)
+    assert flight.position() == pytest.approx(place, abs=0.1)
+    shot = flight.plane.snapshot()
+    home = FRAME.to_plane(shot.home_lat_deg, shot.home_lon_deg)
+    assert home == pytest.approx(place, abs=0.1)
+    assert (shot.north_m, shot.east_m) == pytest.approx((0.0, 0.0), abs=1.0)
+    assert shot.battery_voltage_v == pytest.approx(volts, abs=0.1), "and the pack is as empty as it was"
+    assert shot.battery_voltage_v < 16.7
 
 
 def test_parameters_are_taken_over_in_flight() -> None:

@@ -372,16 +372,26 @@ def test_reboot_turns_time_back_and_keeps_plan_and_parameters() -> None:
     assert ask(world, station, long(246, 1))[0] == 4
     double(world).armed = False
     before_s = world.planes[0].autopilot.time_s
+    unix_us = listen(world, station, 1.0)
+    told_us = max(m.time_unix_usec for m in unix_us if m.get_type() == "SYSTEM_TIME")
     assert ask(world, station, long(246, 1))[0] == 0
+    assert double(world).rebooted == 0
+    station.send(dialect.MAVLink_mission_request_list_message(1, 1, 0))
+    assert listen(world, station, 1.9) == [], "while it is off it neither says nor hears anything"
+    world.advance(0.1)
     assert double(world).rebooted == 1
     assert world.planes[0].autopilot.time_s < 0.1 < before_s
     assert world.planes[0].params.get("WP_RADIUS") == 33
     station.send(dialect.MAVLink_mission_count_message(1, 1, 2, 0))
     heard = listen(world, station, 0.5)
+    assert [m.get_seq() for m in heard[:3]] == [0, 1, 2]
+    assert heard[0].get_type() == "HEARTBEAT"
     assert [(m.type) for m in heard if m.get_type() == "MISSION_ACK"] == [4]
     assert "Only 0 items are supported" in [m.text for m in heard if m.get_type() == "STATUSTEXT"]
     assert min(m.time_boot_ms for m in heard if m.get_type() == "ATTITUDE") < 300
     assert len(world.planes[0].plans.mission_store) == 4
+    later_us = [m.time_unix_usec for m in listen(world, station, 3.0) if m.get_type() == "SYSTEM_TIME"]
+    assert max(later_us) > told_us, "the time of day is its receiver's, and goes on"
 
 
 def test_calibration_takes_a_while() -> None:

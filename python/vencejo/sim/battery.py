@@ -28,23 +28,36 @@ class Battery:
     ----------
     capacity_mah : float
         Charge when full, mAh, above 0.
+    consumed_mah, consumed_j : float
+        What its monitor has counted since it was switched on.
+    missing_mah : float
+        What had been drawn before.
     """
 
     capacity_mah: float = 3300.0
     consumed_mah: float = 0.0
     consumed_j: float = 0.0
+    missing_mah: float = 0.0
     current_a: float = AVIONICS_A
     voltage_v: float = CELLS * _CELL_V[-1]
 
     @property
     def remaining(self) -> float:
-        """Charge left, 0 to 1."""
-        return min(1.0, max(0.0, 1.0 - self.consumed_mah / max(1.0, self.capacity_mah)))
+        """Charge left, 0 to 1, to its monitor, which takes it for full when it is switched on."""
+        return self._left(self.consumed_mah)
+
+    def _left(self, drawn_mah: float) -> float:
+        return min(1.0, max(0.0, 1.0 - drawn_mah / max(1.0, self.capacity_mah)))
+
+    def restart(self) -> None:
+        """Its monitor is switched on anew, and counts from 0."""
+        self.missing_mah += self.consumed_mah
+        self.consumed_mah = self.consumed_j = 0.0
 
     def draw(self, motor_a: float, dt_s: float) -> None:
         """Draw the motor's current and the avionics' for ``dt_s`` seconds."""
         current = max(0.0, motor_a) + AVIONICS_A
-        soc = self.remaining
+        soc = self._left(self.missing_mah + self.consumed_mah)
         upper = min(len(_SOC) - 1, max(1, bisect_right(_SOC, soc)))
         low, high = _SOC[upper - 1], _SOC[upper]
         part = (soc - low) / (high - low)

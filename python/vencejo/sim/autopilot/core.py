@@ -85,12 +85,12 @@ class Autopilot(Plane):
         prearm: Callable[[], list[str]] | None = None,
     ) -> None:
         self.prearm: Callable[[], list[str]] = prearm if prearm is not None else list
+        self._hand: Hand | None = None
         super().__init__(config, params, plan)
 
-    def _boot(self) -> None:
-        super()._boot()
+    def _boot(self, lat_deg: float, lon_deg: float) -> None:
+        super()._boot(lat_deg, lon_deg)
         self._tick = 0
-        self._hand: Hand | None = None
         self._landings: tuple[tuple[float, float], ...] = ()
         self._landings_revision = -1
         self._flying_probability = 0.0
@@ -651,20 +651,22 @@ class Autopilot(Plane):
         self._in_fence_recovery = True
 
     def reboot(self) -> None:
-        """Back to the start place, disarmed, time from zero."""
-        self._boot()
+        """Switched off and on where it stands, with what is left in its battery: disarmed, time from zero."""
+        self.battery.restart()
+        # To a centimetre, as a position travels.
+        self._boot(round(self.body.lat_deg, 7), round(self.body.lon_deg, 7))
 
     # camera
 
     def outlook(self) -> Outlook:
         """Where the plane truly is, for a camera on board."""
         body = self.body
-        north, east = self.frame.to_plane(body.lat_deg, body.lon_deg)
+        north, east = self.start.to_plane(body.lat_deg, body.lon_deg)
         revision = self._plan.mission_revision
         if revision != self._landings_revision:
             self._landings_revision = revision
             self._landings = tuple(
-                self.frame.to_plane(item.lat_deg, item.lon_deg)
+                self.start.to_plane(item.lat_deg, item.lon_deg)
                 for item in self._plan.mission[1:]
                 if item.command == Cmd.NAV_LAND
             )
@@ -675,7 +677,7 @@ class Autopilot(Plane):
             roll_rad=body.roll_rad,
             pitch_rad=body.pitch_rad,
             yaw_rad=body.yaw_rad,
-            home_m=(self.home.n_m, self.home.e_m),
+            home_m=self.start.to_plane(*self._home_lat_lon),
             landings_m=self._landings,
         )
 

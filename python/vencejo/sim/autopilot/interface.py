@@ -619,5 +619,5 @@ class AutopilotPort(Protocol):
         ...
 
     def reboot(self) -> None:
-        """PREFLIGHT_REBOOT_SHUTDOWN: back to the start place, disarmed, time from zero."""
+        """PREFLIGHT_REBOOT_SHUTDOWN: where it stands, with what is left in its battery, disarmed, time from zero."""
         ...

@@ -78,12 +78,8 @@ class Plane:
         self.tune = Tuning(params)
         self._plan = plan
         self._events: deque[Event] = deque(maxlen=_EVENT_LIMIT)
-        self._boot()
-
-    def _boot(self) -> None:
-        config = self.config
-        self.time_s = 0.0
-        self.frame = LocalFrame(config.home_lat_deg, config.home_lon_deg)
+        self.start = LocalFrame(config.home_lat_deg, config.home_lon_deg)
+        """Around the place where it was put at first."""
         self.body = Dynamics(
             lat_deg=config.home_lat_deg,
             lon_deg=config.home_lon_deg,
@@ -94,11 +90,17 @@ class Plane:
         self.wind = Wind(config.wind_m_s, config.wind_from_deg, config.gust_m_s, config.seed)
         self.sensors = Sensors(seed=config.seed, lat_deg=config.home_lat_deg, lon_deg=config.home_lon_deg)
         self.battery = Battery(capacity_mah=self.tune["BATT_CAPACITY"])
+        self._boot(config.home_lat_deg, config.home_lon_deg)
+
+    def _boot(self, lat_deg: float, lon_deg: float) -> None:
+        """Switched on where it stands, with nothing in its mind."""
+        self.time_s = 0.0
+        self.frame = LocalFrame(lat_deg, lon_deg)
         self._errors = self.sensors.errors(0.0)
         self.est = Estimate()
         self._estimate()
-        self.home = Spot(0.0, 0.0, config.home_alt_amsl_m)
-        self._home_lat_lon = (config.home_lat_deg, config.home_lon_deg)
+        self.home = Spot(0.0, 0.0, self.config.home_alt_amsl_m)
+        self._home_lat_lon = (lat_deg, lon_deg)
         self.rc = Radio()
         self.pilot = PlanePilot()
         self.pilot.set_params(self.tune.for_pilot())

@@ -9,6 +9,7 @@ import time
 from collections.abc import Callable
 
 from vencejo.sim.autopilot.interface import (
+    DT_S,
     Armed,
     AutopilotPort,
     CameraTriggered,
@@ -51,6 +52,8 @@ COMPONENT_AUTOPILOT = 1
 _TEXT_BYTES = 50
 _SLOW_TICKS = 10
 """Ticks of 10 ms between the checks that run ten times a second."""
+_OFF_TICKS = 200
+"""How long a reboot is silent: 2 s, as an autopilot's boot loader and start take."""
 _HEARTBEAT_US = 1_000_000
 _TIMESYNC_US = 10_000_000
 _PREARM_TEXT_S = 30.0
@@ -118,7 +121,8 @@ class PlaneComponent:
         self._links: dict[Link, StreamSchedule] = {}
         self._later: list[tuple[float, int, Callable[[], None]]] = []
         self._later_number = itertools.count()
-        self._reboot_requested = False
+        self._off_ticks = 0
+        """Ticks until it has rebooted; 0 when it is on."""
         self._tell_current: Peer | None = None
         self._held_texts: list[tuple[Severity, str]] | None = None
         self._text_id = 0
@@ -301,8 +305,8 @@ class PlaneComponent:
         heapq.heappush(self._later, (self.autopilot.time_s + delay_s, next(self._later_number), action))
 
     def request_reboot(self) -> None:
-        """Reboot at the next tick."""
-        self._reboot_requested = True
+        """Switch off at the next tick, and on again after a while."""
+        self._off_ticks = _OFF_TICKS
 
     # links
 
@@ -325,7 +329,7 @@ class PlaneComponent:
 
     def on_message(self, link: Link, message: MavMessage) -> None:
         """Handle a message from a station; what is not for this plane is ignored."""
-        if link not in self._links:
+        if link not in self._links or self._off_ticks:
             return
         system, component = message.get_srcSystem(), message.get_srcComponent()
         if getattr(message, "target_system", getattr(message, "target", 0)) not in (0, self.system_id):
@@ -352,8 +356,12 @@ class PlaneComponent:
 
     def tick(self) -> None:
         """Advance the plane by 10 ms of simulated time and send what is due."""
-        if self._reboot_requested:
-            self._reboot()
+        if self._off_ticks:
+            # It is on the ground, or in somebody's hand, and stands still meanwhile.
+            self._off_ticks -= 1
+            if self._off_ticks:
+                return
+            self._restart()
         self.autopilot.step()
         self._snapshot = None
         self._ticks += 1
@@ -492,8 +500,8 @@ class PlaneComponent:
     def _on_terrain_check(self, peer: Peer, message: MavMessage) -> None:
         self.reply(peer, self._terrain_report(message.lat * 1e-7, message.lon * 1e-7))
 
-    def _reboot(self) -> None:
-        self._reboot_requested = False
+    def _restart(self) -> None:
+        self._unix_us_at_boot += self.now_us() + round(_OFF_TICKS * DT_S * 1e6)
         self.autopilot.reboot()
         self.terrain.restart()
         self.plans.mission_store.home = None
@@ -508,6 +516,7 @@ class PlaneComponent:
         self._start_clocks()
         self.signing.restart()
         for link in self._links:
+            link.restart(self.source)
             self.attach(link)
 
     # events and announcements

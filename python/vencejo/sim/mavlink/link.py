@@ -81,6 +81,10 @@ class Link:
             self.dropped += 1
         self._streamed.append((payload, source))
 
+    def restart(self, source: Source) -> None:
+        """Who sends starts anew, with what it sends from now on: its sequence numbers begin at 0."""
+        self._sequence.pop(source, None)
+
     @property
     def waiting_replies(self) -> int:
         """Answers not yet taken."""
