@@ -57,6 +57,7 @@ class DoubleAutopilot:
         self.landed_state = LandedState.ON_GROUND
         self.settled = False
         self.in_landing = False
+        self.radio_lost = False
         self._steps = 0
         self._events: list[Event] = []
 
@@ -90,6 +91,7 @@ class DoubleAutopilot:
             landed_state=self.landed_state,
             is_flying=self.flying,
             gcs_failsafe=False,
+            radio_lost=self.radio_lost,
             roll_rad=0.01,
             pitch_rad=0.02,
             yaw_rad=-1.57,
@@ -140,6 +142,7 @@ class DoubleAutopilot:
             battery_consumed_mah=0.0,
             battery_consumed_j=0.0,
             battery_remaining_pct=99,
+            battery_failsafe=0,
             nav_roll_deg=0.0,
             nav_pitch_deg=0.0,
             nav_bearing_deg=0.0,

@@ -210,6 +210,9 @@ def test_prearm_waits_for_the_estimator_and_the_mode() -> None:
     double(world).in_landing = True
     world.advance(0.02)
     assert double(world).prearm() == ["In landing sequence", "RTL mode not armable"]
+    double(world).radio_lost = True
+    world.advance(0.02)
+    assert double(world).prearm()[0] == "Radio failsafe on"
     double(world).reboot()
     world.advance(0.02)
     assert double(world).prearm() == ["AHRS: not using configured AHRS type", "GPS 1: Bad fix"]

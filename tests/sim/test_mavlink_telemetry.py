@@ -102,6 +102,18 @@ def test_sensor_bits_are_the_recorded_ones() -> None:
         assert status.onboard_control_sensors_health == health
 
 
+def test_failsafes_are_seen_in_the_state_of_sensors_and_battery() -> None:
+    for failed, radio_lost, charge_state in ((0, False, 1), (1, False, 2), (2, True, 3)):
+        now = replace(snapshot(), battery_failsafe=failed, radio_lost=radio_lost)
+        status, battery = build(1, now, CONTEXT), build(147, now, CONTEXT)
+        assert status is not None
+        assert battery is not None
+        health = status.onboard_control_sensors_health
+        assert bool(health & dialect.MAV_SYS_STATUS_SENSOR_BATTERY) == (failed == 0)
+        assert bool(health & dialect.MAV_SYS_STATUS_SENSOR_RC_RECEIVER) == (not radio_lost)
+        assert battery.charge_state == charge_state
+
+
 @pytest.mark.parametrize(
     ("mode", "armed", "bits"),
     [

@@ -46,6 +46,11 @@ class Battery:
         """Charge left, 0 to 1, to its monitor, which takes it for full when it is switched on."""
         return self._left(self.consumed_mah)
 
+    @property
+    def resting_v(self) -> float:
+        """Voltage without what the present current takes off it."""
+        return self.voltage_v + self.current_a * CELLS * _CELL_OHM
+
     def _left(self, drawn_mah: float) -> float:
         return min(1.0, max(0.0, 1.0 - drawn_mah / max(1.0, self.capacity_mah)))
 

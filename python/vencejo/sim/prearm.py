@@ -36,6 +36,7 @@ class _Skip:
     GPS = 1 << 3
     INS = 1 << 4
     PARAMETERS = 1 << 5
+    RC = 1 << 6
     BATTERY = 1 << 8
     MISSION = 1 << 14
 
@@ -78,6 +79,8 @@ class PrearmChecks:
             found.append("AHRS: not using configured AHRS type")
         if not skip & _Skip.GPS and now.gps_fix_type < 3:
             found.append("GPS 1: Bad fix")
+        if not skip & _Skip.RC and now.radio_lost:
+            found.append("Radio failsafe on")
         if not skip & _Skip.MISSION:
             found += self._mission()
         found += self._fence.prearm()

@@ -14,6 +14,7 @@ from vencejo.sim.hand import CARRY_HEIGHT_M, Hand
 from . import boot
 from .commands import Commands
 from .energy import Energy
+from .failsafe import Failsafes
 from .geo import Spot, distance_m, wrap_pi
 from .interface import (
     DT_S,
@@ -95,8 +96,6 @@ class Autopilot(Plane):
         self._landings_revision = -1
         self._flying_probability = 0.0
         self._last_flying_s: float | None = None
-        self._gcs_failsafe = False
-        self._failsafe_pending = False
         self._breach: FenceBreach | None = None
         self._in_fence_recovery = False
         self._ground_heading_rad = self.body.yaw_rad
@@ -109,6 +108,9 @@ class Autopilot(Plane):
         self.energy = Energy(self, self.nav, self.landing)
         self.commands = Commands(
             self, self.nav, self.mission, self.climbout, self.landing, self.energy, self.change_mode
+        )
+        self.failsafes = Failsafes(
+            self, self.mission, self.landing, self.change_mode, self._enter_auto, self._climbing_out
         )
         self._modes = make_modes(
             Controls(
@@ -206,9 +208,7 @@ class Autopilot(Plane):
         self._check_throttle_suppression()
         if self.landing.flaring:
             self._disarm_after_landing()
-        if self._failsafe_pending and not self._climbing_out():
-            self._failsafe_pending = False
-            self._long_failsafe()
+        self.failsafes.check()
         current = self.mission.current_seq
         if current != self._mission_current:
             self._mission_current = current
@@ -398,6 +398,8 @@ class Autopilot(Plane):
         self.mode.leave()
         self.mode = self._modes[mode]
         self.flight_mode = mode
+        self.mode_reason = reason
+        self.failsafes.mode_changed()
         self.energy.auto_throttle = self.mode.auto_throttle
         self.pilot.fly_level()
         self.energy.new_airspeed_m_s = None
@@ -414,8 +416,11 @@ class Autopilot(Plane):
 
     def enter_auto_to_land(self) -> None:
         """From RTL into the landing sequence that the mission was just set to."""
+        self._enter_auto("RTL complete")
+
+    def _enter_auto(self, reason: str) -> None:
         self.resume_forced = True
-        self.change_mode(Mode.AUTO, "RTL complete")
+        self.change_mode(Mode.AUTO, reason)
         self.resume_forced = False
 
     def set_mission_current(self, seq: int) -> MavResult:
@@ -592,34 +597,7 @@ class Autopilot(Plane):
 
     def failsafe_gcs(self, active: bool) -> None:
         """The ground station's heartbeat is lost, or back."""
-        if active == self._gcs_failsafe:
-            return
-        self._gcs_failsafe = active
-        if not active:
-            self._failsafe_pending = False
-            self.say(Severity.WARNING, "GCS Failsafe Off")
-            return
-        self._long_failsafe()
-
-    def _long_failsafe(self) -> None:
-        """FS_LONG_ACTN: 0 continue, 1 RTL, 2 glide, 3 parachute, 4 AUTO; what "continue" means depends on the mode."""
-        self.rc.clear()
-        action = int(self.tune["FS_LONG_ACTN"])
-        target: Mode | None = {0: None, 1: Mode.RTL, 2: Mode.FBWA, 4: Mode.AUTO}.get(action)
-        mode = self.flight_mode
-        if mode is Mode.AUTO and (self.landing.active or self.mission.in_landing_sequence):
-            target = None
-        elif mode is Mode.RTL:
-            target = Mode.AUTO if action == 4 else None
-        elif mode not in (Mode.AUTO, Mode.GUIDED):
-            if mode is Mode.TAKEOFF and self._climbing_out() and action not in (2, 3):
-                self._failsafe_pending = True
-                target = None
-            elif action in (0, 1):
-                target = Mode.RTL
-        if target is not None:
-            self.change_mode(target, "GCS failsafe")
-        self.say(Severity.WARNING, f"GCS Failsafe On: {self.flight_mode.name}")
+        self.failsafes.station(is_lost=active)
 
     def fence_breached(self, kind: FenceBreach | None) -> None:
         """A fence was crossed, or all are clear again (None)."""
@@ -709,7 +687,8 @@ class Autopilot(Plane):
             system_state=self._system_state(),
             landed_state=self._landed_state(),
             is_flying=self.is_flying,
-            gcs_failsafe=self._gcs_failsafe,
+            gcs_failsafe=self.failsafes.station_is_lost,
+            radio_lost=self.failsafes.radio_lost,
             roll_rad=est.roll_rad,
             pitch_rad=est.pitch_rad,
             yaw_rad=yaw,
@@ -760,6 +739,7 @@ class Autopilot(Plane):
             battery_consumed_mah=self.battery.consumed_mah,
             battery_consumed_j=self.battery.consumed_j,
             battery_remaining_pct=round(100.0 * self.battery.remaining),
+            battery_failsafe=int(self.failsafes.battery),
             nav_roll_deg=math.degrees(bank),
             nav_pitch_deg=math.degrees(pitch),
             nav_bearing_deg=math.degrees(nav_bearing) if navigating else 0.0,
@@ -806,7 +786,7 @@ class Autopilot(Plane):
     def _system_state(self) -> SystemState:
         if self.flight_mode is Mode.INITIALISING:
             return SystemState.CALIBRATING
-        if self._gcs_failsafe:
+        if self.failsafes.is_on:
             return SystemState.CRITICAL
         return SystemState.ACTIVE if self.is_flying else SystemState.STANDBY
 

@@ -86,6 +86,11 @@ class Mode(IntEnum):
     GUIDED = 15
     INITIALISING = 16
 
+    @property
+    def full_name(self) -> str:
+        """As ArduPlane says it in a text."""
+        return {"FBWA": "FLY_BY_WIRE_A", "FBWB": "FLY_BY_WIRE_B"}.get(self.name, self.name)
+
 
 class LandedState(IntEnum):
     """MAV_LANDED_STATE of EXTENDED_SYS_STATE."""
@@ -359,6 +364,8 @@ class Snapshot:
     landed_state: LandedState
     is_flying: bool
     gcs_failsafe: bool
+    radio_lost: bool
+    """The failsafe of the remote control counts it as lost."""
 
     # attitude estimate
     roll_rad: float
@@ -429,6 +436,8 @@ class Snapshot:
     battery_consumed_mah: float
     battery_consumed_j: float
     battery_remaining_pct: int
+    battery_failsafe: int
+    """Which mark was reached in flight: 0 none, 1 low, 2 critical."""
 
     # navigation controller
     nav_roll_deg: float

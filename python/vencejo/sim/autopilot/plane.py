@@ -117,6 +117,8 @@ class Plane:
         self.resume_forced = False
         self.flight_mode = Mode.MANUAL
         """The present mode."""
+        self.mode_reason = ""
+        """Why it was changed to that."""
 
     def _estimate(self) -> None:
         body, est, errors = self.body, self.est, self._errors

@@ -154,8 +154,10 @@ def _sys_status(s: Snapshot, c: TelemetryContext) -> MavMessage:
     present = _PRESENT | (_SENSOR["geofence"] if c.fence_present else 0)
     enabled = _BASE | _bits("ahrs", "terrain", "prearm") | (_SENSOR["gps"] if gps else 0)
     health = _BASE | _bits("geofence", "ahrs", "logging") | (_SENSOR["gps"] if gps else 0)
-    if not s.battery_measured:
+    if not s.battery_measured or s.battery_failsafe:
         health &= ~_SENSOR["battery"]
+    if s.radio_lost:
+        health &= ~_SENSOR["radio"]
     if s.armed:
         enabled |= _CONTROL | _SENSOR["logging"]
         health |= _CONTROL
@@ -375,6 +377,14 @@ def _meminfo(_s: Snapshot, _c: TelemetryContext) -> MavMessage:
     return dialect.MAVLink_meminfo_message(0, 65535, 524288)
 
 
+_CHARGE_STATES = (
+    dialect.MAV_BATTERY_CHARGE_STATE_OK,
+    dialect.MAV_BATTERY_CHARGE_STATE_LOW,
+    dialect.MAV_BATTERY_CHARGE_STATE_CRITICAL,
+)
+"""By the mark that was reached."""
+
+
 def _battery_status(s: Snapshot, _c: TelemetryContext) -> MavMessage:
     millivolts, centiamperes, percent = _battery(s)
     return dialect.MAVLink_battery_status_message(
@@ -388,7 +398,7 @@ def _battery_status(s: Snapshot, _c: TelemetryContext) -> MavMessage:
         _i32(s.battery_consumed_j / 100.0),
         percent,
         0,
-        dialect.MAV_BATTERY_CHARGE_STATE_OK if s.battery_measured else dialect.MAV_BATTERY_CHARGE_STATE_UNHEALTHY,
+        _CHARGE_STATES[s.battery_failsafe] if s.battery_measured else dialect.MAV_BATTERY_CHARGE_STATE_UNHEALTHY,
     )
 
 
