@@ -10,7 +10,7 @@ use crate::plan_state::PlanState;
 use crate::request::RequestId;
 
 /// A vehicle that has not told the id of its hardware for this long after it was heard is known by its system id.
-const IDENTIFIED_WITHIN: Duration = Duration::from_secs(5);
+pub(super) const IDENTIFIED_WITHIN: Duration = Duration::from_secs(5);
 
 /// Another station's upload of a mission.
 #[derive(Debug)]
@@ -53,6 +53,10 @@ pub(super) struct OnBoard {
     pub(super) key: Option<VehicleKey>,
     /// What it has told of its hardware, in all its messages.
     pub(super) hardware: HardwareIds,
+    /// The record of that one as it was when the vehicle restarted, until it tells again who it is: another may have come back on its link.
+    pub(super) aside: Option<PlanRecord>,
+    /// Whether that is awaited, until `identified_by`.
+    pub(super) awaits_identity: bool,
     /// The record whose doubt stands in until the vehicle is identified.
     pub(super) stand_in: Option<VehicleKey>,
     /// Records from runs before.
@@ -92,6 +96,8 @@ impl OnBoard {
             verified: None,
             key: None,
             hardware: HardwareIds::default(),
+            aside: None,
+            awaits_identity: false,
             stand_in: None,
             stored: Vec::new(),
             kept: PlanRecord::default(),
@@ -119,6 +125,16 @@ impl OnBoard {
         if let (PlanKind::Mission, PlanState::Verified { .. } | PlanState::Empty) = (kind, state) {
             self.verified = state.count().zip(state.hash());
         }
+    }
+
+    /// What is to be remembered.
+    pub(super) fn record(&self) -> PlanRecord {
+        PlanRecord { verified: self.verified, doubt: self.doubt.clone() }
+    }
+
+    /// Whether the doubt may be about another vehicle than the one that is there, which will soon tell who it is.
+    pub(super) fn may_doubt_another(&self) -> bool {
+        self.stand_in.is_some() || self.awaits_identity && self.doubt.is_some() && !self.is_doubt_new
     }
 
     pub(super) fn doubt(&self) -> Option<&Doubt> {

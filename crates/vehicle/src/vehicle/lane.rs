@@ -34,12 +34,29 @@ pub(super) struct Lane {
     pub is_followed: bool,
     /// The mission that it had all of then, of another station.
     pub theirs: Option<Incoming>,
+    /// How it ended, while it is not known which vehicle that tells something of.
+    pub ended: Option<Result<Yield, TransferError>>,
     pub began: MonoTime,
     /// Whether the vehicle has answered anything of it.
     pub is_answered: bool,
 }
 
 impl Lane {
+    /// How it ended, once: what a mission is that was read stays here while `is_held`.
+    pub fn end(&mut self, is_held: bool) -> Option<Result<Yield, TransferError>> {
+        self.ended = self.ended.take().or_else(|| self.machine.result());
+        let is_judged = matches!(self.machine, Machine::Download(_)) && self.is_about(PlanKind::Mission);
+        self.ended.take_if(|ended| !(is_held && is_judged && ended.is_ok()))
+    }
+
+    /// Gives it up.
+    pub fn cancel(&mut self, now: MonoTime) {
+        self.machine.cancel(now);
+        if let Some(ended) = &mut self.ended {
+            *ended = Err(TransferError::Cancelled);
+        }
+    }
+
     /// Whether it moves a plan of this kind.
     pub fn is_about(&self, kind: PlanKind) -> bool {
         self.plan_before.as_ref().is_some_and(|before| before.kind == kind)

@@ -21,7 +21,7 @@ use vencejo_flight::rehearsal::Learner;
 use vencejo_proto::param::ParamName;
 use vencejo_proto::{MissionItemInt, MonoTime};
 
-use super::board::{OnBoard, Own, Reading};
+use super::board::{IDENTIFIED_WITHIN, OnBoard, Own, Reading};
 use super::operation::{Op, State};
 use super::steps::Step;
 use super::{FlightParameters, Vehicle};
@@ -82,14 +82,24 @@ impl Vehicle {
 
     /// Another vehicle is in its place: what is remembered of that one counts, and of the one before it is remembered what is known.
     pub(super) fn on_board_replaced(&mut self, now: MonoTime) {
-        let mut before = std::mem::replace(&mut self.on_board, OnBoard::new(now));
-        self.on_board.ticket = before.ticket;
-        self.on_board.incoming = before.incoming;
-        if let Some(key) = before.key {
-            let record = PlanRecord { verified: before.verified, doubt: before.doubt.clone() };
-            before.stored.retain(|stored| stored.key != key);
-            before.stored.push(StoredRecord { key, system: Some(self.address.system), record });
+        let board = &mut self.on_board;
+        if let Some(key) = board.key.clone() {
+            // What has come since the restart is of the one that is there now.
+            let record = board.aside.take().unwrap_or_else(|| board.record());
+            let is_other = record != board.kept;
+            board.stored.retain(|stored| stored.key != key);
+            board.stored.push(StoredRecord {
+                key: key.clone(),
+                system: Some(self.address.system),
+                record: record.clone(),
+            });
+            if is_other && self.config.keeps_records {
+                self.put(key, record);
+            }
         }
+        let before = std::mem::replace(&mut self.on_board, OnBoard::new(now));
+        (self.on_board.ticket, self.on_board.incoming, self.on_board.own) =
+            (before.ticket, before.incoming, before.own);
         for kind in PlanKind::ALL {
             // What is being written is written to this one.
             if self.plans.get(kind) != PlanState::Unknown(Unknown::Transferring) {
@@ -131,23 +141,36 @@ impl Vehicle {
     pub(super) fn on_version(&mut self, now: MonoTime) {
         let Some(version) = self.telemetry.version.map(|version| version.value) else { return };
         let hardware = HardwareIds::of_version(&version);
-        if hardware.is_another(self.on_board.hardware) {
-            // What began since it started is about this one, however late it tells who it is.
-            let is_doubt_new = self.on_board.is_doubt_new;
-            self.on_restart(now, now);
-            self.on_board.is_doubt_new = is_doubt_new;
+        let is_another = hardware.is_another(self.on_board.hardware);
+        if is_another {
+            // What began since it started is about this one, and what was asked of it is asked of this one, however late it tells who it is.
+            if self.on_board.aside.is_none() {
+                let is_doubt_new = self.on_board.is_doubt_new;
+                self.on_restart(now, now);
+                self.on_board.is_doubt_new = is_doubt_new;
+            }
             self.on_board_replaced(now);
         }
         self.on_board.hardware = hardware.or(self.on_board.hardware);
         let by_system = VehicleKey::of_system(self.address.system);
         self.identify(self.on_board.hardware.key().unwrap_or(by_system), now);
+        if is_another {
+            self.pump(now);
+        }
     }
 
     /// It is known who it is, or known better.
     fn identify(&mut self, key: VehicleKey, now: MonoTime) {
+        self.on_board.awaits_identity = false;
         if self.on_board.key.as_ref() == Some(&key) {
+            self.on_board.aside = None;
             return;
         }
+        if self.on_board.key.as_ref().is_some_and(|before| before.system().is_none()) && key.system().is_some() {
+            // One that has told its hardware's id keeps it.
+            return;
+        }
+        self.on_board.aside = None;
         let board = &mut self.on_board;
         let before = board.key.replace(key.clone());
         let is_another = board.stand_in.take().is_some_and(|stand_in| stand_in != key);
@@ -192,7 +215,7 @@ impl Vehicle {
             return None;
         }
         let board = &mut self.on_board;
-        let record = PlanRecord { verified: board.verified, doubt: board.doubt.clone() };
+        let record = board.record();
         if record == board.kept || board.stand_in.is_some() {
             return None;
         }
@@ -269,6 +292,12 @@ impl Vehicle {
             let doubt = self.on_board.doubt.as_ref().filter(|_| kind == PlanKind::Mission);
             self.set_plan(kind, PlanState::Unknown(doubt.map_or(Unknown::Rebooted, unknown_of)));
         }
+        let board = &mut self.on_board;
+        if board.key.as_ref().is_some_and(|key| key.system().is_none()) {
+            let record = board.record();
+            board.aside.get_or_insert(record);
+            (board.awaits_identity, board.identified_by) = (true, now + IDENTIFIED_WITHIN);
+        }
     }
 }
 
@@ -279,7 +308,8 @@ impl Vehicle {
     fn reading_due(&self) -> Option<(Reading, MonoTime)> {
         let board = &self.on_board;
         let is_busy = !self.ops.is_empty() || self.transfer.is_some() || self.param.is_some();
-        let is_ready = self.telemetry.heartbeat.is_some() && board.key.is_some() && self.streams.is_settled();
+        let is_identified = board.key.is_some() && !board.awaits_identity;
+        let is_ready = self.telemetry.heartbeat.is_some() && is_identified && self.streams.is_settled();
         if !self.config.reads_back || self.is_lost || is_busy || !is_ready || board.incoming.is_some() {
             return None;
         }
@@ -303,10 +333,21 @@ impl Vehicle {
         PlanKind::ALL.into_iter().filter(is_wanted).map(due).chain(parameter).min_by_key(|(_, at)| *at)
     }
 
+    /// Whether it is to tell soon who it is.
+    fn awaits_identity(&self) -> bool {
+        let board = &self.on_board;
+        (board.key.is_none() || board.awaits_identity) && self.telemetry.heartbeat.is_some()
+    }
+
+    /// Whether what a mission is that was read waits until it is known whose it is.
+    pub(super) fn holds_verdict(&self) -> bool {
+        self.awaits_identity() && self.on_board.may_doubt_another()
+    }
+
     /// When [`Self::on_board_time`] is wanted.
     pub(super) fn on_board_deadline(&self) -> Option<MonoTime> {
         let board = &self.on_board;
-        let identified = (board.key.is_none() && self.telemetry.heartbeat.is_some()).then_some(board.identified_by);
+        let identified = self.awaits_identity().then_some(board.identified_by);
         let left = board.incoming.as_ref().map(|incoming| incoming.heard_at + UPLOAD_REST);
         let recorded = self.ops.iter().filter_map(|op| match &op.state {
             State::Recording { until, .. } => Some(*until),
@@ -317,8 +358,7 @@ impl Vehicle {
     }
 
     pub(super) fn on_board_time(&mut self, now: MonoTime) {
-        let board = &mut self.on_board;
-        if board.key.is_none() && self.telemetry.heartbeat.is_some() && now >= board.identified_by {
+        if self.awaits_identity() && now >= self.on_board.identified_by {
             self.identify(VehicleKey::of_system(self.address.system), now);
         }
         let board = &mut self.on_board;
@@ -382,7 +422,7 @@ impl Vehicle {
         }
         if needs_lane || now.since(own.began) > HURRY {
             for lane in [&mut self.transfer, &mut self.param].into_iter().flatten().filter(|lane| lane.id == own.id) {
-                lane.machine.cancel(now);
+                lane.cancel(now);
             }
             self.drain_lanes(now);
         }

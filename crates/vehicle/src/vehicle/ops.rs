@@ -187,7 +187,7 @@ impl Vehicle {
             State::Transferring => {
                 for lane in [&mut self.transfer, &mut self.param].into_iter().flatten() {
                     if lane.id == id {
-                        lane.machine.cancel(now);
+                        lane.cancel(now);
                     }
                 }
                 // The lane ends the request.

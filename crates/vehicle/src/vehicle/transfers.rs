@@ -128,6 +128,7 @@ impl Vehicle {
             is_disturbed: false,
             is_followed: false,
             theirs: None,
+            ended: None,
             began: now,
             is_answered: false,
         };
@@ -140,6 +141,7 @@ impl Vehicle {
 
     pub(super) fn drain_lanes(&mut self, now: MonoTime) {
         for slot in [LaneName::Transfer, LaneName::Param] {
+            let is_held = self.holds_verdict();
             let lane = match slot {
                 LaneName::Transfer => &mut self.transfer,
                 LaneName::Param => &mut self.param,
@@ -157,7 +159,7 @@ impl Vehicle {
                     TransferOutput::Progress { done, total } => Output::Progress { id: running.id, done, total },
                 });
             }
-            if let Some(result) = running.machine.result()
+            if let Some(result) = running.end(is_held)
                 && let Some(ended) = lane.take()
             {
                 self.on_transfer_ended(ended, result, now);

@@ -450,7 +450,8 @@ fn another_vehicle_in_the_place_of_one_takes_over_nothing_of_it() {
             version(&mut vehicle, third, restarted + Duration::from_millis(late_ms));
             assert!(vehicle.plan_state(MISSION).may_be_mixed(), "{}", vehicle.plan_state(MISSION));
             let third = other.replace("2b", &format!("{third:x}"));
-            assert_eq!(kept(&mut vehicle), if keeps_records { vec![(third, true)] } else { vec![] });
+            let expected = vec![(other.clone(), false), (third, true)];
+            assert_eq!(kept(&mut vehicle), if keeps_records { expected } else { vec![] }, "and no more the first's");
         }
         // What ended before a silence is not, though no restart was noticed.
         vehicle.on_sending(&rival_count(9), false, MonoTime::from_millis(200_000)).expect("sent");
@@ -487,6 +488,58 @@ fn another_vehicle_that_has_been_on_for_longer_is_asked_who_it_is() {
         wait(&mut world, silence_s * 1_000 + 20_000);
         let hash = hash_items(&world.plane.services.plans[0][1..]);
         assert_eq!(state(&world), PlanState::Verified { count: 8, hash }, "after {silence_s} s");
+    }
+}
+
+// Another aircraft on the same radio, whose mission was whole, was called mixed, and the doubt about the first one's ended.
+#[test]
+fn a_mission_that_is_read_is_judged_for_the_aircraft_that_it_is_of() {
+    let version = |world: &mut Pair, uid| {
+        let data = AUTOPILOT_VERSION_DATA { uid, ..Default::default() };
+        world.inject(world.now, true, PLANE, &Message::Dialect(MavMessage::AUTOPILOT_VERSION(data)));
+        wait(world, 100);
+    };
+    let sent = route(30, 0.02);
+    let last_kept = |world: &Pair, uid: &str| {
+        let of_it = world.station.kept.values().filter(|stored| stored.key.as_str().ends_with(uid));
+        of_it.last().map(|stored| stored.record.clone()).expect("kept")
+    };
+    // What the other one has: a mission of its own, or the same that was sent to the first.
+    for (theirs, tells) in [(route(8, 0.1), true), (sent.clone(), true), (route(8, 0.1), false)] {
+        let case = format!("{} items, it tells who it is: {tells}", theirs.len());
+        let config = VehicleConfig { keeps_records: true, ..VehicleConfig::default() };
+        let mut world = world(config);
+        version(&mut world, 0x2a);
+        world.faults.cut_after = Some(world.station_frames + 9);
+        ask(&mut world, send(sent.clone())).expect_err("cut off");
+        world.faults.cut_after = None;
+        let doubt = last_kept(&world, "2a").doubt;
+        assert!(doubt.is_some());
+        // It is switched off, and the other one on. It does not tell by itself who it is.
+        world.plane.services.store(MISSION, &rival_wire(&theirs));
+        world.plane.unknown.push(cmd::REQUEST_MESSAGE);
+        let now = world.now;
+        world.plane.reboot(now);
+        let is_back = |station: &mut Station, _: &mut Plane| {
+            station.events.contains(&VehicleEvent::Rebooted) && station.vehicle.telemetry().heartbeat.is_some()
+        };
+        assert!(world.run(now + Duration::from_secs(10), is_back), "{case}");
+        let id = start(&mut world, Request::DownloadPlan { kind: MISSION });
+        wait(&mut world, 1_000);
+        assert_eq!(world.station.results.get(&id), None, "{case}: not known whose it is");
+        if tells {
+            version(&mut world, 0x2b);
+        }
+        let reply = end(&mut world, id, 5);
+        let Ok(Reply::Plan { state: told, .. }) = reply else { panic!("{case}: {reply:?}") };
+        // One that does not tell may be the first.
+        assert_eq!(told.may_be_mixed(), !tells, "{case}: {told}");
+        assert_eq!(state(&world), told, "{case}");
+        assert_eq!(last_kept(&world, "2a").doubt, doubt, "{case}: it is still the first one's");
+        let now = world.now + Duration::from_secs(5);
+        world.station.vehicle.on_restart(now, now);
+        version(&mut world, 0x2a);
+        assert!(state(&world).may_be_mixed(), "{case}: it comes back");
     }
 }
 
