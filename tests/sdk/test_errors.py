@@ -18,6 +18,7 @@ CLASSES = {
     "Station.NeedsConfirmation": vencejo.ConfirmationNeeded,
     "Station.BadConfirmation": vencejo.ConfirmationNeeded,
     "Station.RemoteRefused": vencejo.NotPossibleNow,
+    "Station.Replayed": vencejo.NotPossibleNow,
     "Station.Closed": vencejo.ClosedError,
     "Station.Dismissed": vencejo.ClosedError,
     "Signing.BadName": vencejo.InvalidRequest,

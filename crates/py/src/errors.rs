@@ -96,7 +96,7 @@ pub fn from_station(error: &StationError) -> PyErr {
             Python::attach(|py| raise_with(py, "ConfirmationNeeded", (text, code)))
         }
         StationError::BadConfirmation => raise("ConfirmationNeeded", error),
-        StationError::RemoteRefused { .. } => raise("NotPossibleNow", error),
+        StationError::RemoteRefused { .. } | StationError::Replayed { .. } => raise("NotPossibleNow", error),
         _ => raise("VencejoError", error),
     }
 }

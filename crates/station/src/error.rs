@@ -71,6 +71,12 @@ pub enum StationError {
         /// Why.
         why: String,
     },
+    /// A vehicle that is played from a recording was asked for something. Nothing was sent.
+    #[error("vehicle {vehicle} is a recording that is replayed: it takes no orders")]
+    Replayed {
+        /// Its id or name.
+        vehicle: String,
+    },
     /// The station has been closed.
     #[error("the station is closed; connect again")]
     Closed,
@@ -102,6 +108,7 @@ impl StationError {
             },
             Self::BadConfirmation,
             Self::RemoteRefused { name: "plane7".into(), why: "the picture is too old".into() },
+            Self::Replayed { vehicle: "1".into() },
             Self::Closed,
         ];
         examples.extend(SigningError::examples().into_iter().map(Self::Signing));
@@ -141,11 +148,12 @@ mod tests {
             StationError::BadConfirmation => 9,
             StationError::RemoteRefused { .. } => 10,
             StationError::Dismissed => 11,
+            StationError::Replayed { .. } => 12,
         }
     }
 
     #[test]
     fn each_kind_has_an_example() {
-        assert_eq!(StationError::examples().iter().map(place).collect::<BTreeSet<_>>(), (0..=11).collect());
+        assert_eq!(StationError::examples().iter().map(place).collect::<BTreeSet<_>>(), (0..=12).collect());
     }
 }

@@ -29,6 +29,11 @@ pub trait Remote: Send + Sync {
 
     /// Who has control of it, as far as it was told.
     fn held(&self) -> FarHeld;
+
+    /// Whether it is played from a recording, so that nobody is there to ask. Default no.
+    fn is_recording(&self) -> bool {
+        false
+    }
 }
 
 /// Who has control of a vehicle far away.

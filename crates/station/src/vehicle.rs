@@ -375,7 +375,7 @@ impl VehicleHandle {
     ///
     /// # Errors
     /// [`StationError::Control`], [`StationError::NeedsConfirmation`], [`StationError::BadConfirmation`],
-    /// [`StationError::RemoteRefused`] of one far away or of a recording, and
+    /// [`StationError::Replayed`], [`StationError::RemoteRefused`] of one far away, and
     /// [`VehicleError::PlanUnknown`](vencejo_vehicle::VehicleError::PlanUnknown).
     pub fn send(
         &self,
@@ -383,6 +383,7 @@ impl VehicleHandle {
         despite_mixed_plan: bool,
         confirmation: Option<&str>,
     ) -> Result<SendReport, StationError> {
+        self.station.shared.core().admit(self.id)?;
         let Some(system) = self.system() else {
             let name = self.remote_name().unwrap_or_default();
             let why = "a message as it is has no answer, so nobody far away could know what became of it: use a command by its number \
@@ -435,7 +436,7 @@ impl VehicleHandle {
         Ok(self.operator().act(self.station.now())?)
     }
 
-    /// Lets an act through: whoever does it has control, and a dangerous one is confirmed.
+    /// Lets an act through: the vehicle is no recording, whoever does it has control, and a dangerous one is confirmed.
     fn admit(
         &self,
         danger: impl FnOnce(&Telemetry, MonoTime) -> Option<Danger>,
@@ -443,6 +444,7 @@ impl VehicleHandle {
         confirmation: Option<&str>,
     ) -> Result<(), StationError> {
         let shared = &self.station.shared;
+        shared.core().admit(self.id)?;
         let (telemetry, now) = self.telemetry();
         self.take_control()?;
         let operator = self.operator();

@@ -242,6 +242,11 @@ pub enum Cause {
         /// Why, in English.
         why: String,
     },
+    /// The vehicle is played from a recording, and takes no orders; nothing was sent.
+    Replayed {
+        /// Its id or name.
+        vehicle: String,
+    },
     /// The vehicle did not answer a command. It may have done it.
     CommandTimeout {
         /// Name of the command without `MAV_CMD_`, else its number.

@@ -38,6 +38,7 @@ pub fn from_station(error: &StationError) -> Problem {
         }
         StationError::BadConfirmation => Cause::BadConfirmation,
         StationError::RemoteRefused { name, why } => Cause::RemoteRefused { vehicle: name.clone(), why: why.clone() },
+        StationError::Replayed { vehicle } => Cause::Replayed { vehicle: vehicle.clone() },
         StationError::Closed => Cause::Closed,
         StationError::Signing(error) => signing_cause(error),
         StationError::CannotRecord { reason } => Cause::Recorder { reason: reason.clone() },

@@ -44,6 +44,7 @@ pub(super) fn kind_of(cause: &Cause) -> (StatusCode, &'static str) {
         Cause::NotSent { .. } => (StatusCode::CONFLICT, "Not sent"),
         Cause::CommandRefused { .. } => (StatusCode::CONFLICT, "The vehicle refused"),
         Cause::RemoteRefused { .. } => (StatusCode::CONFLICT, "The station on board refused"),
+        Cause::Replayed { .. } => (StatusCode::CONFLICT, "The vehicle is a recording"),
         Cause::CommandTimeout { .. } | Cause::MessageNotReceived { .. } | Cause::TransferTimeout { .. } => {
             (StatusCode::GATEWAY_TIMEOUT, "The vehicle did not answer")
         }

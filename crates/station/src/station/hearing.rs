@@ -21,12 +21,13 @@ impl Core {
     }
 
     /// Lets through what is to be sent to a vehicle. A recording is refused: what it holds would be taken for the answers.
-    pub(super) fn admit(&self, system: VehicleId) -> Result<(), StationError> {
-        if !self.is_replayed(system) {
-            return Ok(());
-        }
-        let why = "it is a recording, which takes no orders".to_owned();
-        Err(StationError::RemoteRefused { name: format!("{system} (replay)"), why })
+    pub(crate) fn admit(&self, id: VehicleId) -> Result<(), StationError> {
+        let vehicle = match self.adopted.get(&id) {
+            Some(adopted) if adopted.remote.is_recording() => adopted.name.to_string(),
+            None if self.is_replayed(id) => id.to_string(),
+            _ => return Ok(()),
+        };
+        Err(StationError::Replayed { vehicle })
     }
 }
 

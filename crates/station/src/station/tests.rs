@@ -461,11 +461,13 @@ async fn a_recording_takes_no_orders_and_no_live_vehicles_place() {
     let at = |ms| begun + Duration::from_millis(ms);
     station.shared.on_frame(Origin { link: played, peer: PeerId(0) }, &plane_heartbeat(1), begun);
     let vehicle = station.vehicle(VehicleId::new(1)).expect("heard");
-    let refused = |request| matches!(vehicle.request(request).end(), Some(Err(StationError::RemoteRefused { .. })));
+    let refused = |request| matches!(vehicle.request(request).end(), Some(Err(StationError::Replayed { .. })));
     let set = || Request::ParamSet { name: "WP_RADIUS".into(), value: 90.0 };
     assert!(refused(set()) && refused(Request::ParamList), "from its first message on");
     let message = Message::Heartbeat(Heartbeat::default());
-    assert!(matches!(vehicle.send(&message, false, None), Err(StationError::RemoteRefused { .. })));
+    let error = vehicle.send(&message, false, None).expect_err("refused");
+    assert_eq!(error.to_string(), "vehicle 1 is a recording that is replayed: it takes no orders");
+    assert!(refused(Request::Disarm { force: true }), "before it is to be confirmed");
     assert_eq!(vehicle.is_reached(), None);
     speak(&station, played, (600_000, 0.5), at(0));
     assert_eq!(roll(&vehicle), Some(0.5));

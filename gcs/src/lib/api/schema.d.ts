@@ -2779,6 +2779,11 @@ export interface components {
             /** @description Why, in English. */
             why: string;
         } | {
+            /** @enum {string} */
+            code: "replayed";
+            /** @description Its id or name. */
+            vehicle: string;
+        } | {
             /**
              * Format: int32
              * @description How often it was sent.

@@ -73,6 +73,7 @@ export const serverEn = {
   'problem.not-sent.remedy': 'Look at the links in the settings.',
   'problem.command-refused': 'The vehicle refused: {result}.',
   'problem.remote-refused': 'The station on board of {vehicle} did not do it: {why}',
+  'problem.replayed': 'Vehicle {vehicle} is a recording that is replayed: it takes no orders.',
   'problem.command-timeout': 'The vehicle did not answer, asked {attempts} times. It may have done it.',
   'problem.command-timeout.remedy': 'Look at what the vehicle does before you try again.',
   'problem.not-confirmed': 'The vehicle agreed, but after {within_s} s it shows: {observed}. It should show: {wanted}.',

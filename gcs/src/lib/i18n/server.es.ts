@@ -76,6 +76,7 @@ export const serverEs: Record<keyof typeof serverEn, string> = {
   'problem.not-sent.remedy': 'Mira los enlaces en los ajustes.',
   'problem.command-refused': 'El vehículo lo ha rechazado: {result}.',
   'problem.remote-refused': 'La estación a bordo de {vehicle} no lo ha hecho: {why}',
+  'problem.replayed': 'El vehículo {vehicle} es una grabación que se reproduce: no acepta órdenes.',
   'problem.command-timeout': 'El vehículo no ha respondido a {attempts} intentos. Puede que lo haya hecho.',
   'problem.command-timeout.remedy': 'Mira qué hace el vehículo antes de intentarlo de nuevo.',
   'problem.not-confirmed':

@@ -140,12 +140,15 @@ impl Shared {
 
 impl Remote for Shared {
     fn request(self: Arc<Self>, _: Request, _: Option<Danger>, _: String, _: Telling) -> Carried {
-        let why = "it is a recording, which takes no orders".to_owned();
-        Box::pin(async move { Err(StationError::RemoteRefused { name: self.name.clone(), why }) })
+        Box::pin(async move { Err(StationError::Replayed { vehicle: self.name.clone() }) })
     }
 
     fn held(&self) -> FarHeld {
         FarHeld::default()
+    }
+
+    fn is_recording(&self) -> bool {
+        true
     }
 }
 
