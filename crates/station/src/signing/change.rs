@@ -143,7 +143,8 @@ impl VehicleHandle {
     /// disarmed, and only over a link that nobody else can reach, unless `any_link` allows another one. It ends within 5 s,
     /// and goes on to its end when nobody waits any more.
     pub fn change_signing(&self, change: SigningChange, any_link: bool) -> Pending<RequestResult> {
-        if let Err(error) = self.take_control() {
+        let admitted = self.station().shared.core().admit(self.id());
+        if let Err(error) = admitted.and_then(|()| self.take_control()) {
             return Pending::ended(Err(error));
         }
         // It ends soon by itself, and half done it would be worse.

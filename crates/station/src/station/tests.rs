@@ -14,7 +14,7 @@ use vencejo_proto::{Address, CommandAck, Frame, FrameDecoder, Header, Heartbeat,
 use vencejo_vehicle::{Request, SpeedKind, VehicleError, VehicleEvent};
 
 use super::*;
-use crate::{StationConfig, Taken};
+use crate::{SigningChange, StationConfig, Taken};
 
 /// Vehicles that are followed at once.
 const MAX_VEHICLES: u8 = 64;
@@ -468,6 +468,8 @@ async fn a_recording_takes_no_orders_and_no_live_vehicles_place() {
     let error = vehicle.send(&message, false, None).expect_err("refused");
     assert_eq!(error.to_string(), "vehicle 1 is a recording that is replayed: it takes no orders");
     assert!(refused(Request::Disarm { force: true }), "before it is to be confirmed");
+    let signing = vehicle.change_signing(SigningChange::SetUp { key: None }, true);
+    assert_eq!(signing.end(), Some(Err(error)), "nor a key");
     assert_eq!(vehicle.is_reached(), None);
     speak(&station, played, (600_000, 0.5), at(0));
     assert_eq!(roll(&vehicle), Some(0.5));
