@@ -381,10 +381,15 @@ plane.params.get("WP_RADIUS")
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork on this system")
 def test_a_forked_process_says_so_and_can_connect_for_itself(mock: MockPlane) -> None:
     program = """
-import os, sys, warnings
+import os, sys, threading, time, warnings
 warnings.simplefilter("ignore")
 import vencejo
+from vencejo import _native
 with vencejo.connect(sys.argv[1], record=False) as plane:
+    # A thread of the parent is called back from native code meanwhile: the child's end does not wait for it.
+    called, go_on = threading.Event(), threading.Event()
+    plane._native.param_read("WP_RADIUS").on_done(lambda: called.set() or go_on.wait())
+    assert called.wait(10)
     child = os.fork()
     if child == 0:
         for call in (plane.arm, lambda: plane.telemetry, lambda: next(plane.stream()), lambda: plane.station.links):
@@ -397,8 +402,13 @@ with vencejo.connect(sys.argv[1], record=False) as plane:
         plane.close()
         with vencejo.connect(sys.argv[1], record=False) as own:
             print("child", own.params["WP_RADIUS"], flush=True)
+        began = time.monotonic()
+        _native.end_waits()
+        if time.monotonic() - began > 1:
+            print("waited for a thread of the parent", flush=True)
         sys.exit(0)
     _, status = os.waitpid(child, 0)
+    go_on.set()
     print("parent", plane.params["WP_RADIUS"], status)
 """
     done = run(program, mock.link)

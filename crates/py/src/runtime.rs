@@ -1,7 +1,7 @@
 //! The one tokio runtime of the process, and waiting on it without the GIL.
 
 use std::future::Future;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Mutex, OnceLock, PoisonError};
 use std::thread::ThreadId;
 use std::time::{Duration, Instant};
@@ -41,8 +41,24 @@ const LONGEST_END: Duration = Duration::from_secs(2);
 
 static IS_ENDING: AtomicBool = AtomicBool::new(false);
 static ENDS_ON: OnceLock<ThreadId> = OnceLock::new();
-/// Threads on their way back to Python.
-static RETURNING: AtomicUsize = AtomicUsize::new(0);
+/// Threads on their way back to Python: how many (low half), and of which process (high half). One that is forked off has none of its parent's
+/// threads, whatever they were doing.
+static RETURNING: AtomicU64 = AtomicU64::new(0);
+
+/// How many threads of a process are on their way.
+fn returning(process: u32) -> u32 {
+    of_process(RETURNING.load(Ordering::SeqCst), process)
+}
+
+fn of_process(returning: u64, process: u32) -> u32 {
+    if (returning >> 32) as u32 == process { returning as u32 } else { 0 }
+}
+
+fn count_returning(process: u32, change: impl Fn(u32) -> u32) {
+    let counted = |before| Some(u64::from(process) << 32 | u64::from(change(of_process(before, process))));
+    // It always has a next value.
+    let _ = RETURNING.fetch_update(Ordering::SeqCst, Ordering::SeqCst, counted);
+}
 
 /// The interpreter is about to end: from now on only this thread comes back from native code. The others wait for the
 /// process to end: once there is no interpreter, asking for it would end them in the middle of our frames, and with them
@@ -51,23 +67,27 @@ static RETURNING: AtomicUsize = AtomicUsize::new(0);
 pub fn end_waits(py: Python<'_>) {
     ENDS_ON.get_or_init(|| std::thread::current().id());
     IS_ENDING.store(true, Ordering::SeqCst);
+    let process = std::process::id();
     py.detach(|| {
         let began = Instant::now();
-        while RETURNING.load(Ordering::SeqCst) > 0 && began.elapsed() < LONGEST_END {
+        while returning(process) > 0 && began.elapsed() < LONGEST_END {
             std::thread::sleep(Duration::from_millis(1));
         }
     });
 }
 
-/// While it lives, the interpreter does not end.
-struct Returning;
+/// While it lives, the interpreter of the process in which it began does not end.
+struct Returning {
+    process: u32,
+}
 
 impl Returning {
     /// Does not come back once the interpreter ends. To be called without the GIL.
     fn begin() -> Self {
+        let process = std::process::id();
         loop {
-            RETURNING.fetch_add(1, Ordering::SeqCst);
-            let returning = Self;
+            count_returning(process, |count| count + 1);
+            let returning = Self { process };
             if !IS_ENDING.load(Ordering::SeqCst) || ENDS_ON.get() == Some(&std::thread::current().id()) {
                 return returning;
             }
@@ -79,7 +99,10 @@ impl Returning {
 
 impl Drop for Returning {
     fn drop(&mut self) {
-        RETURNING.fetch_sub(1, Ordering::SeqCst);
+        // A thread that forked in between is counted in its parent alone.
+        if self.process == std::process::id() {
+            count_returning(self.process, |count| count.saturating_sub(1));
+        }
     }
 }
 
