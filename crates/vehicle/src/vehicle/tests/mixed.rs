@@ -501,8 +501,8 @@ fn a_mission_that_is_read_is_judged_for_the_aircraft_that_it_is_of() {
     };
     let sent = route(30, 0.02);
     let last_kept = |world: &Pair, uid: &str| {
-        let of_it = world.station.kept.values().filter(|stored| stored.key.as_str().ends_with(uid));
-        of_it.last().map(|stored| stored.record.clone()).expect("kept")
+        let mut of_it = world.station.kept.values().filter(|stored| stored.key.as_str().ends_with(uid));
+        of_it.next_back().map(|stored| stored.record.clone()).expect("kept")
     };
     // What the other one has: a mission of its own, or the same that was sent to the first.
     for (theirs, tells) in [(route(8, 0.1), true), (sent.clone(), true), (route(8, 0.1), false)] {
