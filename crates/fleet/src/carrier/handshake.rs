@@ -69,7 +69,9 @@ pub(super) async fn refusal(way: Way, address: &str, config: Arc<ClientConfig>, 
 /// A handshake with the router at `HOST:PORT` over QUIC.
 async fn begin_quic(address: &str, config: &ClientConfig) -> Result<quinn::Connection, Fault> {
     let other = |problem: &dyn std::error::Error| Fault::Other(problem.to_string());
-    let at = *resolved(address).await?.first().ok_or(Fault::NoAddress)?;
+    let all = resolved(address).await?;
+    // As Zenoh, which takes the name for the certificate from the address that it dials, so that it cannot be given them one by one.
+    let at = *all.first().ok_or(Fault::NoAddress)?;
     let mut config = config.clone();
     config.alpn_protocols = ZENOH.map(Vec::from).into();
     let config = quinn::crypto::rustls::QuicClientConfig::try_from(config).map_err(|error| other(&error))?;
@@ -79,7 +81,10 @@ async fn begin_quic(address: &str, config: &ClientConfig) -> Result<quinn::Conne
     let dialled = endpoint.connect_with(quinn::ClientConfig::new(Arc::new(config)), at, host);
     let dialled = dialled.map_err(|error| other(&error))?;
     let answered = tokio::time::timeout(PATIENCE, dialled).await.unwrap_or(Err(quinn::ConnectionError::TimedOut));
-    answered.map_err(|error| of_quic(&error))
+    answered.map_err(|error| match of_quic(&error) {
+        Fault::SilentUdp if all.iter().any(|other| other.ip() != at.ip()) => Fault::SilentUdpAt(at),
+        fault => fault,
+    })
 }
 
 /// What ended a connection: QUIC carries the alerts of TLS as numbers of its own.

@@ -1,6 +1,7 @@
 //! TLS as it is spoken at the door, and its failures in plain words.
 
 use std::io;
+use std::net::SocketAddr;
 use std::sync::Arc;
 
 use rustls::client::WebPkiServerVerifier;
@@ -162,6 +163,8 @@ pub(super) enum Fault {
     Silent,
     /// Nobody answers over UDP, where nobody refuses either.
     SilentUdp,
+    /// The same at this address, the first of several of a name.
+    SilentUdpAt(SocketAddr),
     /// It hangs up before it says anything.
     HangsUp,
     /// It says something else than TLS.
@@ -263,6 +266,7 @@ impl Fault {
             Self::NobodyListens => "nobody listens there".to_owned(),
             Self::Silent => "no answer: is the address right, and does a firewall let it through?".to_owned(),
             Self::SilentUdp => "no answer over UDP: is the address right, is it a router with QUIC, and does a firewall let UDP through?".to_owned(),
+            Self::SilentUdpAt(at) => format!("no answer over UDP at {at}, the first of several addresses of {host}, and with QUIC no other is tried: give the address in place of the name, or tls/ in place of quic/"),
             Self::HangsUp => "it hung up before it said anything: it may not speak TLS there".to_owned(),
             Self::NoTls => "it does not speak TLS there: is the port right?".to_owned(),
             Self::Stranger | Self::OtherAuthority => "its certificate is of another authority".to_owned(),
@@ -305,6 +309,7 @@ mod tests {
         let now = 1_800_000_000;
         let said = |error: &io::Error, host: &str| Fault::from(error).in_a_fleet(host, now);
         let tls = |error: rustls::Error| said(&io::Error::other(error), "ground.local");
+        let first = Fault::SilentUdpAt(([127, 0, 0, 1], 7447).into());
         let shown = |problem: CertificateError| tls(rustls::Error::InvalidCertificate(problem));
         for (told, says) in [
             (
@@ -321,6 +326,10 @@ mod tests {
             (tls(rustls::Error::AlertReceived(AlertDescription::CertificateExpired)), "our certificate has ended"),
             (tls(rustls::Error::AlertReceived(AlertDescription::CertificateRequired)), "we have none"),
             (tls(rustls::Error::AlertReceived(AlertDescription::UnknownCA)), "enrol again"),
+            (
+                first.in_a_fleet("ground.local", now),
+                "at 127.0.0.1:7447, the first of several addresses of ground.local",
+            ),
             (said(&io::ErrorKind::ConnectionRefused.into(), ""), "nobody listens there"),
             (said(&io::ErrorKind::TimedOut.into(), ""), "firewall"),
             (said(&io::ErrorKind::UnexpectedEof.into(), ""), "may not speak TLS"),

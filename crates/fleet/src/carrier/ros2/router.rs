@@ -184,9 +184,13 @@ fn named(fault: &Fault) -> (&'static str, &'static str) {
         Fault::WantsOurs => ("certificate-wanted", ": give one that its authority signed, --ros2-cert and --ros2-key"),
         Fault::RefusesOurs => ("certificate-refused", " than those that it believes: give another with --ros2-cert"),
         Fault::Certificate(_) | Fault::Alert(_) => ("tls-failed", ""),
-        Fault::NoAddress | Fault::Silent | Fault::SilentUdp | Fault::HangsUp | Fault::NoTls | Fault::Other(_) => {
-            (NO_ROUTER, "")
-        }
+        Fault::NoAddress
+        | Fault::Silent
+        | Fault::SilentUdp
+        | Fault::SilentUdpAt(_)
+        | Fault::HangsUp
+        | Fault::NoTls
+        | Fault::Other(_) => (NO_ROUTER, ""),
     }
 }
 
