@@ -305,12 +305,6 @@ impl Vehicle {
             && let Ok(kind) = PlanKind::try_from(ack.mission_type)
         {
             self.told_changed(kind, now);
-            if let Some(written) = self.written[kind as usize].filter(|_| self.is_echo(kind, now))
-                && !Message::MissionAck(*ack).target().includes(self.our)
-            {
-                // Late, of what another station sent before, or at once, of what it sent and we did not hear.
-                self.doubt_copy(kind, written + TRANSFER_ECHO);
-            }
         }
     }
 
@@ -353,7 +347,12 @@ impl Vehicle {
 
     /// Whether what is said of a plan now may be about our own writing of it.
     pub(super) fn is_echo(&self, kind: PlanKind, now: MonoTime) -> bool {
-        self.written[kind as usize].is_some_and(|written| now.since(written) < TRANSFER_ECHO)
+        self.echo_until(kind, now).is_some()
+    }
+
+    /// Until when that is so; `None` when it is over.
+    pub(super) fn echo_until(&self, kind: PlanKind, now: MonoTime) -> Option<MonoTime> {
+        self.written[kind as usize].map(|written| written + TRANSFER_ECHO).filter(|until| now < *until)
     }
 
     pub(super) fn on_restart(&mut self, since: MonoTime, now: MonoTime) {

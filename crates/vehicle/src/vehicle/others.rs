@@ -180,8 +180,11 @@ impl Vehicle {
         let Some(incoming) = self.on_board.incoming.take_if(is_theirs) else {
             let kind = PlanKind::try_from(ack.mission_type).ok();
             let Some(kind) = kind.filter(|_| self.another(&Message::MissionAck(*ack)).is_some()) else { return false };
-            match others {
-                Others::Finished => self.changed_elsewhere(kind, others, now),
+            let is_moving = self.transfer.as_ref().is_some_and(|lane| lane.is_about(kind));
+            match (others, self.echo_until(kind, now).filter(|_| !is_moving)) {
+                // Late, of what it sent before ours, or at once, of what it sent and we did not hear.
+                (Others::Finished, Some(until)) => self.doubt_copy(kind, until),
+                (Others::Finished, None) => self.changed_elsewhere(kind, others, now),
                 _ => drop(self.beside_ours(kind, others, now)),
             }
             return true;
