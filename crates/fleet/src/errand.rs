@@ -8,6 +8,7 @@ use std::time::Duration;
 use vencejo_proto::MonoTime;
 
 use crate::payload::{Answer, End};
+use crate::rivals::HELD_BACK;
 
 /// How long each attempt waits for its answer; the last again and again.
 const WAITS: [Duration; 4] =
@@ -93,7 +94,7 @@ impl Errand {
     pub fn on_answer(&mut self, mut answer: Answer, heard_at: MonoTime, now: MonoTime) -> Step {
         if answer.end() == End::Unknown && answer.boot_age_ms > 0 {
             let age = Duration::from_millis(answer.boot_age_ms);
-            if heard_at + age > now {
+            if heard_at + age > now + HELD_BACK {
                 // Both are there: another computer speaks as this aircraft, and knows nothing of what the one that was meant does.
                 return self.silence(AGAIN_AFTER, now);
             }
@@ -190,8 +191,8 @@ mod tests {
         let mut given_up = errand.clone();
         let _ = given_up.on_answer(other(), at(9_000), at(9_500));
         assert_eq!(given_up.on_answer(other(), at(9_500), at(10_000)), Step::End(Outcome::Unknown { attempts: 3 }));
-        // It was not heard any more before the other one began.
-        let ended = errand.on_answer(of_boot(1_000), at(8_000), at(9_500));
+        // It was heard soon after the other one began: these may be its last words.
+        let ended = errand.on_answer(of_boot(1_000), at(9_400), at(9_500));
         assert!(matches!(ended, Step::End(Outcome::Answered(answer)) if answer.end() == End::Unknown));
     }
 

@@ -13,6 +13,8 @@ use crate::speech::millis;
 
 /// For so long after it spoke a computer counts as there: twice as long as the longest pause that one makes.
 pub const THERE_FOR: Duration = Duration::from_secs(10);
+/// How much longer one thing may be under way than another: what is made so soon after another boot began may be last words still.
+pub const HELD_BACK: Duration = Duration::from_secs(1);
 /// Earlier boots that are remembered of one aircraft.
 const MAX_BOOTS: usize = 8;
 
@@ -44,7 +46,7 @@ impl Rivals {
     /// A state of this boot came: whether the boot is an earlier one.
     pub fn on_state(&mut self, boot: u64, clock_ms: u64, now: MonoTime) -> bool {
         let Some(rival) = self.0.iter_mut().find(|rival| rival.boot == boot) else { return false };
-        if clock_ms > rival.clock_ms {
+        if Duration::from_millis(clock_ms.saturating_sub(rival.clock_ms)) > HELD_BACK {
             (rival.heard_at, rival.is_there) = (now, true);
         }
         true
@@ -101,7 +103,7 @@ mod tests {
         assert_eq!((shown(&listener), news.said.len(), news.missed_from), (Some(2), 1, Some(1)));
         // It was said before the other began, whenever it comes.
         for late_ms in [4_010, 9_000, 60_000] {
-            assert_eq!(listener.on_state(&state(1, 51_900, 0), at(late_ms)), News::default());
+            assert_eq!(listener.on_state(&state(1, 53_900, 0), at(late_ms)), News::default());
             assert_eq!((shown(&listener), listener.contested_until(at(late_ms))), (Some(2), None));
         }
     }
@@ -112,7 +114,7 @@ mod tests {
         listener.on_state(&state(1, 50_000, 3), at(1_000));
         listener.on_state(&state(2, 7_000, 0), at(1_500));
         assert_eq!(listener.contested_until(at(1_500)), None, "as far as is known the first has started again");
-        for turn in 2..20 {
+        for turn in 3..20 {
             let now = at(turn * 1_000);
             assert_eq!(listener.on_state(&state(1, 49_000 + turn * 1_000, 3), now), News::default());
             assert_eq!(listener.on_everything(&state(1, 49_000 + turn * 1_000, 3), now), News::default());
@@ -130,11 +132,11 @@ mod tests {
         listener.on_state(&state(1, 50_000, 0), at(1_000));
         listener.on_state(&state(2, 7_000, 0), at(1_500));
         let mut told = Vec::new();
-        for turn in 2..13_u64 {
+        for turn in 3..13_u64 {
             let news = listener.on_state(&state(1, 49_000 + turn * 1_000, 5), at(turn * 1_000));
             told.push((news.said.len(), listener.contested_until(at(turn * 1_000)).is_some()));
         }
-        assert_eq!(told, [[(0, true); 10].as_slice(), &[(1, false)]].concat());
+        assert_eq!(told, [[(0, true); 9].as_slice(), &[(1, false)]].concat());
         assert_eq!(shown(&listener), Some(1));
         assert!(listener.lacks_some(at(12_000)), "what it said meanwhile was not taken in");
         // The other one is back: it is the one of before now.
