@@ -77,7 +77,7 @@ fn told(plan: &vencejo_flight::plan::Plan, conditions: &Conditions<'_>, flown: &
     };
     let expected: Vec<Expected> = moments.iter().map(expect).collect();
     for moment in expected.iter().step_by(expected.len().div_ceil(20).max(1)) {
-        if let Some(found) = expected_at(&expected, moment.point, moment.index) {
+        if let Some(found) = expected_at(&expected, moment.point, moment.index, Some(moment.time_s)) {
             assert!(found.time_s.is_finite() && found.height_m.is_finite(), "{found:?}");
         }
     }

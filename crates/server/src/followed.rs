@@ -2,7 +2,7 @@
 
 use vencejo_flight::geodesy::GeoPoint;
 use vencejo_flight::progress::Circled;
-use vencejo_flight::rehearsal::{Expected, battery_left_pct, expected_at, expected_before_leaving};
+use vencejo_flight::rehearsal::{Ending, Expected, battery_left_pct, expected_at, expected_before_leaving};
 use vencejo_station::VehicleHandle;
 
 use crate::dto::{Beginning, ExpectedTrack, FlightNow, Outlook, RehearsedFlight};
@@ -30,8 +30,12 @@ pub(crate) fn outlook(vehicle: &VehicleHandle, ahead: &RehearsedFlight, begun: &
     let item = progress.current.and_then(|seq| vehicle.item_of_seq(seq));
     let now = now(vehicle);
     let since_s = now.boot_s.zip(begun.now.boot_s).map(|(now_s, begun_s)| now_s - begun_s);
+    // Of a mission that repeats for ever one round was rehearsed: of the next nothing was expected.
+    let is_beyond = ahead.ending == Ending::Endless
+        && since_s.zip(track.last()).is_some_and(|(since_s, last)| since_s > last.time_s);
     let expected = match progress.circled {
-        Circled::Nothing => at.and_then(|at| expected_at(&track, at, item.map(index))),
+        _ if is_beyond => None,
+        Circled::Nothing => at.and_then(|at| expected_at(&track, at, item.map(index), since_s)),
         Circled::Flown { .. } => item
             .zip(since_s)
             .and_then(|(item, since_s)| expected_before_leaving(&track, index(item), leaves_s(ahead, item)?, since_s)),

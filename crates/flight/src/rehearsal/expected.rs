@@ -21,12 +21,16 @@ pub struct Expected {
 }
 
 /// The moment at which the plane was expected where it is, on its way to the item of this index; `None` where it is more than 150 m away
-/// from that way.
+/// from that way. Of an item that is flown several times, the one nearest to `since_s`, seconds since the rehearsal's beginning; where that is
+/// not known, the one nearest in space.
 #[must_use]
-pub fn expected_at(track: &[Expected], at: GeoPoint, index: Option<usize>) -> Option<Expected> {
-    let mut nearest: Option<(f64, Expected)> = None;
+pub fn expected_at(track: &[Expected], at: GeoPoint, index: Option<usize>, since_s: Option<f64>) -> Option<Expected> {
+    // Of each time that the item is flown the nearest moment, with how far off it is.
+    let mut times: Vec<(f64, Expected)> = Vec::new();
+    let mut is_another = true;
     for (from, to) in track.iter().zip(track.iter().skip(1)) {
         if from.index != index {
+            is_another = true;
             continue;
         }
         let frame = LocalFrame::new(from.point, 0.0);
@@ -34,14 +38,21 @@ pub fn expected_at(track: &[Expected], at: GeoPoint, index: Option<usize>) -> Op
         let square = leg_north * leg_north + leg_east * leg_east;
         let part = if square > 0.0 { ((leg_north * north + leg_east * east) / square).clamp(0.0, 1.0) } else { 0.0 };
         let off_m = (north - part * leg_north).hypot(east - part * leg_east);
-        if off_m > ASTRAY_M || nearest.is_some_and(|(least_m, _)| off_m >= least_m) {
+        if off_m > ASTRAY_M {
             continue;
         }
         let between = |from: f64, to: f64| from + (to - from) * part;
         let (time_s, height_m) = (between(from.time_s, to.time_s), between(from.height_m, to.height_m));
-        nearest = Some((off_m, Expected { time_s, point: at, height_m, index }));
+        let found = (off_m, Expected { time_s, point: at, height_m, index });
+        match times.last_mut().filter(|_| !is_another) {
+            Some(nearest) if nearest.0 <= off_m => {}
+            Some(nearest) => *nearest = found,
+            None => times.push(found),
+        }
+        is_another = false;
     }
-    nearest.map(|(_, expected)| expected)
+    let by = |(off_m, expected): &(f64, Expected)| since_s.map_or(*off_m, |since_s| (expected.time_s - since_s).abs());
+    times.into_iter().min_by(|a, b| by(a).total_cmp(&by(b))).map(|(_, expected)| expected)
 }
 
 /// The moment at which the plane was expected to have `left_s` seconds yet at the item of this index: on a circle, where the place is the same after
@@ -86,17 +97,28 @@ mod tests {
 
     #[test]
     fn what_was_expected_is_the_moment_of_the_same_leg() {
-        let half = expected_at(&track(), at(40.005, -3.000_3), Some(1)).unwrap();
+        let half = expected_at(&track(), at(40.005, -3.000_3), Some(1), None).unwrap();
         assert_eq!((half.time_s.round(), half.height_m.round()), (40.0, 65.0));
-        let late = expected_at(&track(), at(40.010_1, -2.99), Some(2)).unwrap();
+        let late = expected_at(&track(), at(40.010_1, -2.99), Some(2), None).unwrap();
         assert_eq!(late.time_s.round(), 116.0);
     }
 
     #[test]
     fn nothing_was_expected_away_from_that_leg() {
-        assert_eq!(expected_at(&track(), at(40.005, -3.01), Some(1)), None);
-        assert_eq!(expected_at(&track(), at(40.005, -3.0), Some(3)), None);
-        assert_eq!(expected_at(&[], at(40.005, -3.0), None), None);
+        assert_eq!(expected_at(&track(), at(40.005, -3.01), Some(1), None), None);
+        assert_eq!(expected_at(&track(), at(40.005, -3.0), Some(3), None), None);
+        assert_eq!(expected_at(&[], at(40.005, -3.0), None, None), None);
+    }
+
+    #[test]
+    fn of_laps_it_is_the_one_that_the_time_tells() {
+        let lap = |after_s: f64| track().into_iter().map(move |one| Expected { time_s: one.time_s + after_s, ..one });
+        let twice: Vec<Expected> = lap(0.0).chain(lap(200.0)).collect();
+        let first: Vec<Expected> = lap(0.0).collect();
+        let expected_s =
+            |track, since_s| expected_at(track, at(40.005, -3.0), Some(1), since_s).map(|one| one.time_s.round());
+        assert_eq!((expected_s(&twice, Some(45.0)), expected_s(&twice, Some(250.0))), (Some(40.0), Some(240.0)));
+        assert_eq!((expected_s(&first, Some(250.0)), expected_s(&twice, None)), (Some(40.0), Some(40.0)));
     }
 
     #[test]
