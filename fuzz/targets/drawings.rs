@@ -32,6 +32,7 @@ fuzz_target!(|data: &[u8]| {
         loiter_radius_m: wild.number(300.0),
         climb_rate_m_s: wild.number(10.0),
         flies_arcs: what & 8 == 8,
+        own_speed_m_s: (what & 32 == 32).then_some(15.0),
     };
     let speed_m_s = wild.number(40.0);
     let context = CheckContext {

@@ -13,6 +13,9 @@ use crate::way::{own_radius_m, signed_radius_m};
 /// Ground speed below which no time is given, metres per second: the plane stands or hangs in the wind.
 pub const MIN_GROUND_SPEED_M_S: f64 = 1.0;
 
+/// What orders the vehicle's own airspeed, in the place of one.
+const OWN_SPEED: f64 = -2.0;
+
 /// Most items that a walk visits, repeats of jumps included; a longer mission has no known length.
 const MAX_STEPS: usize = 100_000;
 
@@ -27,11 +30,14 @@ pub struct ProgressOptions {
     /// Whether it flies the arcs of `NAV_ARC_WAYPOINT`, as ArduCopter does from 4.7 on; ArduPlane passes them over.
     /// Default `false`.
     pub flies_arcs: bool,
+    /// Its own speed, that a mission goes back to where it orders -2 (`AIRSPEED_CRUISE` of ArduPlane), metres per second; `None`, the
+    /// default: not known.
+    pub own_speed_m_s: Option<f64>,
 }
 
 impl Default for ProgressOptions {
     fn default() -> Self {
-        Self { loiter_radius_m: 60.0, climb_rate_m_s: 2.5, flies_arcs: false }
+        Self { loiter_radius_m: 60.0, climb_rate_m_s: 2.5, flies_arcs: false, own_speed_m_s: None }
     }
 }
 
@@ -109,12 +115,19 @@ impl Trip {
     const ENDLESS: Self = Self { end: TripEnd::Endless, ..Self::UNKNOWN };
 }
 
-/// The whole mission from home, or from its first destination when home is unknown, begun at this speed (m/s).
+/// The whole mission from home, or from its first destination when home is unknown, begun at this speed (m/s), which is the vehicle's own.
 #[must_use]
 pub fn trip(mission: &Mission, speed_m_s: Option<f64>, options: &ProgressOptions) -> Trip {
     let home = mission.home.and_then(|home| home.point().ok());
     match home.or_else(|| mission.items.iter().find_map(|item| place(item, options))) {
-        Some(start) => walk(mission, 0, start, Circled::Nothing, speed_m_s, options),
+        Some(start) => walk(
+            mission,
+            0,
+            start,
+            Circled::Nothing,
+            speed_m_s,
+            &ProgressOptions { own_speed_m_s: speed_m_s, ..*options },
+        ),
         None => Trip::UNKNOWN,
     }
 }
@@ -125,7 +138,7 @@ pub fn trip(mission: &Mission, speed_m_s: Option<f64>, options: &ProgressOptions
 /// The mission ends at its first landing, at a loiter without end, at a return to launch, or after its last
 /// item. Repeats of jumps that are already flown are not known and count as still to come; of the loiter in execution
 /// what was flown counts where it is known. A take-off counts no distance: its place is not flown to.
-/// Changes of speed on the way are taken as ground speeds.
+/// Changes of speed on the way are taken as ground speeds; where one goes back to the vehicle's own, which is not known, no time is given.
 #[must_use]
 pub fn remaining(
     mission: &Mission,
@@ -293,12 +306,11 @@ fn walk(
                 }
             }
             Command::NAV_CONTINUE_AND_CHANGE_ALT | Command::NAV_ALTITUDE_WAIT => return Trip::UNKNOWN,
-            Command::DO_CHANGE_SPEED => {
-                let kind = item.param(1).unwrap_or(0.0);
-                if let Some(speed) = item.param(2).filter(|v| *v >= MIN_GROUND_SPEED_M_S && kind < 2.0) {
-                    speed_m_s = speed_m_s.map(|_| speed);
-                }
-            }
+            Command::DO_CHANGE_SPEED => match ordered(item) {
+                Some(Ordered::Speed(ordered_m_s)) => speed_m_s = speed_m_s.map(|_| ordered_m_s),
+                Some(Ordered::Own) => speed_m_s = speed_m_s.and(options.own_speed_m_s),
+                None => {}
+            },
             Command::DO_JUMP | Command::DO_JUMP_TAG => {
                 let Some(to) = jump_index(&mission.items, item) else { return Trip::UNKNOWN };
                 let repeats = item.param(2).unwrap_or(0.0);
@@ -323,6 +335,24 @@ fn walk(
         }
     }
     Trip::UNKNOWN
+}
+
+/// What a `DO_CHANGE_SPEED` orders.
+pub(crate) enum Ordered {
+    /// A speed, m/s.
+    Speed(f64),
+    /// The vehicle's own.
+    Own,
+}
+
+/// The speed that a `DO_CHANGE_SPEED` orders; `None` for what it leaves as it is, as a speed of climb (`Plane::do_change_speed` of ArduPilot).
+pub(crate) fn ordered(item: &MissionItem) -> Option<Ordered> {
+    let kind = item.param(1).unwrap_or(0.0);
+    match item.param(2)? {
+        speed_m_s if speed_m_s >= MIN_GROUND_SPEED_M_S && kind < 2.0 => Some(Ordered::Speed(speed_m_s)),
+        speed_m_s if speed_m_s == OWN_SPEED && kind == 0.0 => Some(Ordered::Own),
+        _ => None,
+    }
 }
 
 /// Index in a mission's items of the target of a jump; `None` when there is no such item.
@@ -450,6 +480,24 @@ mod tests {
         let found = of(vec![slower, MissionItem::loiter_time(lat_deg, lon_deg, 100.0, 30.0, true)]);
         assert!((found.time_s.unwrap() - 130.0).abs() < 0.1 && found.is_estimate, "{found:?}");
         assert_eq!(trip(&Mission::default(), Some(20.0), &ProgressOptions::default()), Trip::UNKNOWN);
+    }
+
+    #[test]
+    fn the_vehicles_own_speed_comes_back() {
+        let (lat_deg, lon_deg) = north(2_000.0);
+        let waits = MissionItem::loiter_time(lat_deg, lon_deg, 100.0, 30.0, true);
+        let change = MissionItem::change_airspeed;
+        let items = vec![change(10.0), waypoint(1_000.0), change(-2.0), waits];
+        let mission = Mission { home: Some(HOME), items };
+        // 1,000 m at 10 m/s, then 1,000 m and 30 s at 20 m/s.
+        let found = trip(&mission, Some(20.0), &ProgressOptions::default());
+        assert!((found.time_s.unwrap() - 180.0).abs() < 0.1 && (found.distance_m.unwrap() - 2_600.0).abs() < 0.1);
+        // In flight that is not the speed over ground at the moment.
+        let known = ProgressOptions { own_speed_m_s: Some(20.0), ..ProgressOptions::default() };
+        let left =
+            |options| remaining(&mission, 1, HOME.point().unwrap(), Circled::Nothing, Some(10.0), options).time_s;
+        assert!((left(&known).unwrap() - 180.0).abs() < 0.1);
+        assert_eq!(left(&ProgressOptions::default()), None);
     }
 
     #[test]

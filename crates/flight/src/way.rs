@@ -7,7 +7,7 @@
 use crate::geodesy::{GeoPoint, LocalFrame, direct, distance_m, inverse, points_along, wrap_360_deg};
 use crate::landing::STEEP_SLOPE;
 use crate::plan::{Command, MavFrame, Mission, MissionItem};
-use crate::progress::{MIN_GROUND_SPEED_M_S, ProgressOptions, alt_amsl_m, jump_index, place, rel_home_m};
+use crate::progress::{Ordered, ProgressOptions, alt_amsl_m, jump_index, ordered, place, rel_home_m};
 use crate::words::words;
 
 /// Points of a curve stand so many degrees of turn apart.
@@ -171,18 +171,21 @@ struct Place<'a> {
     item: Option<(usize, &'a MissionItem)>,
 }
 
-/// The way of a mission from its home, or from its first place when home is not known, begun at this speed (m/s).
+/// The way of a mission from its home, or from its first place when home is not known, begun at this speed (m/s), which is the vehicle's own.
 #[must_use]
 pub fn way(mission: &Mission, speed_m_s: f64, options: &ProgressOptions) -> Way {
     let home = mission.home.and_then(|home| home.point().ok());
     let home_alt_m = mission.home.map(|home| home.alt_amsl_m);
-    let mut speed_m_s = speed_m_s;
+    let (own_m_s, mut speed_m_s) = (speed_m_s, speed_m_s);
     // what is flown to, and the speed on the way
     let mut places: Vec<(Place<'_>, f64)> = Vec::new();
     for (index, item) in mission.items.iter().enumerate() {
         if item.command == Command::DO_CHANGE_SPEED {
-            let kind = item.param(1).unwrap_or(0.0);
-            speed_m_s = item.param(2).filter(|v| *v >= MIN_GROUND_SPEED_M_S && kind < 2.0).unwrap_or(speed_m_s);
+            speed_m_s = match ordered(item) {
+                Some(Ordered::Speed(ordered_m_s)) => ordered_m_s,
+                Some(Ordered::Own) => own_m_s,
+                None => speed_m_s,
+            };
         }
         let at = match item.command {
             Command::NAV_RETURN_TO_LAUNCH => home,

@@ -8,7 +8,8 @@ use crate::rehearsal::Aircraft;
 use vencejo_proto::MissionSeq;
 
 const HOME: Home = Home { lat_deg: 40.3332, lon_deg: -3.7978, alt_amsl_m: 690.0 };
-const COPTER: ProgressOptions = ProgressOptions { loiter_radius_m: 60.0, climb_rate_m_s: 2.5, flies_arcs: true };
+const COPTER: ProgressOptions =
+    ProgressOptions { loiter_radius_m: 60.0, climb_rate_m_s: 2.5, flies_arcs: true, own_speed_m_s: None };
 
 fn home() -> GeoPoint {
     HOME.point().expect("on Earth")
@@ -74,6 +75,16 @@ fn legs_say_where_they_come_from_and_what_they_are() {
     near(told[0].1.course_deg, 270.0, 0.01);
     assert_eq!(line(told[2].1).len(), 2);
     near(distance_m(line(told[4].1)[1], home()), 0.0, 0.02);
+}
+
+#[test]
+fn the_vehicles_own_speed_comes_back() {
+    let circle = MissionItem::loiter_time(at(0.0, 1_000.0).lat_deg(), at(0.0, 1_000.0).lon_deg(), 80.0, 100.0, true);
+    let slow_and_back = [MissionItem::change_airspeed(12.0), MissionItem::change_airspeed(-2.0)];
+    for (changes, length_m) in [(&slow_and_back[..1], 1_200.0), (&slow_and_back[..], 2_000.0)] {
+        let way = way_of([changes, std::slice::from_ref(&circle)].concat(), &ProgressOptions::default());
+        near(way.stops[0].loiter.expect("a circle").length_m.expect("a length"), length_m, 0.01);
+    }
 }
 
 #[test]

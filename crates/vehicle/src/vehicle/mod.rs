@@ -319,7 +319,8 @@ impl Vehicle {
     fn progress_options(&self) -> ProgressOptions {
         let default = ProgressOptions::default();
         let loiter_radius_m = self.flight_parameters.loiter_radius_m.unwrap_or(default.loiter_radius_m);
-        ProgressOptions { loiter_radius_m, flies_arcs: self.flies_arcs(), ..default }
+        let own_speed_m_s = self.flight_parameters.airspeed_m_s;
+        ProgressOptions { loiter_radius_m, flies_arcs: self.flies_arcs(), own_speed_m_s, ..default }
     }
 
     /// What its parameters say of how it flies, as far as they were read.
