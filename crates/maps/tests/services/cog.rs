@@ -232,3 +232,12 @@ async fn servers_that_give_no_parts_or_wrong_ones_are_told() {
     let both = SourceSettings { path: Some("files/a.tif".into()), ..cog("https://a.example/{z}.tif".into()) };
     assert_eq!(both.faults().len(), 2, "{:?}", both.faults());
 }
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_file_that_is_handed_in_is_proposed_by_its_own_name() {
+    let world = world().await;
+    let mut upload = world.maps.begin_upload("field.tif").await.expect("begun");
+    upload.write(&fixture("cog-jpeg-mask.tif")).await.expect("written");
+    let (path, _, settings) = world.maps.end_upload(upload).await.expect("taken");
+    assert_eq!((path.as_str(), settings.name.as_str(), settings.id.as_str()), ("files/field.tif", "field", "field"));
+}

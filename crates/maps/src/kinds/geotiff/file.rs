@@ -171,11 +171,10 @@ impl GeoTiff {
     /// # Errors
     /// What is wrong with it, in words, and what helps.
     pub fn open(path: &Path) -> std::result::Result<Self, String> {
-        let stem = path.file_stem().map(|stem| stem.to_string_lossy().into_owned());
         let (name, path) = (path.display().to_string(), path.to_owned());
         let opened = (path.clone(), Stamp::at(&path));
         let mut file = Self::read(name, Box::new(move || Ok(Box::new(File::open(&path)?))))?;
-        (file.about.name, file.file) = (stem, Some(opened));
+        file.file = Some(opened);
         Ok(file)
     }
 
