@@ -5,14 +5,16 @@
 use std::f64::consts::{PI, TAU};
 
 use vencejo_proto::dialect::{
-    BATTERY_STATUS_DATA, EFI_STATUS_DATA, GPS_RAW_INT_DATA, MISSION_CURRENT_DATA, MavLandedState, MavMessage,
-    MavVtolState, MissionState as WireMissionState, SYS_STATUS_DATA,
+    BATTERY_STATUS_DATA, EFI_STATUS_DATA, GLOBAL_POSITION_INT_DATA, GPS_RAW_INT_DATA, MISSION_CURRENT_DATA,
+    MavLandedState, MavMessage, MavVtolState, MissionState as WireMissionState, SYS_STATUS_DATA,
 };
 use vencejo_proto::{Heartbeat, Message, MonoTime};
 
 use super::groups::*;
 use super::valid::{Check, HEIGHT_M, PERCENT, SPEED_M_S, TEMPERATURE_C, VELOCITY_M_S};
-use super::{GitHash, GpsFix, Group, Home, LandedState, MAX_BATTERIES, MissionState, Sampled, Sensors, Telemetry};
+use super::{
+    Freshness, GitHash, GpsFix, Group, Home, LandedState, MAX_BATTERIES, MissionState, Sampled, Sensors, Telemetry,
+};
 use crate::modes::{FlightMode, ModeFamily};
 
 /// `MAV_AUTOPILOT_ARDUPILOTMEGA`.
@@ -62,6 +64,17 @@ impl Telemetry {
         self.heartbeat.is_some_and(|heartbeat| heartbeat.value.autopilot == AUTOPILOT_ARDUPILOT)
     }
 
+    /// Whether both heights of a position count from where an ArduPilot was switched on: it knows no home yet, and tells the one for the other, cut
+    /// to whole centimetres (recorded: also with a right place, for 0.8 s before home). On a coast the receiver says the same.
+    fn counts_from_start(&self, m: &GLOBAL_POSITION_INT_DATA, now: MonoTime) -> bool {
+        const CENTIMETRE_MM: u32 = 10;
+        const APART_M: f64 = 20.0;
+        let gps = self.gps.filter(|gps| gps.freshness(now) == Freshness::Fresh);
+        let fix_m = gps.and_then(|gps| gps.value.alt_amsl_m);
+        m.alt.abs_diff(m.relative_alt) < CENTIMETRE_MM
+            && fix_m.is_some_and(|fix_m| (fix_m - f64::from(m.alt) / 1e3).abs() > APART_M)
+    }
+
     #[allow(clippy::too_many_lines, reason = "one arm for each message, all alike")]
     fn apply_dialect(&mut self, message: &MavMessage, now: MonoTime, check: &mut Check) -> Option<Group> {
         Some(match message {
@@ -78,8 +91,9 @@ impl Telemetry {
                 Group::Attitude
             }
             MavMessage::GLOBAL_POSITION_INT(m) => {
-                let place = if is_without_origin(m.lat, m.lon) { None } else { check.lat_lon(m.lat, m.lon) };
-                let (lat_deg, lon_deg) = place.unzip();
+                let has_origin = !is_without_origin(m.lat, m.lon);
+                let (lat_deg, lon_deg) = if has_origin { check.lat_lon(m.lat, m.lon).unzip() } else { (None, None) };
+                let is_above_sea = has_origin && !self.counts_from_start(m, now);
                 let mut speed = |raw: i16| check.scaled(raw, i16::MAX, 1e2, VELOCITY_M_S);
                 let value = Position {
                     lat_deg,
@@ -87,23 +101,29 @@ impl Telemetry {
                     velocity_north_m_s: speed(m.vx),
                     velocity_east_m_s: speed(m.vy),
                     velocity_down_m_s: speed(m.vz),
-                    alt_amsl_m: check.height_mm(m.alt),
+                    alt_amsl_m: check.height_mm(m.alt).filter(|_| is_above_sea),
                     alt_rel_home_m: check.height_mm(m.relative_alt),
-                    heading_deg: check.direction_cdeg(m.hdg),
+                    // All of them 0: it has just been switched on, and has no attitude yet.
+                    heading_deg: check.direction_cdeg(m.hdg).filter(|_| (m.lat, m.lon, m.hdg) != (0, 0, 0)),
                 };
                 self.position = Some(sampled(value, now, check));
                 self.position_boot_ms = m.time_boot_ms;
                 Group::Position
             }
             MavMessage::VFR_HUD(m) => {
+                // It is of the same estimate, and says less of what is missing there.
+                let beside = self.position.filter(|position| position.freshness(now) == Freshness::Fresh);
+                let is_above_sea = beside.is_none_or(|position| position.value.alt_amsl_m.is_some());
+                let has_heading = m.heading != 0 || beside.is_none_or(|position| position.value.heading_deg.is_some());
                 let value = Hud {
                     airspeed_m_s: check.float(m.airspeed, SPEED_M_S),
                     groundspeed_m_s: check.float(m.groundspeed, SPEED_M_S),
                     heading_deg: check
                         .scaled(m.heading, -1, 1.0, 0.0..=360.0)
-                        .map(|degrees| if degrees == 360.0 { 0.0 } else { degrees }),
+                        .map(|degrees| if degrees == 360.0 { 0.0 } else { degrees })
+                        .filter(|_| has_heading),
                     throttle_pct: check.scaled(m.throttle, u16::MAX, 1.0, PERCENT),
-                    alt_amsl_m: check.float(m.alt, HEIGHT_M),
+                    alt_amsl_m: check.float(m.alt, HEIGHT_M).filter(|_| is_above_sea),
                     climb_m_s: check.float(m.climb, VELOCITY_M_S),
                 };
                 self.hud = Some(sampled(value, now, check));

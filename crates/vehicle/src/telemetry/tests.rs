@@ -403,7 +403,8 @@ fn a_flight_is_learned_by_the_vehicles_clock() {
     hear(MavMessage::ATTITUDE(ATTITUDE_DATA::default()), 0);
     hear(MavMessage::VFR_HUD(VFR_HUD_DATA::default()), 0);
     let mut at = |time_boot_ms: u32, now_ms: u64| {
-        hear(MavMessage::GLOBAL_POSITION_INT(GLOBAL_POSITION_INT_DATA { time_boot_ms, ..Default::default() }), now_ms)
+        let position = GLOBAL_POSITION_INT_DATA { time_boot_ms, lat: 403_332_000, ..Default::default() };
+        hear(MavMessage::GLOBAL_POSITION_INT(position), now_ms)
     };
     // A radio that held two back brings three at once.
     let told: Vec<Option<f64>> =
@@ -423,6 +424,33 @@ fn a_position_counted_from_no_origin_is_none() {
     assert_eq!(place(-16, -2_550), None, "as a real ArduPlane says before its first fix");
     assert_eq!(place(0, 7_000_000), Some((0.0, 0.7)), "on the equator");
     assert_eq!(place(514_000_000, 0), Some((51.4, 0.0)), "on the meridian of Greenwich");
+}
+
+/// The first seconds of arduplane-takeoff-to-landing.tlog, on a field at 600 m.
+#[test]
+fn heights_of_a_plane_without_home_are_not_above_the_sea() {
+    let mut telemetry = Telemetry::new();
+    let mut told = |lat, lon, alt, relative_alt, hdg, fix_alt: Option<i32>| {
+        let fix_type = if fix_alt.is_some() { GpsFixType::GPS_FIX_TYPE_3D_FIX } else { GpsFixType::default() };
+        let gps = GPS_RAW_INT_DATA { fix_type, lat, lon, alt: fix_alt.unwrap_or(0), ..Default::default() };
+        let position = GLOBAL_POSITION_INT_DATA { lat, lon, alt, relative_alt, hdg, ..Default::default() };
+        let heading = (hdg / 100) as i16;
+        let hud = VFR_HUD_DATA { alt: alt as f32 / 1e3, heading, ..Default::default() };
+        for message in
+            [MavMessage::GPS_RAW_INT(gps), MavMessage::GLOBAL_POSITION_INT(position), MavMessage::VFR_HUD(hud)]
+        {
+            telemetry.apply(&Message::Dialect(message), MonoTime::from_millis(7)).expect("has a group");
+        }
+        let (position, hud) = (telemetry.position.expect("heard").value, telemetry.hud.expect("heard").value);
+        assert_eq!(position.alt_rel_home_m, Some(f64::from(relative_alt) / 1e3), "its barometer's");
+        ((position.alt_amsl_m, position.heading_deg), (hud.alt_amsl_m.map(f64::round), hud.heading_deg))
+    };
+    let (lat, lon) = (403_332_000, -37_977_998);
+    assert_eq!(told(0, 0, 140, 141, 0, None), ((None, None), (None, None)), "just switched on");
+    assert_eq!(told(0, 0, 170, 173, 28_337, None), ((None, Some(283.37)), (None, Some(283.0))));
+    assert_eq!(told(lat, lon, -120, -126, 26_960, Some(600_090)).0, (None, Some(269.6)), "a place, and no home");
+    assert_eq!(told(lat, lon, 600_270, 185, 0, Some(600_090)), ((Some(600.27), Some(0.0)), (Some(600.0), Some(0.0))));
+    assert_eq!(told(lat, lon, 1_120, 1_126, 26_960, Some(4_000)).0.0, Some(1.12), "by the sea");
 }
 
 #[test]
