@@ -30,7 +30,8 @@ def ask(
     request: Annotated[
         str,
         typer.Argument(
-            metavar="REQUEST", help="Its name, as in POST /api/v1/vehicles/{id}/NAME; a wrong one lists them."
+            metavar="REQUEST",
+            help="Its name, as in POST /api/v1/vehicles/{id}/NAME; once a vehicle is heard a wrong one lists them.",
         ),
     ],
     values: Annotated[
