@@ -134,7 +134,8 @@ class Gateway(Closing):
     names : {"mavros", "ap"}, optional
         Topics by the names of MAVROS (``/vencejo_1/mavros/imu/data``) or of ArduPilot (``/ap/v1/imu/experimental/data``).
     namespace : str, optional
-        The namespace of each plane: ``{name}`` stands for its name in a fleet or ``vencejo_SYSTEM``, ``{system}`` for its system id.
+        The namespace of each plane: ``{name}`` stands for its name in a fleet or ``vencejo_SYSTEM``, ``{system}`` for
+        the number by which the station knows it, its system id for one on a link. Without effect on the names of ``ap``.
     role : {"reader", "operator"}, optional
         Whether services act. Only with a router of this machine: whoever reaches that may call them.
 

@@ -38,7 +38,7 @@ NOT_RUN = {
     r"VENCEJO_DATA=\S+ sudo .*": "acts as another user",
     r"ssh -N -L .*": "another machine",
     r"docker compose .*": "needs Docker; tests/fleet/test_example_fleet.py runs the commands of the containers without them",
-    r"ros2 .*|export (RMW_IMPLEMENTATION|ZENOH_CONFIG_OVERRIDE)=.*|transport/link/tls/.*": "needs ROS 2, which no package registry has",
+    r"source /opt/ros/jazzy/setup\.bash|ros2 .*|export (RMW_IMPLEMENTATION|ZENOH_CONFIG_OVERRIDE)=.*|transport/link/tls/.*": "needs ROS 2, which no package registry has",
     r"mavproxy\.py .*": "another program; tests/peers/test_mavproxy.py runs it",
 }
 """Commands that nothing here runs, and why."""

@@ -74,7 +74,8 @@ Ros2NamespaceOption = Annotated[
     typer.Option(
         "--ros2-namespace",
         metavar="TEXT",
-        help="Namespace of each plane: {name} stands for its name in a fleet or vencejo_SYSTEM, {system} for its system id.",
+        help="Namespace of each plane: {name} stands for its name in a fleet or vencejo_SYSTEM, {system} for "
+        "the number by which this station knows it, its system id for one on a link. Without effect on the names of ap.",
     ),
 ]
 Ros2RoleOption = Annotated[
