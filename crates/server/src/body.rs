@@ -21,6 +21,8 @@ use crate::problem::Problem;
 const PATIENCE: Duration = Duration::from_secs(10);
 /// Bytes that earn a body one more second.
 const BYTES_PER_S: u64 = 8 * 1024;
+/// How long we wait for the next piece, whatever its bytes have earned it: whoever sends nothing for so long is gone.
+const SILENCE: Duration = Duration::from_secs(30);
 
 /// A body that is waited for only so long.
 struct Timely {
@@ -50,7 +52,7 @@ impl HttpBody for Timely {
             return Poll::Ready(frame);
         }
         let allowed = PATIENCE + Duration::from_secs_f64(self.came as f64 / BYTES_PER_S as f64);
-        let left = allowed.saturating_sub(self.waited);
+        let left = allowed.saturating_sub(self.waited).min(SILENCE);
         let now = Instant::now();
         let (_, until) = self.waiting.get_or_insert_with(|| (now, Box::pin(sleep_until(now + left))));
         ready!(until.as_mut().poll(context));
@@ -85,7 +87,9 @@ pub async fn in_time(request: Request, next: Next) -> Response {
     if !is_late.load(Ordering::Relaxed) {
         return response;
     }
-    let detail = format!("the request's body came too slowly: {PATIENCE:?}, and a second for each {BYTES_PER_S} bytes");
+    let detail = format!(
+        "the request's body came too slowly: it has {PATIENCE:?}, a second more for each {BYTES_PER_S} bytes, and at most {SILENCE:?} between pieces"
+    );
     last(Problem::new(Cause::BodyTooSlow, detail))
 }
 

@@ -3,9 +3,6 @@
 use std::net::{IpAddr, SocketAddr};
 use std::time::Duration;
 
-use axum::body::{Body, Bytes};
-use axum::http::{Request, header};
-use futures_core::Stream;
 use serde_json::json;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::{TcpSocket, TcpStream};
@@ -204,31 +201,6 @@ async fn pings_count_as_messages_do() {
     assert!(reason.is_none_or(|code| code == 1008), "{reason:?}");
     server.close().await;
     station.close().await;
-}
-
-/// A body that never comes to its end.
-struct Never;
-
-impl Stream for Never {
-    type Item = Result<Bytes, io::Error>;
-
-    fn poll_next(
-        self: std::pin::Pin<&mut Self>,
-        _: &mut std::task::Context<'_>,
-    ) -> std::task::Poll<Option<Self::Item>> {
-        std::task::Poll::Pending
-    }
-}
-
-#[tokio::test(start_paused = true)]
-async fn a_body_that_does_not_come_is_not_waited_for() {
-    let server = Plain::new(station(true), None);
-    let request = Request::builder().method("POST").uri("/api/v1/session").header(header::HOST, "localhost");
-    let request = request.header(header::CONTENT_TYPE, "application/json").body(Body::from_stream(Never));
-    let begun = Instant::now();
-    let answer = server.send(request.expect("a request")).await;
-    assert_eq!((answer.status, answer.json()["cause"]["code"].clone()), (408, json!("body-too-slow")));
-    assert!(begun.elapsed() < Duration::from_secs(11), "{:?}", begun.elapsed());
 }
 
 // fault 44: slowed after 10 wrong tokens

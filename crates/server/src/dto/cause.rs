@@ -49,6 +49,8 @@ pub enum Crowd {
     Links,
     /// Vehicles or messages that one client follows.
     Subscriptions,
+    /// Files that are worked on as they come.
+    Bodies,
 }
 
 /// Why a vehicle takes its mission only.

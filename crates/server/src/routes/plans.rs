@@ -35,7 +35,7 @@ use crate::dto::{
     PlaneProfile, Rehearsal, RehearsalRequest, Spread, SpreadRequest, VehicleProfile, Way, WayRequest, WhatIfRequest,
     WhatIfs,
 };
-use crate::extract::{Json as Body, Operator, Pilot, Vehicle, Viewer};
+use crate::extract::{Json as Body, Operator, Pilot, Vehicle, Viewer, ViewerRole};
 use crate::landings;
 use crate::levels;
 use crate::problem::Problem;
@@ -417,7 +417,7 @@ struct LearnFrom {
     responses((status = 200, body = LearnedPlane), Problem))]
 async fn learn(
     State(app): State<App>,
-    _: Viewer,
+    ViewerRole(role): ViewerRole,
     from: Result<Query<LearnFrom>, QueryRejection>,
     body: body::Body,
 ) -> Result<Json<LearnedPlane>, Problem> {
@@ -426,7 +426,8 @@ async fn learn(
     let plane = vehicle.map_or_else(Aircraft::default, |vehicle| vehicle.flies_in(Wind::default()).0);
     let system = from.system.map(SystemId);
     let Some(name) = &from.recording else {
-        return streams::read(body, MAX_FLIGHT_BYTES, move |body| learned(recorded_flight(body, system), &plane)).await;
+        let work = move |body| learned(recorded_flight(body, system), &plane);
+        return streams::read(body, role, MAX_FLIGHT_BYTES, work).await;
     };
     if !body.is_end_stream() {
         return Err(Problem::invalid("a recording is the body, or one on the server's disk, not both"));

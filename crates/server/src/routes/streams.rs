@@ -13,9 +13,10 @@ use tokio::sync::mpsc;
 use vencejo_maps::MapError;
 use vencejo_maps::uploads::Upload;
 
+use crate::dto::Role;
 use crate::dto::cause::Cause;
 use crate::problem::Problem;
-use crate::turns::with_body;
+use crate::turns::BodyPlace;
 
 /// Bytes of a piece.
 const PIECE: usize = 64 * 1024;
@@ -59,22 +60,26 @@ pub(super) async fn take(body: Body, upload: &mut Upload, most: u64) -> Result<(
     Ok(())
 }
 
-/// Reads a request's body as it comes, off the runtime's threads.
+/// Reads a request's body as it comes, off the runtime's threads, in a place of the sender's role.
 pub(super) async fn read<T: Send + 'static>(
     body: Body,
+    role: Role,
     most: u64,
     work: impl FnOnce(Coming) -> Result<T, Problem> + Send + 'static,
 ) -> Result<T, Problem> {
+    let mut body = Pieces::of(body, most);
+    let mut piece = body.next().await?;
+    let place = BodyPlace::wait(role).await?;
     let (come, pieces) = mpsc::channel(PIECES);
     let feeding = async move {
-        let mut body = Pieces::of(body, most);
-        while let Some(data) = body.next().await? {
+        while let Some(data) = piece {
             // What is read no further is let go.
             let _ = come.send(data).await;
+            piece = body.next().await?;
         }
         Ok::<_, Problem>(())
     };
-    let (fed, done) = tokio::join!(feeding, with_body(move || work(Coming { pieces, rest: Bytes::new() })));
+    let (fed, done) = tokio::join!(feeding, place.work(move || work(Coming { pieces, rest: Bytes::new() })));
     fed?;
     done
 }

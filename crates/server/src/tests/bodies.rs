@@ -1,4 +1,13 @@
-//! Bodies that are not what they should be, at every route.
+//! Bodies that are not what they should be, at every route, and bodies that do not come.
+
+use std::convert::Infallible;
+use std::pin::Pin;
+use std::task::{Context, Poll};
+
+use axum::body::Bytes;
+use futures_core::Stream;
+use tokio::task::{JoinSet, yield_now};
+use tokio::time::{Instant, advance};
 
 use super::*;
 
@@ -107,4 +116,71 @@ async fn simple_requests_of_another_site_are_refused_at_every_write() {
         }
     }
     assert!(checked >= 150, "{checked}");
+}
+
+/// So much of a body, and nothing more of it.
+pub struct Begun(pub Option<Bytes>);
+
+impl Stream for Begun {
+    type Item = Result<Bytes, Infallible>;
+
+    fn poll_next(mut self: Pin<&mut Self>, _: &mut Context<'_>) -> Poll<Option<Self::Item>> {
+        self.0.take().map_or(Poll::Pending, |piece| Poll::Ready(Some(Ok(piece))))
+    }
+}
+
+/// A request of a type of its own, with a body.
+fn posted(path: &str, kind: &str, body: Body) -> Request<Body> {
+    let request = Request::builder().method("POST").uri(format!("/api/v1{path}")).header(header::HOST, "localhost");
+    request.header(header::CONTENT_TYPE, kind).body(body).expect("a request")
+}
+
+/// What earns a body two minutes.
+fn much() -> Begun {
+    Begun(Some(vec![0; 1 << 20].into()))
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_body_that_does_not_come_is_not_waited_for() {
+    let server = Plain::new(station(true), None);
+    for (path, body, most_s) in [("/session", Begun(None), 11), ("/plan/parse?name=a.plan", much(), 31)] {
+        let begun = Instant::now();
+        let answer = server.send(posted(path, "application/json", Body::from_stream(body))).await;
+        assert_eq!((answer.status, answer.json()["cause"]["code"].clone()), (408, json!("body-too-slow")), "{path}");
+        assert!(begun.elapsed() < Duration::from_secs(most_s), "{path}: {:?}", begun.elapsed());
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_recording_that_does_not_come_keeps_nobody_from_learning() {
+    let server = Plain::new(station(true), None);
+    let learn = |body| {
+        let router = server.router.clone();
+        async move {
+            let request = posted("/plan/learn", "application/octet-stream", body);
+            let response = router.oneshot(request).await.expect("infallible");
+            let status = response.status().as_u16();
+            let problem = response.into_body().collect().await.expect("a body").to_bytes();
+            (status, serde_json::from_slice::<Value>(&problem).expect("JSON")["cause"].clone())
+        }
+    };
+    let silent: JoinSet<_> = (0..3).map(|_| learn(Body::from_stream(Begun(None)))).collect();
+    yield_now().await;
+    let begun = Instant::now();
+    let (status, cause) = learn(Body::from("no recording")).await;
+    assert_eq!((status, cause["code"].clone(), begun.elapsed()), (422, json!("invalid-request"), Duration::ZERO));
+    drop(silent);
+    // Threads work on what came of these, so that time does not pass by itself.
+    let mut begun: JoinSet<_> = (0..3).map(|_| learn(Body::from_stream(much()))).collect();
+    let mut ended = Vec::new();
+    while ended.len() < 3 {
+        tokio::select! {
+            biased;
+            Some(answer) = begun.join_next() => ended.push(answer.expect("no panic")),
+            () = advance(Duration::from_secs(1)) => {}
+        }
+    }
+    let crowd = json!({"code": "too-many", "what": "bodies", "limit": 2});
+    assert_eq!(ended[0], (429, crowd), "whoever waits is told so first");
+    assert_eq!((ended[2].0, &ended[2].1["code"]), (408, &json!("body-too-slow")));
 }

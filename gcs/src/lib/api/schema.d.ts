@@ -3570,7 +3570,7 @@ export interface components {
          * @description Of what there is too much at once.
          * @enum {string}
          */
-        Crowd: "sessions" | "sockets" | "viewers" | "operations" | "requests" | "links" | "subscriptions";
+        Crowd: "sessions" | "sockets" | "viewers" | "operations" | "requests" | "links" | "subscriptions" | "bodies";
         /** @description One decision of a vehicle. */
         Decision: {
             /** @description What it does. */
