@@ -454,6 +454,22 @@ fn what_no_vehicle_takes_is_refused_where_it_stands() {
 }
 
 #[test]
+fn how_to_land_at_a_rally_point_is_not_dropped_in_silence() {
+    // Break altitude, direction, favourable wind, an unknown flag; the last two say where to return to alone.
+    let text = "RALLY 40.2 -3.2 60 40 0 0\nRALLY 40.2 -3.2 60 0 180 0\nRALLY 40.2 -3.2 60 0 0 1\n\
+                RALLY 40.2 -3.2 60 0 0 32\nRALLY 40.2 -3.2 700 0 0 4\nRALLY 40.2 -3.2 60 0.0 0.0 28\n";
+    let file = read_plan(text.as_bytes(), None).unwrap();
+    assert_eq!((file.plan.rally.points.len(), codes(&file.notes)), (6, vec![("rally-landings-not-kept", 4)]));
+    for (text, expected) in [
+        ("RALLY 40.2 -3.2 60 low 0 0\n", "line 1: has \"low\" as its break altitude"),
+        ("RALLY 40.2 -3.2 60 40 south 0\n", "line 1: has \"south\" as its landing direction"),
+    ] {
+        let error = read_plan(text.as_bytes(), None).unwrap_err().to_string();
+        assert!(error.starts_with(expected), "{error}");
+    }
+}
+
+#[test]
 fn zips_do_not_unpack_to_more_than_is_read() {
     let refused = |zip: &[u8]| read_plan(zip, None).unwrap_err().to_string();
     let bomb = kml::kmz_of_kml(&" ".repeat(MAX_FILE_BYTES + 1));

@@ -69,7 +69,9 @@ pub fn read_plan(bytes: &[u8], file_name: Option<&str>) -> Result<PlanFile> {
         Content::Text(text) if is_waypoints(text) => (read_waypoints(bytes)?, PlanFormat::Waypoints),
         Content::Text(text) => match point_list_of(text) {
             Some(PointList::Fence) => (Plan { fence: read_fence_points(text)?, ..Plan::default() }, PlanFormat::Points),
-            Some(PointList::Rally) => (Plan { rally: read_rally_points(text)?, ..Plan::default() }, PlanFormat::Points),
+            Some(PointList::Rally) => {
+                (Plan { rally: read_rally_points(text, &mut notes)?, ..Plan::default() }, PlanFormat::Points)
+            }
             None if table::is_table(text) || file_name.and_then(PlanFormat::of_name) == Some(PlanFormat::Csv) => {
                 (table::read_table(text, &mut notes)?, PlanFormat::Csv)
             }

@@ -54,6 +54,9 @@ codes! {
     AreaHeightsNotKept = "area-heights-not-kept": "areas have heights, which were not kept: a fence has none",
     /// Read: names and descriptions.
     NamesNotKept = "names-not-kept": "names and descriptions were not kept: a plan has none",
+    /// Read: how to land at rally points.
+    RallyLandingsNotKept = "rally-landings-not-kept":
+        "rally points have a break altitude, a landing direction or flags, which were not kept: a vehicle circles at one, and lands where its mission says",
     /// Written: heights above home in a format that knows the sea alone.
     HeightsWrittenAboveSeaLevel = "heights-written-above-sea-level":
         "heights above home were written as above mean sea level, by the height of the planned home",

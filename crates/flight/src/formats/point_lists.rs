@@ -5,6 +5,7 @@
 //! longitude, height, break altitude, landing direction and flags (`RALLY_FLAGS`). Lines that begin with `#` are comments.
 
 use crate::error::{FlightError, Result};
+use crate::formats::notes::{NoteCode, Notes};
 use crate::formats::text::{number, shown, too_many};
 use crate::geodesy::GeoPoint;
 use crate::plan::{Fence, FenceShape, FenceZone, MavFrame, Rally, RallyPoint};
@@ -13,6 +14,8 @@ use crate::plan::{Fence, FenceShape, FenceZone, MavFrame, Rally, RallyPoint};
 const LAND_IMMEDIATELY: u8 = 2;
 /// `RALLY_FLAGS`: what the height is counted from is said.
 const ALT_FRAME_VALID: u8 = 4;
+/// `RALLY_FLAGS`: what it is counted from.
+const ALT_FRAME: u8 = 24;
 
 /// What begins like a list of points.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -94,12 +97,12 @@ pub(super) fn read_fence_points(text: &str) -> Result<Fence> {
     }
 }
 
-/// Reads rally points.
-pub(super) fn read_rally_points(text: &str) -> Result<Rally> {
+/// Reads rally points. How to land at one, of which today's know nothing, becomes a note.
+pub(super) fn read_rally_points(text: &str, notes: &mut Notes) -> Result<Rally> {
     let mut rally = Rally::default();
     for (line, row) in lines(text) {
         let words: Vec<&str> = row.split_whitespace().take(8).collect();
-        let ["RALLY", lat, lon, alt, _, _, flags] = words.as_slice() else {
+        let ["RALLY", lat, lon, alt, break_alt, landing_direction, flags] = words.as_slice() else {
             return Err(bad(
                 line,
                 format!(
@@ -120,7 +123,10 @@ pub(super) fn read_rally_points(text: &str) -> Result<Rally> {
                 "asks to land at the rally point (flag 2), which no rally point can today; clear the flag and give the mission a landing",
             ));
         }
-        let frame = match (flags & ALT_FRAME_VALID != 0, (flags >> 3) & 3) {
+        let landing = [value(break_alt, "break altitude")?, value(landing_direction, "landing direction")?];
+        let says_more = landing != [0.0; 2] || flags & !(ALT_FRAME_VALID | ALT_FRAME) != 0;
+        notes.add(NoteCode::RallyLandingsNotKept, usize::from(says_more));
+        let frame = match (flags & ALT_FRAME_VALID != 0, (flags & ALT_FRAME) >> 3) {
             (true, 0) => MavFrame::Global,
             (true, 2) => {
                 return Err(bad(line, "counts its height from the origin; count it from home, the sea or the terrain"));

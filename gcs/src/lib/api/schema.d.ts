@@ -6573,7 +6573,7 @@ export interface components {
          * @description What a note about a plan file says, as in `heights-missing`.
          * @enum {string}
          */
-        PlanFileNoteCode: "heights-above-sea-level" | "heights-above-terrain" | "heights-taken-above-sea-level" | "heights-taken-above-home" | "heights-missing" | "not-places" | "points-left-out" | "tracks-left-out" | "items-missing" | "lines-joined" | "areas-taken-as-fence" | "holes-taken-as-fence" | "area-heights-not-kept" | "names-not-kept" | "heights-written-above-sea-level" | "heights-not-written" | "heights-drawn-above-sea-level" | "heights-not-drawn" | "commands-not-written" | "items-not-written" | "home-not-written" | "fence-not-written" | "rally-not-written" | "complex-items-edited" | "settings-not-written";
+        PlanFileNoteCode: "heights-above-sea-level" | "heights-above-terrain" | "heights-taken-above-sea-level" | "heights-taken-above-home" | "heights-missing" | "not-places" | "points-left-out" | "tracks-left-out" | "items-missing" | "lines-joined" | "areas-taken-as-fence" | "holes-taken-as-fence" | "area-heights-not-kept" | "names-not-kept" | "rally-landings-not-kept" | "heights-written-above-sea-level" | "heights-not-written" | "heights-drawn-above-sea-level" | "heights-not-drawn" | "commands-not-written" | "items-not-written" | "home-not-written" | "fence-not-written" | "rally-not-written" | "complex-items-edited" | "settings-not-written";
         /** @description One item of a mission. */
         PlanItem: {
             /** @description Whether the mission goes on by itself after it. */

@@ -18,6 +18,8 @@ export const filesEn = {
   'note.holes-taken-as-fence': 'Holes in areas were taken as zones to stay outside ({count}).',
   'note.area-heights-not-kept': 'Areas have heights, which were not kept: a fence has none ({count}).',
   'note.names-not-kept': 'Names and descriptions were not kept: a plan has none ({count}).',
+  'note.rally-landings-not-kept':
+    'Rally points have a break altitude, a landing direction or flags, which were not kept: a vehicle circles at one, and lands where its mission says ({count}).',
   'note.heights-written-above-sea-level':
     'Heights above home were written as above sea level, by the height of the planned home ({count}).',
   'note.heights-not-written':

@@ -20,6 +20,8 @@ export const filesEs: Record<keyof typeof filesEn, string> = {
   'note.holes-taken-as-fence': 'Los huecos de las áreas se han tomado como zonas en las que no entrar ({count}).',
   'note.area-heights-not-kept': 'Hay áreas con alturas, que no se guardan: una geovalla no las tiene ({count}).',
   'note.names-not-kept': 'Los nombres y descripciones no se guardan: un plan no los tiene ({count}).',
+  'note.rally-landings-not-kept':
+    'Hay puntos de reunión con altura de corte, dirección de aterrizaje o marcas, que no se guardan: un vehículo da vueltas en uno, y aterriza donde diga su misión ({count}).',
   'note.heights-written-above-sea-level':
     'Las alturas sobre casa se han escrito sobre el nivel del mar, con la altura de la casa planeada ({count}).',
   'note.heights-not-written':
