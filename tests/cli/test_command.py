@@ -11,6 +11,7 @@ import shlex
 import socket
 import subprocess
 import sys
+import threading
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
@@ -20,7 +21,7 @@ import typer
 import vencejo
 import vencejo.errors
 from typer.testing import CliRunner, Result
-from vencejo.cli import app
+from vencejo.cli import app, common
 from vencejo.cli.common import EXIT_CODES, Exit, clean, describe_error
 from vencejo.cli.demo import demo_mission
 from vencejo.cli.onboard import tell_status
@@ -313,6 +314,26 @@ def test_summary_of_a_recording() -> None:
     kinds = [event["kind"] for event in told["events"]]
     assert kinds.count("armed") == 1
     assert kinds.index("armed") < kinds.index("item_reached")
+
+
+def test_what_no_command_takes() -> None:
+    for args, said in [
+        (("maps", "area", "estimate", "pnoa", "--box", "1,2,3,4", "--buffer", "inf"), "--buffer is inf, should be"),
+        (("plan", "survey", "field.plan", "--height", "nan"), "--height is nan, should be"),
+        (("fleet", "history", "--folder", "/no/such"), "is no folder"),
+        (("camera", "\udcff.mp4"), ".mp4 is not UTF-8"),
+    ]:
+        result = run(*args)
+        assert result.exit_code == 2, result.output
+        assert said in result.stderr
+
+
+def test_what_takes_long_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    told = threading.Event()
+    monkeypatch.setattr(common, "LONG_S", 0.0)
+    monkeypatch.setattr(common, "say", lambda text: told.set() if text == "still here" else None)
+    with common.told_when_long("still here"):
+        assert told.wait(60.0)
 
 
 def test_how_a_recording_goes_is_status(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:

@@ -8,13 +8,15 @@ from __future__ import annotations
 
 import contextlib
 import enum
+import functools
 import json
+import math
 import os
 import signal
 import sys
 import threading
 import traceback
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import typer
@@ -70,6 +72,10 @@ ForwardOption = Annotated[
 ]
 
 
+LONG_S: Final = 5.0
+"""How long something may take before it is said what is waited for."""
+
+
 class Exit(enum.IntEnum):
     """What the command's exit code means."""
 
@@ -122,16 +128,42 @@ def describe_error(error: Exception) -> tuple[Exit, str]:
         missing = [f"\n  {detail}" for detail in details if str(detail) not in text]
         todo = [f"\n  To do: {remedy}" for remedy in getattr(error, "remedies", ())]
         return code, text + "".join(missing + todo)
+    if isinstance(error, UnicodeEncodeError):
+        # What stood on the command line, as Python passes it on; nothing else has such characters.
+        return Exit.USAGE, f"{clean(error.object)[:80]} is not UTF-8: give names and paths in it"
     if isinstance(error, OSError):
         name = f"{error.filename}: " if error.filename is not None else ""
         return Exit.FAILED, f"{name}{error.strerror or error}"
     return Exit.FAILED, f"internal error, please report it with the output of --debug: {type(error).__name__}: {error}"
 
 
+def _take_finite_numbers(command: Any) -> None:
+    """Have a command and those below it refuse nan, which passes every bound, and inf."""
+    for child in getattr(command, "commands", {}).values():
+        _take_finite_numbers(child)
+    do: Callable[..., Any] | None = command.callback
+    if do is None:
+        return
+
+    @functools.wraps(do)
+    def checked(**given: Any) -> Any:
+        for name, value in given.items():
+            for number in value if isinstance(value, tuple) else (value,):
+                if isinstance(number, float) and not math.isfinite(number):
+                    raise Failed(f"--{name.replace('_', '-')} is {number}, should be a finite number", Exit.USAGE)
+        return do(**given)
+
+    command.callback = checked
+
+
 class RootGroup(TyperGroup):
     """The `vencejo` command: turns exceptions into a sentence and an exit code; takes ``--debug`` anywhere."""
 
     debug = False
+
+    def __init__(self, *args: Any, **values: Any) -> None:
+        super().__init__(*args, **values)
+        _take_finite_numbers(self)
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Take ``--debug`` out wherever it stands before a ``--``."""
@@ -264,6 +296,18 @@ def status(text: str) -> Iterator[None]:
         return
     with console.status(clean(text)):
         yield
+
+
+@contextlib.contextmanager
+def told_when_long(text: str) -> Iterator[None]:
+    """Say it once when what is done here takes long: nobody looks at a command without knowing what it waits for."""
+    telling = threading.Timer(LONG_S, say, (text,))
+    telling.daemon = True
+    telling.start()
+    try:
+        yield
+    finally:
+        telling.cancel()
 
 
 def require_plan_name(file: Path) -> None:

@@ -13,7 +13,20 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from vencejo.cli.common import Exit, Failed, JsonOption, YesOption, clean, confirm, put_json, say, status, stdout, table
+from vencejo.cli.common import (
+    Exit,
+    Failed,
+    JsonOption,
+    YesOption,
+    clean,
+    confirm,
+    put_json,
+    say,
+    status,
+    stdout,
+    table,
+    told_when_long,
+)
 
 if TYPE_CHECKING:
     from vencejo.enrolment import Check, Member, Organisation, Role
@@ -47,6 +60,7 @@ LOOKS_S = 2.5
 """How long is waited for aircraft that are there to say something: they do each second, or less often where the uplink is slow."""
 REJOINS_S = 0.2
 """How long a router may be gone while it takes note of who is enrolled."""
+TRYING = "Still trying who answers: an address where nobody does is given 5 s"
 COMES_S = 0.5
 """How long is waited for word of who is there: the router knows it."""
 
@@ -195,7 +209,9 @@ def enrol(
         say(where)
         print(command, flush=True)
     port = token.doors[0].rpartition(":")[2]
-    if all(organisation.problem_at(f"tls/{door}") for door in (f"127.0.0.1:{port}", token.doors[0])):
+    with told_when_long(TRYING):
+        is_there = not all(organisation.problem_at(f"tls/{door}") for door in (f"127.0.0.1:{port}", token.doors[0]))
+    if not is_there:
         say(f"Nobody answers it yet. Start here: vencejo serve --fleet {organisation.org}")
 
 
@@ -243,7 +259,8 @@ def joined(token: str, *, as_station: bool | None = None) -> Member:
     before = None
     with contextlib.suppress(Exception):  # a damaged one is replaced
         before = member()
-    found, is_new = join(token)
+    with told_when_long(TRYING):
+        found, is_new = join(token)
     if is_new and not found.is_station and before is not None and (before.org, before.name) != (found.org, found.name):
         say(f"It was {before.name} of {before.org} before.")
     return found
@@ -304,19 +321,20 @@ def show_status(org: OrgOption = None, json: JsonOption = False) -> None:
                 "holder": None if seen is None else seen.holder,
             }
         )
-    stations: list[dict[str, Any]] = [
-        {
-            "name": each.name,
-            "role": each.role,
-            "routers": [{"address": router, "problem": organisation.problem_at(router)} for router in each.routers]
-            if each.revoked is None
-            else [],
-            "certificate_ends": each.certificate_ends.isoformat(),
-            "certificate_days": int((each.certificate_ends - now).total_seconds() // 86400),
-            "revoked": None if each.revoked is None else each.revoked.isoformat(),
-        }
-        for each in organisation.stations
-    ]
+    with told_when_long(TRYING):
+        stations: list[dict[str, Any]] = [
+            {
+                "name": each.name,
+                "role": each.role,
+                "routers": [{"address": router, "problem": organisation.problem_at(router)} for router in each.routers]
+                if each.revoked is None
+                else [],
+                "certificate_ends": each.certificate_ends.isoformat(),
+                "certificate_days": int((each.certificate_ends - now).total_seconds() // 86400),
+                "revoked": None if each.revoked is None else each.revoked.isoformat(),
+            }
+            for each in organisation.stations
+        ]
     tokens = {name: ends.isoformat() for name, ends in organisation.tokens.items()}
     station_tokens = {name: ends.isoformat() for name, ends in organisation.station_tokens.items()}
     if json:
@@ -424,6 +442,24 @@ def doctor(org: OrgOption = None, json: JsonOption = False) -> None:
 
     Example: vencejo fleet doctor
     """
+    with told_when_long(TRYING):
+        checks = _checked(org)
+    if json:
+        put_json([asdict(check) for check in checks])
+    else:
+        for check in checks:
+            print(
+                clean(
+                    f"{'ok   ' if check.ok else 'wrong'}  {check.message}"
+                    + (f"\n       → {check.remedy}" if check.remedy else ""),
+                    keep_lines=True,
+                )
+            )
+    if not all(check.ok for check in checks):
+        raise typer.Exit(1)
+
+
+def _checked(org: str | None) -> list[Check]:
     from vencejo.enrolment import Check, check_board, check_ground
 
     checks: list[Check] = []
@@ -443,19 +479,7 @@ def doctor(org: OrgOption = None, json: JsonOption = False) -> None:
                     checks.append(
                         Check(ok=False, message=f"the router is reached, and {each.name} is not there", remedy=remedy)
                     )
-    if json:
-        put_json([asdict(check) for check in checks])
-    else:
-        for check in checks:
-            print(
-                clean(
-                    f"{'ok   ' if check.ok else 'wrong'}  {check.message}"
-                    + (f"\n       → {check.remedy}" if check.remedy else ""),
-                    keep_lines=True,
-                )
-            )
-    if not all(check.ok for check in checks):
-        raise typer.Exit(1)
+    return checks
 
 
 @fleet_app.command()

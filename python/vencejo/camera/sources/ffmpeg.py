@@ -62,11 +62,14 @@ def require_file(address: SourceAddress) -> Path:
     CameraError
         When there is no such file.
     """
-    path = Path(address.location).expanduser()
-    if not path.is_file():
+    try:
+        path = Path(address.location).expanduser()
+        if path.is_file():
+            return path
         what = "is a folder" if path.is_dir() else "is not there"
-        raise CameraError(f"{address.shown} {what}; give the path of a video file")
-    return path
+    except (OSError, RuntimeError) as error:  # a name that is too long, or of nobody's home
+        what = f"cannot be read ({getattr(error, 'strerror', None) or error})"
+    raise CameraError(f"{address.shown[:200]} {what}; give the path of a video file")
 
 
 class FfmpegSource:
