@@ -7,6 +7,7 @@ import http.server
 import json
 import os
 import signal
+import socket
 import subprocess
 import sys
 import threading
@@ -131,11 +132,20 @@ def test_a_source_that_fails_says_why(tiles: Tiles, folder: Path) -> None:
         (("area", "estimate", "broken"), "--around"),
         (("area", "estimate", "broken", "--box", "1,2,3"), "four numbers"),
         (("area", "estimate", "broken", "--box", BOX, "--zoom", "high"), "10-17"),
+        (("area", "estimate", "broken", "--box", BOX, "--zoom", "1²"), "10-17"),
+        (("area", "estimate", "broken", "--box", "nan,40,-4,41"), "give finite ones"),
+        (("area", "estimate", "broken", "--box", BOX, "--buffer", "nan"), "--buffer"),
+        (("add", ""), "what is to be added?"),
+        (("area", "import", "broken", "/dev/zero"), "is no file"),
         (("list", "--station", "ftp://x"), "takes an address"),
+        (("list", "--station", "http://x:port"), "takes an address"),
+        (("list", "--station", "http://[::1"), "takes an address"),
     ]:
         wrong = run(*args, folder=None if "--station" in args else folder)
         assert wrong.exit_code == 2, f"{args}: {wrong.output}"
         assert said in wrong.stderr
+    wrong = run("list", folder=folder / "sources.toml")
+    assert (wrong.exit_code, "is no folder" in wrong.stderr) == (2, True)
     refused = run("add", f"{tiles.url}/{{z}}/{{x}}/{{y}}", *HERE, "--set", "opacity=7", folder=folder)
     assert (refused.exit_code, "opacity" in refused.stderr) == (1, True)
 
@@ -217,6 +227,82 @@ def test_a_station_that_runs_is_asked_with_its_token(tiles: Tiles, folder: Path)
         with WebSocket(browser) as socket:
             assert run("remove", "club", "--yes", *station, *token).exit_code == 0
             assert socket.until("maps") == {"type": "maps"}
+
+
+@contextlib.contextmanager
+def stranger(answers: dict[str, tuple[int, bytes, int | None]]) -> Iterator[str]:
+    """Something that answers HTTP: by path a status, a body, and how long it says that is. Bodies are not read."""
+
+    class Handler(http.server.BaseHTTPRequestHandler):
+        def answer(self) -> None:
+            path = self.path.removeprefix("/api/v1/").partition("?")[0]
+            status, body, length = answers.get(path, answers[""])
+            self.send_response(status)
+            self.send_header("Content-Length", str(len(body) if length is None else length))
+            self.end_headers()
+            self.wfile.write(body)
+
+        do_GET = do_POST = do_DELETE = answer
+
+        def log_message(self, format: str, *args: object) -> None:
+            pass
+
+    server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), Handler)
+    threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.02}, daemon=True).start()
+    try:
+        yield f"http://127.0.0.1:{server.server_port}"
+    finally:
+        server.shutdown()
+        server.server_close()
+
+
+SESSION = b'{"role": "operator"}'
+AREA = b'[{"id": "a1", "name": "Field", "source": "pnoa", "done": 1, "tiles": 1}]'
+
+
+@pytest.mark.parametrize(
+    ("args", "answers", "said"),
+    [
+        (("list",), {"": (200, b"<html>It works!</html>", None)}, "is no Vencejo"),
+        (("list",), {"": (200, b"{}", None)}, "is no Vencejo"),
+        (("list",), {"session": (200, SESSION, None), "": (200, b"<html>", None)}, "is no Vencejo"),
+        (("list",), {"session": (200, SESSION, None), "": (200, b"{}", 100)}, "does not answer: IncompleteRead"),
+        (
+            ("area", "export", "Field", "out.mbtiles"),
+            {"session": (200, SESSION, None), "maps/areas": (200, AREA, None), "": (200, b"SQLite", 100)},
+            "does not answer: IncompleteRead",
+        ),
+        (
+            ("area", "import", "pnoa", "in.mbtiles"),
+            {"session": (200, SESSION, None), "": (507, b'{"detail": "the disk is too full"}', None)},
+            "the disk is too full",
+        ),
+    ],
+)
+def test_what_answers_badly_is_told_and_leaves_nothing(
+    args: tuple[str, ...],
+    answers: dict[str, tuple[int, bytes, int | None]],
+    said: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    # More than a connection holds, so that it is refused while it comes.
+    Path("in.mbtiles").write_bytes(bytes(20_000_000 if "import" in args else 0))
+    with stranger(answers | {"control/release": (200, b"{}", None)}) as url:
+        result = run(*args, "--station", url)
+    assert result.exit_code == 1
+    assert said in result.stderr
+    assert "internal error" not in result.stderr
+    assert [path.name for path in tmp_path.iterdir()] == ["in.mbtiles"]
+
+
+def test_where_nobody_listens_it_is_said() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        address = f"127.0.0.1:{server.getsockname()[1]}"
+    for station, said in ((address, "does not answer: Connection refused"), ("a..b", "does not answer: ")):
+        result = run("list", "--station", station)
+        assert (result.exit_code, said in result.stderr, "internal" in result.stderr) == (1, True, False), result.stderr
 
 
 def test_sizes_are_for_people() -> None:

@@ -25,7 +25,7 @@ from vencejo.cli.common import (
     stdout,
     table,
 )
-from vencejo.cli.map_service import FolderOption, MapService, StationOption, TokenOption, map_service, quoted
+from vencejo.cli.map_service import FolderOption, MapService, StationOption, TokenOption, map_service, opened, quoted
 
 areas_app = typer.Typer(
     no_args_is_help=True,
@@ -226,8 +226,8 @@ def import_area(
 
     Example: vencejo maps area import pnoa field.mbtiles
     """
-    with map_service(station, token, maps) as service, file.open("rb") as opened, status(f"Reading {file} …"):
-        taken = service.send_file(f"maps/areas/import?source={quoted(source)}&name={quoted(name or '')}", opened)
+    with map_service(station, token, maps) as service, opened(file) as source_file, status(f"Reading {file} …"):
+        taken = service.send_file(f"maps/areas/import?source={quoted(source)}&name={quoted(name or '')}", source_file)
     if json:
         put_json(taken)
     else:
@@ -245,7 +245,7 @@ def size(count: int) -> str:
 def _wanted(source: str, name: str, around: Path | None, buffer_m: float, box: str | None, zoom: str) -> dict[str, Any]:
     """An area as the station takes it."""
     low, found, high = zoom.partition("-")
-    if not (low.isdigit() and (high.isdigit() or not found)):
+    if not (low.isdecimal() and (high.isdecimal() or not found)):
         raise Failed(f"--zoom {zoom}: takes one level or two, such as 10-17", Exit.USAGE)
     if (around is None) == (box is None):
         raise Failed("where? give --around with a plan's file, or --box", Exit.USAGE)

@@ -17,8 +17,10 @@ from typing import Annotated, Any, BinaryIO, Final
 
 import typer
 
-from vencejo.cli.common import Exit, Failed
+from vencejo.cli.common import Exit, Failed, told_when_long
 
+CONNECT_S: Final = 10.0
+"""How long a connection may take, seconds."""
 PATIENCE_S: Final = 120.0
 """How long an answer may take: some make the station ask a slow map service."""
 PIECE: Final = 1 << 20
@@ -68,6 +70,9 @@ class MapService:
     def open(self, token: str | None) -> None:
         """Open a session; control of the vehicles, which a first operator is given, is handed back at once."""
         answer = self.request("POST", "session", json.dumps({"name": "vencejo maps", "token": token}).encode())
+        session = self._read(answer.body)
+        if not isinstance(session, dict) or "role" not in session:
+            raise self._no_vencejo()
         self._cookie = answer.headers.get("set-cookie", "").partition(";")[0] or None
         self.request("POST", "control/release")
 
@@ -82,14 +87,18 @@ class MapService:
         Raises
         ------
         Failed
-            With the station's own words.
+            With the station's own words; for a number that is none, before it is asked.
         """
-        answer = self.request(method, path, None if body is None else json.dumps(body).encode())
-        return json.loads(answer.body) if answer.body else None
+        try:
+            sent = None if body is None else json.dumps(body, allow_nan=False).encode()
+        except ValueError:
+            raise Failed("inf and nan are no numbers that a map has: give finite ones", Exit.USAGE) from None
+        answer = self.request(method, path, sent)
+        return self._read(answer.body) if answer.body else None
 
     def send_file(self, path: str, file: BinaryIO) -> Any:
         """Send a file as it is; what came back."""
-        return json.loads(self.request("POST", path, file, kind="application/octet-stream").body)
+        return self._read(self.request("POST", path, file, kind="application/octet-stream").body)
 
     def save(self, path: str, target: Path) -> int:
         """Write an answer to a file, a piece at a time; its bytes."""
@@ -102,7 +111,7 @@ class MapService:
             partial = target.with_name(f".{target.name}.part")
             try:
                 with partial.open("wb") as file:
-                    while piece := response.read(PIECE):
+                    while piece := self._piece(response):
                         file.write(piece)
                 install_file(partial, target)
             finally:
@@ -115,7 +124,10 @@ class MapService:
         """One request that must succeed."""
         connection, response = self._send(method, path, body, kind)
         with contextlib.closing(connection):
-            data = response.read()
+            try:
+                data = response.read()
+            except (OSError, http.client.HTTPException) as error:
+                raise self._silent(error) from error
         if response.status >= 300:
             raise _failure(response.status, data)
         headers = {name.lower(): value for name, value in response.getheaders()}
@@ -124,29 +136,64 @@ class MapService:
     def _send(
         self, method: str, path: str, body: bytes | BinaryIO | None, kind: str
     ) -> tuple[http.client.HTTPConnection, http.client.HTTPResponse]:
-        parts = urllib.parse.urlsplit(self.url)
-        if parts.scheme not in ("http", "https") or not parts.hostname:
-            raise Failed(f"--station {self.url}: takes an address such as http://192.168.1.20:8765", Exit.USAGE)
-        connection: http.client.HTTPConnection
-        if parts.scheme == "https":
-            connection = http.client.HTTPSConnection(
-                parts.hostname, parts.port, timeout=PATIENCE_S, context=ssl.create_default_context()
-            )
-        else:
-            connection = http.client.HTTPConnection(parts.hostname, parts.port, timeout=PATIENCE_S)
+        connection = self._connection()
         headers = {"Content-Type": kind} if body is not None else {}
         if body is not None and not isinstance(body, bytes):
             headers["Content-Length"] = str(body.seek(0, 2))
             body.seek(0)
         if self._cookie:
             headers["Cookie"] = self._cookie
+        target = path if path.startswith("/") else f"/api/v1/{path}"
         try:
-            target = path if path.startswith("/") else f"/api/v1/{path}"
-            connection.request(method, target, body, headers)
-            return connection, connection.getresponse()
-        except (OSError, http.client.HTTPException) as error:
+            connection.connect()
+            connection.sock.settimeout(PATIENCE_S)
+            with told_when_long(f"The station at {self.url} has not answered yet"):
+                try:
+                    connection.request(method, target, body, headers)
+                except (BrokenPipeError, ConnectionResetError):
+                    if body is None:
+                        raise
+                    # It is refused before it came whole: why may be here already.
+                return connection, connection.getresponse()
+        # A name that cannot be one is a ValueError (UnicodeError).
+        except (OSError, ValueError, http.client.HTTPException) as error:
             connection.close()
-            raise Failed(f"the station at {self.url} does not answer: {error}") from error
+            raise self._silent(error) from error
+
+    def _connection(self) -> http.client.HTTPConnection:
+        try:
+            parts = urllib.parse.urlsplit(self.url)
+            host, port = parts.hostname, parts.port
+        except ValueError:  # an IPv6 address or a port that is none
+            host = port = None
+        if not host or parts.scheme not in ("http", "https"):
+            raise Failed(f"--station {self.url}: takes an address such as http://192.168.1.20:8765", Exit.USAGE)
+        if parts.scheme == "http":
+            return http.client.HTTPConnection(host, port, timeout=CONNECT_S)
+        return http.client.HTTPSConnection(host, port, timeout=CONNECT_S, context=ssl.create_default_context())
+
+    def _piece(self, response: http.client.HTTPResponse) -> bytes:
+        """The next piece of an answer; empty at its end."""
+        try:
+            piece = response.read(PIECE)
+            if not piece and response.length:
+                raise http.client.IncompleteRead(piece, response.length)
+        except (OSError, http.client.HTTPException) as error:
+            raise self._silent(error) from error
+        return piece
+
+    def _read(self, body: bytes) -> Any:
+        try:
+            return json.loads(body)
+        except ValueError:
+            raise self._no_vencejo() from None
+
+    def _silent(self, error: Exception) -> Failed:
+        reason = getattr(error, "strerror", None) or str(error) or type(error).__name__
+        return Failed(f"the station at {self.url} does not answer: {reason}")
+
+    def _no_vencejo(self) -> Failed:
+        return Failed(f"what answers at {self.url} is no Vencejo")
 
 
 def _failure(status: int, body: bytes) -> Failed:
@@ -163,13 +210,22 @@ def _failure(status: int, body: bytes) -> Failed:
 
 def quoted(text: str) -> str:
     """A text as one part of a path or query."""
-    return urllib.parse.quote(text, safe="")
+    return urllib.parse.quote(text, safe="", errors="replace")
+
+
+def opened(path: Path) -> BinaryIO:
+    """A file to be sent. A pipe or a device has no length, and may keep us waiting without an end."""
+    if path.exists() and not path.is_file():
+        raise Failed(f"{path} is no file", Exit.USAGE)
+    return path.open("rb")
 
 
 @contextlib.contextmanager
 def map_service(station: str | None, token: str | None, folder: Path | None) -> Iterator[MapService]:
     """A session with the station at an address, or with one that serves the maps folder here until the end."""
     with contextlib.ExitStack() as stack:
+        if folder is not None and folder.exists() and not folder.is_dir():
+            raise Failed(f"--maps {folder} is no folder", Exit.USAGE)
         if station is None:
             from vencejo import Station
             from vencejo.serve import Server

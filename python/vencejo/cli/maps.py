@@ -13,7 +13,7 @@ import typer
 
 from vencejo.cli.common import Exit, Failed, JsonOption, YesOption, clean, confirm, put_json, say, status, stdout, table
 from vencejo.cli.map_areas import areas_app, size
-from vencejo.cli.map_service import FolderOption, MapService, StationOption, TokenOption, map_service, quoted
+from vencejo.cli.map_service import FolderOption, MapService, StationOption, TokenOption, map_service, opened, quoted
 
 maps_app = typer.Typer(
     no_args_is_help=True,
@@ -180,7 +180,8 @@ def add(
         if id is not None:
             settings["id"] = id
         service.ask("PUT", f"maps/sources/{quoted(settings['id'])}", settings)
-        result = _try(service, settings["id"])
+        with status(f"Trying {settings['id']} …"):
+            result = _try(service, settings["id"])
     if json:
         put_json(result)
     else:
@@ -290,6 +291,8 @@ def _settings(service: MapService, what: str, kind: Kind | None, name: str | Non
     preset = next((found for found in service.ask("GET", "maps/presets") if found["id"] == what), None)
     if preset is not None:
         return dict(preset["settings"])
+    if not what.strip():
+        raise Failed("what is to be added? a preset (vencejo maps presets), a file or an address", Exit.USAGE)
     path = Path(what)
     kinds = service.ask("GET", "maps/kinds")
     there = next((file for file in service.ask("GET", "maps/files") if file["path"] in (what, f"files/{what}")), None)
@@ -308,7 +311,7 @@ def _settings(service: MapService, what: str, kind: Kind | None, name: str | Non
         raise Failed(
             f"{what} is no preset, no address and no file of a kind that is known ({', '.join(ends)})", Exit.USAGE
         )
-    with path.open("rb") as file, status(f"Copying {path.name} …"):
+    with opened(path) as file, status(f"Copying {path.name} …"):
         return dict(service.send_file(f"maps/files?name={quoted(path.name)}", file)["settings"])
 
 
