@@ -9,6 +9,7 @@
 //! | [`formats`] | plan files of ground stations, maps and receivers; parameter files |
 //! | [`checks`] | what is wrong or doubtful in a plan, before it is sent |
 //! | [`progress`] | how far and how long a mission still is |
+//! | [`radius`] | radii of circles as an ArduPlane takes them |
 //! | [`way`] | the line from place to place and the circles, as a plan is drawn |
 //! | [`profile`] | the heights along it, and the ground below |
 //! | [`alongside`] | a rehearsed flight over them |
@@ -78,6 +79,7 @@ pub mod landing;
 pub mod plan;
 pub mod profile;
 pub mod progress;
+pub mod radius;
 pub mod rehearsal;
 pub mod separation;
 pub mod survey;

@@ -8,7 +8,7 @@ use std::collections::HashMap;
 
 use crate::geodesy::{GeoPoint, LocalFrame, distance_m};
 use crate::plan::{Command, MavFrame, Mission, MissionItem, Support};
-use crate::way::{own_radius_m, signed_radius_m};
+use crate::radius::{named_radius_m, own_radius_m};
 
 /// Ground speed below which no time is given, metres per second: the plane stands or hangs in the wind.
 pub const MIN_GROUND_SPEED_M_S: f64 = 1.0;
@@ -284,7 +284,7 @@ fn walk(
             Command::NAV_LOITER_UNLIM => end = Some(TripEnd::Unlimited),
             Command::NAV_LOITER_TURNS => {
                 let item_m =
-                    signed_radius_m(item).map(|(_, signed_m)| signed_m.abs()).filter(|radius_m| *radius_m > 0.0);
+                    item.param(3).map(|radius_m| named_radius_m(radius_m).abs()).filter(|radius_m| *radius_m > 0.0);
                 is_estimate |= item_m.is_none();
                 let radius_m = item_m.unwrap_or_else(|| own_radius_m(options.loiter_radius_m).abs());
                 let turns = (item.param(1).unwrap_or(0.0) - turns_flown).max(0.0);

@@ -8,6 +8,7 @@ use crate::geodesy::{GeoPoint, LocalFrame, direct, distance_m, inverse, points_a
 use crate::landing::STEEP_SLOPE;
 use crate::plan::{Command, MavFrame, Mission, MissionItem};
 use crate::progress::{Ordered, ProgressOptions, alt_amsl_m, jump_index, ordered, place, rel_home_m};
+use crate::radius::{named_radius_m, own_radius_m};
 use crate::words::words;
 
 /// Points of a curve stand so many degrees of turn apart.
@@ -94,11 +95,6 @@ impl Leg {
 
 /// So much steeper may a slope be that was meant to be just [`STEEP_SLOPE`]: places and heights are rounded.
 const SLOPE_ROUNDING: f64 = 1e-3;
-
-/// A radius up to this one is none: the vehicle flies its own, m (`Plane::update_loiter`).
-const OWN_UP_TO_M: f64 = 1.0;
-/// Radius of an ArduPlane that names none of its own either, m (`LOITER_RADIUS_DEFAULT`).
-const OWN_DEFAULT_M: f64 = 60.0;
 
 /// The circle at an item.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -363,19 +359,6 @@ fn exit(circle: Circle, to: GeoPoint) -> Option<GeoPoint> {
     entry(to, Circle { is_clockwise: !circle.is_clockwise, ..circle })
 }
 
-/// Radius of an ArduPlane's own circles, m, negative anticlockwise, by its `WP_LOITER_RAD`, m. Of 1 m and less it takes the sense alone and
-/// circles with 60 m (`LOITER_RADIUS_DEFAULT`, `Plane::update_loiter` of ArduPilot 4.7).
-#[must_use]
-pub fn own_radius_m(wp_loiter_rad: f64) -> f64 {
-    if wp_loiter_rad.abs() > OWN_UP_TO_M {
-        wp_loiter_rad
-    } else if wp_loiter_rad < 0.0 {
-        -OWN_DEFAULT_M
-    } else {
-        OWN_DEFAULT_M
-    }
-}
-
 /// Kind of the circle at an item, with its radius, whose sign is its sense: 0, or -0, for the vehicle's own, which one of 1 m and less asks
 /// for too.
 pub(crate) fn signed_radius_m(item: &MissionItem) -> Option<(Circling, f64)> {
@@ -387,7 +370,7 @@ pub(crate) fn signed_radius_m(item: &MissionItem) -> Option<(Circling, f64)> {
         Command::NAV_LOITER_TIME => (Circling::Time, 0.0_f64.copysign(item.param(3).unwrap_or(1.0))),
         _ => return None,
     };
-    Some((kind, if signed_m.abs() > OWN_UP_TO_M { signed_m } else { 0.0_f64.copysign(signed_m) }))
+    Some((kind, named_radius_m(signed_m)))
 }
 
 /// The circle at an item; `None` where it has none, or no place of its own. The vehicle's own radius has a sense as well

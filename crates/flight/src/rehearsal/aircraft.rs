@@ -8,7 +8,7 @@ use crate::guidance::attitude::AttitudeParams;
 use crate::guidance::l1::{L1Params, Turn};
 use crate::guidance::pilot::PilotParams;
 use crate::guidance::tecs::TecsParams;
-use crate::way::own_radius_m;
+use crate::radius::own_radius_m;
 
 /// When a return to launch turns into the mission's own landing (`RTL_AUTOLAND`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

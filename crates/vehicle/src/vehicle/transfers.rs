@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use vencejo_flight::plan::{Mission, PlanKind, items_from_wire};
-use vencejo_flight::way::own_radius_m;
+use vencejo_flight::radius::own_radius_m;
 use vencejo_proto::param::{ParamEncoding, ParamName};
 use vencejo_proto::{Message, MissionItemInt, MonoTime, SystemId};
 
