@@ -23,6 +23,7 @@
 //! ```
 
 mod config;
+mod download;
 mod error;
 mod float;
 mod ftp;
@@ -30,6 +31,7 @@ mod items;
 mod params;
 mod plan;
 mod read_back;
+mod route;
 mod timing;
 
 #[cfg(test)]
@@ -40,12 +42,14 @@ mod tests;
 use vencejo_proto::{Address, Message, MonoTime};
 
 pub use config::{FtpSessions, ItemForm, TransferConfig};
+pub use download::{DownloadedPlan, PlanDownload};
 pub use error::{FTP_OPEN, MissionResult, NoPlanKinds, TransferError};
 pub use ftp::FtpGet;
 pub use params::{ParamList, ParamRead, ParamSet};
 pub(crate) use plan::is_as_sent;
-pub use plan::{DownloadedPlan, PlanClear, PlanDownload, PlanRoute, PlanUpload, VerifiedPlan};
+pub use plan::{PlanClear, PlanUpload, VerifiedPlan};
 pub(crate) use read_back::Others;
+pub use route::PlanRoute;
 pub(crate) use timing::UPLOAD_REST;
 pub use vencejo_proto::param::{Param, ParamEncoding, ParamName, ParamType, ParamValue};
 

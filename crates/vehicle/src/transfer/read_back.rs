@@ -3,10 +3,11 @@
 use vencejo_flight::plan::PlanKind;
 use vencejo_proto::{Address, Message, MonoTime};
 
+use super::download::{DownloadedPlan, PlanDownload};
 use super::items::Outbox;
-use super::plan::{DownloadedPlan, PlanDownload};
+use super::route::PlanRoute;
 use super::timing::{PROGRESS_LIMIT, RESTARTS, UPLOAD_REST};
-use super::{PlanRoute, Transfer, TransferConfig, TransferError, TransferOutput};
+use super::{Transfer, TransferConfig, TransferError, TransferOutput};
 
 /// What another station does to a plan while we write it and read it back.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
