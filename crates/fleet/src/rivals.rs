@@ -9,8 +9,6 @@ use std::time::Duration;
 
 use vencejo_proto::MonoTime;
 
-use crate::speech::millis;
-
 /// For so long after it spoke a computer counts as there: twice as long as the longest pause that one makes.
 pub const THERE_FOR: Duration = Duration::from_secs(10);
 /// How much longer one thing may be under way than another: what is made so soon after another boot began may be last words still.
@@ -36,9 +34,8 @@ struct Rival {
 pub struct Rivals(VecDeque<Rival>);
 
 impl Rivals {
-    /// Another boot began; this one was heard last at `heard_at`, with this clock.
-    pub fn put(&mut self, boot: u64, clock_ms: u64, heard_at: MonoTime, next_event: u64, now: MonoTime) {
-        let clock_ms = clock_ms.saturating_add(millis(now.since(heard_at)));
+    /// Another boot begins; this one was heard last at `heard_at`, and its clock is at `clock_ms` now, at least.
+    pub fn put(&mut self, boot: u64, clock_ms: u64, heard_at: MonoTime, next_event: u64) {
         self.0.push_front(Rival { boot, clock_ms, heard_at, is_there: false, next_event });
         self.0.truncate(MAX_BOOTS);
     }

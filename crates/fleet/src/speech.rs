@@ -185,7 +185,7 @@ impl Listener {
         }
         let mut rivals = std::mem::take(&mut self.rivals);
         if let Some(boot) = self.boot {
-            rivals.put(boot, self.clock_ms, self.at, self.next_event, now);
+            rivals.put(boot, self.clock_ms.saturating_add(millis(self.age(now))), self.at, self.next_event);
         }
         *self = Self { boot: Some(state.boot), next_event, rivals, ..Self::default() };
         true
