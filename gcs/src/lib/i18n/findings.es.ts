@@ -108,7 +108,8 @@ export const findingsEs: Record<keyof typeof findingsEn, string> = {
   'finding.height-not-reached.is-low': 'En {item} el avión está {difference_m} demasiado bajo.',
   'finding.height-not-reached.is-low.remedy': 'Alarga el tramo, cambia la altura o asciende en círculo.',
   'finding.leaves-fence': 'De camino a {item} el avión se sale de la geovalla en la zona {zone}.',
-  'finding.leaves-fence.remedy': 'Aléjate más de ella: los virajes son más anchos que las líneas, y un regreso va en línea recta.',
+  'finding.leaves-fence.remedy':
+    'Aléjate más de ella: los virajes son más anchos que las líneas, y un regreso va en línea recta.',
   'finding.return-hits-ground': 'Un regreso que empieza de camino a {item} se estrella contra el suelo.',
   'finding.return-hits-ground.remedy': 'Sube RTL_ALTITUDE, ajusta RTL_CLIMB_MIN o rodea el cerro.',
   'finding.return-held-by-wind': 'De camino a {item}, el avión no consigue volver con {wind_m_s} de viento.',
