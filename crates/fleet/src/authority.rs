@@ -213,12 +213,6 @@ impl Authority {
         self.lease.as_ref().map(|lease| (lease.caller.key, self.epoch))
     }
 
-    /// Whether an operator is there, so that the autopilot may be told of a ground station.
-    #[must_use]
-    pub fn is_manned(&self) -> bool {
-        self.lease.is_some() || self.local.is_some()
-    }
-
     /// What the others are shown of it.
     #[must_use]
     pub fn held(&self) -> Held {

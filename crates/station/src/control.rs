@@ -93,6 +93,12 @@ impl Control {
         state.holder.and_then(|id| state.name(id))
     }
 
+    /// Whether somebody who is there has control, and not one that came for a single act and keeps it for [`GRACE`].
+    pub fn is_attended(&self) -> bool {
+        let state = self.state();
+        state.holder.and_then(|id| state.operators.get(&id)).is_some_and(|holder| holder.attached > 0)
+    }
+
     /// Name of the operator that asks for control.
     pub fn requested_by(&self) -> Option<String> {
         let state = self.state();
@@ -326,13 +332,15 @@ mod tests {
         let (ana, script) = (control.enlist("Ana", at(0)), control.enlist("script", at(0)));
         assert_eq!(control.holder(), None, "to be there is not to act");
         script.attach(at(0));
+        assert!(!control.is_attended());
         assert_eq!(script.take(at(1)), Ok(()));
+        assert!(control.is_attended());
         assert_eq!(ana.take(at(1)), Err(NotTaken::Held("script".into())));
         control.expire(at(1000));
         assert!(script.has_control(), "a program that runs is there");
         script.detach(at(1000));
         control.expire(at(1005));
-        assert!(script.has_control(), "five seconds to come back");
+        assert!(script.has_control() && !control.is_attended(), "five seconds to come back");
         control.expire(at(1006));
         assert_eq!(control.holder(), None);
         assert_eq!(ana.take(at(1006)), Ok(()));

@@ -74,9 +74,9 @@ fn a_lease_ends_by_itself_and_renewals_keep_it() {
     }
     bench.pass(9.9);
     assert_eq!(bench.order(&ana, Wish::Act, epoch), Verdict::Execute, "an act renews too");
-    assert!(bench.authority.is_manned());
+    assert!(bench.authority.lease().is_some());
     bench.pass(10.0);
-    assert!(!bench.authority.is_manned(), "the autopilot hears of no ground station any more");
+    assert!(bench.authority.lease().is_none(), "the autopilot hears of no ground station any more");
     assert_eq!(bench.end(&ana, Wish::Act, epoch).0, End::Held);
     assert!(bench.granted(&ben) > epoch);
 }
@@ -141,7 +141,6 @@ fn the_operator_beside_the_aircraft_comes_first() {
         assert_eq!((end, answer.holder.as_str()), (End::Held, "Field"));
     }
     assert_eq!(bench.end(&ana, Wish::Act, epoch).0, End::Held);
-    assert!(bench.authority.is_manned());
     bench.authority.set_local(None);
     assert_eq!(bench.end(&ana, Wish::Act, epoch).0, End::Held, "it does not come back by itself");
     assert_eq!(bench.granted(&ana), epoch + 2);
@@ -216,7 +215,7 @@ fn to_read_nobody_needs_control_and_its_end_stops_no_reading() {
     let read = bench.claim(Wish::Read, 0);
     assert_eq!(bench.authority.on_order(&ana, &read, bench.now), Verdict::Execute);
     assert_eq!(bench.authority.on_order(&ana, &read, bench.now), Verdict::UnderWay, "once, as everything");
-    assert_eq!((bench.authority.lease(), bench.authority.is_manned()), (None, false));
+    assert_eq!(bench.authority.lease(), None);
     bench.granted(&ana);
     bench.granted(&chief);
     assert!(bench.authority.take_fenced().is_empty());

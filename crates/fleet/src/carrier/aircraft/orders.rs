@@ -51,7 +51,8 @@ impl Post<'_> {
             Some(_) => {}
             None => self.acting = None,
         }
-        self.station.set_heartbeat(authority.is_manned());
+        // Who came for one act alone is not waited for: the failsafe would follow upon the act.
+        self.station.set_heartbeat(authority.lease().is_some() || self.station.control().is_attended());
         let recalled = authority.take_recalled();
         for id in recalled.iter().chain(&authority.take_fenced()) {
             // A plan that is being written is written to its end, unless its sender gives it up: half of it would be worse.

@@ -168,6 +168,35 @@ async fn to_nobody_it_says_little_and_it_goes_to_the_next_router_when_one_has_go
     station.close().await;
 }
 
+/// Whether a link that opens now is greeted by a heartbeat.
+async fn beats(station: &Station) -> bool {
+    let peer = tokio::net::UdpSocket::bind("127.0.0.1:0").await.expect("a socket");
+    let address = format!("udpout:{}", peer.local_addr().expect("bound"));
+    let link = station.open_link(&address, LinkOptions::default()).expect("a link");
+    until("it opens", || station.local_address(link).is_some()).await;
+    station.close_link(link).await.expect("closed");
+    peer.try_recv(&mut [0; 300]).is_ok()
+}
+
+/// An autopilot that has heard a ground station once waits for its next heartbeat: a failsafe would follow upon each act.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn the_autopilot_hears_a_station_while_somebody_stays_and_not_for_one_act() {
+    let station = on_board().await;
+    let (session, at) = router().await;
+    let config = plane7(vec![at], BTreeMap::new());
+    let aircraft = Aircraft::start(station.clone(), config, &Handle::current()).expect("aboard");
+    let node = station.enlist("node").asking();
+    let has_it = || node.act(station.now()).is_ok() && aircraft.status().holder.as_deref() == Some("node");
+    until("it is told who acts", has_it).await;
+    assert!(!beats(&station).await);
+    node.attach(station.now());
+    let hears = timeout(WAIT, async { while !beats(&station).await {} });
+    hears.await.expect("it stays");
+    aircraft.close().await;
+    session.close().await.expect("closed");
+    station.close().await;
+}
+
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_list_arrives_in_parts_and_an_order_that_is_about_another_plan_is_refused() {
     let station = on_board().await;

@@ -18,8 +18,10 @@ use crate::ros2::mission;
 use crate::ros2::services::{Ended, Offer, Wish};
 use crate::ros2::token::Attachment;
 
-/// Requests that are under way at most, of all who ask.
+/// Requests to vehicles that are under way at most, of all who ask.
 const AT_ONCE: usize = 16;
+/// Answers that are made at once at most, those included.
+const ANSWERS: usize = 256;
 /// What a gateway says that only reads.
 const READS: &str = "this gateway only reads; it acts when it is started with --ros2-role operator";
 
@@ -27,7 +29,8 @@ const READS: &str = "this gateway only reads; it acts when it is started with --
 pub(super) struct Acting {
     /// `None`: it only reads.
     operator: Option<Arc<Operator>>,
-    places: Arc<Semaphore>,
+    places: Semaphore,
+    answers: Arc<Semaphore>,
     runtime: Handle,
 }
 
@@ -36,7 +39,8 @@ impl Acting {
     pub(super) fn new(station: &Station, is_operator: bool) -> Arc<Self> {
         Arc::new(Self {
             operator: is_operator.then(|| Arc::new(station.enlist("ROS 2").asking())),
-            places: Arc::new(Semaphore::new(AT_ONCE)),
+            places: Semaphore::new(AT_ONCE),
+            answers: Arc::new(Semaphore::new(ANSWERS)),
             runtime: Handle::current(),
         })
     }
@@ -53,8 +57,8 @@ impl Acting {
         let attachment = query.attachment().map(|bytes| bytes.to_bytes().into_owned());
         // What does not say who asks is nobody of ROS.
         let Some(asked) = attachment.as_deref().and_then(Attachment::read) else { return };
-        let Ok(place) = self.places.clone().try_acquire_owned() else {
-            tracing::warn!(service = key, "more is asked by ROS 2 than can be done at once; this is not answered");
+        let Ok(answer) = self.answers.clone().try_acquire_owned() else {
+            tracing::warn!(service = key, "more is asked by ROS 2 than can be answered at once; this is not answered");
             return;
         };
         let (acting, key, vehicle, lines) = (self.clone(), key.to_owned(), vehicle.clone(), lines.clone());
@@ -63,7 +67,6 @@ impl Acting {
                 Ok(wish) => acting.done(&vehicle, wish).await,
                 Err(error) => Err(error.to_string()),
             };
-            drop(place);
             let line = match &ended {
                 Ok((words, _)) => format!("{}: done{}{words}", offer.name, if words.is_empty() { "" } else { ": " }),
                 Err(why) => format!("{}: {why}", offer.name),
@@ -76,6 +79,7 @@ impl Acting {
                 // Whoever asked asks again.
                 tracing::debug!(%error, "not answered");
             }
+            drop(answer);
         });
     }
 
@@ -90,6 +94,10 @@ impl Acting {
             };
         }
         let operator = self.operator.clone().ok_or_else(|| READS.to_owned())?;
+        // A client of ROS waits for its answer for ever: one that has to ask again is told.
+        let Ok(_place) = self.places.try_acquire() else {
+            return Err(format!("{AT_ONCE} requests are under way; ask again when one has ended"));
+        };
         let vehicle = vehicle.acting_as(operator);
         if let Wish::Push(start, waypoints) = wish {
             return push(&vehicle, start, waypoints).await;

@@ -2,6 +2,7 @@
 
 mod tls;
 
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
@@ -28,9 +29,9 @@ use crate::ros2::token::{Attachment, key};
 /// How long is waited for what comes at once.
 const WAIT: Duration = Duration::from_secs(30);
 
-/// A plane that does what it is asked.
+/// A plane that does what it is asked, or does not end it.
 #[derive(Default)]
-struct Far(Mutex<Vec<(Request, String)>>);
+struct Far(Mutex<Vec<(Request, String)>>, AtomicBool);
 
 impl Remote for Far {
     fn request(
@@ -48,6 +49,9 @@ impl Remote for Far {
             _ => Reply::Done,
         };
         self.0.lock().unwrap_or_else(PoisonError::into_inner).push((request, operator));
+        if self.1.load(Ordering::Relaxed) {
+            return Box::pin(std::future::pending());
+        }
         Box::pin(async { Ok(reply) })
     }
 
@@ -178,7 +182,26 @@ async fn a_plane_is_seen_and_acts_for_an_operator_alone() {
     assert!(station.operator().request(station.now()));
     let told = call::<SetBool>(&router, arm, Switch { data: false }).await;
     assert!(!told.success && told.message.starts_with("program holds control"), "{told:?}");
-    assert_eq!(far.0.lock().unwrap_or_else(PoisonError::into_inner).len(), 2);
+    let asked = || far.0.lock().unwrap_or_else(PoisonError::into_inner).len();
+    assert_eq!(asked(), 2);
+
+    // A client of ROS waits for ever: the 17th is told as well.
+    station.operator().release(station.now());
+    far.1.store(true, Ordering::Relaxed);
+    let (key, mut under_way) = (key(0, arm, SetBool::TYPE, SetBool::HASH), Vec::new());
+    for sequence in 0..16 {
+        let attachment = Attachment { sequence, sent_ns: 1, gid: [7; 16] };
+        let get = router.get(&key).payload(Switch { data: false }.to_bytes()).attachment(attachment.to_bytes());
+        under_way.push(get.timeout(WAIT).await.expect("asked"));
+    }
+    let taken = async {
+        while asked() < 18 {
+            tokio::task::yield_now().await;
+        }
+    };
+    tokio::time::timeout(WAIT, taken).await.expect("16 under way");
+    let told = call::<SetBool>(&router, arm, Switch { data: false }).await;
+    assert!(!told.success && told.message.contains("ask again"), "{told:?}");
     gateway.close().await;
     station.close().await;
 }
