@@ -22,6 +22,7 @@ fuzz_target!(|data: &[u8]| quick(|| {
         let _ = raster.height_m(
             f64::midpoint(bounds.south_deg, bounds.north_deg),
             f64::midpoint(bounds.west_deg, bounds.east_deg),
+            true,
         );
     }
 }));

@@ -167,7 +167,6 @@ impl Vehicle {
             Message::Dialect(MavMessage::MISSION_REQUEST_INT(_) | MavMessage::MISSION_REQUEST(_)) => {
                 self.on_asks(message, now);
             }
-            Message::Dialect(MavMessage::MISSION_COUNT(count)) => self.on_count_told(message, count, now),
             Message::MissionAck(ack) => self.on_mission_ack(ack, now),
             Message::Dialect(MavMessage::PARAM_VALUE(told)) => {
                 if let Some(param_type) = ParamType::from_mav(told.param_type) {
@@ -305,6 +304,12 @@ impl Vehicle {
             && let Ok(kind) = PlanKind::try_from(ack.mission_type)
         {
             self.told_changed(kind, now);
+            if let Some(until) = self.echo_until(kind, now)
+                && !Message::MissionAck(*ack).target().includes(self.our)
+            {
+                // Late, of what another station sent before, or at once, of what it sent and we did not hear.
+                self.doubt_copy(kind, until);
+            }
         }
     }
 

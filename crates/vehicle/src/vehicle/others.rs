@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use vencejo_flight::plan::PlanKind;
-use vencejo_proto::dialect::{MISSION_COUNT_DATA, MavMessage, MavMissionType};
+use vencejo_proto::dialect::{MavMessage, MavMissionType};
 use vencejo_proto::ftp::{FtpOpcode, FtpPayload};
 use vencejo_proto::{Address, Message, MissionAck, MonoTime};
 
@@ -119,39 +119,8 @@ impl Vehicle {
             Message::Dialect(MavMessage::MISSION_REQUEST(request)) => request.mission_type,
             _ => return,
         };
-        let target = message.target();
-        let is_mission = kind as u8 == PlanKind::Mission.mission_type();
-        if is_mission && self.goes_on(|incoming| target.includes(incoming.from), now).is_some() {
-            return;
-        }
-        // One whose own messages our links do not hear.
-        if let Some(other) = self.another(message) {
-            self.on_upload_begins(other, kind, 0, now);
-            if is_mission {
-                self.goes_on(|incoming| incoming.from == other, now);
-            }
-        }
-    }
-
-    /// The one other station to which the vehicle says something.
-    fn another(&self, message: &Message) -> Option<Address> {
-        let target = message.target();
-        let address = Address { system: target.named_system()?, component: target.named_component()? };
-        (address.system != self.our.system || address.component != self.our.component).then_some(address)
-    }
-
-    /// The vehicle tells another station how many items a plan has.
-    pub(super) fn on_count_told(&mut self, message: &Message, count: &MISSION_COUNT_DATA, now: MonoTime) {
-        if self.another(message).is_none() || kind_of(count.mission_type) != Some(PlanKind::Mission) {
-            return;
-        }
-        let first = self.first_seq();
-        let Some(lane) = self.transfer.as_ref().filter(|lane| lane.is_about(PlanKind::Mission)) else {
-            return self.on_total(count.count.saturating_sub(first), now);
-        };
-        let is_another = |(ours, _)| ours != usize::from(count.count);
-        if !lane.machine.writes_plan() || lane.machine.written(first).is_some_and(is_another) {
-            self.beside_ours(PlanKind::Mission, Others::Changed, now);
+        if kind as u8 == PlanKind::Mission.mission_type() {
+            self.goes_on(|incoming| message.target().includes(incoming.from), now);
         }
     }
 
@@ -178,16 +147,7 @@ impl Vehicle {
         }
         let others = if ack.result == 0 { Others::Finished } else { Others::Refused };
         let Some(incoming) = self.on_board.incoming.take_if(is_theirs) else {
-            let kind = PlanKind::try_from(ack.mission_type).ok();
-            let Some(kind) = kind.filter(|_| self.another(&Message::MissionAck(*ack)).is_some()) else { return false };
-            let is_moving = self.transfer.as_ref().is_some_and(|lane| lane.is_about(kind));
-            match (others, self.echo_until(kind, now).filter(|_| !is_moving)) {
-                // Late, of what it sent before ours, or at once, of what it sent and we did not hear.
-                (Others::Finished, Some(until)) => self.doubt_copy(kind, until),
-                (Others::Finished, None) => self.changed_elsewhere(kind, others, now),
-                _ => drop(self.beside_ours(kind, others, now)),
-            }
-            return true;
+            return false;
         };
         if self.beside_ours(PlanKind::Mission, others, now) {
             let home = self.first_seq();
