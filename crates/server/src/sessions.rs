@@ -42,6 +42,8 @@ struct Session {
     /// Whether it is this program's own.
     is_inside: bool,
     last_used: MonoTime,
+    /// When its last WebSocket ended.
+    left: Option<MonoTime>,
     /// Who it is to the station, for an operator's.
     operator: Option<Arc<Operator>>,
 }
@@ -49,6 +51,11 @@ struct Session {
 impl Session {
     fn is_alive(&self, now: MonoTime) -> bool {
         self.sockets > 0 || now.since(self.last_used) <= GRACE
+    }
+
+    /// Whether somebody stays, or has just gone and may come back. A request by itself is nobody's who stays.
+    fn is_there(&self, now: MonoTime) -> bool {
+        self.sockets > 0 || self.left.is_some_and(|left| now.since(left) <= GRACE)
     }
 }
 
@@ -106,8 +113,10 @@ impl Sessions {
             // Held by another, it is theirs until a person asks for it.
             let _ = operator.take(now);
         }
-        self.by_secret
-            .insert(secret, Session { id, name, role, sockets: 0, is_inside: false, last_used: now, operator });
+        self.by_secret.insert(
+            secret,
+            Session { id, name, role, sockets: 0, is_inside: false, last_used: now, left: None, operator },
+        );
         self.info(id)
     }
 
@@ -189,7 +198,7 @@ impl Sessions {
     pub fn socket_closed(&mut self, id: SessionId, now: MonoTime) {
         if let Some(session) = self.get_mut(id) {
             session.sockets = session.sockets.saturating_sub(1);
-            session.last_used = now;
+            (session.last_used, session.left) = (now, Some(now));
             if let Some(operator) = &session.operator {
                 operator.detach(now);
             }
@@ -233,9 +242,10 @@ impl Sessions {
         before != self.control.version()
     }
 
-    /// Whether an operator's session is alive: what the vehicle's ground-station failsafe is to be told.
+    /// Whether an operator's session has a WebSocket: what the vehicle's ground-station failsafe is to be told. One that had heard of a station
+    /// for the sake of a single request would miss it some seconds later.
     pub fn has_operator(&self, now: MonoTime) -> bool {
-        self.by_secret.values().any(|session| session.role == Role::Operator && session.is_alive(now))
+        self.by_secret.values().any(|session| session.role == Role::Operator && session.is_there(now))
     }
 
     /// What a session may know about itself; `None` when it is gone.
@@ -304,8 +314,10 @@ mod tests {
     fn control_ends_with_the_websocket_after_a_grace() {
         let mut sessions = Sessions::default();
         let first = open(&mut sessions, "first", Role::Operator, at(0));
+        assert!(!sessions.has_operator(at(0)), "who asks once does not stay");
         sessions.socket_opened(first, at(0));
         assert!(!sessions.expire(at(100)), "its WebSocket keeps it");
+        assert!(sessions.has_operator(at(100)));
         sessions.socket_closed(first, at(100));
         assert!(!sessions.expire(at(105)), "five seconds to come back");
         assert!(sessions.has_operator(at(105)));
