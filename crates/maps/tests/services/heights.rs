@@ -70,13 +70,7 @@ async fn over_water_the_ground_is_the_waters_surface() {
     })
     .await;
     let world = world().await;
-    let settings = SourceSettings {
-        role: Role::Elevation,
-        encoding: Some(Encoding::Terrarium),
-        min_zoom: Some(3),
-        max_zoom: Some(3),
-        ..xyz(service.url("{z}/{x}/{y}"))
-    };
+    let settings = terrarium_at(&service);
     let (land, shore, shallow, deep) = (pixel(1099.5), pixel(1100.0), pixel(1120.5), pixel(1200.5));
     for (below_sea_level, expected) in [(false, [4.0, 2.0, 0.0, 0.0]), (true, [4.0, -28.0, -60.0, 0.0])] {
         world.put(SourceSettings { below_sea_level, ..settings.clone() }).await;

@@ -184,6 +184,17 @@ fn xyz(url: String) -> SourceSettings {
     SourceSettings { url: Some(url), local_network: true, ..SourceSettings::new("a", "A", SourceKind::Xyz) }
 }
 
+/// Heights of a service, at level 3 alone.
+fn terrarium_at(service: &Service) -> SourceSettings {
+    SourceSettings {
+        role: Role::Elevation,
+        encoding: Some(Encoding::Terrarium),
+        min_zoom: Some(3),
+        max_zoom: Some(3),
+        ..xyz(service.url("{z}/{x}/{y}"))
+    }
+}
+
 async fn error(maps: &Maps) -> MapError {
     tokio::time::timeout(LIMIT, maps.tile("a", TILE)).await.expect("in time").expect_err("an error")
 }
@@ -772,13 +783,7 @@ async fn heights_lie_between_pixels_even_over_the_edges_of_tiles() {
     })
     .await;
     let world = world().await;
-    let settings = SourceSettings {
-        role: Role::Elevation,
-        encoding: Some(Encoding::Terrarium),
-        min_zoom: Some(3),
-        max_zoom: Some(3),
-        ..xyz(service.url("{z}/{x}/{y}"))
-    };
+    let settings = terrarium_at(&service);
     world.put(settings).await;
     let grid = world.maps.describe("a").await.expect("there").grid.expect("known");
     let place = |column: f64, row: f64| {
