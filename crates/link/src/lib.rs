@@ -88,7 +88,7 @@ pub use pace::Pace;
 pub use port::{LinkId, LinkOptions, LinkState};
 pub use recorder::{
     Folder, Format, Frames, Line, Names, Noted, Recorder, RecorderConfig, RecorderHandle, RecorderState,
-    RecorderStatus, Recorders, Storage, StorageFile, StoredFile, is_kept_recording, keep_recording,
+    RecorderStatus, Recorders, Storage, StorageFile, StoredFile, Syncing, is_kept_recording, keep_recording,
 };
 pub use router::MAX_LINKS;
 pub use signing::{KeyId, SigningCounts, SigningState, UnsignedPolicy, VehicleKeys};

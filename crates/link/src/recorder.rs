@@ -6,8 +6,8 @@
 //! recorder tries again, at first soon, then at ever longer intervals. A disk that does not answer at all shows in the status
 //! too, which is looked at from outside the thread that waits for it.
 //!
-//! What is written at most five times a second is handed to the system, and once a second forced to the disk. The
-//! folder is kept below a quota by deleting the oldest recordings (files named as the recorder names them, nothing
+//! What is written at most five times a second is handed to the system, and once a second forced to the disk: beside the
+//! writing, for that takes seconds on a busy disk, and what waits in memory is lost with the process. The folder is kept below a quota by deleting the oldest recordings (files named as the recorder names them, nothing
 //! else, never one being written, here or by another process, and never one that somebody keeps); below a floor of free
 //! space nothing is written at all.
 //!
@@ -40,7 +40,7 @@ use crate::router::SETUP_SIGNING_ID;
 pub use self::format::Format;
 pub use self::frames::{Frames, Noted};
 pub use self::status::{RecorderConfig, RecorderState, RecorderStatus};
-pub use self::storage::{Folder, Names, Storage, StorageFile, StoredFile, is_kept_recording, keep_recording};
+pub use self::storage::{Folder, Names, Storage, StorageFile, StoredFile, Syncing, is_kept_recording, keep_recording};
 
 /// Of so many parts of a full queue one wakes the writer before its time.
 const WAKE_PART: usize = 4;

@@ -4,6 +4,7 @@ use std::collections::HashSet;
 use std::fs;
 use std::io::{self, Write};
 use std::path::PathBuf;
+use std::sync::mpsc;
 
 use vencejo_store::Space;
 
@@ -52,11 +53,48 @@ pub trait Storage: Send {
 
 /// A recording being written.
 pub trait StorageFile: Write + Send {
-    /// Forces what was written to the disk.
-    ///
-    /// # Errors
-    /// Whatever the disk says.
-    fn sync(&mut self) -> io::Result<()>;
+    /// Begins to force to the disk what was written until now. What is written meanwhile does not wait for it.
+    fn sync(&mut self) -> Syncing;
+}
+
+/// How forcing to the disk goes on: it can take seconds.
+#[derive(Debug)]
+pub struct Syncing(mpsc::Receiver<io::Result<()>>);
+
+impl Syncing {
+    /// One that goes on, and where its end is told.
+    #[must_use]
+    pub fn begun() -> (mpsc::Sender<io::Result<()>>, Self) {
+        let (told, end) = mpsc::channel();
+        (told, Self(end))
+    }
+
+    /// One that has ended already.
+    #[must_use]
+    pub fn ended(result: io::Result<()>) -> Self {
+        let (told, syncing) = Self::begun();
+        // The other end is here.
+        let _ = told.send(result);
+        syncing
+    }
+
+    /// How it ended; `None` while it goes on.
+    pub(super) fn end(&self) -> Option<io::Result<()>> {
+        match self.0.try_recv() {
+            Ok(result) => Some(result),
+            Err(mpsc::TryRecvError::Empty) => None,
+            Err(mpsc::TryRecvError::Disconnected) => Some(Err(given_up())),
+        }
+    }
+
+    /// Waits for its end.
+    pub(super) fn wait(self) -> io::Result<()> {
+        self.0.recv().unwrap_or_else(|_| Err(given_up()))
+    }
+}
+
+fn given_up() -> io::Error {
+    io::Error::other("what forces recordings to the disk has ended")
 }
 
 /// A folder of the file system.
@@ -64,12 +102,26 @@ pub trait StorageFile: Write + Send {
 pub struct Folder {
     path: PathBuf,
     space: Space,
+    /// To the thread that waits for the disk, which the first file starts.
+    jobs: Option<mpsc::Sender<SyncJob>>,
 }
 
 impl Folder {
     /// The folder at `path`, made when the first recording is.
     pub fn new(path: impl Into<PathBuf>) -> Self {
-        Self { path: path.into(), space: Space::default() }
+        Self { path: path.into(), space: Space::default(), jobs: None }
+    }
+
+    fn jobs(&mut self) -> io::Result<mpsc::Sender<SyncJob>> {
+        if let Some(jobs) = &self.jobs {
+            return Ok(jobs.clone());
+        }
+        let (jobs, todo) = mpsc::channel::<SyncJob>();
+        std::thread::Builder::new()
+            .name("vencejo-sync".to_owned())
+            .spawn(move || todo.into_iter().for_each(SyncJob::run))?;
+        self.jobs = Some(jobs.clone());
+        Ok(jobs)
     }
 
     /// The same on a disk whose free space something else tells.
@@ -109,8 +161,7 @@ impl Storage for Folder {
         let file = fs::OpenOptions::new().write(true).create_new(true).open(self.path.join(name))?;
         // So that no other process deletes it to make room. Nobody else can have it yet.
         vencejo_store::lock::try_hold(&file)?;
-        vencejo_store::sync_folder(&self.path)?;
-        Ok(Box::new(file))
+        Ok(Box::new(FolderFile { file, unsynced_folder: Some(self.path.clone()), jobs: self.jobs()? }))
     }
 
     fn append(&mut self, name: &str, bytes: u64) -> io::Result<Box<dyn StorageFile>> {
@@ -121,7 +172,7 @@ impl Storage for Folder {
             let problem = format!("{name} has {there} bytes where {bytes} were written: something else changed it");
             return Err(io::Error::new(io::ErrorKind::InvalidData, problem));
         }
-        Ok(Box::new(file))
+        Ok(Box::new(FolderFile { file, unsynced_folder: None, jobs: self.jobs()? }))
     }
 
     fn list(&mut self) -> io::Result<Vec<StoredFile>> {
@@ -155,9 +206,49 @@ impl Storage for Folder {
     }
 }
 
-impl StorageFile for fs::File {
-    fn sync(&mut self) -> io::Result<()> {
-        self.sync_data()
+/// A file of a [`Folder`].
+struct FolderFile {
+    file: fs::File,
+    /// Its folder, until that is on the disk with the file's name.
+    unsynced_folder: Option<PathBuf>,
+    jobs: mpsc::Sender<SyncJob>,
+}
+
+impl Write for FolderFile {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.file.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.file.flush()
+    }
+}
+
+impl StorageFile for FolderFile {
+    fn sync(&mut self) -> Syncing {
+        let file = match self.file.try_clone() {
+            Ok(file) => file,
+            Err(error) => return Syncing::ended(Err(error)),
+        };
+        let (told, syncing) = Syncing::begun();
+        // A thread that is gone drops `told`, which tells it.
+        let _ = self.jobs.send(SyncJob { file, folder: self.unsynced_folder.take(), told });
+        syncing
+    }
+}
+
+/// What is to be forced to the disk.
+struct SyncJob {
+    file: fs::File,
+    folder: Option<PathBuf>,
+    told: mpsc::Sender<io::Result<()>>,
+}
+
+impl SyncJob {
+    fn run(self) {
+        let folder = self.folder.map_or(Ok(()), |folder| vencejo_store::sync_folder(&folder));
+        // Nobody waits for it any more where the recorder has ended.
+        let _ = self.told.send(folder.and_then(|()| self.file.sync_data()));
     }
 }
 

@@ -11,13 +11,15 @@ use vencejo_proto::MonoTime;
 
 use super::format::Format;
 use super::status::{RecorderConfig, RecorderState, RecorderStatus, SYNC_INTERVAL, WRITE_INTERVAL};
-use super::storage::{Names, Storage, StorageFile, utc_stamp};
+use super::storage::{Names, Storage, StorageFile, Syncing, utc_stamp};
 use crate::clock::Clock;
 
 /// Files that are open at a time; those beyond are opened again for each write.
 pub(super) const MAX_OPEN: usize = 64;
 /// Files that are forced to the disk in a second at most: a disk of a laptop takes some 5 ms for one.
 const SYNCS_PER_S: u32 = 100;
+/// Files that are being forced to the disk at a time: as many as it takes until the writer looks again.
+const SYNCS_AT_ONCE: usize = SYNCS_PER_S as usize / 5;
 /// What was written is forced to the disk after so long at the latest, where the disk keeps up.
 const LATEST_SYNC: Duration = Duration::from_secs(10);
 /// Of the quota the files that are written may take one in so many parts: those are never deleted.
@@ -46,6 +48,10 @@ struct House {
     current: BTreeSet<String>,
     /// Those of them that are open.
     open_files: usize,
+    /// Files that are being forced to the disk.
+    syncs: usize,
+    /// When the disk ended that for one, or had none to do.
+    answered_at: MonoTime,
     /// Free space, as far as the disk says, and when that was asked.
     free: Option<(MonoTime, Option<u64>)>,
     /// When the quota was looked at.
@@ -126,7 +132,8 @@ pub(super) struct Writers<F: Format> {
     lines: Vec<(Writer<F>, VecDeque<F::Item>)>,
     /// Whose turn it is to be forced to the disk.
     next: usize,
-    /// Since when it has been waiting for the disk because of one line, µs on the clock plus one; 0 while it does not.
+    /// Since when it has been waiting for the disk, in a call because of one line or for something to be forced to it, µs on the clock plus
+    /// one; 0 while it does not.
     pub(super) busy_since_us: Arc<AtomicU64>,
 }
 
@@ -140,6 +147,8 @@ impl<F: Format> Writers<F> {
             lines: 0,
             current: BTreeSet::new(),
             open_files: 0,
+            syncs: 0,
+            answered_at: MonoTime::ZERO,
             free: None,
             tidied_at: None,
         };
@@ -154,6 +163,9 @@ impl<F: Format> Writers<F> {
     /// Writes what came, each item with the number of its line. Called several times a second, also without any.
     pub(super) fn on_items(&mut self, items: VecDeque<(usize, F::Item)>, dropped: &[u64]) {
         let now = self.mark_busy();
+        if self.house.syncs == 0 {
+            self.house.answered_at = now;
+        }
         for (line, item) in items {
             self.lines[line].1.push_back(item);
         }
@@ -166,6 +178,9 @@ impl<F: Format> Writers<F> {
         // So long that what comes meanwhile has room; the others have their turn after it.
         let (count, from) = (self.lines.len(), self.next);
         for line in (0..count).map(|step| (from + step) % count) {
+            if self.house.syncs >= SYNCS_AT_ONCE {
+                break;
+            }
             self.lines[line].0.look_after(&mut self.house, now);
             self.next = line + 1;
             if self.mark_busy().since(now) >= WRITE_INTERVAL {
@@ -173,7 +188,8 @@ impl<F: Format> Writers<F> {
             }
         }
         self.publish();
-        self.busy_since_us.store(0, Ordering::Release);
+        let waits_since = (self.house.syncs > 0).then_some(self.house.answered_at);
+        self.busy_since_us.store(waits_since.map_or(0, |since| since.as_micros() + 1), Ordering::Release);
     }
 
     pub(super) fn close(&mut self) {
@@ -216,7 +232,10 @@ pub(super) struct Writer<F: Format> {
     pub(super) retry_at: MonoTime,
     /// How long is waited after the next failure.
     pub(super) retry_wait: Duration,
+    /// When it was forced to the disk last, or that was begun.
     synced_at: MonoTime,
+    /// What is being forced to the disk, each with the frames written before, in their order.
+    syncing: VecDeque<(u64, Syncing)>,
     batch: Vec<u8>,
 }
 
@@ -240,6 +259,7 @@ impl<F: Format> Writer<F> {
             retry_at: started,
             retry_wait,
             synced_at: started,
+            syncing: VecDeque::new(),
             batch: Vec::new(),
         };
         (writer, watch)
@@ -247,6 +267,7 @@ impl<F: Format> Writer<F> {
 
     fn on_items(&mut self, house: &mut House, items: &VecDeque<F::Item>, dropped: u64, now: MonoTime) {
         self.now.dropped += dropped;
+        self.on_synced(house, now);
         if self.open.is_none() && now >= self.retry_at && (F::BEGINS_AT_ONCE || !items.is_empty()) {
             self.begin(house, now);
         }
@@ -257,8 +278,11 @@ impl<F: Format> Writer<F> {
         self.spare(house);
     }
 
-    /// Forces what was written to the disk, where that is due.
+    /// Forces what was written to the disk, where that is due and not under way.
     fn look_after(&mut self, house: &mut House, now: MonoTime) {
+        if !self.syncing.is_empty() {
+            return;
+        }
         let has_to_prove = self.open.is_some() && self.now.state.problem().is_some();
         if has_to_prove || now.since(self.synced_at) >= house.sync_interval() {
             self.synced_at = now;
@@ -300,7 +324,7 @@ impl<F: Format> Writer<F> {
         Ok(())
     }
 
-    /// Forces to the disk, looks at free space and quota, and begins the next file when this one is full.
+    /// Begins to force to the disk, looks at free space and quota, and begins the next file when this one is full.
     fn keep_house(&mut self, house: &mut House, now: MonoTime) {
         if self.open.is_some() {
             self.format.flush(&mut self.batch);
@@ -308,26 +332,45 @@ impl<F: Format> Writer<F> {
         if let Err(error) = self.put_out(house) {
             return self.fail(house, &error, now);
         }
-        let Some(open) = &mut self.open else { return };
-        if open.is_unsynced
-            && let Err(error) = house.file(open).and_then(StorageFile::sync)
-        {
-            return self.fail(house, &error, now);
-        }
-        (open.is_unsynced, self.now.synced) = (false, self.now.frames);
+        self.sync(house);
+        self.on_synced(house, now);
+        let Some(open) = &self.open else { return };
         let is_old = house.config.max_file_age.is_some_and(|age| now.since(open.begun_at) >= age);
-        let (file, is_full) = (open.name.clone(), is_old || open.bytes >= house.file_bytes());
-        self.retry_wait = house.config.retry_after;
-        if self.now.state.problem().is_some() {
-            self.enter(RecorderState::Recording { file }, now);
-        }
-        if is_full {
+        if is_old || open.bytes >= house.file_bytes() {
             self.end_file(house, true);
             if F::BEGINS_AT_ONCE {
                 self.begin(house, now);
             }
         } else if self.has_space(house, now) {
             house.tidy(self.format.names(), now);
+        }
+    }
+
+    /// Begins to force to the disk what has not been.
+    fn sync(&mut self, house: &mut House) {
+        let Some(open) = self.open.as_mut().filter(|open| open.is_unsynced) else { return };
+        open.is_unsynced = false;
+        let syncing = house.file(open).map_or_else(|error| Syncing::ended(Err(error)), StorageFile::sync);
+        self.syncing.push_back((self.now.frames, syncing));
+        house.syncs += 1;
+    }
+
+    /// Takes in how forcing to the disk ended.
+    fn on_synced(&mut self, house: &mut House, now: MonoTime) {
+        while let Some(end) = self.syncing.front().and_then(|(_, syncing)| syncing.end()) {
+            let frames = self.syncing.pop_front().map_or(0, |(frames, _)| frames);
+            house.syncs -= 1;
+            house.answered_at = now;
+            if let Err(error) = end {
+                return self.fail(house, &error, now);
+            }
+            self.now.synced = frames;
+            self.retry_wait = house.config.retry_after;
+            if self.now.state.problem().is_some()
+                && let Some(open) = &self.open
+            {
+                self.enter(RecorderState::Recording { file: open.name.clone() }, now);
+            }
         }
     }
 
@@ -378,8 +421,13 @@ impl<F: Format> Writer<F> {
 
     /// Ends the file and waits before the next try, longer each time.
     fn stop(&mut self, house: &mut House, state: RecorderState, now: MonoTime) {
-        // Behind bytes that were not written nothing more is.
-        self.end_file(house, !matches!(state, RecorderState::Failing { .. }));
+        // Behind bytes that were not written nothing more is, and nothing of that file counts as safe.
+        let is_sound = !matches!(state, RecorderState::Failing { .. });
+        self.end_file(house, is_sound);
+        if !is_sound {
+            house.syncs -= self.syncing.len();
+            self.syncing.clear();
+        }
         self.now.failures += 1;
         self.retry_at = now + self.retry_wait;
         self.retry_wait = (self.retry_wait * 2).min(house.config.retry_at_most);
@@ -401,22 +449,33 @@ impl<F: Format> Writer<F> {
         }
         // Whatever fails now has been, or will be, reported by the next try.
         let _ = self.put_out(house);
+        self.sync(house);
         let Some(mut open) = self.open.take() else { return };
-        if open.is_unsynced {
-            let _ = house.file(&mut open).and_then(StorageFile::sync);
-        }
         house.rest(&mut open);
         house.current.remove(&open.name);
         if open.bytes == 0 {
+            // While it is forced to the disk it is in use.
+            self.settle(house);
             let _ = house.storage.remove(&open.name);
         }
     }
 
+    /// Waits for all that is being forced to the disk. Whether that was done.
+    fn settle(&mut self, house: &mut House) -> bool {
+        house.syncs -= self.syncing.len();
+        self.syncing.drain(..).all(|(frames, syncing)| {
+            let is_done = syncing.wait().is_ok();
+            if is_done {
+                self.now.synced = frames;
+            }
+            is_done
+        })
+    }
+
     fn close(&mut self, house: &mut House) {
-        let failures = self.now.failures;
         self.end_file(house, true);
-        if failures == self.now.failures {
-            self.now.synced = self.now.frames;
+        if !self.settle(house) {
+            self.now.failures += 1;
         }
         self.enter(RecorderState::Closed, house.clock.now());
     }

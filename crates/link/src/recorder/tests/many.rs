@@ -4,6 +4,7 @@ use std::collections::VecDeque;
 use std::fs;
 use std::path::Path;
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
 
 use tokio::sync::watch;
 
@@ -53,10 +54,14 @@ impl Many {
         Self { clock, writers, statuses }
     }
 
-    /// Each of these lines gets a letter.
+    /// Each of these lines gets a letter, and all that is due is forced to the disk.
     fn write(&mut self, lines: impl IntoIterator<Item = usize>, letter: u8, ms: u64) {
         self.clock.advance_ms(ms);
         self.writers.on_items(lines.into_iter().map(|line| (line, letter)).collect(), &[]);
+        while self.writers.busy_since_us.load(Ordering::Acquire) > 0 {
+            std::thread::yield_now();
+            self.writers.on_items(VecDeque::new(), &[]);
+        }
     }
 
     fn file(&self, line: usize) -> String {
