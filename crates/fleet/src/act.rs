@@ -211,7 +211,6 @@ fn alt_frame(number: u32) -> Result<AltFrame, BadPayload> {
 }
 
 /// What an order is about, for the log.
-#[must_use]
 pub fn brief(act: &Act) -> String {
     match &act.deed {
         Some(Deed::PlanPut(put)) => {
@@ -223,7 +222,6 @@ pub fn brief(act: &Act) -> String {
 }
 
 /// What an answer says of a result on board.
-#[must_use]
 pub fn answer_of(claim: &Claim, result: &RequestResult) -> Answer {
     let error = match result {
         Ok(reply) => return Answer { outcome: outcome_of(reply), ..answer(claim, End::Done, "") },
@@ -295,7 +293,6 @@ pub fn result_of(answer: &Answer, request: &Request, name: &str, target: Address
 }
 
 /// Nobody knows what became of a request, sent so many times, after this time.
-#[must_use]
 pub fn unknown_end(request: &Request, target: Address, attempts: u32, waited: Duration) -> StationError {
     let error = match request {
         Request::UploadPlan { kind, .. } | Request::ClearPlan { kind } => unverified(*kind, waited),
@@ -308,7 +305,6 @@ pub fn unknown_end(request: &Request, target: Address, attempts: u32, waited: Du
 }
 
 /// Nobody knows whether it was done.
-#[must_use]
 pub fn unknown(command: CommandName, target: Address, attempts: u32) -> StationError {
     StationError::Vehicle(VehicleError::CommandTimeout { target, command, attempts })
 }

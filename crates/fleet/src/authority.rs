@@ -54,7 +54,6 @@ impl Role {
     pub const ALL: [Self; 3] = [Self::Observer, Self::Operator, Self::Chief];
 
     /// Its name.
-    #[must_use]
     pub const fn as_str(self) -> &'static str {
         match self {
             Self::Observer => "observer",
@@ -64,7 +63,6 @@ impl Role {
     }
 
     /// The role of that name.
-    #[must_use]
     pub fn named(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|role| role.as_str() == name)
     }
@@ -178,7 +176,6 @@ pub struct Authority {
 impl Authority {
     /// Of a station that started at `began`. `boot` is a random number: orders to the program that ran before are none to this one. `seal` marks
     /// what this one tells.
-    #[must_use]
     pub fn new(boot: u64, began: MonoTime, seal: Seal) -> Self {
         Self {
             boot,
@@ -196,25 +193,21 @@ impl Authority {
     }
 
     /// This boot's number.
-    #[must_use]
     pub fn boot(&self) -> u64 {
         self.boot
     }
 
     /// What is told of this moment, so that orders can be based on it.
-    #[must_use]
     pub fn picture(&self, now: MonoTime) -> Picture {
         self.seal.picture(millis(now.as_duration()))
     }
 
     /// Key of the operator far away who has control, and the epoch.
-    #[must_use]
     pub fn lease(&self) -> Option<(PublicKey, u64)> {
         self.lease.as_ref().map(|lease| (lease.caller.key, self.epoch))
     }
 
     /// What the others are shown of it.
-    #[must_use]
     pub fn held(&self) -> Held {
         let name = |lease: &Option<Lease>| lease.as_ref().map(|lease| lease.caller.name.clone()).unwrap_or_default();
         let key = |lease: &Option<Lease>| lease.as_ref().map(|lease| lease.caller.key.0.to_vec()).unwrap_or_default();
@@ -258,7 +251,6 @@ impl Authority {
     }
 
     /// What becomes of an order that came before; `None` for a new one.
-    #[must_use]
     pub fn on_known(&self, caller: &Caller, claim: &Claim) -> Option<Verdict> {
         let known = self.known.get(&claim.id)?;
         if known.key != caller.key {
@@ -442,7 +434,6 @@ impl Authority {
 }
 
 /// An answer to an order.
-#[must_use]
 pub fn answer(claim: &Claim, end: End, why: &str) -> Answer {
     Answer {
         version: VERSION,

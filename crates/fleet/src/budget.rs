@@ -44,7 +44,6 @@ pub enum Audience {
 
 impl Audience {
     /// Time between two echoes.
-    #[must_use]
     pub fn echo_interval(self) -> Duration {
         if self == Self::Nobody { UNHEARD_ECHO_INTERVAL } else { ECHO_INTERVAL }
     }
@@ -66,7 +65,6 @@ pub struct Budget {
 
 impl Budget {
     /// Of an uplink of `uplink_bit_s`, where that is known.
-    #[must_use]
     pub fn new(uplink_bit_s: Option<f64>, now: MonoTime) -> Self {
         // It is not known yet what the uplink carries: begin where the list is.
         Self { uplink_bit_s, rung: LISTED, good_since: None, fastest: [None; 2], stretch_began: now, sample_bytes: 0.0 }
@@ -108,7 +106,6 @@ impl Budget {
     }
 
     /// Samples a second now.
-    #[must_use]
     pub fn rate_hz(&self, audience: Audience) -> f64 {
         let wanted = match audience {
             Audience::Nobody => return UNHEARD_HZ,
@@ -122,7 +119,6 @@ impl Budget {
     }
 
     /// Time between samples.
-    #[must_use]
     pub fn interval(&self, audience: Audience) -> Duration {
         Duration::from_secs_f64(1.0 / self.rate_hz(audience))
     }
@@ -140,7 +136,6 @@ pub struct Pacer {
 
 impl Pacer {
     /// Of an uplink of `uplink_bit_s`, where that is known.
-    #[must_use]
     pub fn new(uplink_bit_s: Option<f64>) -> Self {
         Self { uplink_bit_s, free_at: MonoTime::ZERO }
     }

@@ -42,7 +42,6 @@ pub struct Digest(pub [u8; 32]);
 
 impl Digest {
     /// Of these bytes.
-    #[must_use]
     pub fn of(bytes: &[u8]) -> Self {
         let mut made = [0; 32];
         made.copy_from_slice(digest(&SHA256, bytes).as_ref());
@@ -54,7 +53,6 @@ impl Digest {
     }
 
     /// The one in this text.
-    #[must_use]
     pub fn from_text(text: &str) -> Option<Self> {
         text.parse::<PublicKey>().ok().map(|bytes| Self(bytes.0))
     }
@@ -88,7 +86,6 @@ pub struct Content {
 
 impl Content {
     /// These bytes.
-    #[must_use]
     pub fn of(packed: Vec<u8>) -> Self {
         let length = u32::try_from(packed.len()).unwrap_or(u32::MAX);
         Self { digest: Digest::of(&packed).0.to_vec(), length, here: packed }
@@ -138,7 +135,6 @@ pub struct Part {
 
 impl Part {
     /// The parts of a list.
-    #[must_use]
     pub fn all_of(packed: &[u8]) -> Vec<Self> {
         let (name, length) = (Digest::of(packed).0.to_vec(), u32::try_from(packed.len()).unwrap_or(u32::MAX));
         let part = |(number, bytes): (usize, &[u8])| Self {
@@ -174,7 +170,6 @@ struct Items {
 const WAITS: u32 = 1 << 7;
 
 /// Packs a list of items.
-#[must_use]
 pub fn pack_items(list: &Mission) -> Vec<u8> {
     let items = &list.items;
     let flags = |item: &MissionItem| {
@@ -280,7 +275,6 @@ fn param(name: &str, kind: u32, value: f64) -> Result<Param, BadPayload> {
 }
 
 /// Packs a list of parameters.
-#[must_use]
 pub fn pack_params(params: &[Param]) -> Vec<u8> {
     pack(&Params {
         version: VERSION,

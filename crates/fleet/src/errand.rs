@@ -60,7 +60,6 @@ pub struct Errand {
 
 impl Errand {
     /// One that is given up after `patience`.
-    #[must_use]
     pub fn new(patience: Duration, now: MonoTime) -> Self {
         Self { began: now, patience, attempts: 0, silent: false, sent_at: now }
     }

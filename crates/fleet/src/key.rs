@@ -23,7 +23,6 @@ pub struct BadName(pub String);
 
 impl Name {
     /// The name.
-    #[must_use]
     pub fn as_str(&self) -> &str {
         &self.0
     }
@@ -80,7 +79,6 @@ impl Kind {
         [Self::Alive, Self::State, Self::Event, Self::Order, Self::List, Self::HistoryIndex, Self::HistoryChunk];
 
     /// Its part of the key.
-    #[must_use]
     pub const fn as_str(self) -> &'static str {
         match self {
             Self::Alive => "alive",
@@ -95,43 +93,36 @@ impl Kind {
 }
 
 /// The key of one kind of an aircraft.
-#[must_use]
 pub fn key_of(org: &Name, aircraft: &Name, kind: Kind) -> String {
     format!("vencejo/1/{org}/{aircraft}/{}", kind.as_str())
 }
 
 /// The keys of one kind of all aircraft.
-#[must_use]
 pub fn keys_of_all(org: &Name, kind: Kind) -> String {
     format!("vencejo/1/{org}/*/{}", kind.as_str())
 }
 
 /// Where an aircraft asks for an echo, to measure its way to the router. No aircraft can have that name.
-#[must_use]
 pub fn echo_key(org: &Name) -> String {
     format!("vencejo/1/{org}/_hub/echo")
 }
 
 /// Where the list of ground stations is asked for, with `have=NUMBER`: a newer one is given, or nothing.
-#[must_use]
 pub fn stations_key(org: &Name) -> String {
     format!("vencejo/1/{org}/_hub/stations")
 }
 
 /// Where a router that has not the authority asks for the list of aircraft, likewise.
-#[must_use]
 pub fn admitted_key(org: &Name) -> String {
     format!("vencejo/1/{org}/_hub/admitted")
 }
 
 /// The keys of all three.
-#[must_use]
 pub fn keys_of_hub(org: &Name) -> String {
     format!("vencejo/1/{org}/_hub/*")
 }
 
 /// The aircraft that a key of this organisation and kind is of, by whatever stands in place of its name.
-#[must_use]
 pub fn aircraft_of<'a>(org: &Name, kind: Kind, key: &'a str) -> Option<&'a str> {
     let rest = key.strip_prefix("vencejo/1/")?.strip_prefix(org.as_str())?.strip_prefix('/')?;
     rest.strip_suffix(kind.as_str())?.strip_suffix('/').filter(|name| !name.contains('/'))

@@ -163,7 +163,6 @@ impl DifferenceTold {
 
 /// What came of an order that succeeded; `None`: no more than that. Lists go with it where they are short enough, else by their name: put
 /// them on the shelf.
-#[must_use]
 pub fn outcome_of(reply: &Reply) -> Option<Outcome> {
     Some(match reply {
         Reply::Acknowledged { result_param2 } => Outcome::Acknowledged(*result_param2),
@@ -200,7 +199,6 @@ impl Outcome {
 }
 
 /// How a transfer failed; `None` where it was refused before anything was done, in words.
-#[must_use]
 pub fn fault_of(error: &VehicleError) -> Option<Fault> {
     let fault = |kind: FaultKind| Fault { kind: kind.into(), ..Fault::default() };
     let ms = |waited: &Duration| u64::try_from(waited.as_millis()).unwrap_or(u64::MAX);
@@ -299,7 +297,6 @@ impl Fault {
 }
 
 /// A plan was sent, and nobody knows what the vehicle holds.
-#[must_use]
 pub fn unverified(kind: vencejo_flight::plan::PlanKind, waited: Duration) -> TransferError {
     TransferError::Unverified { kind, reason: Box::new(TransferError::Timeout { step: STEP, waited }) }
 }

@@ -341,7 +341,6 @@ impl Order {
     }
 
     /// Its id as a number.
-    #[must_use]
     pub fn id(&self) -> u128 {
         self.id.as_slice().try_into().map_or(0, u128::from_be_bytes)
     }

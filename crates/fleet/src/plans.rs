@@ -162,13 +162,11 @@ impl Plans {
     }
 
     /// Grows with everything new.
-    #[must_use]
     pub fn version(&self) -> u32 {
         self.version
     }
 
     /// What is known of them.
-    #[must_use]
     pub fn told(&self) -> &[PlanTold; 3] {
         &self.told
     }
@@ -223,7 +221,6 @@ impl PlansHeard {
     }
 
     /// What was told of a plan last.
-    #[must_use]
     pub fn told(&self, kind: PlanKind) -> Option<&PlanTold> {
         self.told[kind as usize].as_ref()
     }

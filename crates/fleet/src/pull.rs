@@ -33,7 +33,6 @@ pub struct Pull {
 
 impl Pull {
     /// Of the list with this name and length.
-    #[must_use]
     pub fn new(name: Digest, length: usize) -> Self {
         let pieces = vec![Piece::Missing; length.div_ceil(PIECE_BYTES)];
         Self { name, bytes: vec![0; length], pieces, window: WINDOW, fastest: None }
@@ -78,7 +77,6 @@ impl Pull {
     }
 
     /// Bytes that are here, and all.
-    #[must_use]
     pub fn progress(&self) -> (u32, u32) {
         let here = self.pieces.iter().filter(|piece| **piece == Piece::Here).count();
         let here = (here * PIECE_BYTES).min(self.bytes.len());

@@ -56,14 +56,12 @@ impl Rivals {
     }
 
     /// Until when another computer counts as there, as far as is known; `None` where none does.
-    #[must_use]
     pub fn there_until(&self, now: MonoTime) -> Option<MonoTime> {
         let there = self.0.iter().filter(|rival| rival.is_there).map(|rival| rival.heard_at);
         Some(there.max()? + THERE_FOR).filter(|until| *until > now)
     }
 
     /// When this boot was heard last.
-    #[must_use]
     pub fn heard_at(&self, boot: u64) -> Option<MonoTime> {
         self.0.iter().find(|rival| rival.boot == boot).map(|rival| rival.heard_at)
     }

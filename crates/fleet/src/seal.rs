@@ -24,13 +24,11 @@ pub struct Seal(hmac::Key);
 
 impl Seal {
     /// With this secret, which is random and leaves the program in no way.
-    #[must_use]
     pub fn new(secret: &[u8; 32]) -> Self {
         Self(hmac::Key::new(hmac::HMAC_SHA256, secret))
     }
 
     /// The picture of a moment: the first 64 bits of HMAC-SHA-256 (RFC 2104). Who guesses has to bring each guess on board.
-    #[must_use]
     pub fn picture(&self, clock_ms: u64) -> Picture {
         let tag = hmac::sign(&self.0, &[CONTEXT, &clock_ms.to_be_bytes()].concat());
         let mark = tag.as_ref().first_chunk().map_or(0, |mark| u64::from_be_bytes(*mark));

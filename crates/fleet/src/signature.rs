@@ -49,7 +49,6 @@ impl FromStr for PublicKey {
 
 impl PublicKey {
     /// Whether `signature` is what the owner of this key made of these bytes.
-    #[must_use]
     pub fn verifies(&self, bytes: &[u8], signature: &[u8]) -> bool {
         UnparsedPublicKey::new(&ED25519, self.0).verify(&[CONTEXT, bytes].concat(), signature).is_ok()
     }
@@ -63,13 +62,11 @@ impl Signer {
     pub const SEED_LEN: usize = 32;
 
     /// The signer with this secret, all of which are good.
-    #[must_use]
     pub fn from_seed(seed: &[u8; Self::SEED_LEN]) -> Self {
         Self(Ed25519KeyPair::from_seed_unchecked(seed).expect("invariant: any 32 bytes are a secret of Ed25519"))
     }
 
     /// Its public key.
-    #[must_use]
     pub fn public(&self) -> PublicKey {
         let mut key = [0; 32];
         key.copy_from_slice(self.0.public_key().as_ref());
@@ -77,7 +74,6 @@ impl Signer {
     }
 
     /// The signature of these bytes.
-    #[must_use]
     pub fn sign(&self, bytes: &[u8]) -> Vec<u8> {
         self.0.sign(&[CONTEXT, bytes].concat()).as_ref().to_vec()
     }

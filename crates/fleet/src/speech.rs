@@ -40,7 +40,6 @@ pub struct Speaker {
 
 impl Speaker {
     /// Nothing yet.
-    #[must_use]
     pub fn new(boot: u64, autopilot: Address, seal: Seal) -> Self {
         Self { boot, seal, autopilot, newest: BTreeMap::new(), sequence: 0, events: VecDeque::new(), numbered: 0 }
     }
@@ -119,7 +118,6 @@ impl Speaker {
 }
 
 /// Whole milliseconds.
-#[must_use]
 pub fn millis(time: Duration) -> u64 {
     u64::try_from(time.as_millis()).unwrap_or(u64::MAX)
 }
@@ -250,44 +248,37 @@ impl Listener {
     }
 
     /// Whether everything is to be asked for: a sample has only what is new, and some were not heard. Not again at once.
-    #[must_use]
     pub fn lacks_some(&self, now: MonoTime) -> bool {
         let Some((told, at)) = self.told else { return self.boot.is_some() };
         self.run.is_some_and(|(first, _)| first > told.saturating_add(1)) && now.since(at) >= EVERYTHING_AGAIN
     }
 
     /// From which number on events are missing, where any are.
-    #[must_use]
     pub fn missing(&self) -> Option<u64> {
         (self.boot.is_some() && self.newest_event >= self.next_event).then_some(self.next_event)
     }
 
     /// The boot and the newest picture; `None` before the first.
-    #[must_use]
     pub fn picture(&self) -> Option<(u64, Picture)> {
         Some((self.boot?, Picture { at: MonoTime::from_millis(self.clock_ms), mark: self.mark }))
     }
 
     /// Until when another computer counts as there that speaks as this aircraft; `None` where none does.
-    #[must_use]
     pub fn contested_until(&self, now: MonoTime) -> Option<MonoTime> {
         self.rivals.there_until(now)
     }
 
     /// When this boot was heard last.
-    #[must_use]
     pub fn heard_at(&self, boot: u64) -> Option<MonoTime> {
         if self.boot == Some(boot) { Some(self.at) } else { self.rivals.heard_at(boot) }
     }
 
     /// How old that picture is here, at least.
-    #[must_use]
     pub fn age(&self, now: MonoTime) -> Duration {
         now.since(self.at)
     }
 
     /// Who may act, as far as it was told.
-    #[must_use]
     pub fn held(&self) -> &Held {
         &self.held
     }

@@ -51,14 +51,12 @@ pub struct Said {
 
 impl Said {
     /// A message, now.
-    #[must_use]
     pub fn of_message(message: &Message) -> Self {
         let header = Header { sequence: 0, source: Address::new(0, 0), version: MavVersion::V2 };
         Self::of(&message.encode(header), 0)
     }
 
     /// A message as it came, `age_ms` ago. A payload that came by MAVLink 1 is told by the 2 as well: it has the same fields first.
-    #[must_use]
     pub fn of(frame: &Frame, age_ms: u32) -> Self {
         let payload = frame.payload();
         let used = payload.iter().rposition(|byte| *byte != 0).map_or(0, |last| last + 1);
@@ -66,7 +64,6 @@ impl Said {
     }
 
     /// The message, if it can be decoded.
-    #[must_use]
     pub fn message(&self) -> Option<Message> {
         Message::from_payload(MavVersion::V2, self.message_id, &self.payload).ok()
     }

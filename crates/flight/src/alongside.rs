@@ -21,7 +21,6 @@ struct Stretch {
 
 /// Where each moment of a track stands in the profile of its plan, metres: by distance flown, with each item where the profile has it, so that
 /// planned and flown heights of one place stand over each other. After a jump it goes back.
-#[must_use]
 pub fn along(track: &[&Sample], passages: &[Passage], profile: &Profile) -> Vec<f64> {
     let flown_m = flown_m(track);
     let stretches = stretches(track, &flown_m, passages, profile);
@@ -86,7 +85,6 @@ fn value_at(track: &[&Sample], values: &[f64], time_s: f64) -> f64 {
 
 /// Where a flight is nearest to the ground: the climb to `enough_m` above it, or to the third item flown to, and the ways to take-offs and landings
 /// apart. `along_m` has where each moment of the track stands in the profile. `None` where the ground is nowhere known.
-#[must_use]
 pub fn lowest(mission: &Mission, track: &[&Sample], along_m: &[f64], enough_m: f64) -> Option<Clearance> {
     let is_low = |index: usize| {
         mission.items.get(index).is_some_and(|item| item.command.is_takeoff() || item.command.is_landing())

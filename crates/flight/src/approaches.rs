@@ -70,31 +70,26 @@ impl Runway {
     }
 
     /// Its length, m.
-    #[must_use]
     pub fn length_m(&self) -> f64 {
         distance_m(self.begin, self.end)
     }
 
     /// Course from `begin` to `end`, degrees from true north, 0 to 360.
-    #[must_use]
     pub fn course_deg(&self) -> f64 {
         wrap_360_deg(inverse(self.begin, self.end).bearing_start_deg)
     }
 
     /// The same, landed on the other way round.
-    #[must_use]
     pub const fn reversed(&self) -> Self {
         Self { begin: self.end, end: self.begin }
     }
 
     /// How far beyond its threshold the landing point lies, m: in the middle, and on a long one at 150 m.
-    #[must_use]
     pub fn aim_m(&self) -> f64 {
         (self.length_m() / 2.0).min(AIM_M)
     }
 
     /// The landing point from `begin` to `end`.
-    #[must_use]
     pub fn aim(&self) -> GeoPoint {
         direct(self.begin, self.course_deg(), self.aim_m())
     }
@@ -114,7 +109,6 @@ const AROUND_M: f64 = 2_500.0;
 
 impl Site {
     /// A plan of places around it, whose ground is that of its approaches: for [`crate::ground::squares_around`].
-    #[must_use]
     pub fn surroundings(&self) -> Plan {
         let at = match self {
             Self::Point(point) => *point,
@@ -217,7 +211,6 @@ pub struct Alternative {
 ///   limit, 35° at most.
 /// - The slope is gentle enough for the plane to need power on it: it sinks no faster than at idle (`TECS_SINK_MIN`).
 /// - `DO_LAND_START` goes before it where a return looks for it (`RTL_AUTOLAND`).
-#[must_use]
 pub fn options_of(plane: &Aircraft, wind: Option<Wind>) -> LandingOptions {
     let usual = LandingOptions::default();
     let (slowest, fastest) = AIRSPEED_M_S;

@@ -78,7 +78,6 @@ impl Default for CheckContext {
 
 impl CheckContext {
     /// Radius of a level turn, metres: v² / (g tan φ).
-    #[must_use]
     pub fn turn_radius_m(&self) -> f64 {
         let bank = self.bank_deg.clamp(5.0, 80.0).to_radians();
         self.airspeed_m_s * self.airspeed_m_s / (GRAVITY_M_S2 * bank.tan())
@@ -86,14 +85,12 @@ impl CheckContext {
 }
 
 /// `true` when a plan with these findings is not to be sent.
-#[must_use]
 pub fn has_errors(findings: &[Finding]) -> bool {
     findings.iter().any(|finding| finding.severity == Severity::Error)
 }
 
 /// Everything that is wrong or doubtful in a plan, in the order of its items; what is about the whole plan
 /// comes first.
-#[must_use]
 pub fn check_plan(plan: &Plan, context: &CheckContext) -> Vec<Finding> {
     let mut check = Check { plan, context, home: context.home.or(plan.mission.home), findings: Vec::new() };
     check.size();

@@ -130,7 +130,6 @@ impl CircleWatch {
     }
 
     /// What was flown of the circle.
-    #[must_use]
     pub fn circled(&self) -> Circled {
         match (self.is_unknown, self.lap, self.heard_s) {
             (true, ..) => Circled::Unknown,

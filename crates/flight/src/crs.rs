@@ -18,14 +18,12 @@ pub const WEB_MERCATOR_HALF_M: f64 = PI * WGS84_A_M;
 ///
 /// J. P. Snyder, "Map Projections: A Working Manual", USGS Professional Paper 1395 (1987), eq. 7-1 and 7-2, on the
 /// sphere of radius a.
-#[must_use]
 pub fn web_mercator_from_geo(lat_deg: f64, lon_deg: f64) -> [f64; 2] {
     let lat = lat_deg.clamp(-WEB_MERCATOR_MAX_LAT_DEG, WEB_MERCATOR_MAX_LAT_DEG).to_radians();
     [WGS84_A_M * lon_deg.to_radians(), WGS84_A_M * lat.tan().asinh()]
 }
 
 /// Latitude and longitude, degrees, of EPSG:3857; the longitude is not wrapped. Snyder 1987, eq. 7-4 and 7-5.
-#[must_use]
 pub fn geo_from_web_mercator(x_m: f64, y_m: f64) -> (f64, f64) {
     ((y_m / WGS84_A_M).sinh().atan().to_degrees(), (x_m / WGS84_A_M).to_degrees())
 }
@@ -42,14 +40,12 @@ pub struct UtmZone {
 
 impl UtmZone {
     /// The zone of a number from 1 to 60; `None` for others.
-    #[must_use]
     pub const fn new(number: u8, is_north: bool) -> Option<Self> {
         if number >= 1 && number <= 60 { Some(Self { number, is_north }) } else { None }
     }
 
     /// The zone that maps of a place are made in, with the exceptions of Norway and Svalbard (NIMA TM8358.2, figure 2).
     /// UTM ends at 84° north and 80° south; beyond, this is the zone of the meridian all the same.
-    #[must_use]
     pub fn containing(place: GeoPoint) -> Self {
         let (lat, lon) = (place.lat_deg(), place.lon_deg());
         let number = match (lat, lon) {
@@ -65,31 +61,26 @@ impl UtmZone {
     }
 
     /// 1 (180° to 174° west) to 60.
-    #[must_use]
     pub const fn number(self) -> u8 {
         self.number
     }
 
     /// `true` for the northern hemisphere: northings count from the equator, else from 10 000 km south of it.
-    #[must_use]
     pub const fn is_north(self) -> bool {
         self.is_north
     }
 
     /// Its code in the EPSG register on WGS-84: 32601 to 32660, 32701 to 32760.
-    #[must_use]
     pub const fn epsg(self) -> u32 {
         (if self.is_north { 32_600 } else { 32_700 }) + self.number as u32
     }
 
     /// Its central meridian, degrees east.
-    #[must_use]
     pub fn central_lon_deg(self) -> f64 {
         f64::from(self.number) * 6.0 - 183.0
     }
 
     /// Easting and northing of a place, metres. It may lie outside of the zone.
-    #[must_use]
     pub fn project(self, lat_deg: f64, lon_deg: f64) -> [f64; 2] {
         let lon = (lon_deg - self.central_lon_deg()).to_radians();
         let tau = conformal(lat_deg.to_radians().tan());
@@ -101,7 +92,6 @@ impl UtmZone {
     }
 
     /// Latitude and longitude, degrees, of an easting and a northing; the longitude is not wrapped.
-    #[must_use]
     pub fn unproject(self, x_m: f64, y_m: f64) -> (f64, f64) {
         let xi = (y_m - self.false_northing_m()) / SCALE_M;
         let eta = (x_m - FALSE_EASTING_M) / SCALE_M;

@@ -25,7 +25,6 @@ pub struct MissionEnd {
 }
 
 /// How a mission ends. Its approach is the circle down before the landing with what begins the sequence, or all that goes down to it in a line.
-#[must_use]
 pub fn mission_end(mission: &Mission) -> MissionEnd {
     let items = &mission.items;
     let mut index = items.len();
@@ -62,7 +61,6 @@ fn is_approach(mission: &Mission, index: usize) -> bool {
 }
 
 /// From where the plane comes to the landing that ends a mission, or is to end it: from the last place on its way before, else from home.
-#[must_use]
 pub fn comes_from(mission: &Mission, way: &Way) -> Option<GeoPoint> {
     let MissionEnd { item: end, .. } = mission_end(mission);
     let before = way.stops.iter().rev().filter(|stop| stop.item < end);
@@ -71,7 +69,6 @@ pub fn comes_from(mission: &Mission, way: &Way) -> Option<GeoPoint> {
 }
 
 /// How a landing that is to end a mission is laid out: against the wind where that is worth it, else straight on from where the plane comes.
-#[must_use]
 pub fn towards_end(mission: &Mission, way: &Way, options: LandingOptions) -> LandingOptions {
     let is_breeze = options.wind.is_none_or(|Wind { speed_m_s, .. }| speed_m_s < BREEZE_M_S);
     LandingOptions { coming_from: comes_from(mission, way).filter(|_| is_breeze), ..options }

@@ -41,13 +41,11 @@ impl GeoPoint {
     }
 
     /// Latitude, degrees, north positive.
-    #[must_use]
     pub const fn lat_deg(self) -> f64 {
         self.lat_deg
     }
 
     /// Longitude, degrees, east positive.
-    #[must_use]
     pub const fn lon_deg(self) -> f64 {
         self.lon_deg
     }
@@ -71,7 +69,6 @@ pub struct Line {
 }
 
 /// An angle brought to 0 (inclusive) … 360 (exclusive) degrees.
-#[must_use]
 pub fn wrap_360_deg(angle_deg: f64) -> f64 {
     let wrapped = angle_deg.rem_euclid(360.0);
     // rem_euclid rounds up to 360 for tiny negative angles
@@ -79,40 +76,34 @@ pub fn wrap_360_deg(angle_deg: f64) -> f64 {
 }
 
 /// An angle brought to −180 (inclusive) … 180 (exclusive) degrees.
-#[must_use]
 pub fn wrap_180_deg(angle_deg: f64) -> f64 {
     let wrapped = wrap_360_deg(angle_deg);
     if wrapped >= 180.0 { wrapped - 360.0 } else { wrapped }
 }
 
 /// The shortest line from one point to another.
-#[must_use]
 pub fn inverse(from: GeoPoint, to: GeoPoint) -> Line {
     let (distance_m, start_deg, end_deg, _) = WGS84.inverse(from.lat_deg, from.lon_deg, to.lat_deg, to.lon_deg);
     Line { distance_m, bearing_start_deg: wrap_360_deg(start_deg), bearing_end_deg: wrap_360_deg(end_deg) }
 }
 
 /// Where a line from a point, in a direction, ends after a distance (either sign).
-#[must_use]
 pub fn direct(from: GeoPoint, bearing_deg: f64, distance_m: f64) -> GeoPoint {
     let (lat_deg, lon_deg, _) = WGS84.direct(from.lat_deg, from.lon_deg, bearing_deg, distance_m);
     GeoPoint { lat_deg: lat_deg.clamp(-90.0, 90.0), lon_deg: wrap_180_deg(lon_deg) }
 }
 
 /// Distance along the ground, metres.
-#[must_use]
 pub fn distance_m(from: GeoPoint, to: GeoPoint) -> f64 {
     WGS84.inverse(from.lat_deg, from.lon_deg, to.lat_deg, to.lon_deg)
 }
 
 /// Direction from one point to another at the start, degrees clockwise from true north, 0 to 360.
-#[must_use]
 pub fn bearing_deg(from: GeoPoint, to: GeoPoint) -> f64 {
     inverse(from, to).bearing_start_deg
 }
 
 /// Length of a line through points, metres.
-#[must_use]
 pub fn polyline_length_m(points: &[GeoPoint]) -> f64 {
     points.windows(2).map(|pair| distance_m(pair[0], pair[1])).sum()
 }
@@ -121,7 +112,6 @@ pub fn polyline_length_m(points: &[GeoPoint]) -> f64 {
 /// map must draw for a leg that bends.
 ///
 /// At least one piece, at most [`MAX_PIECES`]; a `step_m` that is not above 0 gives that many.
-#[must_use]
 pub fn points_along(from: GeoPoint, to: GeoPoint, step_m: f64) -> Vec<GeoPoint> {
     let leg = inverse(from, to);
     let wanted = (leg.distance_m / step_m).ceil();
@@ -155,7 +145,6 @@ pub struct LegOffset {
 /// line to `position` that lies along the leg, until the step is below 0.1 mm. The error of one step is
 /// of the order of the cross-track distance times (distance / Earth radius)², so two or three steps
 /// do within a few hundred kilometres.
-#[must_use]
 pub fn leg_offset(from: GeoPoint, to: GeoPoint, position: GeoPoint) -> LegOffset {
     let leg = inverse(from, to);
     if leg.distance_m == 0.0 {
@@ -182,7 +171,6 @@ pub fn leg_offset(from: GeoPoint, to: GeoPoint, position: GeoPoint) -> LegOffset
 ///
 /// Edges are straight in latitude and longitude, as autopilots take them, and may cross the date line; a
 /// polygon around a pole is not supported. Fewer than three corners hold nothing.
-#[must_use]
 pub fn point_in_polygon(point: GeoPoint, corners: &[GeoPoint]) -> bool {
     let Some(first) = corners.first().filter(|_| corners.len() >= 3) else { return false };
     // Longitudes unrolled from corner to corner, so that no edge jumps by 360 degrees.
@@ -233,7 +221,6 @@ pub struct LocalFrame {
 
 impl LocalFrame {
     /// The frame that touches the ellipsoid's parallel surface at this place and height (metres).
-    #[must_use]
     pub fn new(origin: GeoPoint, origin_height_m: f64) -> Self {
         let (sin_lat, cos_lat) = origin.lat_deg.to_radians().sin_cos();
         let (sin_lon, cos_lon) = origin.lon_deg.to_radians().sin_cos();
@@ -250,19 +237,16 @@ impl LocalFrame {
     }
 
     /// Where the frame touches.
-    #[must_use]
     pub const fn origin(&self) -> GeoPoint {
         self.origin
     }
 
     /// Height of the origin, metres.
-    #[must_use]
     pub const fn origin_height_m(&self) -> f64 {
         self.origin_height_m
     }
 
     /// North, east, down of a place, metres.
-    #[must_use]
     pub fn ned_m(&self, point: GeoPoint, height_m: f64) -> [f64; 3] {
         let ecef = ecef_m(point, height_m);
         let delta = [0, 1, 2].map(|axis| ecef[axis] - self.origin_ecef_m[axis]);
@@ -270,14 +254,12 @@ impl LocalFrame {
     }
 
     /// East, north, up of a place, metres.
-    #[must_use]
     pub fn enu_m(&self, point: GeoPoint, height_m: f64) -> [f64; 3] {
         let [north, east, down] = self.ned_m(point, height_m);
         [east, north, -down]
     }
 
     /// The place and height (metres) of north, east, down.
-    #[must_use]
     pub fn geodetic_from_ned(&self, ned_m: [f64; 3]) -> (GeoPoint, f64) {
         let ecef = [0, 1, 2].map(|axis| {
             self.origin_ecef_m[axis] + (0..3).map(|row| self.ned_from_ecef[row][axis] * ned_m[row]).sum::<f64>()
@@ -286,7 +268,6 @@ impl LocalFrame {
     }
 
     /// The place and height (metres) of east, north, up.
-    #[must_use]
     pub fn geodetic_from_enu(&self, enu_m: [f64; 3]) -> (GeoPoint, f64) {
         let [east, north, up] = enu_m;
         self.geodetic_from_ned([north, east, -up])
@@ -294,7 +275,6 @@ impl LocalFrame {
 }
 
 /// Earth-centred coordinates of a place and height above the ellipsoid, metres (NIMA TR8350.2, eq. 4-14).
-#[must_use]
 pub fn ecef_m(point: GeoPoint, height_m: f64) -> [f64; 3] {
     let (sin_lat, cos_lat) = point.lat_deg.to_radians().sin_cos();
     let (sin_lon, cos_lon) = point.lon_deg.to_radians().sin_cos();
@@ -307,7 +287,6 @@ pub fn ecef_m(point: GeoPoint, height_m: f64) -> [f64; 3] {
 ///
 /// B. R. Bowring, "The accuracy of geodetic latitude and height equations", Survey Review 28 (1985),
 /// iterated on the reduced latitude: exact to nanometres for any place above Earth's core.
-#[must_use]
 pub fn geodetic_from_ecef(ecef_m: [f64; 3]) -> (GeoPoint, f64) {
     let [x, y, z] = ecef_m;
     let b = WGS84_A_M * (1.0 - WGS84_F);

@@ -75,7 +75,6 @@ pub struct Square {
 
 impl Square {
     /// Heights above mean sea level in the order of [`SquareId::places`]; those that are missing or no numbers are not known.
-    #[must_use]
     pub fn new(heights: impl IntoIterator<Item = Option<f64>>) -> Self {
         let known =
             |height_m: Option<f64>| height_m.filter(|height_m| height_m.is_finite()).map(|height_m| height_m as f32);
@@ -85,7 +84,6 @@ impl Square {
     }
 
     /// Whether all of it is known.
-    #[must_use]
     pub fn is_whole(&self) -> bool {
         self.heights.iter().all(Option::is_some)
     }
@@ -134,7 +132,6 @@ pub struct GroundMap {
 
 impl GroundMap {
     /// Of what is known of these squares.
-    #[must_use]
     pub fn new(wanted: &[SquareId], mut known: impl FnMut(SquareId) -> Option<Arc<Square>>) -> Self {
         let mut layers = Vec::new();
         for level in 0..LEVELS {
@@ -165,7 +162,6 @@ impl GroundMap {
     }
 
     /// Height of the ground, m above mean sea level; `None` where it is not known.
-    #[must_use]
     pub fn height_m(&self, point: GeoPoint) -> Option<f64> {
         self.layers.iter().find_map(|layer| {
             let (id, cells) = SquareId::of(layer.first.level, point);
@@ -176,7 +172,6 @@ impl GroundMap {
 
 /// The squares that a plan needs: along its lines as fine as there can be, and between them, where a return or a glide may lead, as
 /// fine as their number allows. At most some hundreds; none without a place.
-#[must_use]
 pub fn squares_around(plan: &Plan, home: Option<Home>) -> Vec<SquareId> {
     let home = home.or(plan.mission.home).and_then(|home| home.point().ok());
     let mut line: Vec<GeoPoint> = home.into_iter().collect();

@@ -147,7 +147,6 @@ pub enum LandingCaution {
 
 impl LandingCaution {
     /// A stable name, fit for scripts.
-    #[must_use]
     pub const fn as_str(self) -> &'static str {
         match self {
             Self::GroundNotKnown => "ground-not-known",
@@ -211,7 +210,6 @@ pub struct Landing {
 /// The L1 law is a second-order loop with period T and damping ζ at every speed ([`crate::guidance::l1`]), so its error is
 /// below 5 % after 3 / (ζ ω), ω = 2π / T (K. Ogata, "Modern Control Engineering", 5th ed., eq. 5-22). Twice that: the height
 /// settles after the course has.
-#[must_use]
 pub fn settling_time_s() -> f64 {
     let law = L1Params::default();
     2.0 * 3.0 * law.period_s / (law.damping * TAU)

@@ -110,7 +110,6 @@ pub struct Profile {
 }
 
 /// The heights of a mission along its way, with the ground below it. `clearance_m` is the height above the ground that should be kept.
-#[must_use]
 pub fn profile(mission: &Mission, way: &Way, ground: &Ground<'_>, clearance_m: f64) -> Profile {
     let below = mission.home.map(|home| Below::new(mission, home, way, ground));
     let drawn = drawn(mission, way, below.as_ref());

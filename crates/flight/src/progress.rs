@@ -60,7 +60,6 @@ pub enum Circled {
 
 impl Circled {
     /// Turns, and seconds, that were flown, where they are known.
-    #[must_use]
     pub fn flown(self) -> Option<(f64, f64)> {
         match self {
             Self::Flown { turns, time_s } => Some((turns, time_s)),
@@ -116,7 +115,6 @@ impl Trip {
 }
 
 /// The whole mission from home, or from its first destination when home is unknown, begun at this speed (m/s), which is the vehicle's own.
-#[must_use]
 pub fn trip(mission: &Mission, speed_m_s: Option<f64>, options: &ProgressOptions) -> Trip {
     let home = mission.home.and_then(|home| home.point().ok());
     match home.or_else(|| mission.items.iter().find_map(|item| place(item, options))) {
@@ -139,7 +137,6 @@ pub fn trip(mission: &Mission, speed_m_s: Option<f64>, options: &ProgressOptions
 /// item. Repeats of jumps that are already flown are not known and count as still to come; of the loiter in execution
 /// what was flown counts where it is known. A take-off counts no distance: its place is not flown to.
 /// Changes of speed on the way are taken as ground speeds; where one goes back to the vehicle's own, which is not known, no time is given.
-#[must_use]
 pub fn remaining(
     mission: &Mission,
     current_index: usize,

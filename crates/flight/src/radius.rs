@@ -7,7 +7,6 @@ const DEFAULT_M: f64 = 60.0;
 
 /// Radius of an ArduPlane's own circles, m, negative anticlockwise, by its `WP_LOITER_RAD`, m. Of 1 m and less it takes the sense alone and
 /// circles with 60 m.
-#[must_use]
 pub fn own_radius_m(wp_loiter_rad: f64) -> f64 {
     if wp_loiter_rad.abs() > NONE_UP_TO_M {
         wp_loiter_rad

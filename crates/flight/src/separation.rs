@@ -39,7 +39,6 @@ impl Default for Limits {
 
 impl Limits {
     /// The field that is out of range, with its value and range; `None` when none is.
-    #[must_use]
     pub fn fault(&self) -> Option<(&'static str, f64, f64, f64)> {
         let fields = [
             ("horizontal_m", self.horizontal_m, 1.0, 10_000.0),
@@ -68,7 +67,6 @@ pub struct Conflict {
 }
 
 /// The places of a rehearsed flight that starts at `starts_s`, from a home so high.
-#[must_use]
 pub fn track_of(samples: &[Sample], starts_s: f64, home_amsl_m: f64) -> Vec<Place> {
     let place = |sample: &Sample| Place {
         time_s: starts_s + sample.time_s,
@@ -80,7 +78,6 @@ pub fn track_of(samples: &[Sample], starts_s: f64, home_amsl_m: f64) -> Vec<Plac
 
 /// Where any two of these tracks, each in the order of its times, come too near to each other, earliest first. Between two of its places a
 /// plane flies straight at one speed. A pair that comes near, parts and comes near again is told each time.
-#[must_use]
 pub fn conflicts(tracks: &[Vec<Place>], limits: &Limits) -> Vec<Conflict> {
     let mut found = Vec::new();
     for (first, one) in tracks.iter().enumerate() {

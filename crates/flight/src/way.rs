@@ -168,7 +168,6 @@ struct Place<'a> {
 }
 
 /// The way of a mission from its home, or from its first place when home is not known, begun at this speed (m/s), which is the vehicle's own.
-#[must_use]
 pub fn way(mission: &Mission, speed_m_s: f64, options: &ProgressOptions) -> Way {
     let home = mission.home.and_then(|home| home.point().ok());
     let home_alt_m = mission.home.map(|home| home.alt_amsl_m);

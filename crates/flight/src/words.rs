@@ -60,7 +60,6 @@ macro_rules! words {
             pub const ALL: &'static [Self] = &[$(Self::$name,)*];
 
             /// The word, stable and fit for scripts.
-            #[must_use]
             pub const fn as_str(self) -> &'static str {
                 match self { $(Self::$name => $text,)* }
             }
@@ -90,13 +89,11 @@ macro_rules! figured {
 
         impl $list {
             /// The code, stable and fit for scripts.
-            #[must_use]
             pub const fn as_str(&self) -> &'static str {
                 match self { $(Self::$name { .. } => $code,)* }
             }
 
             /// The figures by name, in the order in which they are declared.
-            #[must_use]
             pub fn figures(&self) -> Vec<(&'static str, $crate::words::Figure)> {
                 match self {
                     $(Self::$name { $($field,)* } => vec![$((stringify!($field), $crate::words::Figure::from(*$field)),)*],)*

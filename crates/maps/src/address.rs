@@ -8,7 +8,6 @@ use url::Url;
 const MAX_URL: usize = 2000;
 
 /// Why a text cannot be the address of a service; places such as `{x}` are filled first.
-#[must_use]
 pub fn url_fault(url: &str) -> Option<String> {
     if url.len() > MAX_URL {
         return Some(format!("has more than {MAX_URL} characters"));
@@ -77,7 +76,6 @@ pub(crate) fn hosts(text: &str, subdomains: &[String]) -> BTreeSet<String> {
 }
 
 /// A text as part of a query (RFC 3986, section 2.3).
-#[must_use]
 pub fn escape(text: &str) -> String {
     url::form_urlencoded::byte_serialize(text.as_bytes()).collect::<String>().replace('+', "%20")
 }

@@ -114,7 +114,6 @@ pub struct Kept {
 
 impl Kept {
     /// A new picture, or the knowledge that there is none.
-    #[must_use]
     pub fn new(data: Option<Bytes>, now_s: i64, lifetime: Duration) -> Self {
         let hash = data.as_ref().map_or(0, |data| sniff::hash(data));
         let lifetime = i64::try_from(lifetime.as_secs()).unwrap_or(i64::MAX / 4).min(i64::MAX / 4);
@@ -197,19 +196,16 @@ impl Cache {
     }
 
     /// Where it is.
-    #[must_use]
     pub fn path(&self) -> &Path {
         &self.path
     }
 
     /// Whether nothing more is kept, because the disk cannot be written.
-    #[must_use]
     pub const fn is_frozen(&self) -> bool {
         self.is_frozen
     }
 
     /// What a damaged cache in its place was renamed to when this was opened.
-    #[must_use]
     pub fn set_aside_as(&self) -> Option<&Path> {
         self.set_aside_as.as_deref()
     }
@@ -220,7 +216,6 @@ impl Cache {
     }
 
     /// Bytes at most.
-    #[must_use]
     pub fn max_bytes(&self) -> u64 {
         self.max_bytes.load(Ordering::Relaxed)
     }

@@ -91,7 +91,6 @@ impl Shape {
 }
 
 /// The rectangle around a shape.
-#[must_use]
 pub fn bounds(shape: &Shape) -> Option<Bounds> {
     let mut corners = shape.polygons().into_iter().flatten();
     let first = corners.next()?;

@@ -38,7 +38,6 @@ pub enum Crs {
 impl Crs {
     /// The system of a code or name: `EPSG:25830`, `urn:ogc:def:crs:EPSG::25830`, `CRS:84`,
     /// `http://www.opengis.net/def/crs/EPSG/0/3857`.
-    #[must_use]
     pub fn parse(name: &str) -> Option<Self> {
         let name = name.trim().to_ascii_uppercase();
         let code = name.rsplit([':', '/', '#']).next()?;
@@ -52,7 +51,6 @@ impl Crs {
     }
 
     /// The system of an EPSG code.
-    #[must_use]
     pub fn from_epsg(epsg: u32) -> Option<Self> {
         let (number, is_north) = match epsg {
             3857 | 900_913 | 102_100 | 102_113 | 3785 => return Some(Self::WebMercator),
@@ -66,7 +64,6 @@ impl Crs {
     }
 
     /// Its code as OpenLayers and services write it.
-    #[must_use]
     pub fn code(self) -> String {
         match self {
             Self::WebMercator => "EPSG:3857".to_owned(),
@@ -76,13 +73,11 @@ impl Crs {
     }
 
     /// The code for a browser, which knows no [`Crs::Crs84`] apart from 4326.
-    #[must_use]
     pub fn browser_code(self) -> String {
         if self == Self::Crs84 { "EPSG:4326".to_owned() } else { self.code() }
     }
 
     /// Its definition for proj4, where browsers do not bring it along.
-    #[must_use]
     pub fn proj4(self) -> Option<String> {
         match self {
             Self::WebMercator | Self::Crs84 | Self::Geographic { epsg: 4326 } => None,
@@ -96,25 +91,21 @@ impl Crs {
     }
 
     /// Whether services that keep to the register (WMS 1.3.0, WMTS) want latitude first.
-    #[must_use]
     pub const fn is_north_first(self) -> bool {
         matches!(self, Self::Geographic { .. })
     }
 
     /// Whether coordinates are degrees.
-    #[must_use]
     pub const fn is_degrees(self) -> bool {
         matches!(self, Self::Geographic { .. } | Self::Crs84)
     }
 
     /// Metres of a unit, as WMTS counts them.
-    #[must_use]
     pub const fn metres_per_unit(self) -> f64 {
         if self.is_degrees() { METRES_PER_DEGREE } else { 1.0 }
     }
 
     /// How wide the world is, where it is round from east to west.
-    #[must_use]
     pub const fn world_width(self) -> Option<f64> {
         match self {
             Self::WebMercator => Some(2.0 * MERCATOR_HALF_M),
@@ -125,7 +116,6 @@ impl Crs {
 
     /// Easting or longitude, and northing or latitude, of a place. Latitudes beyond Web Mercator's square are brought to
     /// its edge. A longitude may go beyond ±180, so that areas over the date line stay whole.
-    #[must_use]
     pub fn project(self, lat_deg: f64, lon_deg: f64) -> [f64; 2] {
         match self {
             Self::WebMercator => web_mercator_from_geo(lat_deg, lon_deg),
@@ -135,7 +125,6 @@ impl Crs {
     }
 
     /// The place of coordinates; `None` when they are off the map.
-    #[must_use]
     pub fn unproject(self, [x, y]: [f64; 2]) -> Option<GeoPoint> {
         let (lat_deg, lon_deg) = match self {
             Self::WebMercator => geo_from_web_mercator(x, y),

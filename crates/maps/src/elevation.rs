@@ -33,14 +33,12 @@ pub struct ElevationPoint {
 
 /// The ground below who flies, by a height of a model that may have the floor of the sea in it: over water the water's surface.
 /// Heights do not tell one from the other, so land below sea level counts as such only where that is said.
-#[must_use]
 pub fn surface_m(alt_amsl_m: f64, has_land_below_sea: bool) -> f64 {
     let is_land = alt_amsl_m >= 0.0 || has_land_below_sea && alt_amsl_m >= LOWEST_LAND_M;
     if is_land { alt_amsl_m } else { 0.0 }
 }
 
 /// Weights of the four neighbours of a place between pixels. A neighbour without weight stands on the first, so that all exist.
-#[must_use]
 pub fn corners(column: f64, row: f64) -> [(f64, [u32; 2]); 4] {
     // A millionth of a pixel is the arithmetic's, not the ground's: it must not draw in a void neighbour.
     let snap = |at: f64| if (at - at.round()).abs() < 1e-6 { at.round() } else { at };
@@ -78,13 +76,11 @@ impl HeightTile {
     }
 
     /// Pixels a row and a column.
-    #[must_use]
     pub const fn size(&self) -> [u32; 2] {
         [self.width, self.height]
     }
 
     /// The height of a pixel; `None` where it is void or outside.
-    #[must_use]
     pub fn at(&self, column: u32, row: u32) -> Option<f64> {
         let inside = column < self.width && row < self.height;
         let value = inside.then(|| self.values[row as usize * self.width as usize + column as usize]).flatten();
@@ -150,7 +146,6 @@ pub struct Profile {
 pub const MAX_SAMPLES: usize = 2000;
 
 /// Places along a line of geodesics, with their distance from its start. All points of the line are among them.
-#[must_use]
 pub fn along(points: &[Corner], spacing_m: f64) -> Vec<(f64, Corner)> {
     use vencejo_flight::geodesy::{GeoPoint, direct, inverse};
     let point = |at: &Corner| GeoPoint::new(at.lat_deg, at.lon_deg).ok();

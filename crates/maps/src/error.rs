@@ -181,7 +181,6 @@ pub enum SourceCause {
 
 impl SourceCause {
     /// What is to be said of an error of a source; `None` of an error that has nothing to do with one.
-    #[must_use]
     pub fn of(error: &MapError) -> Option<Self> {
         Some(match error.clone() {
             MapError::KeyMissing(source) => Self::SourceKey { source },
@@ -213,7 +212,6 @@ impl MapError {
     }
 
     /// One of each kind, for tables that must know all of them.
-    #[must_use]
     pub fn examples() -> Vec<Self> {
         let text = || "x".to_owned();
         vec![
@@ -239,7 +237,6 @@ impl MapError {
     }
 
     /// Whether the network, not the service, is the reason.
-    #[must_use]
     pub const fn is_network(&self) -> bool {
         matches!(self, Self::Offline { .. } | Self::Timeout { .. })
     }

@@ -50,13 +50,11 @@ pub struct SourcesFile {
 
 impl SourcesFile {
     /// The file of a path, which need not exist.
-    #[must_use]
     pub const fn new(path: PathBuf) -> Self {
         Self { path }
     }
 
     /// Where it is.
-    #[must_use]
     pub fn path(&self) -> &Path {
         &self.path
     }

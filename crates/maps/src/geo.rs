@@ -25,7 +25,6 @@ const NOTHING_DEG: f64 = 1e-9;
 
 impl Bounds {
     /// What is wrong with it.
-    #[must_use]
     pub fn fault(&self) -> Option<String> {
         let is_lon = |lon: f64| (-180.0..=180.0).contains(&lon);
         let is_lat = |lat: f64| (-90.0..=90.0).contains(&lat);
@@ -39,7 +38,6 @@ impl Bounds {
     }
 
     /// The rectangle around the bounds in a system: least x and y, greatest x and y. Over the date line x goes beyond it.
-    #[must_use]
     pub fn extent_in(&self, crs: Crs) -> [f64; 4] {
         let east_deg = if self.east_deg < self.west_deg { self.east_deg + 360.0 } else { self.east_deg };
         let mut extent = [f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY];
@@ -62,7 +60,6 @@ impl Bounds {
     }
 
     /// The bounds around a rectangle of a system, also one over the date line; `None` when it is off the map.
-    #[must_use]
     pub fn around(crs: Crs, [left, bottom, right, top]: [f64; 4]) -> Option<Self> {
         let mut bounds = (f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY);
         let mut before_deg = None;

@@ -69,7 +69,6 @@ pub const MAX_LEVELS: usize = 31;
 
 impl TileGrid {
     /// A grid of levels, with tiles on all of them.
-    #[must_use]
     pub fn new(crs: Crs, levels: Vec<Level>) -> Self {
         let max_level = u8::try_from(levels.len().clamp(1, MAX_LEVELS) - 1).unwrap_or(u8::MAX);
         Self { crs, proj4: crs.proj4(), extent: None, levels, min_level: 0, max_level }
@@ -77,7 +76,6 @@ impl TileGrid {
 
     /// The usual grid of a system: that of all XYZ services for Web Mercator, two square tiles that hold the world for
     /// degrees, and for UTM a square of 10,000 km whose top left is at 10,000 km north of the equator or of its false origin.
-    #[must_use]
     pub fn standard(crs: Crs, tile_px: u32, min_level: u8, max_level: u8) -> Self {
         let (origin, side, columns, rows) = match crs {
             Crs::WebMercator => ([-MERCATOR_HALF_M, MERCATOR_HALF_M], 2.0 * MERCATOR_HALF_M, 1, 1),
@@ -106,13 +104,11 @@ impl TileGrid {
     }
 
     /// The level of an index, when it has tiles.
-    #[must_use]
     pub fn level(&self, level: u8) -> Option<&Level> {
         (self.min_level..=self.max_level).contains(&level).then(|| self.levels.get(usize::from(level))).flatten()
     }
 
     /// The rectangle of a tile: least x and y, greatest x and y. `None` off the grid.
-    #[must_use]
     pub fn tile_extent(&self, tile: TileId) -> Option<[f64; 4]> {
         let level = self.level(tile.level)?;
         if level.size.is_some_and(|[columns, rows]| tile.column >= columns || tile.row >= rows) {
@@ -125,7 +121,6 @@ impl TileGrid {
     }
 
     /// Whether a tile is on the grid and touches what the source shows.
-    #[must_use]
     pub fn contains(&self, tile: TileId) -> bool {
         let Some([min_x, min_y, max_x, max_y]) = self.tile_extent(tile) else { return false };
         let Some([left, bottom, right, top]) = self.extent else { return true };
@@ -135,7 +130,6 @@ impl TileGrid {
     }
 
     /// Column and row, with fractions, of coordinates on a level.
-    #[must_use]
     pub fn position(&self, level: &Level, [x, y]: [f64; 2]) -> [f64; 2] {
         [
             (x - level.origin[0]) / (level.resolution * f64::from(level.tile_px[0])),
@@ -144,7 +138,6 @@ impl TileGrid {
     }
 
     /// The extent's middle as a tile of a level, or the tile at the middle of the grid.
-    #[must_use]
     pub fn middle(&self, level: u8) -> Option<TileId> {
         let of = self.level(level)?;
         let position = match self.extent {

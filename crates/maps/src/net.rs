@@ -125,7 +125,6 @@ fn local_host(settings: &SourceSettings) -> Option<String> {
 
 /// Whether an address may be asked: any on the public Internet; in this network where the source says that it is there, but for
 /// those of the link itself, of many receivers, and where clouds keep the keys of their machines.
-#[must_use]
 pub fn may_ask(ip: IpAddr, is_own: bool) -> bool {
     is_public(ip) || (is_own && !is_never(ip))
 }
@@ -150,7 +149,6 @@ fn is_never(ip: IpAddr) -> bool {
 }
 
 /// Whether an address is on the public Internet (IANA's special-purpose registries).
-#[must_use]
 pub fn is_public(ip: IpAddr) -> bool {
     match ip {
         IpAddr::V4(ip) => is_public_v4(ip),
@@ -532,14 +530,12 @@ fn content_range(text: &str) -> Option<(u64, u64, u64)> {
 }
 
 /// Host and port of an address: paths and queries may hold secrets.
-#[must_use]
 pub fn shown(url: &Url) -> String {
     let host = url.host_str().unwrap_or("?");
     url.port().map_or_else(|| host.to_owned(), |port| format!("{host}:{port}"))
 }
 
 /// A text without the user's key.
-#[must_use]
 pub fn hide(text: &str, secret: Option<&str>) -> String {
     match secret {
         Some(secret) if !secret.is_empty() => text.replace(secret, "…").replace(&crate::address::escape(secret), "…"),

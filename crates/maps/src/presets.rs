@@ -48,7 +48,6 @@ fn xyz(id: &str, name: &str, url: &str, max_zoom: u8) -> SourceSettings {
 }
 
 /// All of them.
-#[must_use]
 pub fn presets() -> Vec<Preset> {
     let preset = |settings: SourceSettings, key_url: Option<&str>, description: &str| Preset {
         id: settings.id.clone(),
@@ -114,7 +113,6 @@ pub fn presets() -> Vec<Preset> {
 }
 
 /// Those that a new installation begins with: all that need no key.
-#[must_use]
 pub fn defaults() -> Vec<SourceSettings> {
     presets().into_iter().filter(|preset| !preset.needs_key).map(|preset| preset.settings).collect()
 }

@@ -23,13 +23,11 @@ pub struct Raster {
 
 impl Raster {
     /// Pixels of one colour.
-    #[must_use]
     pub fn filled(width: u32, height: u32, colour: [u8; 4]) -> Self {
         Self { width, height, rgba: colour.repeat(width as usize * height as usize) }
     }
 
     /// The colour of a pixel that is inside.
-    #[must_use]
     pub fn pixel(&self, x: u32, y: u32) -> [u8; 4] {
         let at = (y as usize * self.width as usize + x as usize) * 4;
         [self.rgba[at], self.rgba[at + 1], self.rgba[at + 2], self.rgba[at + 3]]
@@ -42,13 +40,11 @@ impl Raster {
     }
 
     /// Whether nothing of it is to be seen.
-    #[must_use]
     pub fn is_clear(&self) -> bool {
         self.rgba.chunks_exact(4).all(|pixel| pixel[3] == 0)
     }
 
     /// As a PNG file.
-    #[must_use]
     pub fn to_png(&self) -> Vec<u8> {
         let mut bytes = Vec::new();
         let mut encoder = png::Encoder::new(&mut bytes, self.width, self.height);
@@ -229,7 +225,6 @@ fn webp_cost(bytes: &[u8], [width, height]: [u32; 2]) -> Result<u64, String> {
 }
 
 /// Pixels of grey, grey and alpha, or red, green and blue as those with four bytes.
-#[must_use]
 pub fn rgba_from(pixels: &[u8], bands: usize) -> Vec<u8> {
     pixels
         .chunks_exact(bands.max(1))

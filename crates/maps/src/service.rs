@@ -50,7 +50,6 @@ pub struct MapsConfig {
 
 impl MapsConfig {
     /// With this machine's clock.
-    #[must_use]
     pub fn new(folder: PathBuf) -> Self {
         let clock = || {
             let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
@@ -197,7 +196,6 @@ impl Maps {
 
     /// What is wrong with the folder: it could not be written when the maps were started, the disk is full, or a damaged cache
     /// was set aside.
-    #[must_use]
     pub fn problems(&self) -> Vec<FolderProblem> {
         let unwritable = self.shared.unwritable.clone().map(FolderProblem::Unwritable);
         let low = || self.room().err().map(FolderProblem::LowSpace);
@@ -214,7 +212,6 @@ impl Maps {
     }
 
     /// Tells that something of the sources or areas is another than before, or how far an area is. The number means nothing.
-    #[must_use]
     pub fn news(&self) -> watch::Receiver<u64> {
         self.shared.news.subscribe()
     }
@@ -228,7 +225,6 @@ impl Maps {
     }
 
     /// The maps folder.
-    #[must_use]
     pub fn folder(&self) -> &Path {
         &self.shared.config.folder
     }

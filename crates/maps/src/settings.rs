@@ -25,7 +25,6 @@ macro_rules! source_kind {
             pub const ALL: &[Self] = &[$(Self::$kind,)+];
 
             /// Its name, in the file and in the API.
-            #[must_use]
             pub const fn name(self) -> &'static str {
                 match self {
                     $(Self::$kind => stringify!($module),)+
@@ -322,7 +321,6 @@ impl SourceSettings {
     }
 
     /// The key, when there is one.
-    #[must_use]
     pub fn key(&self) -> Option<&str> {
         self.key.as_deref().filter(|key| !key.is_empty())
     }
@@ -339,7 +337,6 @@ impl SourceSettings {
     }
 
     /// What decides which picture a tile shows: when it changes, tiles kept before are another map's.
-    #[must_use]
     pub fn fingerprint(&self) -> String {
         let parts = format!(
             "{:?}",
@@ -418,7 +415,6 @@ impl SourceSettings {
 }
 
 /// A hash that stays the same in all versions (Fowler, Noll, Vo; 64 bits, variant 1a).
-#[must_use]
 pub fn fnv1a(bytes: &[u8]) -> u64 {
     bytes.iter().fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(*byte)).wrapping_mul(0x100_0000_01b3))
 }

@@ -18,7 +18,6 @@ pub const MAX_SIDE_PX: u32 = 8192;
 
 impl Picture {
     /// The media type.
-    #[must_use]
     pub const fn mime(self) -> &'static str {
         match self {
             Self::Png => "image/png",
@@ -29,7 +28,6 @@ impl Picture {
     }
 
     /// The name that MBTiles files give the format.
-    #[must_use]
     pub const fn short(self) -> &'static str {
         match self {
             Self::Png => "png",
@@ -40,7 +38,6 @@ impl Picture {
     }
 
     /// The kind of a picture, by its first bytes.
-    #[must_use]
     pub fn of(bytes: &[u8]) -> Option<Self> {
         match bytes {
             [0x89, b'P', b'N', b'G', 0x0d, 0x0a, 0x1a, 0x0a, ..] => Some(Self::Png),
@@ -74,7 +71,6 @@ pub fn check_picture(bytes: &[u8]) -> Result<Picture, String> {
 }
 
 /// Width and height as a picture's header says.
-#[must_use]
 pub fn size_px(kind: Picture, bytes: &[u8]) -> Option<(u32, u32)> {
     match kind {
         Picture::Png => Some((u32_be(bytes, 16)?, u32_be(bytes, 20)?)),
@@ -111,7 +107,6 @@ fn jpeg_size(bytes: &[u8]) -> Option<(u32, u32)> {
 }
 
 /// Tells a picture from another, for browsers that ask whether it is still the same. The same in one version of the program.
-#[must_use]
 pub fn hash(bytes: &[u8]) -> u64 {
     // A tenth of the time of SipHash; that two pictures of one place and one length have the same is one chance in 2³².
     let mut crc = flate2::Crc::new();
@@ -120,7 +115,6 @@ pub fn hash(bytes: &[u8]) -> u64 {
 }
 
 /// What bytes are that are no picture, for messages.
-#[must_use]
 pub fn describe(bytes: &[u8]) -> String {
     let start = bytes.iter().position(|byte| !byte.is_ascii_whitespace()).unwrap_or(bytes.len());
     let start = &bytes[start..];
@@ -146,7 +140,6 @@ pub fn describe(bytes: &[u8]) -> String {
 }
 
 /// The words of a text without its markup, cut to a line.
-#[must_use]
 pub fn words(bytes: &[u8]) -> String {
     let text = String::from_utf8_lossy(&bytes[..bytes.len().min(16_384)]);
     let mut shown = String::new();
@@ -167,7 +160,6 @@ pub fn words(bytes: &[u8]) -> String {
 }
 
 /// A text as one line of at most `most` characters.
-#[must_use]
 pub fn one_line(text: &str, most: usize) -> String {
     let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
     if text.chars().count() <= most { text } else { text.chars().take(most).chain(['…']).collect() }

@@ -21,7 +21,6 @@ pub enum Origin {
 
 impl Origin {
     /// In a word.
-    #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::Hit => "hit",

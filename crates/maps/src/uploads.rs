@@ -30,13 +30,11 @@ pub struct Upload {
 
 impl Upload {
     /// Bytes that came so far.
-    #[must_use]
     pub const fn bytes(&self) -> u64 {
         self.bytes
     }
 
     /// Where it is being written.
-    #[must_use]
     pub fn path(&self) -> &Path {
         &self.path
     }

@@ -3,7 +3,6 @@
 pub use vencejo_flight::formats::xml::{Element, MAX_BYTES};
 
 /// What a service says in an XML exception (WMS 1.1.1 and 1.3.0 `ServiceException`, OWS `ExceptionText`), or `None`.
-#[must_use]
 pub fn exception(root: &Element) -> Option<String> {
     // Capabilities speak of exceptions too.
     if !root.name.ends_with("ExceptionReport") {

@@ -41,7 +41,6 @@ impl ComponentId {
     pub const ONBOARD_COMPUTER: Self = Self(191);
 
     /// Whether it is a computer on board (`MAV_COMP_ID_ONBOARD_COMPUTER` to `…COMPUTER4`).
-    #[must_use]
     pub const fn is_onboard_computer(self) -> bool {
         matches!(self.0, 191..=194)
     }

@@ -223,7 +223,6 @@ impl ShownEncodings {
     }
 
     /// The one that they have shown; `None` where none, or both.
-    #[must_use]
     pub fn only(self) -> Option<ParamEncoding> {
         match self {
             Self { c_cast: true, bytewise: false } => Some(ParamEncoding::CCast),

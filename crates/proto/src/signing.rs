@@ -138,7 +138,6 @@ impl Frame {
     }
 
     /// The same message without its signature. The checksum covers the flag that announces one, so it is another.
-    #[must_use]
     pub fn without_signature(&self) -> Self {
         if !self.is_signed() {
             return self.clone();
@@ -157,7 +156,6 @@ impl Frame {
 
     /// The same message with a signature; one that it has is replaced. `None` when it cannot have one: MAVLink 1, or a
     /// message that the dialect does not have.
-    #[must_use]
     pub fn signed(&self, key: &SigningKey, link_id: u8, time: SigningTime) -> Option<Self> {
         let extra_crc = info(self.message_id())?.extra_crc;
         if self.version() == MavVersion::V1 {

@@ -85,7 +85,6 @@ pub enum StationError {
 impl StationError {
     /// One of each kind, the vehicle's and the transfers' included, for tests of whatever tells kinds apart.
     #[doc(hidden)]
-    #[must_use]
     pub fn examples() -> Vec<Self> {
         let mut examples = vec![
             Self::Address(AddressError::Empty),

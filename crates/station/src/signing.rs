@@ -104,7 +104,6 @@ pub enum SigningError {
 impl SigningError {
     /// One of each kind.
     #[doc(hidden)]
-    #[must_use]
     pub fn examples() -> Vec<Self> {
         let name = || "vehicle-1".to_owned();
         vec![

@@ -306,7 +306,6 @@ impl VehicleHandle {
     }
 
     /// The same vehicle, acted on in the name of this operator.
-    #[must_use]
     pub fn acting_as(&self, operator: Arc<Operator>) -> Self {
         Self { operator: Some(operator), ..self.clone() }
     }

@@ -93,7 +93,6 @@ impl Floors {
     }
 
     /// The floor of a class, bytes.
-    #[must_use]
     pub const fn bytes(&self, class: Class) -> u64 {
         match class {
             Class::Maps => self.maps_bytes,
@@ -155,19 +154,16 @@ impl Default for Space {
 
 impl Space {
     /// This machine's disks.
-    #[must_use]
     pub fn new(floors: Floors) -> Self {
         Self::with_probe(floors, free_bytes)
     }
 
     /// Disks that something else tells about, as tests do.
-    #[must_use]
     pub fn with_probe(floors: Floors, probe: impl Fn(&Path) -> io::Result<u64> + Send + Sync + 'static) -> Self {
         Self { floors, probe: Arc::new(probe) }
     }
 
     /// The floors.
-    #[must_use]
     pub const fn floors(&self) -> Floors {
         self.floors
     }

@@ -53,7 +53,6 @@ pub enum AltFrame {
 
 impl AltFrame {
     /// The number on the wire (`MAV_FRAME`).
-    #[must_use]
     pub const fn mav_frame(self) -> u8 {
         match self {
             Self::Amsl => 0,
@@ -169,7 +168,6 @@ impl MessageRate {
     }
 
     /// The interval of MAV_CMD_SET_MESSAGE_INTERVAL, µs: 0 is the vehicle's own, −1 stops.
-    #[must_use]
     pub fn interval_us(self) -> f32 {
         match self {
             Self::Hz(rate_hz) => (1e6 / rate_hz).round() as f32,

@@ -88,7 +88,6 @@ pub struct CommandName(pub u16);
 
 impl CommandName {
     /// Its name in MAVLink without `MAV_CMD_`; `None` for a number that has none here.
-    #[must_use]
     pub fn name(self) -> Option<&'static str> {
         match self.0 {
             cmd::DO_SET_MODE => Some("DO_SET_MODE"),
@@ -158,7 +157,6 @@ impl CommandResult {
     }
 
     /// Its name in MAVLink.
-    #[must_use]
     pub const fn name(self) -> &'static str {
         self.text().0
     }
@@ -176,7 +174,6 @@ impl fmt::Display for CommandResult {
 /// Everything that is not listed is not: arming, take-off, reboot, landing start, jumps, relative changes, releases, and
 /// what this version does not know. Changing the mode is not listed either: between two sendings the pilot may have
 /// switched to another mode.
-#[must_use]
 pub const fn is_idempotent(command: u16) -> bool {
     matches!(
         command,
@@ -214,13 +211,11 @@ pub enum CommandMessage {
 
 impl CommandMessage {
     /// A COMMAND_LONG.
-    #[must_use]
     pub fn long(target: Address, command: u16, params: [f32; 7]) -> Self {
         Self::Long(CommandLong { target, command, confirmation: 0, params })
     }
 
     /// Its number.
-    #[must_use]
     pub fn command(&self) -> u16 {
         match self {
             Self::Long(long) => long.command,
@@ -229,7 +224,6 @@ impl CommandMessage {
     }
 
     /// To whom it goes.
-    #[must_use]
     pub fn target(&self) -> Address {
         match self {
             Self::Long(long) => long.target,
@@ -289,7 +283,6 @@ pub enum Unanswered {
 
 impl Unanswered {
     /// The right one for a command that nothing else is known of.
-    #[must_use]
     pub fn for_command(command: u16) -> Self {
         if is_idempotent(command) { Self::Repeat } else { Self::GiveUp }
     }
@@ -421,7 +414,6 @@ pub struct Commands {
 
 impl Commands {
     /// Commands sent by `our`.
-    #[must_use]
     pub fn new(our: Address, config: CommandConfig) -> Self {
         Self {
             our,
@@ -630,7 +622,6 @@ impl Commands {
     }
 
     /// When [`Self::on_time`] is wanted.
-    #[must_use]
     pub fn deadline(&self) -> Option<MonoTime> {
         let held = self.owed.iter().filter(|_| !self.waiting.is_empty()).map(|owed| owed.until);
         self.in_flight.iter().map(|flight| flight.deadline).chain(held).min()

@@ -62,7 +62,6 @@ impl Danger {
     ];
 
     /// Its stable name, by which a program confirms it.
-    #[must_use]
     pub const fn code(self) -> &'static str {
         match self {
             Self::ForceArm => "force-arm",
@@ -81,7 +80,6 @@ impl Danger {
     }
 
     /// What it does, in words that begin a sentence.
-    #[must_use]
     pub const fn words(self) -> &'static str {
         match self {
             Self::ForceArm => "arms in spite of the vehicle's own checks",
@@ -100,13 +98,11 @@ impl Danger {
     }
 
     /// The one with this name.
-    #[must_use]
     pub fn from_code(code: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|danger| danger.code() == code)
     }
 
     /// What is dangerous about a request to a vehicle that last said this.
-    #[must_use]
     pub fn of_request(request: &Request, telemetry: &Telemetry, now: MonoTime) -> Option<Self> {
         match request {
             Request::RawCommandLong(command) => of_command(command.command, &command.params, telemetry, now),
@@ -125,7 +121,6 @@ impl Danger {
     }
 
     /// What is dangerous about a raw message that goes out by way of this vehicle, which last said this.
-    #[must_use]
     pub fn of_message(message: &Message, vehicle: SystemId, telemetry: &Telemetry, now: MonoTime) -> Option<Self> {
         // To others, or to all: what this one says of itself tells nothing of them.
         let others = Telemetry::default();

@@ -56,7 +56,6 @@ pub struct Described {
 
 impl Request {
     /// All requests that describe themselves.
-    #[must_use]
     pub fn described() -> Vec<Described> {
         let RefOr::T(Schema::OneOf(list)) = Self::schema() else { return Vec::new() };
         list.items.into_iter().filter_map(described).collect()

@@ -156,7 +156,6 @@ pub enum VehicleError {
 
 impl VehicleError {
     /// What to do about a refusal, each once, as far as it is known: by what the vehicle wrote about it, or by what it refused.
-    #[must_use]
     pub fn remedies(&self) -> Vec<&'static str> {
         match self {
             Self::CommandRefused { command, result, reasons, .. } if reasons.is_empty() => {
@@ -181,7 +180,6 @@ fn name_cure(cure: Option<FlightMode>) -> String {
 impl VehicleError {
     /// One of each kind, for tests of whatever tells kinds apart.
     #[doc(hidden)]
-    #[must_use]
     pub fn examples() -> Vec<Self> {
         let target = Address::new(1, 1);
         let command = CommandName(400);

@@ -15,13 +15,11 @@ const MAV_STATE_ACTIVE: u8 = 4;
 const MAVLINK_VERSION: u8 = 3;
 
 /// The heartbeat of a ground station. On board it is sent only while an operator's session is alive.
-#[must_use]
 pub fn ground_station() -> Message {
     heartbeat(MAV_TYPE_GCS)
 }
 
 /// The heartbeat of a computer on board, which no failsafe counts as a ground station.
-#[must_use]
 pub fn onboard_computer() -> Message {
     heartbeat(MAV_TYPE_ONBOARD_CONTROLLER)
 }
@@ -39,7 +37,6 @@ fn heartbeat(mav_type: u8) -> Message {
 
 /// Whether a heartbeat is that of an autopilot, the heart of a vehicle: not a ground station, camera, radio or
 /// on-board computer, and not noise (`mavlink_version` is 3 in all of MAVLink 1 and 2).
-#[must_use]
 pub fn is_autopilot(heartbeat: &Heartbeat) -> bool {
     heartbeat.mavlink_version == MAVLINK_VERSION
         && heartbeat.autopilot != MAV_AUTOPILOT_INVALID

@@ -14,25 +14,21 @@ impl VehicleId {
     pub const FIRST_FAR: u16 = 256;
 
     /// By number; 0 names no vehicle.
-    #[must_use]
     pub const fn new(number: u16) -> Self {
         Self(number)
     }
 
     /// Its number.
-    #[must_use]
     pub const fn number(self) -> u16 {
         self.0
     }
 
     /// Its MAVLink system id; `None` for one far away.
-    #[must_use]
     pub fn system(self) -> Option<SystemId> {
         u8::try_from(self.0).ok().map(SystemId)
     }
 
     /// Whether no link of the station reaches it.
-    #[must_use]
     pub const fn is_far(self) -> bool {
         self.0 >= Self::FIRST_FAR
     }

@@ -19,7 +19,6 @@ pub enum VehicleKind {
 
 impl VehicleKind {
     /// The kind of a `MAV_TYPE`; `None` for what is none of these, as a tracker of antennas.
-    #[must_use]
     pub const fn of(mav_type: u8) -> Option<Self> {
         Some(match mav_type {
             1 => Self::Plane,
@@ -33,7 +32,6 @@ impl VehicleKind {
     }
 
     /// A word for it, stable and fit for scripts.
-    #[must_use]
     pub const fn as_str(self) -> &'static str {
         match self {
             Self::Plane => "plane",
@@ -46,7 +44,6 @@ impl VehicleKind {
     }
 
     /// Whether it can hover.
-    #[must_use]
     pub const fn can_hover(self) -> bool {
         matches!(self, Self::Copter | Self::Vtol)
     }

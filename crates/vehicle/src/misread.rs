@@ -6,7 +6,6 @@
 const ALL: &str = "what was given";
 
 /// What is wrong with a value: its path, what it is, what is taken; and what the value of this name takes beyond its kind.
-#[must_use]
 pub fn in_words(path: &str, said: &str, takes: impl Fn(&str) -> Option<String>) -> String {
     let is_place = |place: &str| place.bytes().all(|byte| byte.is_ascii_digit() || b" column".contains(&byte));
     let said = said.rsplit_once(" at line ").filter(|(_, place)| is_place(place)).map_or(said, |(said, _)| said);
@@ -113,7 +112,6 @@ fn as_taken(expected: &str) -> (String, Option<String>) {
 }
 
 /// The unit that the name of a value ends with.
-#[must_use]
 pub fn unit(name: &str) -> Option<&'static str> {
     const UNITS: [(&str, &str); 9] = [
         ("_m_s2", "m/s²"),

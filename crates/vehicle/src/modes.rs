@@ -26,7 +26,6 @@ pub enum ModeFamily {
 
 impl ModeFamily {
     /// The family of a vehicle by its HEARTBEAT (`MAV_AUTOPILOT`, `MAV_TYPE`).
-    #[must_use]
     pub fn of(autopilot: u8, mav_type: u8) -> Self {
         match (autopilot, VehicleKind::of(mav_type)) {
             (3, Some(VehicleKind::Plane | VehicleKind::Vtol)) => Self::ArduPlane,
@@ -37,7 +36,6 @@ impl ModeFamily {
     }
 
     /// Whether it flies the arcs of `NAV_ARC_WAYPOINT`: of the ArduPilots it is ArduCopter that knows it, from 4.7 on.
-    #[must_use]
     pub fn flies_arcs(self) -> bool {
         self == Self::ArduCopter
     }
@@ -46,7 +44,6 @@ impl ModeFamily {
     pub const KNOWN: [Self; 3] = [Self::ArduPlane, Self::ArduCopter, Self::Px4];
 
     /// Its modes: number and name, by number.
-    #[must_use]
     pub fn modes(self) -> &'static [(u32, &'static str)] {
         match self {
             Self::ArduPlane => ARDUPLANE,
@@ -124,13 +121,11 @@ pub struct FlightMode {
 
 impl FlightMode {
     /// Its name, such as `"FBWA"`.
-    #[must_use]
     pub fn name(self) -> Option<&'static str> {
         self.family.modes().iter().find(|(number, _)| *number == self.custom_mode).map(|(_, name)| *name)
     }
 
     /// Whether the vehicle follows its mission in this mode.
-    #[must_use]
     pub fn follows_mission(self) -> bool {
         Some(self) == Action::Mission.mode(self.family)
     }
@@ -201,7 +196,6 @@ pub enum Action {
 
 impl Action {
     /// The mode for it.
-    #[must_use]
     pub fn mode(self, family: ModeFamily) -> Option<FlightMode> {
         let custom_mode = match (family, self) {
             (ModeFamily::ArduPlane, Self::Mission) => 10,
@@ -224,7 +218,6 @@ impl Action {
     }
 
     /// What a person calls it.
-    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Mission => "following a mission",

@@ -14,13 +14,11 @@ pub struct VehicleKey(String);
 
 impl VehicleKey {
     /// By system id alone.
-    #[must_use]
     pub fn of_system(system: SystemId) -> Self {
         Self(format!("system-{system}"))
     }
 
     /// As it was written before; `None` for what no vehicle is named.
-    #[must_use]
     pub fn parse(name: &str) -> Option<Self> {
         let (kind, rest) = name.split_once('-')?;
         let is_named = match kind {
@@ -33,13 +31,11 @@ impl VehicleKey {
     }
 
     /// The system id of one that is named by it.
-    #[must_use]
     pub fn system(&self) -> Option<SystemId> {
         self.0.strip_prefix("system-").and_then(|id| id.parse().ok()).map(SystemId)
     }
 
     /// The name.
-    #[must_use]
     pub fn as_str(&self) -> &str {
         &self.0
     }
@@ -127,7 +123,6 @@ pub struct PlanRecord {
 
 impl PlanRecord {
     /// What a record counts for that cannot be read: it may have told of a doubt.
-    #[must_use]
     pub fn damaged() -> Self {
         Self { verified: None, doubt: Some(Doubt { writer: Writer::NotKnown, sent: None, before: None }) }
     }

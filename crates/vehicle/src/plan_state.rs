@@ -52,7 +52,6 @@ pub enum PlanState {
 
 impl PlanState {
     /// Whether the plan on board may be a mixture of two that an upload left behind.
-    #[must_use]
     pub fn may_be_mixed(self) -> bool {
         matches!(
             self,
@@ -63,7 +62,6 @@ impl PlanState {
     }
 
     /// Items on board without home, where they were read.
-    #[must_use]
     pub fn count(self) -> Option<u16> {
         match self {
             Self::Unknown(_) => None,

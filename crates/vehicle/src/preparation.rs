@@ -39,7 +39,6 @@ impl FlightPreparation {
     }
 
     /// Whether a flight should not begin without it.
-    #[must_use]
     pub fn is_needed(self) -> bool {
         self.mode.is_some() || self.has_moved_on
     }

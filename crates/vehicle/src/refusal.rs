@@ -18,13 +18,11 @@ macro_rules! refusals {
             pub const ALL: &'static [Self] = &[$(Self::$name),+];
 
             /// A stable name, fit for programs.
-            #[must_use]
             pub const fn code(self) -> &'static str {
                 match self { $(Self::$name => $code,)+ }
             }
 
             /// What to do about it, in English.
-            #[must_use]
             pub const fn remedy(self) -> &'static str {
                 match self { $(Self::$name => $remedy,)+ }
             }
@@ -80,7 +78,6 @@ refusals! {
 
 impl Refusal {
     /// What a text of an autopilot is about; `None`: nothing of which a remedy is known.
-    #[must_use]
     pub fn of(text: &str) -> Option<Self> {
         let text = text.to_lowercase();
         Self::ALL.iter().copied().find(|refusal| refusal.texts().iter().any(|words| holds(&text, words)))

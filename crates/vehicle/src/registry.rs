@@ -68,7 +68,6 @@ pub struct Vehicles {
 
 impl Vehicles {
     /// None yet. We are `our`; each vehicle gets `config`.
-    #[must_use]
     pub fn new(our: Address, config: VehicleConfig) -> Self {
         Self {
             our,
@@ -82,7 +81,6 @@ impl Vehicles {
     }
 
     /// One of them.
-    #[must_use]
     pub fn get(&self, id: impl Into<VehicleId>) -> Option<&Vehicle> {
         self.vehicles.get(&id.into())
     }
@@ -101,13 +99,11 @@ impl Vehicles {
     }
 
     /// How many there are.
-    #[must_use]
     pub fn len(&self) -> usize {
         self.vehicles.len()
     }
 
     /// Whether none was heard yet.
-    #[must_use]
     pub fn is_empty(&self) -> bool {
         self.vehicles.is_empty()
     }
@@ -136,7 +132,6 @@ impl Vehicles {
     }
 
     /// Whether it is a link's radio that speaks, under a system id of its own.
-    #[must_use]
     pub fn is_radio(&self, source: Address, message: &Message) -> bool {
         !self.vehicles.contains_key(&source.system.into())
             && matches!(message, Message::Dialect(MavMessage::RADIO_STATUS(_) | MavMessage::RADIO(_)))
@@ -262,7 +257,6 @@ impl Vehicles {
     }
 
     /// When [`Self::on_time`] is wanted at the latest; there may be nothing to do yet.
-    #[must_use]
     pub fn deadline(&self) -> Option<MonoTime> {
         let touched = self.touched.iter().filter_map(|system| self.vehicles.get(system)?.deadline()).min();
         earlier(self.rest_until, touched)

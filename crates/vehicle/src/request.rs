@@ -296,7 +296,6 @@ pub enum Request {
 
 impl Request {
     /// Whether it changes something on the vehicle. What only reads, or sends nothing, does not.
-    #[must_use]
     pub const fn is_act(&self) -> bool {
         !matches!(
             self,

@@ -288,20 +288,17 @@ impl Sources {
     }
 
     /// The source that is followed, to which commands go.
-    #[must_use]
     pub fn followed(&self) -> Option<SourceId> {
         self.list.first().map(|source| source.id)
     }
 
     /// Another vehicle that uses the same id, if one was heard lately: where.
-    #[must_use]
     pub fn rival(&self, now: MonoTime) -> Option<SourceId> {
         let is_rival = |source: &&Source| source.standing == Standing::Other && now.since(source.heard_at) <= OVER;
         self.list.iter().skip(1).filter(is_rival).max_by_key(|source| source.heard_at).map(|source| source.id)
     }
 
     /// Whether this source is known to be another vehicle, or a recording where a live one is followed.
-    #[must_use]
     pub fn is_rival(&self, id: SourceId) -> bool {
         self.followed().is_some_and(|followed| followed.is_recording != id.is_recording)
             || self.list.iter().skip(1).any(|source| source.id == id && source.standing == Standing::Other)

@@ -100,7 +100,6 @@ impl StreamConfig {
     }
 
     /// Asks for nothing: listens to what others asked for.
-    #[must_use]
     pub fn listen_only() -> Self {
         Self { is_enabled: false, ..Self::default() }
     }
@@ -115,7 +114,6 @@ impl StreamConfig {
     }
 
     /// The default rate, Hz.
-    #[must_use]
     pub fn default_hz(&self) -> f64 {
         self.default_hz
     }
@@ -136,7 +134,6 @@ impl StreamConfig {
 }
 
 /// The parameters of MAV_CMD_SET_MESSAGE_INTERVAL.
-#[must_use]
 pub fn interval_params(message_id: u32, rate: MessageRate) -> [f32; 7] {
     // Message ids have 24 bits: a float holds them exactly.
     [message_id as f32, rate.interval_us(), 0.0, 0.0, 0.0, 0.0, 0.0]
@@ -170,7 +167,6 @@ struct Legacy {
 
 impl Streams {
     /// Nothing is asked until [`Self::ask`].
-    #[must_use]
     pub fn new(vehicle: Address, config: StreamConfig) -> Self {
         Self {
             vehicle,
@@ -238,7 +234,6 @@ impl Streams {
     }
 
     /// Whether nothing more is being asked for.
-    #[must_use]
     pub fn is_settled(&self) -> bool {
         let is_asking = self.interval.is_some() || self.message.is_some() || self.legacy.is_some();
         !is_asking && self.intervals.is_empty() && self.once.is_empty()
@@ -374,7 +369,6 @@ impl Streams {
     }
 
     /// When [`Self::on_time`] is wanted.
-    #[must_use]
     pub fn deadline(&self) -> Option<MonoTime> {
         [self.check_at, self.legacy.as_ref().map(|legacy| legacy.next)].into_iter().flatten().min()
     }

@@ -52,7 +52,6 @@ impl TerrainBlock {
     /// and east of the whole degree south-west of the grid, a degree of longitude being as long as half-way north from there
     /// (`AP_Terrain::calculate_grid_info`, `Location::get_distance_NE`). Counted from the grid's own corner they would lie up to
     /// 24 m farther east or west. A grid that is none of that lattice counts from its corner.
-    #[must_use]
     pub fn places(&self) -> [(f64, f64); 16] {
         let (lat_deg, lon_deg, north_m, east_m) = self.lattice();
         std::array::from_fn(|index| {
@@ -87,7 +86,6 @@ impl TerrainBlock {
 
     /// The answer, with heights above mean sea level in the order of [`Self::places`]; `None` when one of them is not known, or
     /// is none that the message can hold.
-    #[must_use]
     pub fn answer(&self, alt_amsl_m: impl IntoIterator<Item = Option<f64>>) -> Option<Message> {
         let whole = |alt_m: f64| {
             let rounded = alt_m.round();

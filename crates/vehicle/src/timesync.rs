@@ -48,7 +48,6 @@ pub struct TimeSync {
 
 impl TimeSync {
     /// Between `our` and `vehicle`; the first request is due at once.
-    #[must_use]
     pub fn new(our: Address, vehicle: Address, now: MonoTime) -> Self {
         Self {
             our,
@@ -62,13 +61,11 @@ impl TimeSync {
     }
 
     /// Round trip, smoothed over about eight measurements (RFC 6298, SRTT).
-    #[must_use]
     pub fn round_trip(&self) -> Option<Duration> {
         self.round_trip
     }
 
     /// What to add to our monotonic clock to have the vehicle's, in nanoseconds, by the newest measurement.
-    #[must_use]
     pub fn offset_ns(&self) -> Option<i64> {
         self.offset_ns
     }
@@ -123,7 +120,6 @@ impl TimeSync {
     }
 
     /// When [`Self::on_time`] is wanted.
-    #[must_use]
     pub fn deadline(&self) -> MonoTime {
         self.next
     }

@@ -19,7 +19,6 @@ pub enum Way {
 
 impl Way {
     /// As it stands in an address.
-    #[must_use]
     pub const fn as_str(self) -> &'static str {
         match self {
             Self::Tcp => "tcp",
@@ -107,32 +106,27 @@ impl Endpoint {
     }
 
     /// Whether it is of this machine alone.
-    #[must_use]
     pub fn is_here(&self) -> bool {
         let host = self.host();
         host == "localhost" || host.parse::<IpAddr>().is_ok_and(|ip| ip.is_loopback())
     }
 
     /// What goes over it.
-    #[must_use]
     pub fn way(&self) -> Way {
         self.way
     }
 
     /// `HOST:PORT`.
-    #[must_use]
     pub fn authority(&self) -> String {
         format!("{}:{}", self.host, self.port)
     }
 
     /// The host alone, an IPv6 address without brackets.
-    #[must_use]
     pub fn host(&self) -> &str {
         self.host.trim_matches(['[', ']'])
     }
 
     /// Whether it stands for all addresses of this machine, as only a listener's can.
-    #[must_use]
     pub fn is_any(&self) -> bool {
         self.host().parse::<IpAddr>().is_ok_and(|ip| ip.is_unspecified())
     }
@@ -155,13 +149,11 @@ impl Endpoint {
     }
 
     /// The same at another host.
-    #[must_use]
     pub(super) fn at(&self, host: &str) -> Self {
         Self { host: bracketed(host), ..self.clone() }
     }
 
     /// The same another way.
-    #[must_use]
     pub(super) fn by(&self, way: Way) -> Self {
         Self { way, ..self.clone() }
     }

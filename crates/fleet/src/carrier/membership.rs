@@ -106,7 +106,6 @@ impl Membership {
     }
 
     /// Whether it is a ground station.
-    #[must_use]
     pub fn is_station(&self) -> bool {
         self.name.starts_with(STATION_PREFIX)
     }
@@ -259,7 +258,6 @@ impl Membership {
     }
 
     /// What it shows.
-    #[must_use]
     pub fn identity(&self) -> Identity {
         Identity { ca: self.ca.clone(), certificate: self.certificate.clone(), key: self.key.clone() }
     }

@@ -30,14 +30,12 @@ pub use ros2::{Examined, Gateway, GatewayConfig, GatewayStatus, RosPapers, RosRo
 const CONTROL_QUEUE: usize = 16;
 
 /// Seconds since 1970, as the clock of this machine has it.
-#[must_use]
 pub fn unix_now() -> u64 {
     let now = std::time::SystemTime::now();
     now.duration_since(std::time::UNIX_EPOCH).map_or(0, |since| since.as_secs())
 }
 
 /// UTC since 1970 by this machine's clock, ns.
-#[must_use]
 pub(crate) fn utc_ns() -> i64 {
     let now = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).unwrap_or_default();
     i64::try_from(now.as_nanos()).unwrap_or(i64::MAX)

@@ -41,20 +41,17 @@ pub struct Made {
 
 impl Organisation {
     /// The one of this name below a folder, whether or not it is there.
-    #[must_use]
     pub fn below(folder: &Path, org: Name) -> Self {
         let folder = folder.join(org.as_str());
         Self { org, folder }
     }
 
     /// Whether it is there.
-    #[must_use]
     pub fn exists(&self) -> bool {
         self.path("roll.json").is_file()
     }
 
     /// Its name.
-    #[must_use]
     pub fn org(&self) -> &Name {
         &self.org
     }
@@ -65,7 +62,6 @@ impl Organisation {
     }
 
     /// The common name of the ground station here.
-    #[must_use]
     pub fn station() -> String {
         format!("{STATION_PREFIX}{GROUND}")
     }

@@ -70,7 +70,6 @@ pub struct Held {
 
 impl Held {
     /// One with this much.
-    #[must_use]
     pub fn of(have: Ranges, lost: Ranges) -> Self {
         Self { have, lost, kept: Ranges::default() }
     }
@@ -117,7 +116,6 @@ pub struct Fill {
 
 impl Fill {
     /// With what is in the archive already.
-    #[must_use]
     pub fn new(held: BTreeMap<(u64, Stream), Held>) -> Self {
         Self {
             held,
@@ -135,7 +133,6 @@ impl Fill {
     }
 
     /// What is in the archive.
-    #[must_use]
     pub fn held(&self) -> &BTreeMap<(u64, Stream), Held> {
         &self.held
     }
@@ -182,7 +179,6 @@ impl Fill {
     }
 
     /// What is in the archive, to be remembered: of more than `most` boots those that the aircraft has.
-    #[must_use]
     pub fn remembered(&self, most: usize) -> BTreeMap<(u64, Stream), Held> {
         let mut held = self.held.clone();
         let boots = held.keys().map(|(boot, _)| *boot).collect::<BTreeSet<_>>().len();
@@ -191,7 +187,6 @@ impl Fill {
     }
 
     /// Whether there may be a question now. Costs nothing, so that many are looked at often.
-    #[must_use]
     pub fn is_due(&self, now: MonoTime) -> bool {
         self.asked.is_none() && now >= self.due && (!self.is_whole || now >= self.index_due)
     }
@@ -319,7 +314,6 @@ impl Fill {
     }
 
     /// What is not in the archive, oldest number first.
-    #[must_use]
     pub fn gaps(&self) -> Vec<Gap> {
         let mut gaps = Vec::new();
         for (&(boot, stream), held) in &self.held {

@@ -47,19 +47,16 @@ pub struct PageReader {
 
 impl PageReader {
     /// How far it has read.
-    #[must_use]
     pub fn at(&self) -> u64 {
         self.at
     }
 
     /// Bytes that were passed over because they are damaged.
-    #[must_use]
     pub fn damaged(&self) -> u64 {
         self.damaged
     }
 
     /// The aircraft that the file says it is of.
-    #[must_use]
     pub fn aircraft(&self) -> Option<&str> {
         self.aircraft.as_deref()
     }

@@ -70,7 +70,6 @@ pub struct Pen {
 
 impl Pen {
     /// Begins a file.
-    #[must_use]
     pub fn new(about: &About) -> Self {
         let facts = [("org", about.org.as_str()), ("aircraft", &about.aircraft), ("side", about.side)];
         let writer = Writer::new(concat!("vencejo ", env!("CARGO_PKG_VERSION")), ABOUT, &facts);

@@ -35,7 +35,6 @@ impl Ranges {
     }
 
     /// Whether it has this number.
-    #[must_use]
     pub fn contains(&self, number: u64) -> bool {
         self.0.range(..=number).next_back().is_some_and(|(_, &last)| last >= number)
     }
@@ -46,25 +45,21 @@ impl Ranges {
     }
 
     /// How many ranges there are.
-    #[must_use]
     pub fn spans(&self) -> usize {
         self.0.len()
     }
 
     /// How many numbers there are.
-    #[must_use]
     pub fn count(&self) -> u64 {
         self.iter().map(|(first, last)| last - first + 1).sum()
     }
 
     /// The largest number.
-    #[must_use]
     pub fn last(&self) -> Option<u64> {
         self.0.last_key_value().map(|(_, &last)| last)
     }
 
     /// What `first` to `last` has that this has not, ascending.
-    #[must_use]
     pub fn missing(&self, first: u64, last: u64) -> Vec<(u64, u64)> {
         let (mut missing, mut at) = (Vec::new(), first);
         let before = self.0.range(..first).next_back();

@@ -28,7 +28,6 @@ impl Stream {
     pub const ALL: [Self; 3] = [Self::Audit, Self::Event, Self::State];
 
     /// Its number in questions.
-    #[must_use]
     pub const fn code(self) -> u32 {
         match self {
             Self::State => 1,
@@ -38,13 +37,11 @@ impl Stream {
     }
 
     /// The stream of this number.
-    #[must_use]
     pub fn of_code(code: u32) -> Option<Self> {
         Self::ALL.into_iter().find(|stream| stream.code() == code)
     }
 
     /// Its name.
-    #[must_use]
     pub const fn as_str(self) -> &'static str {
         match self {
             Self::State => "state",
@@ -257,7 +254,6 @@ fn of_our_version(version: u32) -> Result<(), BadPayload> {
 
 impl Index {
     /// Of what is kept, newest boot first as far as that is known.
-    #[must_use]
     pub fn of(nonce: u64, boot: u64, kept: impl IntoIterator<Item = (u64, Stream, Ranges)>) -> Self {
         let mut index = Self { version: VERSION, boot, is_whole: true, kept: Vec::new(), nonce };
         let mut left = MAX_SPANS;
@@ -305,7 +301,6 @@ impl Wanted {
 
 impl Piece {
     /// The answer to a question, signed with its digest.
-    #[must_use]
     pub fn of(wanted: &Wanted, last: u64, entries: Vec<Entry>) -> Self {
         let Wanted { boot, stream, first, .. } = *wanted;
         let piece = Self { version: VERSION, boot, stream, first, last, entries, digest: Vec::new() };

@@ -20,7 +20,6 @@ pub struct LetIn {
 }
 
 /// The access control of a router: a value of its configuration, as `access_control`.
-#[must_use]
 pub fn control(org: &Name, admitted: &LetIn) -> Value {
     let (all, hub, states) = (format!("vencejo/1/{org}/**"), keys_of_hub(org), keys_of_all(org, Kind::State));
     let rule = |id: &str, flow: &str, key: &str, messages: &[&str]| json!({"id": id, "permission": "allow", "flows": [flow], "messages": messages, "key_exprs": [key]});

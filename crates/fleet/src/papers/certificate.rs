@@ -79,7 +79,6 @@ pub struct Facts {
 
 impl Facts {
     /// Whether it is to be renewed: it ends soon, or was made by a clock that was ahead, so that nobody believes it yet.
-    #[must_use]
     pub fn is_due(&self, now: u64) -> bool {
         self.ends < now.saturating_add(RENEW_BEFORE_S) || self.begins > now
     }
@@ -112,14 +111,12 @@ fn validity(now: u64, days: u64) -> Result<(OffsetDateTime, OffsetDateTime), Fle
 }
 
 /// A day of UTC as people write it, such as `2026-11-24`.
-#[must_use]
 pub fn day(unix_s: u64) -> String {
     moment(unix_s)
         .map_or_else(|_| "?".to_owned(), |at| format!("{:04}-{:02}-{:02}", at.year(), u8::from(at.month()), at.day()))
 }
 
 /// SHA-256 of some bytes.
-#[must_use]
 pub fn sha256(bytes: &[u8]) -> [u8; 32] {
     let mut hash = [0; 32];
     hash.copy_from_slice(digest(&SHA256, bytes).as_ref());

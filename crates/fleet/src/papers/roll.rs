@@ -39,7 +39,6 @@ pub enum Newcomer {
 
 impl Newcomer {
     /// The common name of its certificate.
-    #[must_use]
     pub fn common_name(&self) -> String {
         match self {
             Self::Aircraft(name) => name.to_string(),
@@ -59,7 +58,6 @@ impl Newcomer {
     }
 
     /// Its role, where it is a ground station.
-    #[must_use]
     pub fn role(&self) -> Option<Role> {
         match self {
             Self::Aircraft(_) => None,
@@ -68,7 +66,6 @@ impl Newcomer {
     }
 
     /// Where it is a router.
-    #[must_use]
     pub fn routers(&self) -> &[String] {
         match self {
             Self::Aircraft(_) => &[],
@@ -78,7 +75,6 @@ impl Newcomer {
 }
 
 /// The common name of a ground station's certificate.
-#[must_use]
 pub fn station_called(name: &Name) -> String {
     format!("{STATION_PREFIX}{name}")
 }
@@ -177,7 +173,6 @@ fn refused(why: impl Into<String>) -> FleetError {
 
 impl Roll {
     /// One without anybody.
-    #[must_use]
     pub fn new(hosts: Vec<String>) -> Self {
         Self {
             version: VERSION,
@@ -205,7 +200,6 @@ impl Roll {
     }
 
     /// As it is kept.
-    #[must_use]
     pub fn bytes(&self) -> Vec<u8> {
         let mut bytes = serde_json::to_vec_pretty(self).expect("invariant: texts and numbers are JSON");
         bytes.push(b'\n');
@@ -219,7 +213,6 @@ impl Roll {
     }
 
     /// The ground stations whose orders count, and the addresses, for all to know.
-    #[must_use]
     pub fn stations(&self, org: &Name) -> Stations {
         let listed = |name: &str, role: Role, operator: &str, routers: &[String]| {
             let key = operator.parse::<PublicKey>().ok()?.0.to_vec();
@@ -243,7 +236,6 @@ impl Roll {
     }
 
     /// The aircraft that routers let in.
-    #[must_use]
     pub fn aircraft(&self, org: &Name) -> Admitted {
         Admitted {
             version: PAYLOAD_VERSION,

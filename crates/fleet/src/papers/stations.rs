@@ -202,7 +202,6 @@ impl Stations {
     }
 
     /// Whom the router at the station of this name lets in, aircraft aside.
-    #[must_use]
     pub fn let_in(&self, own: &str) -> LetIn {
         let called = |each: &Listed| format!("{STATION_PREFIX}{}", each.name);
         // Where the authority is, is a router for all others.
@@ -218,7 +217,6 @@ impl Stations {
     }
 
     /// The keys whose orders count, with their roles.
-    #[must_use]
     pub fn roles(&self) -> BTreeMap<PublicKey, Role> {
         let role = |each: &Listed| Some((PublicKey(each.key.as_slice().try_into().ok()?), Role::named(&each.role)?));
         self.stations.iter().filter_map(role).collect()

@@ -44,7 +44,6 @@ pub struct Ticket {
 
 impl Ticket {
     /// The token, to be shown once.
-    #[must_use]
     pub fn text(&self) -> String {
         let mut bytes = self.encode_to_vec();
         let check = sha256(&bytes);
@@ -53,14 +52,12 @@ impl Ticket {
     }
 
     /// What is kept of it on the ground.
-    #[must_use]
     pub fn hash(&self) -> String {
         hex(&sha256(&self.secret))
     }
 }
 
 /// Bytes in hexadecimal digits.
-#[must_use]
 pub fn hex(bytes: &[u8]) -> String {
     use fmt::Write;
     bytes.iter().fold(String::with_capacity(2 * bytes.len()), |mut text, byte| {

@@ -57,7 +57,6 @@ pub struct Given {
 
 impl Given {
     /// Nothing, and why.
-    #[must_use]
     pub fn refused(why: impl Into<String>) -> Self {
         Self { version: VERSION, refused: why.into(), ..Self::default() }
     }

@@ -11,7 +11,6 @@ const ERROR: u8 = 2;
 const STALE: u8 = 3;
 
 /// What is known of a plane's heartbeat, receiver, battery and sensors; of one that is not heard any more, that alone.
-#[must_use]
 pub fn of(moment: &Moment<'_>) -> Vec<DiagnosticStatus> {
     let plane = &moment.place.plane;
     let status = |what: &str, level, message: String, values: Vec<(&str, Option<String>)>| DiagnosticStatus {

@@ -40,7 +40,6 @@ fn finding(is_wrong: bool, code: &'static str, text: String) -> Finding {
 }
 
 /// The nodes of all domains, and what is wrong with those of ours.
-#[must_use]
 pub fn examine(seen: &BTreeSet<Seen>, domain: u32) -> (Vec<NodeFound>, Vec<Finding>) {
     let nodes = nodes(seen);
     let mut found = Vec::new();

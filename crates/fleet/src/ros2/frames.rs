@@ -7,20 +7,17 @@ use vencejo_vehicle::telemetry::{Attitude, Position};
 use super::message::{Pose, Quaternion, Vector3};
 
 /// FLU from FRD.
-#[must_use]
 pub fn flu([forward, right, down]: [f64; 3]) -> Vector3 {
     Vector3 { x: forward, y: -right, z: -down }
 }
 
 /// ENU from NED.
-#[must_use]
 pub fn enu([north, east, down]: [f64; 3]) -> Vector3 {
     Vector3 { x: east, y: north, z: -down }
 }
 
 /// ENU from FLU, as a unit quaternion. Roll is about forward in both; a nose that goes up turns about the right wing, so pitch
 /// changes its sign; yaw counts from east, counter-clockwise, in place of from north, clockwise.
-#[must_use]
 pub fn orientation(attitude: &Attitude) -> Option<Quaternion> {
     let (roll, pitch) = (attitude.roll_rad?, -attitude.pitch_rad?);
     let yaw = std::f64::consts::FRAC_PI_2 - attitude.yaw_rad?;
@@ -34,19 +31,16 @@ pub fn orientation(attitude: &Attitude) -> Option<Quaternion> {
 }
 
 /// Body rates, FLU, rad/s.
-#[must_use]
 pub fn rates(attitude: &Attitude) -> Option<Vector3> {
     Some(flu([attitude.roll_rate_rad_s?, attitude.pitch_rate_rad_s?, attitude.yaw_rate_rad_s?]))
 }
 
 /// Velocity over ground, ENU, m/s.
-#[must_use]
 pub fn velocity(position: &Position) -> Option<Vector3> {
     Some(enu([position.velocity_north_m_s?, position.velocity_east_m_s?, position.velocity_down_m_s?]))
 }
 
 /// A vector of the body in the local frame.
-#[must_use]
 pub fn rotated(q: &Quaternion, v: &Vector3) -> Vector3 {
     let cross =
         |a: [f64; 3], b: [f64; 3]| [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
@@ -58,13 +52,11 @@ pub fn rotated(q: &Quaternion, v: &Vector3) -> Vector3 {
 }
 
 /// A vector of the local frame in the body's.
-#[must_use]
 pub fn unrotated(q: &Quaternion, v: &Vector3) -> Vector3 {
     rotated(&Quaternion { x: -q.x, y: -q.y, z: -q.z, w: q.w }, v)
 }
 
 /// Where a place is, east, north and up of home, m; up is the height above home as given.
-#[must_use]
 pub fn from_home(home: &Home, lat_deg: f64, lon_deg: f64, up_m: f64) -> Option<Vector3> {
     let origin = GeoPoint::new(home.lat_deg, home.lon_deg).ok()?;
     let [east, north, _] = LocalFrame::new(origin, 0.0).enu_m(GeoPoint::new(lat_deg, lon_deg).ok()?, 0.0);
@@ -72,7 +64,6 @@ pub fn from_home(home: &Home, lat_deg: f64, lon_deg: f64, up_m: f64) -> Option<V
 }
 
 /// Where the plane is and how it lies in the air, from home.
-#[must_use]
 pub fn pose(home: &Home, position: &Position, attitude: &Attitude) -> Option<Pose> {
     let position = from_home(home, position.lat_deg?, position.lon_deg?, position.alt_rel_home_m?)?;
     Some(Pose { position, orientation: orientation(attitude)? })

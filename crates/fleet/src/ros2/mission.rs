@@ -39,13 +39,11 @@ impl Waypoint {
 }
 
 /// How many items a mission has on the wire.
-#[must_use]
 pub fn count(items: usize, has_home: bool) -> u32 {
     u32::try_from(items + usize::from(has_home && items > 0)).unwrap_or(u32::MAX)
 }
 
 /// A mission on board, and the number of the item that is flown.
-#[must_use]
 pub fn list(mission: &Mission, has_home: bool, current: Option<u16>) -> WaypointList {
     let nowhere = Home { lat_deg: 0.0, lon_deg: 0.0, alt_amsl_m: 0.0 };
     let home = (has_home && !mission.items.is_empty()).then(|| mission.home.unwrap_or(nowhere).to_item());

@@ -30,7 +30,6 @@ pub struct Moment<'a> {
 }
 
 /// UTC since 1970, ns, as ROS has it.
-#[must_use]
 pub fn time(utc_ns: i64) -> Time {
     let sec = i32::try_from(utc_ns.div_euclid(1_000_000_000)).unwrap_or(i32::MAX);
     Time { sec, nanosec: u32::try_from(utc_ns.rem_euclid(1_000_000_000)).unwrap_or(0) }

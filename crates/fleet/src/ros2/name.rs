@@ -76,13 +76,11 @@ fn is_namespace(name: &str) -> bool {
 
 impl Namespace {
     /// The same with that id behind it: where two planes would have the same.
-    #[must_use]
     pub fn with_system(&self) -> Self {
         Self(format!("{}_{{system}}", self.0))
     }
 
     /// That of a plane: by its name in a fleet, else by `vencejo_` and that id.
-    #[must_use]
     pub fn of(&self, name: Option<&str>, id: u16) -> String {
         let name = match name.map(|name| name.replace('-', "_")) {
             Some(name) if name.starts_with(|first: char| first.is_ascii_digit()) => format!("vencejo_{name}"),
@@ -110,7 +108,6 @@ pub struct Place {
 
 impl Place {
     /// That of a plane.
-    #[must_use]
     pub fn new(names: Names, namespace: &Namespace, name: Option<&str>, id: u16) -> Self {
         let own = namespace.of(name, id);
         let plane = name.map_or_else(|| own.trim_start_matches('/').to_owned(), str::to_owned);
@@ -133,7 +130,6 @@ impl Place {
     }
 
     /// A topic's whole name; one that begins with a slash is whole.
-    #[must_use]
     pub fn topic(&self, name: &str) -> String {
         if name.starts_with('/') { name.to_owned() } else { format!("{}{name}", self.prefix) }
     }

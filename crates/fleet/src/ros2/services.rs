@@ -80,7 +80,6 @@ const fn offer<S: Service>(
 }
 
 /// The services of a plane.
-#[must_use]
 pub fn offers(names: Names) -> Vec<Offer> {
     match names {
         Names::Mavros => vec![

@@ -42,14 +42,12 @@ impl Kind {
 }
 
 /// `sensor_msgs/msg/Imu` as a key has it: `sensor_msgs::msg::dds_::Imu_`.
-#[must_use]
 pub fn mangled(kind: &str) -> String {
     let (package, name) = kind.rsplit_once('/').unwrap_or(("", kind));
     format!("{}::dds_::{name}_", package.replace('/', "::"))
 }
 
 /// The other way round; what has not that form stays as it is.
-#[must_use]
 pub fn plain(mangled: &str) -> String {
     match mangled.strip_suffix('_').and_then(|kind| kind.split_once("::dds_::")) {
         Some((package, name)) => format!("{}/{name}", package.replace("::", "/")),
@@ -58,7 +56,6 @@ pub fn plain(mangled: &str) -> String {
 }
 
 /// The key under which a topic's messages go, and a service is asked.
-#[must_use]
 pub fn key(domain: u32, name: &str, kind: &str, hash: &str) -> String {
     format!("{domain}/{}/{}/{hash}", name.trim_matches('/'), mangled(kind))
 }
@@ -86,20 +83,17 @@ impl Node {
     }
 
     /// Its token.
-    #[must_use]
     pub fn token(&self) -> String {
         self.start(self.id, Kind::Node)
     }
 
     /// The token of something that it has: a topic or service with its whole name.
-    #[must_use]
     pub fn token_of(&self, id: u32, kind: Kind, name: &str, of: &str, hash: &str) -> String {
         format!("{}/{}/{}/{hash}/{OURS}", self.start(id, kind), name.replace('/', "%"), mangled(of))
     }
 }
 
 /// What tells a sender apart: the hash of its token.
-#[must_use]
 pub fn gid(token: &str) -> [u8; 16] {
     XxHash3_128::oneshot(token.as_bytes()).to_le_bytes()
 }
@@ -117,14 +111,12 @@ pub struct Attachment {
 
 impl Attachment {
     /// As it goes over the wire.
-    #[must_use]
     pub fn to_bytes(&self) -> Vec<u8> {
         let Self { sequence, sent_ns, gid } = self;
         [&sequence.to_le_bytes()[..], &sent_ns.to_le_bytes(), &[16], gid].concat()
     }
 
     /// From the wire; `None` for anything else.
-    #[must_use]
     pub fn read(bytes: &[u8]) -> Option<Self> {
         let (sequence, rest) = bytes.split_first_chunk()?;
         let (sent_ns, rest) = rest.split_first_chunk()?;
@@ -165,7 +157,6 @@ pub struct SeenTopic {
 
 impl Seen {
     /// Reads a token; `None` for one of another form. Anybody may write one: it is text to show, nothing more.
-    #[must_use]
     pub fn read(token: &str) -> Option<Self> {
         let parts: Vec<&str> = token.split('/').collect();
         let [TOKENS, domain, zid, _, _, code, _, namespace, name, rest @ ..] = parts.as_slice() else { return None };

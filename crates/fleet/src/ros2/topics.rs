@@ -68,7 +68,6 @@ impl Topic {
 }
 
 /// The topics of a plane.
-#[must_use]
 pub fn topics(names: Names) -> Vec<Topic> {
     match names {
         Names::Mavros => vec![
@@ -124,13 +123,11 @@ struct Said {
 
 impl Speaker {
     /// Says these topics.
-    #[must_use]
     pub fn new(topics: Vec<Topic>) -> Self {
         Self { said: vec![None; topics.len()], topics }
     }
 
     /// The topics.
-    #[must_use]
     pub fn topics(&self) -> &[Topic] {
         &self.topics
     }

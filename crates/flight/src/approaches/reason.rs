@@ -82,7 +82,6 @@ pub enum LandingReason {
 
 impl LandingReason {
     /// A stable name, fit for scripts.
-    #[must_use]
     pub const fn as_str(&self) -> &'static str {
         match self {
             Self::Calm {} => "calm",

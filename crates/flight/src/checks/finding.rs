@@ -107,7 +107,6 @@ macro_rules! kinds {
 
         impl FindingKind {
             /// The kind without its figures.
-            #[must_use]
             pub const fn code(&self) -> FindingCode {
                 match self { $(Self::$name { .. } => FindingCode::$name,)* }
             }
@@ -441,7 +440,6 @@ pub struct Finding {
 
 impl Finding {
     /// What it is, without its figures.
-    #[must_use]
     pub const fn code(&self) -> FindingCode {
         self.kind.code()
     }

@@ -107,7 +107,6 @@ pub struct Fix {
 
 impl Fix {
     /// The plan with it. Jumps still lead where they led, those to an item that is gone to what stands there.
-    #[must_use]
     pub fn applied(&self, plan: &Plan) -> Plan {
         let mut plan = plan.clone();
         let (first, count, added) = (self.first, self.count, self.items.len());
@@ -128,7 +127,6 @@ impl Fix {
     }
 
     /// What it does, in English.
-    #[must_use]
     pub fn message(&self) -> String {
         match &self.kind {
             FixKind::SetParam { label, value, unit } => format!("set {label} to {value} {unit}").trim_end().to_owned(),
@@ -158,7 +156,6 @@ pub struct Inspection<'a> {
 
 impl Inspection<'_> {
     /// What is wrong or doubtful.
-    #[must_use]
     pub fn findings(&self, plan: &Plan) -> Vec<Finding> {
         self.look(plan).0
     }
@@ -175,7 +172,6 @@ impl Inspection<'_> {
 
 /// Findings of a plan that a change of its items, or of one parameter of the vehicle, resolves, each with the first such change that was found.
 /// Of findings of one kind with the same item the first alone.
-#[must_use]
 pub fn fixes(plan: &Plan, inspection: &Inspection<'_>) -> Vec<(Finding, Fix)> {
     let (found, mut flown_s) = inspection.look(plan);
     let mut tries = MOST_TRIES;

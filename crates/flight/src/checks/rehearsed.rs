@@ -39,7 +39,6 @@ const FLARES_S: f64 = 4.0;
 ///
 /// `clearance_m` is the height above the ground that it should keep where that is known ([`CLEARANCE_M`] is usual). Until the plane has
 /// climbed to it or has reached the item after the first, and on the approach to a landing, half the height above the field is enough.
-#[must_use]
 pub fn rehearse_and_check(
     plan: &Plan,
     conditions: &Conditions<'_>,
@@ -84,7 +83,6 @@ pub(super) fn look(plan: &Plan, conditions: &Conditions<'_>, clearance_m: f64) -
 
 /// What is wrong or doubtful in a plan that was rehearsed: what its lines show but for the legs that look short, for the flight shows whether
 /// they are, and what the flight shows.
-#[must_use]
 pub fn with_flown(mut drawn: Vec<Finding>, flown: impl IntoIterator<Item = Finding>) -> Vec<Finding> {
     drawn.retain(|finding| finding.code() != FindingCode::ShortLeg);
     drawn.extend(flown);

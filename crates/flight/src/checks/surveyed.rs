@@ -7,7 +7,6 @@ use crate::survey::{Coverage, Survey};
 /// Findings of a survey's rehearsed flight: lines that were missed, and ground that no picture shows.
 ///
 /// `items` are those of the mission, in which the survey's begin at index `first_item`.
-#[must_use]
 pub fn check_survey(survey: &Survey, coverage: &Coverage, items: &[MissionItem], first_item: usize) -> Vec<Finding> {
     let missed = survey.lines.iter().zip(&coverage.lines).enumerate().filter(|(_, (_, flown))| flown.is_missed);
     let mut found: Vec<Finding> = missed

@@ -15,7 +15,6 @@ macro_rules! codes {
 
         impl NoteCode {
             /// What it says, in English and in ASCII, without the number.
-            #[must_use]
             pub const fn sentence(self) -> &'static str {
                 match self { $(Self::$name => $sentence,)* }
             }

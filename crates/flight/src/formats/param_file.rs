@@ -122,7 +122,6 @@ fn read_line(text: &str) -> std::result::Result<ParamEntry, String> {
 ///
 /// `MAV_PARAM_TYPE` is written for QGroundControl alone; 9 (32-bit float) where it is not known, with
 /// system 1 and component 1.
-#[must_use]
 pub fn write_params(entries: &[ParamEntry], dialect: ParamDialect) -> String {
     let mut text = String::new();
     if dialect == ParamDialect::QGroundControl {

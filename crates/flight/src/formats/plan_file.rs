@@ -30,7 +30,6 @@ impl PlanFormat {
         [Self::QgcPlan, Self::Waypoints, Self::Kml, Self::Kmz, Self::GeoJson, Self::Gpx, Self::Csv];
 
     /// The format that a file's name asks for by its ending, whatever the case; `None` for an ending that says none.
-    #[must_use]
     pub fn of_name(name: &str) -> Option<Self> {
         let ending = name.rsplit_once('.')?.1.to_ascii_lowercase();
         match ending.as_str() {
@@ -40,7 +39,6 @@ impl PlanFormat {
     }
 
     /// The ending of a file's name, without the dot.
-    #[must_use]
     pub const fn ending(self) -> &'static str {
         match self {
             Self::QgcPlan => "plan",
@@ -55,7 +53,6 @@ impl PlanFormat {
     }
 
     /// The media type, as IANA has it where it has one.
-    #[must_use]
     pub const fn media_type(self) -> &'static str {
         match self {
             Self::QgcPlan => "application/json",

@@ -24,7 +24,6 @@ const ABOVE_TERRAIN_BY_HOME: u8 = 3;
 const ABOVE_TERRAIN: u8 = 4;
 
 /// A survey as a complex item of QGroundControl, for [`super::PlanSettings::complex_items`] of a plan that holds its items.
-#[must_use]
 pub fn survey_item(survey: &Survey) -> ComplexItem {
     let places = |points: &[GeoPoint]| -> Vec<Value> {
         points.iter().map(|point| json!([plain(point.lat_deg()), plain(point.lon_deg())])).collect()
@@ -112,7 +111,6 @@ fn asked(options: &SurveyOptions) -> Value {
 /// What a survey or corridor of a plan was laid out from, to be laid out again with changes. One of QGroundControl's own gives its area,
 /// camera, overlap, height and angle; its turn-around is left out, for a plane needs more than is usual there. `None` for what is no
 /// survey, or does not say enough.
-#[must_use]
 pub fn survey_of(complex: &ComplexItem) -> Option<(SurveyShape, SurveyOptions)> {
     let value: Value = serde_json::from_str(&complex.json).ok()?;
     let places = |key: &str| value.get(key)?.as_array()?.iter().map(place_of).collect::<Option<Vec<_>>>();

@@ -105,31 +105,26 @@ impl Element {
     }
 
     /// The first child of a name.
-    #[must_use]
     pub fn child(&self, name: &str) -> Option<&Self> {
         self.children.iter().find(|child| child.name == name)
     }
 
     /// The text of the first child of a name, unless it is empty.
-    #[must_use]
     pub fn text_of(&self, name: &str) -> Option<&str> {
         self.child(name).map(|child| child.text.as_str()).filter(|text| !text.is_empty())
     }
 
     /// An attribute.
-    #[must_use]
     pub fn attribute(&self, name: &str) -> Option<&str> {
         self.attributes.iter().find(|(key, _)| key == name).map(|(_, value)| value.as_str())
     }
 
     /// An attribute as a finite number.
-    #[must_use]
     pub fn number(&self, name: &str) -> Option<f64> {
         self.attribute(name)?.trim().parse().ok().filter(|number: &f64| number.is_finite())
     }
 
     /// The first element of a name at any depth, itself included.
-    #[must_use]
     pub fn find(&self, name: &str) -> Option<&Self> {
         if self.name == name { Some(self) } else { self.children.iter().find_map(|child| child.find(name)) }
     }

@@ -112,7 +112,6 @@ pub struct Surfaces {
 /// One step: surfaces that take the plane to a bank and a pitch. `dt_s` 0.001 to 0.1 s.
 ///
 /// `integrate` is false on the ground, where the wheels hold the attitude and an integrator would only wind up.
-#[must_use]
 pub fn stabilise(
     state: AttitudeState,
     now: &Attitude,

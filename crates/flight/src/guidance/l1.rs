@@ -42,7 +42,6 @@ impl L1Params {
     }
 
     /// L1 length at a ground speed, m: `ζ T V / π`.
-    #[must_use]
     pub fn length_m(&self, groundspeed_m_s: f64) -> f64 {
         self.damping() * self.period() * groundspeed_m_s.max(0.1) / PI
     }
@@ -98,7 +97,6 @@ pub enum Track {
 impl Track {
     /// True when going on from `previous` to this track is not a new target: the same circle, its radius at most 10 % other
     /// (it grows with height, as the true airspeed does), or an equal track.
-    #[must_use]
     pub fn continues(&self, previous: &Self) -> bool {
         match (self, previous) {
             (
@@ -157,7 +155,6 @@ impl L1Output {
     /// Bank of a coordinated turn with this acceleration, rad: `tan φ = a / (g cos θ)`.
     ///
     /// `pitch_rad` is used within ±60°.
-    #[must_use]
     pub fn bank_rad(&self, pitch_rad: f64) -> f64 {
         let pitch = bound(pitch_rad, -PI / 3.0, PI / 3.0);
         (self.lateral_accel_m_s2 / (GRAVITY_M_S2 * pitch.cos())).atan()
@@ -167,7 +164,6 @@ impl L1Output {
 /// One step of the lateral law.
 ///
 /// `dt_s` is the time since the last step, 0 to 0.1 s (more counts as 0.1).
-#[must_use]
 pub fn steer(state: L1State, motion: &Motion, track: &Track, params: &L1Params, dt_s: f64) -> (L1State, L1Output) {
     let dt_s = bound(dt_s, 0.0, 0.1);
     match *track {

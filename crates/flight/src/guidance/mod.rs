@@ -38,37 +38,31 @@ pub struct NorthEast {
 
 impl NorthEast {
     /// A vector from its components.
-    #[must_use]
     pub const fn new(north: f64, east: f64) -> Self {
         Self { north, east }
     }
 
     /// The unit vector of a bearing in radians from north.
-    #[must_use]
     pub fn from_bearing(bearing_rad: f64) -> Self {
         Self::new(bearing_rad.cos(), bearing_rad.sin())
     }
 
     /// Euclidean length.
-    #[must_use]
     pub fn length(self) -> f64 {
         self.north.hypot(self.east)
     }
 
     /// Bearing of the vector, −π to π.
-    #[must_use]
     pub fn bearing_rad(self) -> f64 {
         self.east.atan2(self.north)
     }
 
     /// Scalar product.
-    #[must_use]
     pub fn dot(self, other: Self) -> f64 {
         self.north * other.north + self.east * other.east
     }
 
     /// Third component of the cross product in north-east-down: positive when `other` is clockwise of `self`.
-    #[must_use]
     pub fn cross(self, other: Self) -> f64 {
         self.north * other.east - self.east * other.north
     }
@@ -110,7 +104,6 @@ impl std::ops::Neg for NorthEast {
 }
 
 /// Wraps an angle to −π (exclusive) … π (inclusive). Not finite in, not finite out.
-#[must_use]
 pub fn wrap_pi(angle_rad: f64) -> f64 {
     let wrapped = angle_rad.rem_euclid(std::f64::consts::TAU);
     if wrapped > std::f64::consts::PI { wrapped - std::f64::consts::TAU } else { wrapped }
@@ -119,13 +112,11 @@ pub fn wrap_pi(angle_rad: f64) -> f64 {
 /// `value` between `low` and `high`; a value that is not a number becomes `low`.
 ///
 /// Unlike [`f64::clamp`] it never panics, whatever the order of the limits: parameters come from a vehicle.
-#[must_use]
 pub(crate) fn bound(value: f64, low: f64, high: f64) -> f64 {
     if value > low { if value < high { value } else { high.max(low) } } else { low }
 }
 
 /// First-order low-pass step: moves `from` towards `to` with time constant `tau_s`.
-#[must_use]
 pub(crate) fn lag(from: f64, to: f64, tau_s: f64, dt_s: f64) -> f64 {
     from + (to - from) * bound(dt_s / (tau_s + dt_s).max(1e-9), 0.0, 1.0)
 }

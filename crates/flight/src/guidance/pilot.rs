@@ -120,7 +120,6 @@ impl PilotParams {
     /// Parameters from an ArduPlane parameter set; a name that `get` does not know keeps its default.
     ///
     /// The rate gains, limits and speeds are read by the names given at each field.
-    #[must_use]
     pub fn from_ardupilot(get: impl Fn(&str) -> Option<f64>) -> Self {
         let mut params = Self::default();
         let read = |name: &str, into: &mut f64, factor: f64| {
@@ -214,7 +213,6 @@ pub struct PilotOutput {
 }
 
 /// One control step; `dt_s` 0.001 to 0.1 s. Not finite in: surfaces neutral, motor off, memory kept.
-#[must_use]
 pub fn step(
     state: PilotState,
     sensed: &Sensed,

@@ -29,7 +29,6 @@ pub struct TecsState {
 
 impl TecsState {
     /// A fresh state that takes over from a throttle set by other means.
-    #[must_use]
     pub fn taking_over(throttle: f64) -> Self {
         Self { memory: None, throttle: Some(throttle) }
     }
@@ -154,7 +153,6 @@ struct Limits {
 }
 
 /// One step of the energy controller; `dt_s` 0.001 to 0.1 s.
-#[must_use]
 pub fn manage(
     state: TecsState,
     now: &Energy,

@@ -54,7 +54,6 @@ pub enum Change {
 /// another was put in is told as changed. Empty when the vehicle, as it keeps items, has them as they are.
 ///
 /// Of lists of a fence or of rally points the numbers are those of their corners and points in order.
-#[must_use]
 pub fn plan_changes(edited: &[MissionItem], on_board: &[MissionItem], keeping: Keeping) -> Vec<Change> {
     let edited: Vec<MissionItem> = edited.iter().map(|item| keeping.kept(item)).collect();
     let fields = |at: usize, other: usize| keeping.fields_that_differ(&edited[at], &on_board[other]);

@@ -79,7 +79,6 @@ pub enum Unit {
 
 impl Unit {
     /// Symbol to show after a value; empty when there is none.
-    #[must_use]
     pub const fn symbol(self) -> &'static str {
         match self {
             Self::Seconds => "s",
@@ -156,7 +155,6 @@ impl Storage {
     /// Whether a vehicle can make of a value what it keeps: a whole number of at most 32 bits, on the way at least, where it is no float.
     ///
     /// What cannot be converted is undefined there (ISO C++, 7.10): ArduPilot's simulator ends, a board keeps anything.
-    #[must_use]
     pub fn converts(self, sent: f32) -> bool {
         let factor = match self {
             Self::Dropped | Self::Float | Self::Half => return true,
@@ -170,7 +168,6 @@ impl Storage {
     ///
     /// Values beyond the range of the storage saturate here; what a vehicle makes of them is not
     /// defined, so the checks refuse them.
-    #[must_use]
     pub fn keep(self, sent: f32) -> f32 {
         let whole_within = |low: f32, high: f32| {
             if (low..=high).contains(&sent) { sent.trunc() } else { 0.0 }
@@ -360,7 +357,6 @@ pub struct ParamInfo {
 impl ParamInfo {
     /// Whether a vehicle can make whole numbers of 32 bits of a value where it does: of what it keeps ([`Storage::converts`]), and of times,
     /// lengths, speeds and angles in thousandths, as which ArduPilot counts some of them once the command is done.
-    #[must_use]
     pub fn takes(&self, value: f64) -> bool {
         let is_measure = !matches!(
             self.unit,
@@ -370,7 +366,6 @@ impl ParamInfo {
     }
 
     /// `true` when the command gives this parameter a meaning.
-    #[must_use]
     pub const fn is_used(&self) -> bool {
         !self.label.is_empty()
     }
@@ -578,20 +573,17 @@ impl Command {
     /// 42703: Hold attitude for a time.
     pub const NAV_ATTITUDE_TIME: Self = Self(42703);
     /// Everything known of a command that ArduPlane takes; `None` for the others.
-    #[must_use]
     pub fn info(self) -> Option<&'static CommandInfo> {
         let index = COMMANDS.binary_search_by_key(&self, |info| info.command).ok()?;
         COMMANDS.get(index)
     }
 
     /// Name in MAVLink, as in `MAV_CMD_NAV_WAYPOINT`; `None` for a number that Vencejo does not know.
-    #[must_use]
     pub fn name(self) -> Option<&'static str> {
         self.info().map(|info| info.name).or_else(|| self.refused().map(|(_, name, _)| *name))
     }
 
     /// The command of a name, with or without `MAV_CMD_`, in any case.
-    #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {
         let bare = |name: &str| {
             let upper = name.trim().to_ascii_uppercase();
@@ -604,46 +596,39 @@ impl Command {
     }
 
     /// Whether x, y and z are a position; `None` for a number that Vencejo does not know.
-    #[must_use]
     pub fn has_position(self) -> Option<bool> {
         self.info().map(|info| info.has_position).or_else(|| self.refused().map(|(_, _, position)| *position))
     }
 
     /// `true` when ArduPlane takes it in a mission.
-    #[must_use]
     pub fn is_mission_command(self) -> bool {
         self.info().is_some_and(|info| info.support != Support::List)
     }
 
     /// `true` when a vehicle flies to the position of the item. Beside the commands of the table that is the spline waypoint of
     /// copters.
-    #[must_use]
     pub fn is_destination(self) -> bool {
         self.info().map_or(self == Self::NAV_SPLINE_WAYPOINT, |info| info.is_destination)
     }
 
     /// `true` when the mission stands at the item until it is done, and not for an action beside the flying. A number that is in no
     /// table is one up to `MAV_CMD_NAV_LAST`.
-    #[must_use]
     pub fn is_nav(self) -> bool {
         const NAV_LAST: u16 = 95;
         self.info().map_or(self.0 < NAV_LAST, |info| info.category == Category::Nav)
     }
 
     /// `true` for the landings.
-    #[must_use]
     pub const fn is_landing(self) -> bool {
         matches!(self, Self::NAV_LAND | Self::NAV_VTOL_LAND)
     }
 
     /// `true` for the take-offs.
-    #[must_use]
     pub const fn is_takeoff(self) -> bool {
         matches!(self, Self::NAV_TAKEOFF | Self::NAV_VTOL_TAKEOFF)
     }
 
     /// `true` when 0/0 (or unset) coordinates have a meaning: the place where the vehicle is then.
-    #[must_use]
     pub const fn may_stay_in_place(self) -> bool {
         matches!(
             self,
@@ -663,7 +648,6 @@ impl Command {
     }
 
     /// `true` when ArduPilot takes NaN in `params[index]` (the heading, mostly); it refuses others.
-    #[must_use]
     pub const fn param_may_be_unset(self, index: usize) -> bool {
         match self {
             Self::NAV_WAYPOINT

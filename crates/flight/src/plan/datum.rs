@@ -40,7 +40,6 @@ impl Levels {
 /// The item with its height counted from another level: at the same height in space, to the centimetre, where both levels are known;
 /// else with the same number, since nobody can tell another, and with the first level that is not known. What has no position stays as it
 /// is, and so does a place in a frame that is none of ours, which is told likewise.
-#[must_use]
 pub fn counted_from(item: &MissionItem, frame: MavFrame, levels: Levels) -> (MissionItem, Option<UnknownLevel>) {
     let mut counted = item.clone();
     if !item.has_position() || item.frame == frame {

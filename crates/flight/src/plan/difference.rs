@@ -36,7 +36,6 @@ const WHOLE_NUMBERS_DEG: f64 = 1.6e-7;
 ///
 /// Together 3u of the coordinate's size, and the whole number (and ours) of degE7: at latitude 40° that is 7.2e-6° or 0.8 m, at
 /// longitude 180° on the equator 3.6 m. Nothing that is farther off is taken for rounding.
-#[must_use]
 pub fn float_tolerance_deg(coordinate_deg: f64) -> f64 {
     ROUNDINGS * UNIT_ROUNDOFF * coordinate_deg.abs() + WHOLE_NUMBERS_DEG
 }

@@ -48,7 +48,6 @@ pub const SHAPE_MIN_CORNERS: usize = 3;
 
 impl FenceShape {
     /// `true` when the point lies inside the border.
-    #[must_use]
     pub fn contains(&self, point: GeoPoint) -> bool {
         match self {
             Self::Polygon { vertices } => point_in_polygon(point, vertices),
@@ -110,7 +109,6 @@ impl std::fmt::Display for ShapeFault {
 
 impl Fence {
     /// `true` when there is nothing in it.
-    #[must_use]
     pub fn is_empty(&self) -> bool {
         self.zones.is_empty() && self.return_point.is_none()
     }
@@ -125,7 +123,6 @@ impl Fence {
     }
 
     /// The first zone that no vehicle takes, by index, and why; `None` when all are sound.
-    #[must_use]
     pub fn fault(&self) -> Option<(usize, ShapeFault)> {
         self.zones.iter().enumerate().find_map(|(index, zone)| Some((index, zone.shape.fault()?)))
     }
@@ -133,7 +130,6 @@ impl Fence {
     /// The first zone that forbids a place, by index; `None` when the place is allowed.
     ///
     /// As on ArduPilot a place must lie inside every inclusion zone and outside every exclusion zone.
-    #[must_use]
     pub fn forbidden_by(&self, point: GeoPoint) -> Option<usize> {
         self.zones.iter().position(|zone| zone.shape.contains(point) != zone.inclusion)
     }
@@ -142,7 +138,6 @@ impl Fence {
     ///
     /// Parameter 1 of a corner is the number of corners of its polygon, of a circle its radius in metres
     /// (<https://mavlink.io/en/services/mission.html#geofence-plans>).
-    #[must_use]
     pub fn to_items(&self) -> Vec<MissionItem> {
         let item = |command, param1: f64, point: GeoPoint, alt_m| MissionItem {
             frame: MavFrame::Global,
@@ -181,7 +176,6 @@ impl Fence {
     }
 
     /// Why no vehicle takes its return point; `None` without one, and for one that is sound.
-    #[must_use]
     pub fn return_fault(&self) -> Option<String> {
         Some(self.return_item()?.unsendable()?.to_string())
     }

@@ -31,7 +31,6 @@ impl PlanKind {
     pub const ALL: [Self; 3] = [Self::Mission, Self::Fence, Self::Rally];
 
     /// The number on the wire.
-    #[must_use]
     pub const fn mission_type(self) -> u8 {
         self as u8
     }
@@ -75,7 +74,6 @@ pub enum MavFrame {
 
 impl MavFrame {
     /// The number on the wire.
-    #[must_use]
     pub const fn number(self) -> u8 {
         match self {
             Self::Global => 0,
@@ -87,7 +85,6 @@ impl MavFrame {
     }
 
     /// `false` for frames in which a latitude and longitude have no meaning here.
-    #[must_use]
     pub const fn is_supported(self) -> bool {
         !matches!(self, Self::Other(_))
     }
@@ -138,7 +135,6 @@ words! {
 
 impl Wanted {
     /// What is wrong with a value that is something else, in English.
-    #[must_use]
     pub const fn problem(self) -> &'static str {
         match self {
             Self::Finite => "which is not a number that can be sent; give a finite one",
@@ -191,7 +187,6 @@ pub const PARAM_NAMES: [&str; 7] = ["param1", "param2", "param3", "param4", "x",
 
 impl MissionItem {
     /// An item with a position relative to home.
-    #[must_use]
     pub fn at(command: Command, params: [f64; 4], lat_deg: f64, lon_deg: f64, alt_rel_home_m: f64) -> Self {
         let [p1, p2, p3, p4] = params;
         Self {
@@ -203,104 +198,87 @@ impl MissionItem {
     }
 
     /// An item without a position.
-    #[must_use]
     pub fn action(command: Command, params: [f64; 4]) -> Self {
         Self { frame: MavFrame::Mission, ..Self::at(command, params, 0.0, 0.0, 0.0) }
     }
 
     /// Fly to a point; ArduPlane's own acceptance radius applies.
-    #[must_use]
     pub fn waypoint(lat_deg: f64, lon_deg: f64, alt_rel_home_m: f64) -> Self {
         Self::at(Command::NAV_WAYPOINT, [0.0; 4], lat_deg, lon_deg, alt_rel_home_m)
     }
 
     /// Take off in the direction the plane points, to a height, with at least `pitch_deg` of pitch.
-    #[must_use]
     pub fn takeoff(lat_deg: f64, lon_deg: f64, alt_rel_home_m: f64, pitch_deg: f64) -> Self {
         Self::at(Command::NAV_TAKEOFF, [pitch_deg, 0.0, 0.0, 0.0], lat_deg, lon_deg, alt_rel_home_m)
     }
 
     /// Land at a point.
-    #[must_use]
     pub fn land(lat_deg: f64, lon_deg: f64, alt_rel_home_m: f64) -> Self {
         Self::at(Command::NAV_LAND, [0.0; 4], lat_deg, lon_deg, alt_rel_home_m)
     }
 
     /// Mark the start of the landing sequence.
-    #[must_use]
     pub fn land_start(lat_deg: f64, lon_deg: f64, alt_rel_home_m: f64) -> Self {
         Self::at(Command::DO_LAND_START, [0.0; 4], lat_deg, lon_deg, alt_rel_home_m)
     }
 
     /// Circle for ever. Negative radius: counter-clockwise; 0: the vehicle's own.
-    #[must_use]
     pub fn loiter_unlimited(lat_deg: f64, lon_deg: f64, alt_rel_home_m: f64, radius_m: f64) -> Self {
         Self::at(Command::NAV_LOITER_UNLIM, [0.0, 0.0, radius_m, 0.0], lat_deg, lon_deg, alt_rel_home_m)
     }
 
     /// Circle a number of turns. Negative radius: counter-clockwise; 0: the vehicle's own.
-    #[must_use]
     pub fn loiter_turns(lat_deg: f64, lon_deg: f64, alt_rel_home_m: f64, turns: f64, radius_m: f64) -> Self {
         Self::at(Command::NAV_LOITER_TURNS, [turns, 0.0, radius_m, 1.0], lat_deg, lon_deg, alt_rel_home_m)
     }
 
     /// Circle for a time; ArduPlane circles with its own radius, `clockwise` or not.
-    #[must_use]
     pub fn loiter_time(lat_deg: f64, lon_deg: f64, alt_rel_home_m: f64, time_s: f64, clockwise: bool) -> Self {
         let direction = if clockwise { 1.0 } else { -1.0 };
         Self::at(Command::NAV_LOITER_TIME, [time_s, 0.0, direction, 1.0], lat_deg, lon_deg, alt_rel_home_m)
     }
 
     /// Circle until the height is reached. Negative radius: counter-clockwise; 0: the vehicle's own.
-    #[must_use]
     pub fn loiter_to_alt(lat_deg: f64, lon_deg: f64, alt_rel_home_m: f64, radius_m: f64) -> Self {
         Self::at(Command::NAV_LOITER_TO_ALT, [0.0, radius_m, 0.0, 1.0], lat_deg, lon_deg, alt_rel_home_m)
     }
 
     /// Return to launch (home or the nearest rally point).
-    #[must_use]
     pub fn return_to_launch() -> Self {
         Self::action(Command::NAV_RETURN_TO_LAUNCH, [0.0; 4])
     }
 
     /// Set the target airspeed; the throttle stays as it is (−1).
-    #[must_use]
     pub fn change_airspeed(airspeed_m_s: f64) -> Self {
         Self::action(Command::DO_CHANGE_SPEED, [0.0, airspeed_m_s, -1.0, 0.0])
     }
 
     /// Jump to another item `repeats` times; −1 repeats for ever.
-    #[must_use]
     pub fn jump(target: MissionSeq, repeats: i16) -> Self {
         Self::action(Command::DO_JUMP, [f64::from(target.0), f64::from(repeats), 0.0, 0.0])
     }
 
     /// `true` when x, y and z are latitude, longitude and height.
-    #[must_use]
     pub fn has_position(&self) -> bool {
         self.frame.is_supported() && self.command.has_position().unwrap_or(self.frame != MavFrame::Mission)
     }
 
     /// Latitude, degrees; `None` when the command has no position or it is unset.
-    #[must_use]
     pub fn lat_deg(&self) -> Option<f64> {
         self.params[4].filter(|_| self.has_position())
     }
 
     /// Longitude, degrees; `None` when the command has no position or it is unset.
-    #[must_use]
     pub fn lon_deg(&self) -> Option<f64> {
         self.params[5].filter(|_| self.has_position())
     }
 
     /// Height in the item's frame, metres; `None` when the command has no position or it is unset.
-    #[must_use]
     pub fn alt_m(&self) -> Option<f64> {
         self.params[6].filter(|_| self.has_position())
     }
 
     /// The position when there is one: not unset, on Earth, and not the 0/0 that means "here".
-    #[must_use]
     pub fn point(&self) -> Option<GeoPoint> {
         let (lat_deg, lon_deg) = (self.lat_deg()?, self.lon_deg()?);
         if lat_deg == 0.0 && lon_deg == 0.0 {
@@ -310,7 +288,6 @@ impl MissionItem {
     }
 
     /// Parameter 1 to 7; `None` when unset or out of 1..=7.
-    #[must_use]
     pub fn param(&self, number: usize) -> Option<f64> {
         self.params.get(number.checked_sub(1)?).copied().flatten()
     }
@@ -318,7 +295,6 @@ impl MissionItem {
     /// The first value that may not be sent: not finite, more than the vehicle can make a whole number of where it keeps one, or a position off the
     /// Earth or in a frame that is not known.
     /// `None` when all may.
-    #[must_use]
     pub fn unsendable(&self) -> Option<Unsendable> {
         let bad = |field, value, wanted| Some(Unsendable { field, value, wanted });
         for (field, value) in PARAM_NAMES.into_iter().zip(self.params) {
@@ -371,7 +347,6 @@ impl MissionItem {
 
     /// The message that carries this item. Call [`MissionItem::check_sendable`] first: a value out of
     /// range is not an error here, it saturates.
-    #[must_use]
     pub fn to_wire(&self, seq: MissionSeq, target: Address, kind: PlanKind, current: bool) -> MissionItemInt {
         let mut params = [0.0_f32; 4];
         for (index, param) in params.iter_mut().enumerate() {

@@ -61,7 +61,6 @@ impl Home {
     }
 
     /// The item that stands for home in a mission list: an absolute waypoint.
-    #[must_use]
     pub fn to_item(self) -> MissionItem {
         let mut item = MissionItem::waypoint(self.lat_deg, self.lon_deg, self.alt_amsl_m);
         item.frame = MavFrame::Global;
@@ -69,7 +68,6 @@ impl Home {
     }
 
     /// Home from item 0 of a mission list; `None` when it is unset (0/0) or no position.
-    #[must_use]
     pub fn from_item(item: &MissionItem) -> Option<Self> {
         let lat_deg = item.lat_deg()?;
         let lon_deg = item.lon_deg()?;
@@ -147,7 +145,6 @@ pub struct Plan {
 
 impl Plan {
     /// A plan of a mission alone.
-    #[must_use]
     pub fn from_mission(mission: Mission) -> Self {
         Self { mission, ..Self::default() }
     }
@@ -168,7 +165,6 @@ impl Plan {
     }
 
     /// The items of one kind as they are, also of a fence that is half drawn.
-    #[must_use]
     pub fn items(&self, kind: PlanKind) -> Cow<'_, [MissionItem]> {
         match kind {
             PlanKind::Mission => Cow::Borrowed(&self.mission.items),

@@ -24,7 +24,6 @@ impl RallyPoint {
     }
 
     /// Why no vehicle takes it; `None` for one that is sound.
-    #[must_use]
     pub fn fault(self) -> Option<String> {
         frame_fault(self.frame).or_else(|| Some(self.to_item().unsendable()?.to_string()))
     }
@@ -44,7 +43,6 @@ pub struct Rally {
 
 impl Rally {
     /// The points as items of a rally list (`MAV_MISSION_TYPE_RALLY`).
-    #[must_use]
     pub fn to_items(&self) -> Vec<MissionItem> {
         self.points.iter().map(|rally| rally.to_item()).collect()
     }

@@ -9,7 +9,6 @@ use crate::plan::item::{MavFrame, MissionItem, f64_from_f32};
 /// What ArduPlane keeps of an item and gives back when asked.
 ///
 /// A command that ArduPlane refuses is returned as it is: there is nothing to compare it with.
-#[must_use]
 pub fn ardupilot_stored(item: &MissionItem) -> MissionItem {
     let Some(info) = item.command.info() else { return item.clone() };
     let mut params = [None; 7];

@@ -44,7 +44,6 @@ impl From<Wind> for Air {
 impl Air {
     /// This wind for a vehicle of these parameters: that of ArduPilot's simulator grows with the square root of height up to
     /// `SIM_WIND_T_ALT` where `SIM_WIND_T` is 0, and not with height else; a real one's is that over open land.
-    #[must_use]
     pub fn of(wind: Wind, get: impl Fn(&str) -> Option<f64>) -> Self {
         match get("SIM_WIND_T").filter(|_| is_ardupilots_simulator(&get)) {
             Some(0.0) => Self {
@@ -58,7 +57,6 @@ impl Air {
     }
 
     /// Velocity of the steady wind at a height above home, m/s: where it goes to.
-    #[must_use]
     pub fn steady(&self, height_m: f64) -> NorthEast {
         let part = (height_m / self.full_height_m.max(1.0)).clamp(0.0, 1.0);
         let part = if part < 1.0 { part.powf(self.exponent.clamp(0.0, 2.0)) } else { 1.0 };

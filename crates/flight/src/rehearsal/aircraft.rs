@@ -213,7 +213,6 @@ impl Default for Aircraft {
 impl Aircraft {
     /// From an ArduPlane's parameters; a name that `get` does not know keeps its default. Names from before ArduPlane 4.5 are
     /// read where the present one is absent.
-    #[must_use]
     pub fn from_ardupilot(get: impl Fn(&str) -> Option<f64>) -> Self {
         // Since 4.5 a name and a unit may be another; the pair is one setting.
         let get = |name: &str| {
@@ -315,7 +314,6 @@ impl Aircraft {
     }
 
     /// Airspeed of an approach without headwind, m/s EAS.
-    #[must_use]
     pub fn approach_airspeed(&self) -> f64 {
         self.approach_airspeed_m_s.unwrap_or(0.5 * (self.airspeed_cruise_m_s + self.tecs.airspeed_min_m_s))
     }

@@ -105,7 +105,6 @@ impl Airframe {
     ///
     /// `TECS_CLMB_MAX` is the climb at full throttle and `TECS_SINK_MIN` the sink without, both at cruise; a value that ArduPlane comes
     /// with (5 and 2 m/s) says nothing of a plane.
-    #[must_use]
     pub fn of_parameters(cruise_m_s: f64, tecs: &TecsParams, pitch_trim_deg: f64) -> Self {
         let cruise = bound(cruise_m_s, 3.0, 100.0);
         let untold = TecsParams::default();
@@ -144,7 +143,6 @@ impl Airframe {
     /// (`libraries/SITL/SIM_Plane.h` of ArduPilot 4.7: mass, wing, coefficients of lift and drag).
     ///
     /// `rudder_mix` is the rudder per aileron (`KFF_RDDRMIX`).
-    #[must_use]
     pub fn of_simulator(cruise_m_s: f64, rudder_mix: f64) -> Self {
         let (mass_kg, area_m2, span_m, oswald) = (SIMULATED_KG, SIMULATED_M2, 1.88, 0.9);
         let (drag_0, lift_0, lift_per_rad) = (0.1, SIMULATED_LIFT_0, SIMULATED_LIFT_PER_RAD);
@@ -177,7 +175,6 @@ impl Airframe {
     }
 
     /// What makes it no airframe: the field, its value and the range that it must be in.
-    #[must_use]
     pub fn fault(&self) -> Option<(&'static str, f64, (f64, f64))> {
         let fields = [
             ("cruise_m_s", self.cruise_m_s, (3.0, 100.0)),

@@ -46,7 +46,6 @@ pub struct BatterySettings {
 
 impl BatterySettings {
     /// What is wrong with them: the field, its value and the range that it must be in.
-    #[must_use]
     pub fn fault(&self) -> Option<(&'static str, f64, (f64, f64))> {
         let fields = [
             ("capacity_mah", self.capacity_mah, (1.0, 1e6)),
@@ -92,13 +91,11 @@ pub struct BatteryLeft {
 
 impl BatteryLeft {
     /// Part of its capacity that is left at the end; below 0 as [`Self::left_wh`].
-    #[must_use]
     pub fn left(&self) -> f64 {
         self.left_wh / self.capacity_wh
     }
 
     /// Whether less is left than should be.
-    #[must_use]
     pub fn is_below_reserve(&self) -> bool {
         self.left() < self.reserve
     }
@@ -106,7 +103,6 @@ impl BatteryLeft {
 
 impl Battery {
     /// From an ArduPlane's parameters; one whose monitor is off (`BATT_MONITOR` 0) is not known.
-    #[must_use]
     pub fn from_ardupilot(get: impl Fn(&str) -> Option<f64>) -> Self {
         let known = |name: &str| get(name).filter(|value| value.is_finite() && *value > 0.0);
         let is_watched = get("BATT_MONITOR").is_none_or(|monitor| monitor != 0.0);

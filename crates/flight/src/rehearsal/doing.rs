@@ -40,7 +40,6 @@ pub enum Doing {
 
 impl Doing {
     /// Whether nobody knows what it will do of itself.
-    #[must_use]
     pub fn is_open(self) -> bool {
         matches!(self, Self::Piloted | Self::Soaring)
     }

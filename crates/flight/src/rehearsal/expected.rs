@@ -23,7 +23,6 @@ pub struct Expected {
 /// The moment at which the plane was expected where it is, on its way to the item of this index; `None` where it is more than 150 m away
 /// from that way. Of an item that is flown several times, the one nearest to `since_s`, seconds since the rehearsal's beginning; where that is
 /// not known, the one nearest in space.
-#[must_use]
 pub fn expected_at(track: &[Expected], at: GeoPoint, index: Option<usize>, since_s: Option<f64>) -> Option<Expected> {
     // Of each time that the item is flown the nearest moment, with how far off it is.
     let mut times: Vec<(f64, Expected)> = Vec::new();
@@ -57,7 +56,6 @@ pub fn expected_at(track: &[Expected], at: GeoPoint, index: Option<usize>, since
 
 /// The moment at which the plane was expected to have `left_s` seconds yet at the item of this index: on a circle, where the place is the same after
 /// each turn. Of an item that is flown several times, the one nearest to `since_s`; `None` where the track does not leave it.
-#[must_use]
 pub fn expected_before_leaving(track: &[Expected], index: usize, left_s: f64, since_s: f64) -> Option<Expected> {
     let leaves = track.windows(2).filter(|pair| pair[0].index == Some(index) && pair[1].index != Some(index));
     let moments = leaves.map(|pair| pair[1].time_s - left_s);
@@ -71,7 +69,6 @@ pub fn expected_before_leaving(track: &[Expected], index: usize, left_s: f64, si
 
 /// What will be left of a battery in `left_s` when it goes on as in the `since_s` in which it went from `before_pct` to `now_pct`, per cent;
 /// `None` while less than 2 % of it were used, which says nothing.
-#[must_use]
 pub fn battery_left_pct(before_pct: f64, now_pct: f64, since_s: f64, left_s: f64) -> Option<f64> {
     let used_pct = before_pct - now_pct;
     (used_pct >= LEAST_USED_PCT && since_s > 0.0).then(|| (now_pct - used_pct / since_s * left_s).max(0.0))

@@ -146,7 +146,6 @@ pub(super) struct Situation {
 
 impl Failsafes {
     /// From an ArduPlane's parameters; a name that `get` does not know keeps its default.
-    #[must_use]
     pub fn from_ardupilot(get: impl Fn(&str) -> Option<f64>) -> Self {
         let number = |name: &str, default: f64| get(name).filter(|value| value.is_finite()).unwrap_or(default);
         let has_rotors = number("Q_ENABLE", 0.0) != 0.0;

@@ -72,14 +72,12 @@ pub struct Conditions<'a> {
 
 impl<'a> Conditions<'a> {
     /// From the ground at the plan's home.
-    #[must_use]
     pub const fn new(plane: &'a Aircraft, air: Air) -> Self {
         Self { plane, air, home: None, start: Start::Ground { heading_deg: None }, ground: None, longest_s: LONGEST_S }
     }
 }
 
 /// Flies a plan; `None` when no home is known or it is no place on Earth.
-#[must_use]
 pub fn rehearse(plan: &Plan, conditions: &Conditions<'_>) -> Option<Rehearsal> {
     let course = laid_out(plan, conditions)?;
     let mut flight = Flight::new(&course, conditions);

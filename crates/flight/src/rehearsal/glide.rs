@@ -24,7 +24,6 @@ const LONGEST_S: f64 = 3_600.0;
 /// In calm air a plane sinks over `1 m` of way by `D/W`, least where drag is least; with the polar `a V² + b n² V⁻²` that is at
 /// `V = (b/a)^¼` (J. D. Anderson, *Aircraft Performance and Design*, eq. 5.36), held above the slowest airspeed. The nose is held so
 /// that the course over ground is the direction (wind triangle); where the wind does not allow it, it is the direction in the air.
-#[must_use]
 pub fn glide_range(plan: &Plan, conditions: &Conditions<'_>, from: &Sample) -> Option<Vec<GeoPoint>> {
     let course = laid_out(plan, conditions)?;
     let start = course.position(from.point);

@@ -120,7 +120,6 @@ impl Default for Learner {
 
 impl Learner {
     /// For a recording: every moment, up to some fourteen hours at 10 Hz.
-    #[must_use]
     pub fn of_recording() -> Self {
         Self { moments: VecDeque::new(), most: 500_000, every_s: 0.01 }
     }
@@ -144,7 +143,6 @@ impl Learner {
     }
 
     /// What these moments teach; see [`learn`].
-    #[must_use]
     pub fn learned(&self, plane: &Aircraft) -> Option<Learned> {
         learn(&self.moments, plane)
     }
@@ -168,7 +166,6 @@ impl Recorded {
 }
 
 /// Learns a plane from a flight; `None` where it was too short or flew in one direction only.
-#[must_use]
 pub fn learn<'a>(flight: impl IntoIterator<Item = &'a Recorded>, plane: &Aircraft) -> Option<Learned> {
     let flies = |moment: &Recorded| moment.airspeed_m_s > 0.6 * plane.tecs.airspeed_min_m_s;
     let (mut flown, mut low, mut rolled) = (Vec::new(), Vec::<Recorded>::new(), Vec::<Recorded>::new());

@@ -71,7 +71,6 @@ pub struct Sample {
 
 impl Sample {
     /// Height above the ground below, m; `None` where that is not known.
-    #[must_use]
     pub fn clearance_m(&self) -> Option<f64> {
         self.ground_m.map(|ground_m| self.height_m - ground_m)
     }
@@ -158,7 +157,6 @@ pub struct Rehearsal {
 impl Rehearsal {
     /// The samples that are needed to draw the track: the others lie within `tolerance_m` of where the last one kept was going, in
     /// place and in height, and over ground as high within seven times that.
-    #[must_use]
     pub fn thinned(&self, tolerance_m: f64) -> Vec<&Sample> {
         let mut kept: Vec<&Sample> = Vec::new();
         let mut before: Option<&Sample> = None;

@@ -31,7 +31,6 @@ pub struct Doubts {
 
 impl Doubts {
     /// What makes them none: the field, its value and the range that it must be in.
-    #[must_use]
     pub fn fault(&self) -> Option<(&'static str, f64, (f64, f64))> {
         let fields = [
             ("wind_speed_m_s", self.wind_speed_m_s, (0.0, 20.0)),
@@ -105,7 +104,6 @@ const LATE: (f64, f64) = (0.1, 15.0);
 
 /// One of many flights: in a wind and with a plane that the seed chooses. Pure, so that a caller flies as many at once as it has
 /// processors. `None` as [`rehearse`].
-#[must_use]
 pub fn fly_once(
     plan: &Plan,
     conditions: &Conditions<'_>,
@@ -119,7 +117,6 @@ pub fn fly_once(
 }
 
 /// What many flights beside the expected one show; the order of the flights does not matter.
-#[must_use]
 pub fn gather(expected: Rehearsal, others: &[Run]) -> Spread {
     let mut endings: Vec<(Ending, usize)> = Vec::new();
     for other in others {

@@ -30,7 +30,6 @@ pub struct WhatIf {
 
 impl WhatIf {
     /// What the vehicle ends with.
-    #[must_use]
     pub fn reaction(&self) -> Reaction {
         self.decisions.last().map_or(Reaction::GoesOn, |decision| decision.reaction)
     }
@@ -38,7 +37,6 @@ impl WhatIf {
 
 /// Flies a plan once, and from each moment (s since the start, in order) that it is in the air at on once more for each trigger that
 /// changes the flight. `None` as [`rehearse`](super::rehearse).
-#[must_use]
 pub fn what_ifs(
     plan: &Plan,
     conditions: &Conditions<'_>,

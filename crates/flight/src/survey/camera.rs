@@ -34,19 +34,16 @@ pub struct Footprint {
 
 impl Camera {
     /// Ground that a pixel covers from a height above it, m: `p H / f`, the coarser of the two directions where pixels are not square.
-    #[must_use]
     pub fn gsd_m(&self, height_m: f64) -> f64 {
         height_m * self.pitch_mm() / self.focal_length_mm
     }
 
     /// Height above the ground from which a pixel covers that much of it, m: `g f / p`.
-    #[must_use]
     pub fn height_m(&self, gsd_m: f64) -> f64 {
         gsd_m * self.focal_length_mm / self.pitch_mm()
     }
 
     /// What a picture from a height above the ground shows of it: `s H / f` in each direction.
-    #[must_use]
     pub fn footprint(&self, height_m: f64, is_landscape: bool) -> Footprint {
         let side = |sensor_mm: f64| sensor_mm * height_m / self.focal_length_mm;
         let (width_m, height_m) = (side(self.sensor_width_mm), side(self.sensor_height_mm));
@@ -75,7 +72,6 @@ pub struct KnownCamera {
 
 impl KnownCamera {
     /// Whether QGroundControl has it by this name.
-    #[must_use]
     pub fn is_known_to_qgroundcontrol(&self) -> bool {
         !self.name.starts_with("Raspberry")
     }
@@ -116,7 +112,6 @@ pub const CAMERAS: [KnownCamera; 15] = [
 ];
 
 /// A camera of [`CAMERAS`] by its name, whatever its capitals.
-#[must_use]
 pub fn camera_named(name: &str) -> Option<KnownCamera> {
     CAMERAS.into_iter().find(|known| known.name.eq_ignore_ascii_case(name.trim()))
 }

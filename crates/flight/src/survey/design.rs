@@ -142,7 +142,6 @@ pub enum SurveyCaution {
 
 impl SurveyCaution {
     /// A stable name, fit for scripts.
-    #[must_use]
     pub const fn as_str(self) -> &'static str {
         match self {
             Self::GroundNotKnown => "ground-not-known",
@@ -240,7 +239,6 @@ pub struct Survey {
 impl Survey {
     /// Where it can begin in place of where it does: at the next of its corners, in turn around it. Asked for as the place that the plane comes
     /// from ([`SurveyOptions::coming_from`]) it begins there.
-    #[must_use]
     pub fn next_entry(&self) -> Option<GeoPoint> {
         next_entry(&self.lines.iter().map(|line| line.points.as_slice()).collect::<Vec<_>>())
     }

@@ -39,7 +39,6 @@ pub struct Photo {
 /// The pictures of a rehearsed flight, as ArduPilot's camera takes them (`AP_Camera_Backend::update`): one when the straight distance from
 /// the last is the one that was ordered, none sooner than `min_interval_s` after it, and where `bank_max_deg` (`CAM_MAX_ROLL`) is above 0,
 /// none with more bank than that.
-#[must_use]
 pub fn photographs(flown: &Rehearsal, min_interval_s: f64, bank_max_deg: f64) -> Vec<Photo> {
     let Some(first) = flown.track.first() else { return Vec::new() };
     let plane = Region::around(first.point);
@@ -167,7 +166,6 @@ pub struct Coverage {
 /// `first_item` is the index in `mission.items` where the survey's items begin. The ground is that of the rehearsal, with the height of home
 /// above the sea; `None`: level, at the height that the survey was laid out for. The camera is fixed in the plane and looks down when it
 /// flies level: bank and pitch move what it shows.
-#[must_use]
 pub fn coverage(
     survey: &Survey,
     first_item: usize,
@@ -221,7 +219,6 @@ pub fn coverage(
 /// its height and on its course.
 ///
 /// Heights count from `home`; `None`: where the survey is, at the height above the sea that it was laid out for.
-#[must_use]
 pub fn rehearse_survey(
     survey: &Survey,
     plane: &Aircraft,

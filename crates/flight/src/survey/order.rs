@@ -11,7 +11,6 @@ use crate::geodesy::{GeoPoint, distance_m, leg_offset};
 /// Each line once. They are taken in blocks of at least `2 apart + 1` as equal as can be; in a block of `2 h − 1` lines the order is
 /// 0, h, 1, h + 1, …, h − 1, so that steps are of h and h − 1 lines, to the next block too; in one of `2 h` lines h, 0, h + 1, 1, …. With
 /// fewer lines than `2 apart` no order keeps them that far apart, and this keeps them as far apart as they can be: half their number.
-#[must_use]
 pub fn race_track(count: usize, apart: usize) -> Vec<usize> {
     let apart = apart.clamp(1, (count / 2).max(1));
     if apart == 1 {

@@ -31,7 +31,6 @@ pub enum SurveyShape {
 
 impl SurveyShape {
     /// Its corners or points.
-    #[must_use]
     pub fn points(&self) -> &[GeoPoint] {
         match self {
             Self::Area(corners) => corners,

@@ -43,7 +43,6 @@ pub struct Corner {
 ///
 /// Each arc is given by the corners of the lines that touch it, a right angle or less at each: a plane that begins its turn before a
 /// waypoint, as ArduPlane does at the distance that the item gives it, flies the arc.
-#[must_use]
 pub fn corners(from: Pose, to: Pose, radius_m: f64) -> Vec<Corner> {
     let mut corners = Vec::new();
     let mut pose = from;

@@ -95,7 +95,6 @@ pub enum RecorderState {
 
 impl RecorderState {
     /// Why nothing is written, in English; `None` while it is, or is about to be.
-    #[must_use]
     pub fn problem(&self) -> Option<String> {
         match self {
             Self::Starting | Self::Recording { .. } => None,

@@ -63,14 +63,12 @@ pub struct Syncing(mpsc::Receiver<io::Result<()>>);
 
 impl Syncing {
     /// One that goes on, and where its end is told.
-    #[must_use]
     pub fn begun() -> (mpsc::Sender<io::Result<()>>, Self) {
         let (told, end) = mpsc::channel();
         (told, Self(end))
     }
 
     /// One that has ended already.
-    #[must_use]
     pub fn ended(result: io::Result<()>) -> Self {
         let (told, syncing) = Self::begun();
         // The other end is here.
@@ -132,7 +130,6 @@ impl Folder {
 }
 
 /// Whether somebody keeps a recording of a folder.
-#[must_use]
 pub fn is_kept_recording(folder: &std::path::Path, name: &str) -> bool {
     folder.join(format!("{name}{KEPT}")).exists()
 }
@@ -263,7 +260,6 @@ pub struct Names {
 
 impl Names {
     /// Names without a prefix.
-    #[must_use]
     pub const fn plain(ending: &'static str) -> Self {
         Self { prefix: String::new(), ending }
     }

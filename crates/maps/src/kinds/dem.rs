@@ -252,7 +252,6 @@ impl Dem {
 }
 
 /// Whether a file's name is that of heights.
-#[must_use]
 pub fn is_height_file(path: &Path) -> bool {
     let name = path.file_name().map(|name| name.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
     [".hgt", ".hgt.gz", ".tif", ".tiff"].iter().any(|end| name.ends_with(end))

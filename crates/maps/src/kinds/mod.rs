@@ -34,7 +34,6 @@ macro_rules! ways {
 every_kind!(ways);
 
 /// All kinds, as forms and programs need to know them.
-#[must_use]
 pub fn infos() -> Vec<KindInfo> {
     let info = |kind: &SourceKind| {
         let way = kind.way();
@@ -52,7 +51,6 @@ pub fn infos() -> Vec<KindInfo> {
 }
 
 /// What a file can be by its name.
-#[must_use]
 pub fn kind_of(name: &str) -> Option<SourceKind> {
     let lower = name.to_ascii_lowercase();
     let is_its = |kind: &&SourceKind| kind.way().file_ends().iter().any(|end| lower.ends_with(end));
@@ -60,7 +58,6 @@ pub fn kind_of(name: &str) -> Option<SourceKind> {
 }
 
 /// Ends of the names of files that can be handed in.
-#[must_use]
 pub fn file_ends() -> Vec<&'static str> {
     SourceKind::ALL.iter().flat_map(|kind| kind.way().file_ends()).copied().collect()
 }
@@ -68,14 +65,12 @@ pub fn file_ends() -> Vec<&'static str> {
 /// What of the settings the kind decides.
 impl SourceSettings {
     /// Settings with defaults for everything else.
-    #[must_use]
     pub fn new(id: impl Into<String>, name: impl Into<String>, kind: SourceKind) -> Self {
         let role = kind.way().roles().first().copied().unwrap_or_default();
         Self { role, ..Self::unsaid(id, name, kind) }
     }
 
     /// Whether the service demands a key of the user's.
-    #[must_use]
     pub fn needs_key(&self) -> bool {
         self.kind.way().needs_key()
             || [&self.url, &self.attribution_url].into_iter().flatten().any(|url| url.contains("{key}"))
@@ -83,7 +78,6 @@ impl SourceSettings {
     }
 
     /// The hosts that its key is for: those of the addresses that the user gave.
-    #[must_use]
     pub fn key_hosts(&self) -> BTreeSet<String> {
         let url = self.url.as_deref().or(self.kind.way().own_url());
         let given = [url, self.attribution_url.as_deref()];
@@ -91,13 +85,11 @@ impl SourceSettings {
     }
 
     /// Whether it is read from files of this machine.
-    #[must_use]
     pub fn is_file(&self) -> bool {
         self.kind.way().is_file(self)
     }
 
     /// Why no offline areas may be made of it.
-    #[must_use]
     pub fn offline_refusal(&self) -> Option<String> {
         if self.is_file() {
             return Some("its tiles are in a file of this machine already".to_owned());
@@ -115,7 +107,6 @@ impl SourceSettings {
     }
 
     /// All that is wrong, each naming its field.
-    #[must_use]
     pub fn faults(&self) -> Vec<String> {
         let mut faults = self.general_faults();
         let way = self.kind.way();

@@ -138,7 +138,6 @@ impl Template {
     }
 
     /// The address of a tile. The same tile gets the same server every time, so that caches on the way serve.
-    #[must_use]
     pub fn fill(&self, tile: TileId, subdomains: &[String], is_tms: bool, key: Option<&str>) -> String {
         let TileId { level, column, row } = tile;
         let from_bottom = (1_u32 << level.min(31)).wrapping_sub(1).wrapping_sub(row);
@@ -163,7 +162,6 @@ impl Template {
 }
 
 /// Bing's name of a tile ("Bing Maps Tile System", Microsoft, 2018).
-#[must_use]
 pub fn quadkey(tile: TileId) -> String {
     (0..tile.level)
         .rev()

@@ -27,14 +27,12 @@ impl Station {
     }
 
     /// Why nothing is signed and nothing is checked, when the keys could not be read.
-    #[must_use]
     pub fn signing_fault(&self) -> Option<String> {
         self.shared.vault_fault.as_ref().map(ToString::to_string)
     }
 
     /// Why the times of the signing keys are not on disk. The keys are used all the same; after a restart, what was said since could be
     /// said again by others.
-    #[must_use]
     pub fn signing_times_fault(&self) -> Option<String> {
         self.shared.vault.as_ref().and_then(Vault::times_fault)
     }

@@ -59,7 +59,6 @@ impl Telemetry {
 
     /// Whether the newest heartbeat is that of an ArduPilot, whose missions begin with home as item 0. Those of others, and of what
     /// has not told yet what it is, do not.
-    #[must_use]
     pub fn is_ardupilot(&self) -> bool {
         self.heartbeat.is_some_and(|heartbeat| heartbeat.value.autopilot == AUTOPILOT_ARDUPILOT)
     }

@@ -467,7 +467,6 @@ impl AutopilotVersion {
     pub const FTP: u64 = 32;
 
     /// Whether files, and with them whole plans and parameter sets, can be transferred.
-    #[must_use]
     pub fn has_ftp(&self) -> bool {
         self.capabilities & Self::FTP != 0
     }

@@ -74,13 +74,11 @@ impl GpsFix {
     pub const KNOWN: std::ops::RangeInclusive<u8> = 0..=8;
 
     /// Whether there is a position in three dimensions.
-    #[must_use]
     pub fn is_3d(self) -> bool {
         self.0 >= 3
     }
 
     /// The kind of fix in words.
-    #[must_use]
     pub fn name(self) -> &'static str {
         match self.0 {
             0 => "no GPS",

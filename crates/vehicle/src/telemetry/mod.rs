@@ -66,7 +66,6 @@ pub enum Freshness {
 
 impl Freshness {
     /// The freshness of something that was heard `age` ago.
-    #[must_use]
     pub fn of_age(age: Duration) -> Self {
         if age <= STALE_AFTER {
             Self::Fresh
@@ -247,14 +246,12 @@ for_each_group!(telemetry);
 
 impl Telemetry {
     /// Nothing heard yet.
-    #[must_use]
     pub fn new() -> Self {
         Self::default()
     }
 
     /// The moment that a position has just told, for learning the plane from its flight; `None` while attitude or airspeed are not known
     /// now.
-    #[must_use]
     pub fn recorded(&self, now: MonoTime) -> Option<Recorded> {
         const SAME: Duration = Duration::from_secs(1);
         fn fresh<T: Copy>(sampled: Option<&Sampled<T>>, now: MonoTime) -> Option<T> {
@@ -281,19 +278,16 @@ impl Telemetry {
     }
 
     /// Whether the newest heartbeat says armed; `None` before the first.
-    #[must_use]
     pub fn is_armed(&self) -> Option<bool> {
         self.heartbeat.map(|heartbeat| heartbeat.value.is_armed)
     }
 
     /// The mode of the newest heartbeat; `None` before the first.
-    #[must_use]
     pub fn mode(&self) -> Option<FlightMode> {
         self.heartbeat.map(|heartbeat| heartbeat.value.mode)
     }
 
     /// Whether the vehicle says that it is on the ground; `None` when it does not say.
-    #[must_use]
     pub fn is_on_ground(&self) -> Option<bool> {
         match self.extended?.value.landed {
             LandedState::Undefined => None,

@@ -133,13 +133,11 @@ macro_rules! report {
             }
 
             /// Everything that `telemetry` has.
-            #[must_use]
             pub fn all(telemetry: &Telemetry, now: MonoTime) -> Self {
                 Self::changes(telemetry, now, &mut Sent::default())
             }
 
             /// Whether there is nothing to report.
-            #[must_use]
             pub fn is_empty(&self) -> bool {
                 $(self.$field.is_none() &&)* self.imus.is_none() && self.batteries.is_none()
             }

@@ -29,7 +29,6 @@ impl Severity {
     pub const INFO: Self = Self(6);
 
     /// Its name in MAVLink.
-    #[must_use]
     pub fn name(self) -> &'static str {
         match self.0 {
             0 => "emergency",
@@ -111,7 +110,6 @@ impl StatusLog {
     }
 
     /// Texts so far, those included that were dropped.
-    #[must_use]
     pub fn total(&self) -> u64 {
         self.total
     }
@@ -169,7 +167,6 @@ impl StatusLog {
     }
 
     /// When [`Self::release`] is wanted.
-    #[must_use]
     pub fn deadline(&self) -> Option<MonoTime> {
         self.partial.front().map(|oldest| oldest.since + CHUNK_TIMEOUT)
     }

@@ -277,7 +277,6 @@ impl fmt::Display for MissionResult {
 impl TransferError {
     /// One of each kind, for tests of whatever tells kinds apart.
     #[doc(hidden)]
-    #[must_use]
     pub fn examples() -> Vec<Self> {
         let kind = PlanKind::Mission;
         let path = || "@PARAM/param.pck".to_owned();

@@ -41,7 +41,6 @@ impl Vehicle {
     }
 
     /// How it keeps the items that it is sent.
-    #[must_use]
     pub fn keeping(&self) -> Keeping {
         Keeping { is_ardupilot: self.is_ardupilot(), in_floats: self.item_form() == ItemForm::Float }
     }

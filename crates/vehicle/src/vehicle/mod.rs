@@ -203,7 +203,6 @@ pub struct Vehicle {
 }
 impl Vehicle {
     /// A vehicle at `address` (its autopilot) as seen by us at `our`.
-    #[must_use]
     pub fn new(address: Address, our: Address, config: VehicleConfig, now: MonoTime) -> Self {
         Self {
             telemetry: Telemetry::new(),
@@ -246,13 +245,11 @@ impl Vehicle {
     }
 
     /// Its autopilot.
-    #[must_use]
     pub fn address(&self) -> Address {
         self.address
     }
 
     /// The protocol version of its last frame; MAVLink 2 until [`Self::on_protocol_version`] is told otherwise.
-    #[must_use]
     pub fn protocol_version(&self) -> MavVersion {
         self.protocol
     }
@@ -264,38 +261,32 @@ impl Vehicle {
     }
 
     /// What it says about itself.
-    #[must_use]
     pub fn telemetry(&self) -> &Telemetry {
         &self.telemetry
     }
 
     /// What it wrote.
-    #[must_use]
     pub fn texts(&self) -> &StatusLog {
         &self.texts
     }
 
     /// What is known of a plan on board.
-    #[must_use]
     pub fn plan_state(&self, kind: PlanKind) -> PlanState {
         self.plans.get(kind)
     }
 
     /// The list of a plan on board as it was read from there, a fence's and rally points' too; `None` while it is not known,
     /// and when there is none. Nothing is asked of the vehicle.
-    #[must_use]
     pub fn plan_on_board(&self, kind: PlanKind) -> Option<&Arc<Mission>> {
         self.copies[kind as usize].as_ref()
     }
 
     /// The mission on board, while it is known.
-    #[must_use]
     pub fn mission(&self) -> Option<&Arc<Mission>> {
         self.plan_on_board(PlanKind::Mission)
     }
 
     /// Where it stands in its mission.
-    #[must_use]
     pub fn progress(&self) -> MissionProgress {
         let options = self.progress_options();
         let progress =
@@ -304,14 +295,12 @@ impl Vehicle {
     }
 
     /// What it does by itself now.
-    #[must_use]
     pub fn conduct(&self) -> Conduct {
         let current = self.telemetry.mission.and_then(|mission| mission.value.seq.checked_sub(self.first_seq()));
         Conduct::of(&self.telemetry, self.mission().map(Arc::as_ref), current.map(usize::from))
     }
 
     /// What decides where a mission takes it: its airspeed, and the rest.
-    #[must_use]
     pub fn progress_terms(&self) -> (f64, ProgressOptions) {
         (self.check_context().airspeed_m_s, self.progress_options())
     }
@@ -324,57 +313,48 @@ impl Vehicle {
     }
 
     /// What its parameters say of how it flies, as far as they were read.
-    #[must_use]
     pub fn flight_parameters(&self) -> FlightParameters {
         self.flight_parameters
     }
 
     /// The last ten minutes of its flight, as far as it was followed, to learn the plane from. Learning takes milliseconds: copy it first
     /// where others wait for the vehicle.
-    #[must_use]
     pub fn learner(&self) -> &Learner {
         &self.learner
     }
 
     /// Its parameters as far as they were read or set since it is heard, by name.
-    #[must_use]
     pub fn parameters(&self) -> Arc<BTreeMap<ParamName, f64>> {
         Arc::clone(&self.parameters)
     }
 
     /// When anything of its autopilot was heard last.
-    #[must_use]
     pub fn heard_at(&self) -> MonoTime {
         self.heard_at
     }
 
     /// Whether it is heard: anything within 5 s.
-    #[must_use]
     pub fn is_heard(&self, now: MonoTime) -> bool {
         now.since(self.heard_at) <= LOST_AFTER
     }
 
     /// Whether it hears us. `false`: it is heard, but has answered nothing of ours for [`crate::UNREACHED_AFTER`]. `None`: not
     /// known, because it is not heard, or was asked nothing that it answers.
-    #[must_use]
     pub fn is_reached(&self, now: MonoTime) -> Option<bool> {
         self.reach.is_reached(now).filter(|_| self.is_heard(now))
     }
 
     /// Round trip by TIMESYNC, smoothed; `None` before the first answer.
-    #[must_use]
     pub fn round_trip(&self) -> Option<Duration> {
         self.timesync.round_trip()
     }
 
     /// What to add to our monotonic clock to have the vehicle's (TIMESYNC), ns; `None` before the first answer.
-    #[must_use]
     pub fn clock_offset_ns(&self) -> Option<i64> {
         self.timesync.offset_ns()
     }
 
     /// Requests that are not finished.
-    #[must_use]
     pub fn pending(&self) -> usize {
         self.ops.iter().filter(|op| !self.on_board.is_own(op.id)).count()
     }
@@ -385,7 +365,6 @@ impl Vehicle {
     }
 
     /// When [`Self::on_time`] is wanted.
-    #[must_use]
     pub fn deadline(&self) -> Option<MonoTime> {
         let ops = self.ops.iter().filter_map(|op| match &op.state {
             State::Refused { until, .. } | State::Awaiting { until, .. } => Some(*until),
@@ -430,7 +409,6 @@ impl Vehicle {
     }
 
     /// What the checks of a plan need to know of it, as it is now. What was not heard has the default of an ArduPlane.
-    #[must_use]
     pub fn check_context(&self) -> CheckContext {
         let position = self.telemetry.position.map(|position| position.value);
         let mav_type = self.telemetry.heartbeat.map(|heartbeat| heartbeat.value.mav_type);
@@ -473,7 +451,6 @@ impl Vehicle {
 
     /// What a flight needs first, as the vehicle is now; `None` before its first heartbeat. Whether it may be done now,
     /// [`crate::Request::PrepareFlight`] finds out.
-    #[must_use]
     pub fn flight_preparation(&self) -> Option<FlightPreparation> {
         let plan = self.plan_state(PlanKind::Mission);
         FlightPreparation::of(self.telemetry(), plan, self.first_nav())

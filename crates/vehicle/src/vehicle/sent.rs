@@ -54,7 +54,6 @@ pub(crate) fn refusal_of(request: &Request) -> Option<VehicleError> {
 
 impl Request {
     /// The command that stands for it where nobody knows what became of it: the last that it sends, else one that changes the mode.
-    #[must_use]
     pub fn command(&self) -> CommandName {
         CommandName(commands_of(self).last().map_or(cmd::DO_SET_MODE, CommandMessage::command))
     }

@@ -242,7 +242,6 @@ impl Vehicle {
 
     /// System id of the ground stations whose heartbeats its failsafe counts (`MAV_GCS_SYSID`, before ArduPilot 4.7 `SYSID_MYGCS`).
     /// `None`: not read.
-    #[must_use]
     pub fn counted_station(&self) -> Option<SystemId> {
         let read = |name| self.parameters.get(&ParamName::new(name).ok()?).map(|value| *value as u8);
         STATION_PARAMETERS.into_iter().find_map(read).filter(|number| *number > 0).map(SystemId)

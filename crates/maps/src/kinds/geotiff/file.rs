@@ -245,19 +245,16 @@ impl GeoTiff {
     }
 
     /// Whether it holds heights, or one band that can be taken for such.
-    #[must_use]
     pub fn has_numbers(&self) -> bool {
         matches!(self.images[0].colours, Colours::Numbers | Colours::Bands(1))
     }
 
     /// Whether it holds numbers that are no colours.
-    #[must_use]
     pub fn is_heights(&self) -> bool {
         matches!(self.images[0].colours, Colours::Numbers)
     }
 
     /// Why its numbers cannot be used as heights, when they cannot.
-    #[must_use]
     pub fn height_fault(&self) -> Option<String> {
         let faults = [
             (!self.has_numbers(), "it holds colours, not heights"),
@@ -276,13 +273,11 @@ impl GeoTiff {
     }
 
     /// Where it lies.
-    #[must_use]
     pub fn bounds(&self) -> Option<Bounds> {
         self.about.bounds
     }
 
     /// Metres of a pixel, about.
-    #[must_use]
     pub fn resolution_m(&self) -> f64 {
         self.pixel[1] * self.crs.metres_per_unit()
     }

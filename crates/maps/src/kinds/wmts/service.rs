@@ -45,14 +45,12 @@ enum Address {
 
 impl Layer {
     /// The grid of its tiles.
-    #[must_use]
     pub fn grid(&self) -> Option<TileGrid> {
         let grid = TileGrid::new(Crs::parse(&self.crs)?, self.levels.clone());
         Some(grid.within(self.bounds.as_ref()))
     }
 
     /// Whether the service says that it has a tile.
-    #[must_use]
     pub fn has(&self, tile: TileId) -> bool {
         match self.limits.get(usize::from(tile.level)) {
             Some(Some([min_column, max_column, min_row, max_row])) => {
