@@ -89,21 +89,7 @@ pub struct CommandName(pub u16);
 impl CommandName {
     /// Its name in MAVLink without `MAV_CMD_`; `None` for a number that has none here.
     pub fn name(self) -> Option<&'static str> {
-        match self.0 {
-            cmd::DO_SET_MODE => Some("DO_SET_MODE"),
-            cmd::DO_CHANGE_ALTITUDE => Some("DO_CHANGE_ALTITUDE"),
-            cmd::DO_REPOSITION => Some("DO_REPOSITION"),
-            cmd::GUIDED_CHANGE_ALTITUDE => Some("GUIDED_CHANGE_ALTITUDE"),
-            cmd::GUIDED_CHANGE_HEADING => Some("GUIDED_CHANGE_HEADING"),
-            cmd::DO_SET_MISSION_CURRENT => Some("DO_SET_MISSION_CURRENT"),
-            cmd::PREFLIGHT_REBOOT_SHUTDOWN => Some("PREFLIGHT_REBOOT_SHUTDOWN"),
-            cmd::COMPONENT_ARM_DISARM => Some("COMPONENT_ARM_DISARM"),
-            cmd::GET_HOME_POSITION => Some("GET_HOME_POSITION"),
-            cmd::SET_MESSAGE_INTERVAL => Some("SET_MESSAGE_INTERVAL"),
-            cmd::REQUEST_MESSAGE => Some("REQUEST_MESSAGE"),
-            cmd::REQUEST_AUTOPILOT_CAPABILITIES => Some("REQUEST_AUTOPILOT_CAPABILITIES"),
-            number => Command(number).name().map(|name| name.trim_start_matches("MAV_CMD_")),
-        }
+        Command(self.0).name().map(|name| name.trim_start_matches("MAV_CMD_"))
     }
 }
 
