@@ -26,10 +26,10 @@ use vencejo_video::VideoHub;
 use crate::access::Access;
 use crate::door::{Caller, Descriptors, Door, DoorLimits};
 use crate::drafts::Drafts;
-use crate::dto::storage::StorageProblem;
+use crate::dto::storage::{StorageFault, StorageProblem};
 use crate::operator::Operator;
 use crate::routes;
-use crate::state::App;
+use crate::state::{App, AppParts};
 use crate::storage;
 use crate::tokens::{TokenStore, Tokens};
 
@@ -174,39 +174,13 @@ impl Server {
         config: ServerConfig,
         runtime: &Runtime,
     ) -> Result<Self, ServerError> {
-        if config.token_file.is_none() && !config.bind.ip().is_loopback() {
-            return Err(ServerError::NoTokens(config.bind));
-        }
-        if config.tls.is_none() && !config.plain_http && !config.bind.ip().is_loopback() {
-            return Err(ServerError::NoTls(config.bind));
-        }
-        let (tokens, token_fault) = match &config.token_file {
-            None => (None, None),
-            Some(path) => {
-                let opened = TokenStore::open(path);
-                let (tokens, fault) = opened.map_err(|reason| ServerError::Tokens { path: path.clone(), reason })?;
-                (Some(tokens), fault)
-            }
-        };
-        let tls = match &config.tls {
-            None => None,
-            Some((certificate, key)) => {
-                // Of all that TLS is linked with, only this provider is in the binary; being first or second is the same.
-                let _ = rustls::crypto::ring::default_provider().install_default();
-                let loaded = RustlsConfig::from_pem_file(certificate, key).await;
-                Some(loaded.map_err(|reason| ServerError::Tls {
-                    certificate: certificate.clone(),
-                    key: key.clone(),
-                    reason,
-                })?)
-            }
-        };
-        let listen = || {
-            let listener = bind(config.bind)?;
-            let address = listener.local_addr()?;
-            Ok((listener, address))
-        };
-        let (listener, address) = listen().map_err(|reason| ServerError::Bind { address: config.bind, reason })?;
+        check_exposure(&config)?;
+        let (tokens, token_fault) = open_tokens(&config)?;
+        let tls = load_tls(&config).await?;
+        let cannot_bind = |reason| ServerError::Bind { address: config.bind, reason };
+        let listener = bind(config.bind).map_err(cannot_bind)?;
+        let address = listener.local_addr().map_err(cannot_bind)?;
+        let maps = start_maps(&config).await?;
         let access = Access {
             tokens,
             bound: address,
@@ -214,37 +188,25 @@ impl Server {
             hosts: config.hosts.clone(),
             origins: config.origins.clone(),
         };
-        let maps = match &config.maps_folder {
-            None => None,
-            Some(folder) => {
-                let maps = MapsConfig { space: config.space.clone(), ..MapsConfig::new(folder.clone()) };
-                let started = Maps::start(maps).await;
-                Some(started.map_err(|reason| ServerError::Maps { path: folder.clone(), reason })?)
-            }
-        };
-        let (alive, ended) = mpsc::channel(1);
         if config.on_board {
             station.set_heartbeat(false);
         }
-        let app = App::new(station, access, config.on_board, alive.clone());
+        let parts = AppParts {
+            on_board: config.on_board,
+            maps: maps.clone(),
+            drafts: Drafts::new(config.draft_file),
+            video_folder: config.video_folder,
+            history_folder: config.history_folder,
+            token_fault,
+        };
+        let (alive, ended) = mpsc::channel(1);
+        let app = App::new(station, access, parts, alive.clone());
         if let Some(maps) = maps {
-            app.set_maps(maps.clone());
             runtime.spawn(app.clone().tell_maps(maps, alive.clone()));
-        }
-        if let Some(folder) = config.video_folder {
-            app.set_video_folder(folder);
-        }
-        if let Some(folder) = config.history_folder {
-            app.set_history_folder(folder);
-        }
-        app.set_drafts(Drafts::new(config.draft_file));
-        if let Some(fault) = token_fault {
-            app.set_token_fault(fault);
         }
         let service = routes::router(app.clone()).into_make_service_with_connect_info::<Caller>();
         let handle = Handle::new();
-        let failed = |reason| ServerError::Bind { address: config.bind, reason };
-        let door = Door::new(listener, limits).map_err(failed)?;
+        let door = Door::new(listener, limits).map_err(cannot_bind)?;
         let mut server = axum_server::Server::<Caller>::from_listener(door).handle(handle.clone());
         limit(server.http_builder());
         let serving: Serving = match tls {
@@ -328,7 +290,43 @@ impl Server {
     }
 }
 
-/// A connection that does not come to its request is no connection.
+/// Refuses an address that others reach where tokens or TLS are missing.
+fn check_exposure(config: &ServerConfig) -> Result<(), ServerError> {
+    if config.bind.ip().is_loopback() {
+        Ok(())
+    } else if config.token_file.is_none() {
+        Err(ServerError::NoTokens(config.bind))
+    } else if config.tls.is_none() && !config.plain_http {
+        Err(ServerError::NoTls(config.bind))
+    } else {
+        Ok(())
+    }
+}
+
+/// The tokens, and what is wrong with their file where they hold in memory alone.
+fn open_tokens(config: &ServerConfig) -> Result<(Option<TokenStore>, Option<StorageFault>), ServerError> {
+    let Some(path) = &config.token_file else { return Ok((None, None)) };
+    let opened = TokenStore::open(path);
+    let (tokens, fault) = opened.map_err(|reason| ServerError::Tokens { path: path.clone(), reason })?;
+    Ok((Some(tokens), fault))
+}
+
+async fn load_tls(config: &ServerConfig) -> Result<Option<RustlsConfig>, ServerError> {
+    let Some((certificate, key)) = &config.tls else { return Ok(None) };
+    // The binary has only this provider. An error says that it is installed already.
+    let _ = rustls::crypto::ring::default_provider().install_default();
+    let loaded = RustlsConfig::from_pem_file(certificate, key).await;
+    loaded.map(Some).map_err(|reason| ServerError::Tls { certificate: certificate.clone(), key: key.clone(), reason })
+}
+
+async fn start_maps(config: &ServerConfig) -> Result<Option<Maps>, ServerError> {
+    let Some(folder) = &config.maps_folder else { return Ok(None) };
+    let maps = MapsConfig { space: config.space.clone(), ..MapsConfig::new(folder.clone()) };
+    let started = Maps::start(maps).await;
+    started.map(Some).map_err(|reason| ServerError::Maps { path: folder.clone(), reason })
+}
+
+/// Ends connections whose request does not come.
 fn limit(builder: &mut Builder<TokioExecutor>) {
     builder.http1().timer(TokioTimer::new()).header_read_timeout(HEADERS);
     builder.http2().timer(TokioTimer::new()).keep_alive_interval(HEADERS).max_concurrent_streams(MAX_STREAMS);

@@ -1,7 +1,7 @@
 //! What all handlers share.
 
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use tokio::sync::{Semaphore, mpsc, watch};
@@ -34,27 +34,36 @@ pub struct App {
     shared: Arc<Shared>,
 }
 
+/// What a server may have beside its station.
+#[derive(Default)]
+pub struct AppParts {
+    /// On board a vehicle: our heartbeat is sent only while an operator is connected.
+    pub on_board: bool,
+    /// The map service; `None` without a folder for maps.
+    pub maps: Option<Maps>,
+    /// The draft of the plan; in memory alone by default.
+    pub drafts: Drafts,
+    /// Where the recordings of cameras are.
+    pub video_folder: Option<PathBuf>,
+    /// Where the history of remote aircraft is.
+    pub history_folder: Option<PathBuf>,
+    /// What was wrong with the token file when the server was started.
+    pub token_fault: Option<StorageFault>,
+}
+
 struct Shared {
     station: Station,
     access: Access,
-    /// Heartbeats only while an operator is there.
-    on_board: bool,
+    parts: AppParts,
     sessions: Mutex<Sessions>,
     throttle: Throttle,
     operations: Operations,
     outboxes: Outboxes,
     roster: watch::Sender<Arc<Roster>>,
     video: VideoHub,
-    /// Where the recordings of cameras are.
-    video_folder: OnceLock<PathBuf>,
-    history_folder: OnceLock<PathBuf>,
-    /// Where the server was given a folder for them.
-    maps: OnceLock<Maps>,
     grounds: Grounds,
-    drafts: OnceLock<Drafts>,
     /// One request for the draft at a time: a disk that does not answer holds no more threads than one.
     draft_turn: Arc<Semaphore>,
-    token_fault: OnceLock<StorageFault>,
     /// What of the disk does not work.
     storage: watch::Sender<Vec<StorageProblem>>,
     closing: watch::Sender<bool>,
@@ -85,25 +94,20 @@ pub async fn closed(closing: &mut watch::Receiver<bool>) {
 
 impl App {
     /// The state of a new server.
-    pub fn new(station: Station, access: Access, on_board: bool, alive: Alive) -> Self {
+    pub fn new(station: Station, access: Access, parts: AppParts, alive: Alive) -> Self {
         let sessions = Mutex::new(Sessions::new(station.control().clone()));
         let shared = Shared {
             station,
             access,
-            on_board,
+            parts,
             sessions,
             throttle: Throttle::default(),
             operations: Operations::since(now_unix_us() / 1000),
             outboxes: Outboxes::default(),
             roster: watch::channel(Arc::default()).0,
             video: VideoHub::default(),
-            video_folder: OnceLock::new(),
-            history_folder: OnceLock::new(),
-            maps: OnceLock::new(),
             grounds: Grounds::default(),
-            drafts: OnceLock::new(),
             draft_turn: Arc::new(Semaphore::new(1)),
-            token_fault: OnceLock::new(),
             storage: watch::channel(Vec::new()).0,
             closing: watch::channel(false).0,
             alive: Mutex::new(Some(alive)),
@@ -128,7 +132,7 @@ impl App {
 
     /// Whether our heartbeat follows the operators' sessions.
     pub fn is_on_board(&self) -> bool {
-        self.shared.on_board
+        self.shared.parts.on_board
     }
 
     /// The present moment on the station's clock.
@@ -159,7 +163,7 @@ impl App {
         if has_ended {
             self.shared.outboxes.put_control();
         }
-        if self.shared.on_board {
+        if self.is_on_board() {
             self.shared.station.set_heartbeat(has_operator);
         }
         result
@@ -175,18 +179,12 @@ impl App {
         &self.shared.outboxes
     }
 
-    /// Serves these maps; the first that are given stay.
-    pub fn set_maps(&self, maps: Maps) {
-        // A second is refused, which is what is meant.
-        let _ = self.shared.maps.set(maps);
-    }
-
     /// The maps.
     ///
     /// # Errors
     /// When the server was started without.
     pub fn maps(&self) -> Result<&Maps, Problem> {
-        self.shared.maps.get().ok_or_else(|| {
+        self.shared.parts.maps.as_ref().ok_or_else(|| {
             Problem::new(Cause::NoMaps, "this server was started without a folder for maps")
                 .remedy("start it with --maps FOLDER")
         })
@@ -197,15 +195,9 @@ impl App {
         &self.shared.grounds
     }
 
-    /// Keeps the draft of the plan there; the first that are given stay.
-    pub fn set_drafts(&self, drafts: Drafts) {
-        // A second is refused, which is what is meant.
-        let _ = self.shared.drafts.set(drafts);
-    }
-
     /// The draft of the plan; in memory alone where the server was given no file for it.
     pub fn drafts(&self) -> &Drafts {
-        self.shared.drafts.get_or_init(Drafts::default)
+        &self.shared.parts.drafts
     }
 
     /// Does something with the draft off the runtime's threads, as soon as nobody else does.
@@ -225,15 +217,9 @@ impl App {
         tokio::task::spawn_blocking(work).await.map_err(|_| Problem::closed())
     }
 
-    /// What was wrong with the file of the tokens when the server was started; the first that is told stays.
-    pub fn set_token_fault(&self, fault: StorageFault) {
-        // A second is refused, which is what is meant.
-        let _ = self.shared.token_fault.set(fault);
-    }
-
-    /// The same.
+    /// What was wrong with the token file when the server was started.
     pub fn token_fault(&self) -> Option<StorageFault> {
-        self.shared.token_fault.get().cloned()
+        self.shared.parts.token_fault.clone()
     }
 
     /// What of the disk does not work, the flight recorder first.
@@ -247,26 +233,14 @@ impl App {
         self.shared.storage.subscribe()
     }
 
-    /// Shows the recordings of this folder; the first that is given stays.
-    pub fn set_video_folder(&self, folder: PathBuf) {
-        // A second is refused, which is what is meant.
-        let _ = self.shared.video_folder.set(folder);
-    }
-
-    /// Shows the history of this folder; the first that is given stays.
-    pub fn set_history_folder(&self, folder: PathBuf) {
-        // A second is refused, which is what is meant.
-        let _ = self.shared.history_folder.set(folder);
-    }
-
     /// Where the history of aircraft far away is, when the server was told.
     pub fn history_folder(&self) -> Option<&Path> {
-        self.shared.history_folder.get().map(PathBuf::as_path)
+        self.shared.parts.history_folder.as_deref()
     }
 
     /// Where the recordings of cameras are, when the server was told.
     pub fn video_folder(&self) -> Option<&Path> {
-        self.shared.video_folder.get().map(PathBuf::as_path)
+        self.shared.parts.video_folder.as_deref()
     }
 
     /// The cameras.
@@ -287,7 +261,7 @@ impl App {
     /// Ends all tasks and connections soon.
     pub fn close(&self) {
         self.shared.alive.lock().unwrap_or_else(PoisonError::into_inner).take();
-        if let Some(maps) = self.shared.maps.get() {
+        if let Some(maps) = &self.shared.parts.maps {
             maps.close();
         }
         self.shared.closing.send_replace(true);

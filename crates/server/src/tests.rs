@@ -34,7 +34,7 @@ use crate::Tokens;
 use crate::access::Access;
 use crate::dto::ServerMessage;
 use crate::outbox::MAX_EVENTS;
-use crate::state::App;
+use crate::state::{App, AppParts};
 use crate::{Server, ServerConfig, ServerError, routes};
 
 /// A hang is a failure.
@@ -73,7 +73,7 @@ impl Plain {
         let bound = SocketAddr::from(([127, 0, 0, 1], 8765));
         let access =
             Access { tokens: tokens.map(Into::into), bound, is_tls: false, hosts: Vec::new(), origins: Vec::new() };
-        let app = App::new(station, access, false, alive);
+        let app = App::new(station, access, AppParts::default(), alive);
         Self { router: routes::router(app.clone()), app, _ended }
     }
 

@@ -65,7 +65,7 @@ impl App {
         for task in followed.into_values() {
             task.abort();
         }
-        if self.shared.on_board {
+        if self.is_on_board() {
             self.shared.station.set_heartbeat(false);
         }
     }
@@ -157,7 +157,7 @@ impl App {
                         app.tell_event(&vehicle, &observed);
                     }
                 };
-                tokio::join!(tell, terrain::serve(app.shared.maps.get(), &vehicle, &asked));
+                tokio::join!(tell, terrain::serve(app.maps().ok(), &vehicle, &asked));
             });
             followed.insert(id, task.abort_handle());
         }
