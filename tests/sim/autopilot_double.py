@@ -223,8 +223,11 @@ class DoubleAutopilot:
     def change_speed(self, kind: int, speed_m_s: float, throttle_pct: float) -> MavResult:
         return self._called("change_speed", kind, speed_m_s, throttle_pct)
 
-    def change_altitude(self, alt_m: float, frame: int, rate_m_s: float = 0.0) -> MavResult:
-        return self._called("change_altitude", alt_m, frame, rate_m_s)
+    def change_altitude(self, alt_m: float, frame: int) -> MavResult:
+        return self._called("change_altitude", alt_m, frame)
+
+    def change_guided_altitude(self, alt_m: float, frame: int, rate_m_s: float) -> MavResult:
+        return self._called("change_guided_altitude", alt_m, frame, rate_m_s)
 
     def change_heading(self, kind: int, heading_deg: float, accel_m_s2: float) -> MavResult:
         return self._called("change_heading", kind, heading_deg, accel_m_s2)

@@ -187,9 +187,9 @@ def test_guided_goes_there_and_circles_as_asked() -> None:
 def test_guided_takes_height_heading_and_speed() -> None:
     flight = airborne()
     plane = flight.plane
-    assert plane.change_altitude(70, 3) is MavResult.FAILED
+    assert plane.change_guided_altitude(70, 3, 1.0) is MavResult.FAILED
     plane.set_mode(Mode.GUIDED)
-    assert plane.change_altitude(80, 3, 1.0) is MavResult.ACCEPTED
+    assert plane.change_guided_altitude(80, 3, 1.0) is MavResult.ACCEPTED
     flight.run(15)
     assert 55 < plane.alt_rel_home_m < 70
     flight.run(30)
@@ -203,6 +203,29 @@ def test_guided_takes_height_heading_and_speed() -> None:
     flight.run(40)
     assert plane.est.airspeed_m_s == pytest.approx(16, abs=0.8)
     assert plane.change_heading(2, 0.0, 0.0) is MavResult.ACCEPTED
+
+
+@pytest.mark.parametrize("mode", [Mode.AUTO, Mode.LOITER, Mode.CIRCLE, Mode.RTL, Mode.GUIDED])
+def test_the_altitude_can_be_changed_in_every_mode_that_navigates(mode: Mode) -> None:
+    flight = airborne(mission(waypoint(0, 3000, 0, 60)))
+    plane = flight.plane
+    plane.set_mode(mode)
+    flight.run(1)
+    assert plane.change_altitude(75, 3) is MavResult.ACCEPTED
+    flight.run(20)
+    assert (plane.mode.number, plane.alt_rel_home_m) == (mode, pytest.approx(75, abs=3))
+
+
+def test_an_altitude_change_during_a_landing_moves_the_landing_point() -> None:
+    """GCS_MAVLINK_Plane::handle_change_alt_request ignores the flight stage: with the point above the plane it flares at once."""
+    flight = airborne(mission(item(0, 189), waypoint(0, 0, 900, 60), at(0, 21, 0, 60, 0)))
+    plane = flight.plane
+    assert plane.do_mission_command(item(0, 189)) is MavResult.ACCEPTED
+    assert flight.run(200, lambda: plane.landing.active and plane.alt_rel_home_m < 40)
+    assert plane.change_altitude(60, 3) is MavResult.ACCEPTED
+    flight.run(2)
+    assert any(text.startswith("Flare -") for text in flight.texts), flight.texts[-3:]
+    assert (plane.alt_rel_home_m > 30, plane.snapshot().throttle_pct) == (True, 0)
 
 
 @pytest.mark.parametrize(

@@ -353,7 +353,7 @@ def test_guided_items_and_position_targets() -> None:
     for current in (2, 3):
         station.send(item(current))
     reposition, altitude = double(world).calls[-2:]
-    assert (reposition[0], altitude) == ("reposition", ("change_altitude", 70.0, 3, 0.0))
+    assert (reposition[0], altitude) == ("reposition", ("change_altitude", 70.0, 3))
     acks = [m.type for m in station.receive() if m.get_type() == "MISSION_ACK"]
     assert acks == [0, 0]
     target = dialect.MAVLink_set_position_target_global_int_message(
@@ -364,7 +364,7 @@ def test_guided_items_and_position_targets() -> None:
     assert len(double(world).calls) == before
     double(world).mode = Mode.GUIDED
     station.send(target)
-    assert double(world).calls[-1] == ("change_altitude", 120.0, 3, 0.0)
+    assert double(world).calls[-1] == ("change_altitude", 120.0, 3)
 
 
 def test_reboot_turns_time_back_and_keeps_plan_and_parameters() -> None:

@@ -478,17 +478,26 @@ class Autopilot(Plane):
         """Target airspeed (0), least ground speed (1) or cruise throttle."""
         return self.energy.change_speed(kind, speed_m_s, throttle_pct)
 
-    def change_altitude(self, alt_m: float, frame: int, rate_m_s: float = 0.0) -> MavResult:
-        """Another height in GUIDED, at a climb rate or as fast as it goes (0)."""
-        guided = self.mode
-        if not isinstance(guided, GuidedMode) or not math.isfinite(alt_m) or frame not in (0, 3, 10):
-            return MavResult.FAILED
-        self.nav.next = self.nav.next.copy()
-        self.nav.next.alt_m = alt_m if frame == 0 else alt_m + self.home.alt_m
-        self.nav.next.follows_ground = frame == 10
-        self.nav.reset_slope()
-        guided.climb_rate_m_s = abs(rate_m_s) if math.isfinite(rate_m_s) else 0.0
+    def change_altitude(self, alt_m: float, frame: int) -> MavResult:
+        """Change the altitude of the point being flown to, whatever the mode: of the landing point too, on a landing.
+
+        As ArduPlane's handle_change_alt_request, which looks at neither mode nor flight stage.
+        """
+        if not math.isfinite(alt_m) or frame not in (0, 3, 10):
+            return MavResult.DENIED
+        self.nav.change_altitude(alt_m if frame == 0 else alt_m + self.home.alt_m, follows_ground=frame == 10)
+        if isinstance(self.mode, GuidedMode):
+            self.mode.climb_rate_m_s = 0.0
         return MavResult.ACCEPTED
+
+    def change_guided_altitude(self, alt_m: float, frame: int, rate_m_s: float) -> MavResult:
+        """Change the altitude in GUIDED, at a climb rate or as fast as possible (0)."""
+        guided = self.mode
+        if not isinstance(guided, GuidedMode):
+            return MavResult.FAILED
+        result = self.change_altitude(alt_m, frame)
+        guided.climb_rate_m_s = abs(rate_m_s) if math.isfinite(rate_m_s) else 0.0
+        return result
 
     def change_heading(self, kind: int, heading_deg: float, accel_m_s2: float) -> MavResult:
         """A course (0) or heading (1) instead of a point in GUIDED; 2 goes back to the point."""

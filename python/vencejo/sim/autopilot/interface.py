@@ -570,8 +570,12 @@ class AutopilotPort(Protocol):
         """DO_CHANGE_SPEED: ``kind`` 0 airspeed, 1 ground speed; speed −1 or throttle −1 keep, −2 default."""
         ...
 
-    def change_altitude(self, alt_m: float, frame: int, rate_m_s: float = 0.0) -> MavResult:
-        """GUIDED_CHANGE_ALTITUDE (43001) and DO_CHANGE_ALTITUDE (186)."""
+    def change_altitude(self, alt_m: float, frame: int) -> MavResult:
+        """DO_CHANGE_ALTITUDE (186): the altitude of the point being flown to, in any mode."""
+        ...
+
+    def change_guided_altitude(self, alt_m: float, frame: int, rate_m_s: float) -> MavResult:
+        """GUIDED_CHANGE_ALTITUDE (43001): fails in other modes; ``rate_m_s`` 0 is as fast as possible."""
         ...
 
     def change_heading(self, kind: int, heading_deg: float, accel_m_s2: float) -> MavResult:

@@ -195,14 +195,10 @@ class CircleMode(FlightMode):
     def enter(self) -> None:
         self._nav.stay()
         self._nav.reset_slope()
-        self._nav.target_alt_m = self._plane.here().alt_m
 
     def update(self) -> None:
         self._plane.pilot.fly_bank(math.radians(self._plane.bank_limit_deg() / 3.0))
         self._energy.order()
-
-    def adjust_altitude(self) -> None:
-        """Stays."""
 
 
 class LoiterMode(FlightMode):

@@ -121,6 +121,12 @@ class Navigator:
         clockwise, radius = self.loiter.clockwise, self.loiter.radius_m
         self.loiter = Loiter(clockwise=clockwise, radius_m=radius)
 
+    def change_altitude(self, alt_m: float, *, follows_ground: bool) -> None:
+        """Change the altitude of the next point, and climb or descend to it without a slope."""
+        self.next = self.next.copy()
+        self.next.alt_m, self.next.follows_ground = alt_m, follows_ground
+        self.reset_slope()
+
     def reset_slope(self) -> None:
         """Go to the target height at once."""
         self._offset_m = 0.0

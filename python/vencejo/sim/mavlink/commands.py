@@ -285,8 +285,7 @@ class CommandHandler:
         frame = _FRAMES.get(_whole(command.p2))
         if frame is None or not math.isfinite(command.p1):
             return MavResult.DENIED
-        self._vehicle.autopilot.change_altitude(command.p1, frame)
-        return MavResult.ACCEPTED  # whatever the mode makes of it
+        return self._vehicle.autopilot.change_altitude(command.p1, frame)
 
     def _guided(self) -> bool:
         return self._vehicle.autopilot.snapshot().mode is Mode.GUIDED
@@ -306,7 +305,7 @@ class CommandHandler:
         if frame is None or not math.isfinite(command.z) or command.z in (-1.0, 0.0):
             return MavResult.DENIED
         rate_m_s = abs(command.p3) if math.isfinite(command.p3) else 0.0
-        return self._vehicle.autopilot.change_altitude(command.z, frame, rate_m_s)
+        return self._vehicle.autopilot.change_guided_altitude(command.z, frame, rate_m_s)
 
     def _guided_heading(self, _peer: Peer, command: Command) -> int:
         if not self._guided():
