@@ -526,18 +526,22 @@ class PlaneComponent:
         if not events:
             return
         texts: list[StatusText] = []
+        reached: int | None = None
         for event in events:
             if isinstance(event, StatusText):
                 texts.append(event)
+            elif isinstance(event, MissionItemReached):
+                # One index is pending on each link of an ArduPlane: of one moment only the last item is announced.
+                reached = event.seq
             else:
                 self._on_event(event)
+        if reached is not None:
+            self._broadcast(dialect.MAVLink_mission_item_reached_message(reached))
         for severity, text in ((Severity(said.severity), said.text) for said in texts):
             self.say(severity, text)  # after the messages of the same instant, as ArduPlane's own queue does
 
     def _on_event(self, event: Event) -> None:
         match event:
-            case MissionItemReached(seq):
-                self._broadcast(dialect.MAVLink_mission_item_reached_message(seq))
             case MissionCurrentChanged():
                 self._tell_current = None
                 self._broadcast(build(42, self.snapshot(), self._context()))
