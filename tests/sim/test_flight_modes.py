@@ -411,13 +411,66 @@ def test_a_plane_in_the_hand_shows_its_attitude() -> None:
     assert shot.heading_deg == pytest.approx(123, abs=3)
 
 
-def test_home_follows_the_plane_when_it_arms_and_when_told() -> None:
+def homes(flight: Flight) -> list[tuple[float, HomeChanged]]:
+    return [(time_s, event) for time_s, event in flight.events if isinstance(event, HomeChanged)]
+
+
+def test_home_follows_a_disarmed_plane_every_six_seconds() -> None:
+    """Plane::update_home; recorded at 9.9, 15.5 and 21.5 s after boot, and at once when it disarms."""
     flight = make(settle=False)
-    assert flight.plane.set_home(41.0, -3.0, 700.0) is MavResult.ACCEPTED
-    assert flight.plane.events()[-1] == HomeChanged(41.0, -3.0, 700.0)
-    assert flight.plane.set_home(math.inf, -3.0, 700.0) is MavResult.DENIED
+    flight.run(SETTLED_S)
+    assert [round(time_s) for time_s, _ in homes(flight)] == [10, 16, 19, 22]
+    assert {event for _, event in homes(flight)} == {HomeChanged(*HOME)}
+    flight.plane.move_by_hand(0.0, 0.0, 0.0, offset_ned_m=(40.0, 0.0, 0.0))
+    flight.plane.put_down()
+    flight.run(6.5)
+    assert FRAME.to_plane(*flight.plane._home_lat_lon) == pytest.approx((40.0, 0.0), abs=0.1)
     flight.plane.arm()
-    assert HomeChanged(*HOME) in flight.plane.events()
+    flight.plane.events()
+    flight.run(10.0)
+    assert not any(time_s > flight.plane.time_s - 10.0 for time_s, _ in homes(flight)), "armed, it stays"
+
+
+def test_home_is_at_the_landing_as_soon_as_it_disarms() -> None:
+    flight = landed(land_start=True)
+    flight.run(0.2)
+    lat_deg, lon_deg = flight.plane._home_lat_lon
+    assert flight.distance_to(lat_deg, lon_deg) < 0.1
+    assert math.hypot(*flight.position()) > 1.0
+    assert flight.plane.alt_rel_home_m == pytest.approx(0.0, abs=0.3)
+
+
+def test_a_home_that_was_set_stays_until_the_next_boot() -> None:
+    flight = make()
+    plane, far = flight.plane, HomeChanged(40.36, -3.8, 700.0)
+    assert plane.set_home(math.inf, -3.0, 700.0) is MavResult.DENIED
+    assert plane.set_home(far.lat_deg, far.lon_deg, far.alt_amsl_m) is MavResult.ACCEPTED
+    flight.run(7.0)
+    plane.arm()
+    flight.run(0.2)
+    plane.disarm()
+    flight.run(7.0)
+    assert [event for _, event in homes(flight)] == [far]
+    plane.reboot()
+    flight.run(SETTLED_S)
+    assert homes(flight)[-1][1] == HomeChanged(*HOME)
+
+
+def test_a_new_home_turns_a_return_at_once() -> None:
+    flight = airborne()
+    flight.plane.set_mode(Mode.RTL)
+    flight.run(2.0)
+    new = at(0, 16, 3000, 0, 0)
+    assert flight.plane.set_home(new.lat_deg, new.lon_deg, 620.0) is MavResult.ACCEPTED
+    assert flight.plane.nav.next.n_m == pytest.approx(3000, abs=1)
+    assert flight.plane.nav.next.alt_m == pytest.approx(720, abs=0.1)
+
+
+def test_home_needs_a_fix_to_be_set_here() -> None:
+    flight = make(settle=False)
+    assert flight.plane.set_home(None, None, None) is MavResult.FAILED
+    flight.run(SETTLED_S)
+    assert flight.plane.set_home(None, None, None) is MavResult.ACCEPTED
 
 
 def test_what_telemetry_shows_on_the_ground_and_in_the_air() -> None:

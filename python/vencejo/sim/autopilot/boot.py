@@ -14,6 +14,7 @@ from .interface import EkfFlag, Severity
 __all__ = [
     "FIX_S",
     "HEIGHT_S",
+    "HOME_S",
     "MEASURED_S",
     "ORIGIN_S",
     "READY_S",
@@ -33,6 +34,8 @@ _DETECTED_S = 8.8
 """When it finds its receiver."""
 FIX_S = 9.1
 """When that has a fix: it knows its place."""
+HOME_S = 9.9
+"""When it takes its first home, from the fixes that came meanwhile."""
 HEIGHT_S = 9.92
 """When its heights count from the sea, just after it has taken its home."""
 _EKF_INIT_S = 11.1

@@ -50,6 +50,8 @@ __all__ = ["Autopilot"]
 _NAVIGATE_TICKS = 10
 _STICK_TICKS = 2
 _FLYING_TICKS = 20
+_HOME_AGAIN_S = 6.0
+"""How often home follows a disarmed plane: Plane::one_second_loop, when more than 5 s have passed; recorded."""
 _EARTH_RADIUS_M = 6_371_008.8
 
 
@@ -128,7 +130,8 @@ class Autopilot(Plane):
         self.mode: FlightMode = self._modes[Mode.MANUAL]
         self.flight_mode = Mode.INITIALISING
         self._pending_texts = list(boot.TEXTS)
-        self._home_found = False
+        self._origin_set = False
+        self._home_due_s = boot.HOME_S
         self._prepare_orders()
 
     # the loop
@@ -185,9 +188,12 @@ class Autopilot(Plane):
         while self._pending_texts and self._pending_texts[0][0] <= self.time_s:
             _, severity, text = self._pending_texts.pop(0)
             self.say(severity, text)
-        if not self._home_found and self.time_s >= boot.ORIGIN_S:
-            self._home_found = True
+        if not self._origin_set and self.time_s >= boot.ORIGIN_S:
+            self._origin_set = True
             self._put_home(*self._home_lat_lon, self.home.alt_m)
+        if self.time_s >= self._home_due_s and not (self.armed or self.home_locked):
+            self._home_due_s = self.time_s + _HOME_AGAIN_S
+            self._put_home_here()
         self._errors = self.sensors.errors(self.time_s)
         if self.tune.refresh():
             self.pilot.set_params(self.tune.for_pilot())
@@ -348,10 +354,8 @@ class Autopilot(Plane):
         self.climbout.reset()
         self._events.append(Armed())
         self.say(Severity.INFO, "Throttle armed")
-        if not self.is_flying:
-            # To a centimetre, as a position travels: a plane that never moved stays at home exactly.
-            lat, lon = round(self.body.lat_deg, 7), round(self.body.lon_deg, 7)
-            self._put_home(lat, lon, self.config.home_alt_amsl_m)
+        if not self.home_locked:
+            self._put_home_here()
         return MavResult.ACCEPTED
 
     def disarm(self, *, force: bool = False) -> MavResult:
@@ -473,6 +477,15 @@ class Autopilot(Plane):
         guided.climb_rate_m_s = 0.0
         guided.go_to(spot)
         return MavResult.ACCEPTED
+
+    def set_home(self, lat_deg: float | None, lon_deg: float | None, alt_amsl_m: float | None) -> MavResult:
+        """Move home and lock it until the next boot; RTL turns to it at once. All None is where the plane is."""
+        result = super().set_home(lat_deg, lon_deg, alt_amsl_m)
+        if result is MavResult.ACCEPTED:
+            self.home_locked = True
+            if self.flight_mode is Mode.RTL:
+                self.mode.enter()
+        return result
 
     def change_speed(self, kind: int, speed_m_s: float, throttle_pct: float) -> MavResult:
         """Target airspeed (0), least ground speed (1) or cruise throttle."""
@@ -776,7 +789,7 @@ class Autopilot(Plane):
             mission_state=self._mission_state(),
             mission_in_landing=self.mission.in_landing_sequence
             and not self.mission.starts_with_takeoff(restart=self.tune["MIS_RESTART"] == 1),
-            origin_set=self._home_found,
+            origin_set=self._origin_set,
             ekf_flags=boot.ekf_flags(self.time_s),
             ekf_velocity_variance=0.02,
             ekf_pos_horiz_variance=0.03,

@@ -17,6 +17,7 @@ from vencejo.sim.dynamics import Dynamics
 from vencejo.sim.sensors import Sensors
 from vencejo.sim.wind import Wind
 
+from . import boot
 from .geo import LocalFrame, Spot, distance_m, wrap_pi
 from .interface import (
     DT_S,
@@ -101,6 +102,8 @@ class Plane:
         self._estimate()
         self.home = Spot(0.0, 0.0, self.config.home_alt_amsl_m)
         self._home_lat_lon = (lat_deg, lon_deg)
+        self.home_locked = False
+        """A ground station set home: it no longer follows the plane (AP_AHRS::lock_home)."""
         self.rc = Radio()
         self.pilot = PlanePilot()
         self.pilot.set_params(self.tune.for_pilot())
@@ -280,15 +283,23 @@ class Plane:
     # home
 
     def set_home(self, lat_deg: float | None, lon_deg: float | None, alt_amsl_m: float | None) -> MavResult:
-        """Move home; all None is where the plane is."""
+        """Move home; all None is where the plane is, which fails before its receiver has a fix."""
         if lat_deg is None or lon_deg is None:
-            self._put_home(self.body.lat_deg, self.body.lon_deg, self.est.alt_m)
+            if self.time_s < boot.FIX_S:
+                return MavResult.FAILED
+            self._put_home_here()
             return MavResult.ACCEPTED
         alt = self.home.alt_m if alt_amsl_m is None else alt_amsl_m
         if not all(map(math.isfinite, (lat_deg, lon_deg, alt))) or abs(lat_deg) > 90 or abs(lon_deg) > 180:
             return MavResult.DENIED
         self._put_home(lat_deg, lon_deg, alt)
         return MavResult.ACCEPTED
+
+    def _put_home_here(self) -> None:
+        """Home is where the plane is: to a centimetre, as a position travels, so one that never moved stays at home exactly."""
+        body, ground_m = self.body, self.config.home_alt_amsl_m
+        alt_m = ground_m if body.on_wheels else round(ground_m + body.height_m, 2)
+        self._put_home(round(body.lat_deg, 7), round(body.lon_deg, 7), alt_m)
 
     def _put_home(self, lat_deg: float, lon_deg: float, alt_m: float) -> None:
         north, east = self.frame.to_plane(lat_deg, lon_deg)

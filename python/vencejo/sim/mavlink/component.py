@@ -57,10 +57,6 @@ _OFF_TICKS = 200
 _HEARTBEAT_US = 1_000_000
 _TIMESYNC_US = 10_000_000
 _PREARM_TEXT_S = 30.0
-_HOME_AGAIN_S = 6.0
-"""How often home is told on the ground, as recorded."""
-_GROUND_START_S = 0.8
-"""Age of a fix that home is taken from, as recorded."""
 _STORAGE_READY_S = 1.0
 """Before that no mission fits ("Only 0 items are supported")."""
 _TERRAIN_REQUEST = 133
@@ -216,8 +212,6 @@ class PlaneComponent:
         self._timesync_due_us = _TIMESYNC_US
         self._prearm_ok = False
         self._prearm_text_due_s = _PREARM_TEXT_S
-        self._home_due_s = math.inf
-        self._fixed_s = math.inf
 
     # what the protocols are given
 
@@ -395,13 +389,6 @@ class PlaneComponent:
             self._prearm_text_due_s = now.time_s + _PREARM_TEXT_S
             for reason in self._prearm():
                 self.say(Severity.CRITICAL, f"PreArm: {reason}")
-        if now.gps_fix_type >= 3:
-            self._fixed_s = min(self._fixed_s, now.time_s)
-        if not self.home_set and now.time_s >= self._fixed_s + _GROUND_START_S:  # home until arming says better
-            self.plans.mission_store.set_home(now.home_lat_deg, now.home_lon_deg, now.home_alt_amsl_m)
-            self._send_home()
-        elif now.time_s >= self._home_due_s and not now.armed:
-            self._send_home()
         self._drain_events()
 
     def _check_gcs(self, now: Snapshot) -> None:
@@ -574,7 +561,6 @@ class PlaneComponent:
                 )
 
     def _send_home(self) -> None:
-        self._home_due_s = self.autopilot.time_s + _HOME_AGAIN_S
         if self._links:
             for message_id in (49, 242):
                 self._broadcast(build(message_id, self.snapshot(), self._context()))
