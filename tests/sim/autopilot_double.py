@@ -269,8 +269,8 @@ class DoubleAutopilot:
     def failsafe_gcs(self, active: bool) -> None:
         self._called("failsafe_gcs", active)
 
-    def fence_breached(self, kind: FenceBreach | None) -> None:
-        self._called("fence_breached", kind)
+    def fence_breached(self, kind: FenceBreach | None, return_point: tuple[float, float] | None = None) -> None:
+        self._called("fence_breached", kind, return_point)
 
     def reboot(self) -> None:
         self.rebooted += 1

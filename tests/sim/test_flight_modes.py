@@ -170,9 +170,10 @@ def test_circle_banks_a_third_and_loiter_stays_where_it_was() -> None:
 def test_guided_goes_there_and_circles_as_asked() -> None:
     flight = airborne()
     target = at(0, 16, 600, 300, 90)
-    order = RepositionTarget(target.lat_deg, target.lon_deg, 90.0, 3, radius_m=-120.0, speed_m_s=18.0)
+    order = RepositionTarget(target.lat_deg, target.lon_deg, 90.0, 3, radius_m=-120.0)
     assert flight.plane.reposition(order) is MavResult.ACCEPTED
     assert flight.plane.mode.number is Mode.GUIDED
+    assert flight.plane.change_speed(0, 18.0, -1.0) is MavResult.ACCEPTED
     flight.run(120)
     assert flight.reached == [0]
     assert "Set airspeed 18 m/s" in flight.texts
@@ -378,17 +379,62 @@ def test_a_crossed_fence_sends_it_home() -> None:
     assert flight.plane.set_mode(Mode.LOITER) is MavResult.FAILED
     flight.plane.fence_breached(None)
     flight.run(0.2)
-    assert "Fence breach cleared" in flight.texts
+    assert "Fence breach cleared" not in flight.texts, "it is still returning"
     assert "Mode change to LOITER denied, in fence recovery" in flight.texts
     assert flight.plane.set_mode(Mode.LOITER) is MavResult.ACCEPTED
+    flight.plane.fence_breached(FenceBreach.POLYGON)
+    assert flight.plane.mode.number is Mode.RTL, "a second breach counts as the first"
+
+
+def test_what_is_answered_while_it_returns_from_a_breach() -> None:
+    """Plane::set_mode refuses; MISSION_START and DO_REPOSITION do not look at that, DO_LAND_START does."""
+    flight = airborne(mission(waypoint(0, 0, -900, 60), item(0, 189), waypoint(0, 0, 700, 40), at(0, 21, 0, 60, 0)))
+    plane = flight.plane
+    plane.fence_breached(FenceBreach.POLYGON)
+    target = plane.nav.next
+    assert plane.do_mission_command(item(0, 189)) is MavResult.FAILED
+    assert plane.mission_start() is MavResult.ACCEPTED
+    flight.run(0.2)
+    assert (plane.mode.number, plane.nav.next) == (Mode.RTL, target)
+    assert flight.texts.count("Mode change to AUTO denied, in fence recovery") == 2
+    point = at(0, 16, 500, 500, 80)
+    assert plane.reposition(RepositionTarget(point.lat_deg, point.lon_deg, 80.0)) is MavResult.ACCEPTED
+    flight.run(0.2)
+    assert (plane.mode.number, round(plane.nav.next.n_m), round(plane.nav.next.e_m)) == (Mode.RTL, 500, 500)
+
+
+def test_a_return_from_a_breach_may_land_by_rtl_autoland() -> None:
+    flight = airborne(
+        mission(waypoint(0, 0, -900, 60), item(0, 189), waypoint(0, 0, 700, 40), at(0, 21, 0, 60, 0)),
+        params={"RTL_AUTOLAND": 2},
+    )
+    flight.plane.fence_breached(FenceBreach.POLYGON)
+    flight.run(0.5)
+    assert flight.plane.mode.number is Mode.AUTO
+    assert flight.plane.set_mode(Mode.LOITER) is MavResult.FAILED
 
 
 def test_fence_action_report_only() -> None:
     flight = airborne(params={"FENCE_ACTION": 0})
     flight.plane.fence_breached(FenceBreach.MAX_ALT)
+    flight.plane.fence_breached(None)
     flight.run(0.2)
-    assert "Max Alt fence breached" in flight.texts
+    assert [text for text in flight.texts if "reach" in text] == ["Max Alt fence breached", "Fence breach cleared"]
     assert flight.plane.mode.number is Mode.TAKEOFF
+
+
+@pytest.mark.parametrize(
+    ("params", "altitude_m"),
+    [({}, 45), ({"FENCE_RET_ALT": 70}, 70), ({"FENCE_ALT_MAX": -10}, 100)],
+    ids=["half way between floor and ceiling", "FENCE_RET_ALT", "RTL_ALTITUDE without room between them"],
+)
+def test_fence_action_guided_goes_to_the_return_point(params: dict[str, float], altitude_m: float) -> None:
+    flight = airborne(params={"FENCE_ACTION": 6, **params})
+    point = at(0, 16, 400, 300, 0)
+    flight.plane.fence_breached(FenceBreach.POLYGON, (point.lat_deg, point.lon_deg))
+    spot = flight.plane.nav.next
+    assert flight.plane.mode.number is Mode.GUIDED
+    assert (round(spot.n_m), round(spot.e_m), spot.alt_m - 600.0) == (400, 300, pytest.approx(altitude_m))
 
 
 def test_a_plane_in_the_hand_shows_its_attitude() -> None:

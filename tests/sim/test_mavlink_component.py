@@ -291,7 +291,7 @@ def test_fence_breach_and_recovery() -> None:
     assert fence_calls(world) == []
     autopilot.lat_deg = 40.3455
     listen(world, station, 0.5)
-    assert fence_calls(world) == [FenceBreach.POLYGON]
+    assert double(world).calls[-1] == ("fence_breached", FenceBreach.POLYGON, pytest.approx((40.3325, -3.795)))
     _, heard = ask(world, station, long(512, 162))
     (status,) = [m for m in heard if m.get_type() == "FENCE_STATUS"][:1]
     assert (status.breach_status, status.breach_count, status.breach_type) == (1, 1, 3)

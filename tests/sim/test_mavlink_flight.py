@@ -51,7 +51,9 @@ def test_the_recorded_mission_is_the_same_story() -> None:
     def reached(messages: list[Any]) -> list[int]:
         return [m.seq for m in messages if m.get_type() == "MISSION_ITEM_REACHED"]
 
-    assert reached(recorded) == reached(heard) == [1, 2, 3, 4, 5, 6, 8, 9, 10], "7 and the DO item after it end together"
+    assert reached(recorded) == reached(heard) == [1, 2, 3, 4, 5, 6, 8, 9, 10], (
+        "7 and the DO item after it end together"
+    )
 
     def extremes(messages: list[Any], kind: str, field: str) -> tuple[float, float]:
         values = [getattr(m, field) for m in messages if m.get_type() == kind]

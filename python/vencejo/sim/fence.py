@@ -143,6 +143,19 @@ class FenceMonitor:
         return not shapes_breached(self._store.shapes, lat_deg, lon_deg, union=self._union)
 
     @property
+    def return_point(self) -> tuple[float, float] | None:
+        """Where FENCE_ACTION 6 and 7 return to: the stored return point, or the middle of the first inclusion polygon."""
+        shapes = self._store.shapes
+        for shape in shapes:
+            if shape.command == 5000:
+                return shape.points[0]
+        for shape in shapes:
+            if shape.command == 5001:
+                lats, lons = zip(*shape.points, strict=True)
+                return (min(lats) + max(lats)) / 2.0, (min(lons) + max(lons)) / 2.0
+        return None
+
+    @property
     def _union(self) -> bool:
         return bool(int(self._params.get("FENCE_OPTIONS")) & 2)
 

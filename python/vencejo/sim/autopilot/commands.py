@@ -52,7 +52,7 @@ class Commands:
         climbout: Takeoff,
         landing: Landing,
         energy: Energy,
-        change_mode: Callable[[Mode, str], None],
+        change_mode: Callable[[Mode, str], object],
     ) -> None:
         self._plane = plane
         self._nav = nav
@@ -60,6 +60,7 @@ class Commands:
         self._climbout = climbout
         self._landing = landing
         self._energy = energy
+        self._change_mode = change_mode
         self.takeoff_complete = True
         self._condition_s = 0.0
         self._delay_until_s = 0.0
@@ -73,7 +74,7 @@ class Commands:
             Cmd.NAV_LOITER_TURNS: self._start_loiter_turns,
             Cmd.NAV_LOITER_TIME: self._start_loiter_time,
             Cmd.NAV_LOITER_TO_ALT: self._start_loiter,
-            Cmd.NAV_RETURN_TO_LAUNCH: lambda _: change_mode(Mode.RTL, "mission command"),
+            Cmd.NAV_RETURN_TO_LAUNCH: self._return,
             Cmd.NAV_LAND: landing.begin,
             Cmd.NAV_TAKEOFF: self._start_takeoff,
             Cmd.NAV_CONTINUE_AND_CHANGE_ALT: self._start_change_alt,
@@ -374,6 +375,9 @@ class Commands:
         self._condition_s = self._plane.time_s + max(0.0, item.p1)
 
     # at once
+
+    def _return(self, _item: StoredItem) -> None:
+        self._change_mode(Mode.RTL, "mission command")
 
     def _change_speed(self, item: StoredItem) -> None:
         self._energy.change_speed(int(item.p1), item.p2, item.p3)

@@ -15,6 +15,7 @@ from . import boot
 from .commands import Commands
 from .energy import Energy
 from .failsafe import Failsafes
+from .fence_response import RTL_COMPLETE_REASON, FenceResponse
 from .geo import Spot, distance_m, wrap_pi
 from .interface import (
     DT_S,
@@ -47,6 +48,7 @@ from .takeoff import Takeoff
 
 __all__ = ["Autopilot"]
 
+_STATION_REASON = "ground station"
 _NAVIGATE_TICKS = 10
 _STICK_TICKS = 2
 _FLYING_TICKS = 20
@@ -98,8 +100,6 @@ class Autopilot(Plane):
         self._landings_revision = -1
         self._flying_probability = 0.0
         self._last_flying_s: float | None = None
-        self._breach: FenceBreach | None = None
-        self._in_fence_recovery = False
         self._ground_heading_rad = self.body.yaw_rad
 
         self.mission = MissionRunner(self._plan, self)
@@ -114,6 +114,9 @@ class Autopilot(Plane):
         self.failsafes = Failsafes(
             self, self.mission, self.landing, self.change_mode, self._enter_auto, self._climbing_out
         )
+        self._fence = FenceResponse(
+            self, self.mission, self.landing, self.change_mode, lambda spot: self._guided.go_to(spot)
+        )
         self._modes = make_modes(
             Controls(
                 self,
@@ -127,6 +130,9 @@ class Autopilot(Plane):
                 self.enter_auto_to_land,
             )
         )
+        guided = self._modes[Mode.GUIDED]
+        assert isinstance(guided, GuidedMode)
+        self._guided = guided
         self.mode: FlightMode = self._modes[Mode.MANUAL]
         self.flight_mode = Mode.INITIALISING
         self._pending_texts = list(boot.TEXTS)
@@ -321,8 +327,8 @@ class Autopilot(Plane):
     # what the mission runner asks for
 
     def start_command(self, item: StoredItem) -> bool:
-        """Begin a mission command."""
-        return self.commands.start(item)
+        """Begin a mission command; outside AUTO, where the mission was only set to it, nothing happens yet."""
+        return self.commands.start(item) if self.in_auto else True
 
     def verify_command(self, item: StoredItem) -> bool:
         """Look whether a mission command is done."""
@@ -387,22 +393,19 @@ class Autopilot(Plane):
         if self.flight_mode is Mode.INITIALISING:
             # As ArduPlane, which ends its start in the first mode whatever was asked for meanwhile.
             return MavResult.ACCEPTED
-        if self._in_fence_recovery and self._breach is not None and int(self.tune["FENCE_OPTIONS"]) & 1:
-            name = Mode(number).name
-            self.say(Severity.NOTICE, f"Mode change to {name} denied, in fence recovery")
-            return MavResult.FAILED
-        self._in_fence_recovery = False
-        self.change_mode(Mode(number), "ground station")
-        return MavResult.ACCEPTED
+        return MavResult.ACCEPTED if self.change_mode(Mode(number), _STATION_REASON) else MavResult.FAILED
 
-    def change_mode(self, mode: Mode, reason: str) -> None:
-        """Change the mode."""
+    def change_mode(self, mode: Mode, reason: str) -> bool:
+        """Change the mode; False when the fence refuses that."""
         if self.flight_mode is mode:
-            return
+            return True
+        if self._fence.denies_mode_change(reason):
+            self.say(Severity.NOTICE, f"Mode change to {mode.full_name} denied, in fence recovery")
+            return False
         self.mode.leave()
         self.mode = self._modes[mode]
         self.flight_mode = mode
-        self.mode_reason = reason
+        self.previous_mode_reason, self.mode_reason = self.mode_reason, reason
         self.failsafes.mode_changed()
         self.energy.auto_throttle = self.mode.auto_throttle
         self.pilot.fly_level()
@@ -417,15 +420,17 @@ class Autopilot(Plane):
         if self.mission.in_landing_sequence and not self.is_flying and not self.armed and not self.mode.navigates:
             self.say(Severity.INFO, "In landing sequence: mission reset")
             self.mission.reset()
+        return True
 
     def enter_auto_to_land(self) -> None:
         """From RTL into the landing sequence that the mission was just set to."""
-        self._enter_auto("RTL complete")
+        self._enter_auto(RTL_COMPLETE_REASON)
 
-    def _enter_auto(self, reason: str) -> None:
+    def _enter_auto(self, reason: str) -> bool:
         self.resume_forced = True
-        self.change_mode(Mode.AUTO, reason)
+        entered = self.change_mode(Mode.AUTO, reason)
         self.resume_forced = False
+        return entered
 
     def set_mission_current(self, seq: int) -> MavResult:
         """Go to an item of the mission."""
@@ -436,8 +441,9 @@ class Autopilot(Plane):
         return MavResult.ACCEPTED
 
     def mission_start(self) -> MavResult:
-        """Enter AUTO."""
-        return self.set_mode(Mode.AUTO)
+        """Enter AUTO; accepted even when that is refused, as by ArduPlane."""
+        self.set_mode(Mode.AUTO)
+        return MavResult.ACCEPTED
 
     def takeoff(self, alt_rel_home_m: float) -> MavResult:
         """NAV_TAKEOFF outside a mission, which only a VTOL can."""
@@ -453,15 +459,11 @@ class Autopilot(Plane):
         lat, lon = target.lat_deg, target.lon_deg
         if lat is not None and lon is not None and not (-90.0 <= lat <= 90.0 and -180.0 <= lon <= 180.0):
             return MavResult.DENIED
-        if target.frame not in (0, 3, 10) or target.speed_m_s == 0.0:
+        if target.frame not in (0, 3, 10):
             return MavResult.DENIED
-        if self.flight_mode is not Mode.GUIDED:
-            result = self.set_mode(Mode.GUIDED)
-            if result is not MavResult.ACCEPTED:
-                return result
-        guided = self.mode
-        if not isinstance(guided, GuidedMode):
-            return MavResult.FAILED
+        # As ArduPlane: where the mode change is refused, the present mode gets the new point.
+        self.set_mode(Mode.GUIDED)
+        guided = self._guided
         spot = self.here()
         if lat is not None and lon is not None and (lat != 0.0 or lon != 0.0):
             spot.n_m, spot.e_m = self.frame.to_plane(lat, lon)
@@ -472,8 +474,6 @@ class Autopilot(Plane):
             guided.radius_m = abs(target.radius_m)
             guided.clockwise = target.radius_m > 0
             spot.anticlockwise = target.radius_m < 0
-        if target.speed_m_s is not None and target.speed_m_s > 0:
-            self.change_speed(0, target.speed_m_s, -1.0)
         guided.climb_rate_m_s = 0.0
         guided.go_to(spot)
         return MavResult.ACCEPTED
@@ -530,15 +530,11 @@ class Autopilot(Plane):
         """A mission command sent on its own."""
         command = item.command
         if command == Cmd.DO_LAND_START:
-            if self.mission.jump_to_landing(self.distance_to_item):
-                self.enter_auto_to_land()
-                return MavResult.ACCEPTED
-            return MavResult.FAILED
+            found = self.mission.jump_to_landing(self.distance_to_item)
+            return MavResult.ACCEPTED if found and self._enter_auto(_STATION_REASON) else MavResult.FAILED
         if command == Cmd.DO_RETURN_PATH_START:
-            if self.mission.jump_to_return_path(self.distance_to_item):
-                self.enter_auto_to_land()
-                return MavResult.ACCEPTED
-            return MavResult.FAILED
+            found = self.mission.jump_to_return_path(self.distance_to_item)
+            return MavResult.ACCEPTED if found and self._enter_auto(_STATION_REASON) else MavResult.FAILED
         if command == Cmd.DO_GO_AROUND:
             return MavResult.ACCEPTED if self.landing.request_go_around() else MavResult.FAILED
         if command == Cmd.DO_JUMP_TAG:
@@ -621,34 +617,9 @@ class Autopilot(Plane):
         """The ground station's heartbeat is lost, or back."""
         self.failsafes.station(is_lost=active)
 
-    def fence_breached(self, kind: FenceBreach | None) -> None:
+    def fence_breached(self, kind: FenceBreach | None, return_point: tuple[float, float] | None = None) -> None:
         """A fence was crossed, or all are clear again (None)."""
-        if kind is self._breach:
-            return
-        before, self._breach = self._breach, kind
-        if kind is None:
-            if before is not None:
-                self.say(Severity.NOTICE, "Fence breach cleared")
-            return
-        if not self.armed or self.landing.flaring:
-            return
-        self.say(Severity.NOTICE, f"{kind.value} fence breached")
-        action = int(self.tune["FENCE_ACTION"])
-        if action == 0 or self._in_fence_recovery:
-            return
-        if action in (6, 7):
-            self.change_mode(Mode.GUIDED, "fence breached")
-            guided = self.mode
-            if isinstance(guided, GuidedMode):
-                spot = self.return_spot() if self.tune["FENCE_RET_RALLY"] != 0 else self.home.copy()
-                height = self.tune["FENCE_RET_ALT"] or self.tune["RTL_ALTITUDE"]
-                spot.alt_m = self.home.alt_m + height
-                guided.go_to(spot)
-        elif self.in_auto and self.mission.in_landing_sequence and self.tune["RTL_AUTOLAND"] in (1, 2):
-            return
-        else:
-            self.change_mode(Mode.RTL, "fence breached")
-        self._in_fence_recovery = True
+        self._fence.breached(kind, return_point)
 
     def reboot(self) -> None:
         """Switched off and on where it stands, with what is left in its battery: disarmed, time from zero."""

@@ -103,8 +103,8 @@ class Failsafes:
         plane: Plane,
         mission: MissionRunner,
         landing: Landing,
-        change_mode: Callable[[Mode, str], None],
-        land: Callable[[str], None],
+        change_mode: Callable[[Mode, str], object],
+        land: Callable[[str], object],
         climbing_out: Callable[[], bool],
     ) -> None:
         self._plane = plane

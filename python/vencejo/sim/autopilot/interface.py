@@ -491,7 +491,6 @@ class RepositionTarget:
     """MAV_FRAME 0, 3 or 10 (integer variants folded by the caller)."""
     radius_m: float | None = None
     """Loiter radius; negative turns anticlockwise."""
-    speed_m_s: float | None = None
     change_mode: bool = True
     """MAV_DO_REPOSITION_FLAGS_CHANGE_MODE; without it, refused unless already in GUIDED."""
 
@@ -555,7 +554,7 @@ class AutopilotPort(Protocol):
         ...
 
     def mission_start(self) -> MavResult:
-        """MISSION_START: enters AUTO."""
+        """MISSION_START: enters AUTO; accepted even when that is refused."""
         ...
 
     def takeoff(self, alt_rel_home_m: float) -> MavResult:
@@ -627,8 +626,11 @@ class AutopilotPort(Protocol):
         """The ground station's heartbeat is lost (True) or back; acts as FS_LONG_ACTN says."""
         ...
 
-    def fence_breached(self, kind: FenceBreach | None) -> None:
-        """A fence was crossed (None: all clear again); acts as FENCE_ACTION says."""
+    def fence_breached(self, kind: FenceBreach | None, return_point: tuple[float, float] | None = None) -> None:
+        """A fence was crossed (None: all clear again); acts as FENCE_ACTION says.
+
+        ``return_point`` is the fence's: latitude and longitude, degrees; home without one.
+        """
         ...
 
     def reboot(self) -> None:

@@ -31,7 +31,7 @@ class Controls:
     landing: Landing
     energy: Energy
     commands: Commands
-    change_mode: Callable[[Mode, str], None]
+    change_mode: Callable[[Mode, str], object]
     enter_auto_to_land: Callable[[], None]
 
 

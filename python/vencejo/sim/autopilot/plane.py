@@ -122,6 +122,8 @@ class Plane:
         """The present mode."""
         self.mode_reason = ""
         """Why it was changed to that."""
+        self.previous_mode_reason = ""
+        """Why it was changed to the mode before."""
 
     def _estimate(self) -> None:
         body, est, errors = self.body, self.est, self._errors

@@ -378,7 +378,7 @@ class PlaneComponent:
         self.signing.tick(now.time_s)
         new, cleared = self.fence.check(now, landing=now.landed_state is LandedState.LANDING)
         if new:
-            self.autopilot.fence_breached(self.fence.kind(new))
+            self.autopilot.fence_breached(self.fence.kind(new), self.fence.return_point)
         elif cleared:
             self.autopilot.fence_breached(None)
         self._check_gcs(now)

@@ -1,0 +1,116 @@
+"""What the plane does when it crosses its fence, and the mode changes that it then refuses.
+
+The rules are those of ArduPlane's ``fence.cpp`` and ``Plane::set_mode``. Which fence is crossed is :mod:`vencejo.sim.fence`'s to say.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from enum import IntEnum
+
+from .geo import Spot
+from .interface import FenceBreach, Mode, Severity
+from .landing import Landing
+from .mission import MissionRunner
+from .plane import Plane
+
+__all__ = ["RTL_COMPLETE_REASON", "FenceResponse"]
+
+RTL_COMPLETE_REASON = "RTL complete"
+"""RTL goes on to the mission's landing."""
+_REASON = "fence breached"
+_NO_MODE_CHANGE = 1
+"""FENCE_OPTIONS: no mode change while the plane returns from a breach."""
+
+
+class _Action(IntEnum):
+    """FENCE_ACTION; 8, AUTOLAND where that may be entered, returns here."""
+
+    REPORT = 0
+    RTL = 1
+    GUIDED = 6
+    GUIDED_THROTTLE = 7
+    AUTOLAND_OR_RTL = 8
+
+
+class FenceResponse:
+    """The reaction of one plane to its fence.
+
+    Parameters
+    ----------
+    plane, mission, landing
+        What is flown.
+    change_mode : callable
+        Changes the mode, with a reason.
+    go_to : callable
+        Sets the target of GUIDED.
+    """
+
+    def __init__(
+        self,
+        plane: Plane,
+        mission: MissionRunner,
+        landing: Landing,
+        change_mode: Callable[[Mode, str], object],
+        go_to: Callable[[Spot], None],
+    ) -> None:
+        self._plane = plane
+        self._mission = mission
+        self._landing = landing
+        self._change_mode = change_mode
+        self._go_to = go_to
+        self._breach: FenceBreach | None = None
+
+    def denies_mode_change(self, reason: str) -> bool:
+        """Whether a mode change is refused: during a breach, while the plane returns from it, except to land after RTL."""
+        plane = self._plane
+        is_locked = (
+            plane.armed and self._breach is not None and bool(int(plane.tune["FENCE_OPTIONS"]) & _NO_MODE_CHANGE)
+        )
+        return is_locked and self._is_recovering and reason != RTL_COMPLETE_REASON
+
+    def breached(self, kind: FenceBreach | None, return_point: tuple[float, float] | None) -> None:
+        """React to a breach, or to the end of one (None)."""
+        if kind is self._breach:
+            return
+        self._breach = kind
+        plane = self._plane
+        # A landing is not broken off in its flare, and while it returns from one breach the plane looks at no other.
+        if not plane.armed or self._landing.flaring or self._is_recovering:
+            return
+        if kind is None:
+            plane.say(Severity.NOTICE, "Fence breach cleared")
+            return
+        plane.say(Severity.NOTICE, f"{kind.value} fence breached")
+        action = int(plane.tune["FENCE_ACTION"])
+        if action in (_Action.GUIDED, _Action.GUIDED_THROTTLE):
+            self._change_mode(Mode.GUIDED, _REASON)
+            self._go_to(self._return_spot(return_point))
+        elif action in (_Action.RTL, _Action.AUTOLAND_OR_RTL):
+            lands = plane.in_auto and self._mission.in_landing_sequence and plane.tune["RTL_AUTOLAND"] in (1, 2)
+            if not lands:
+                self._change_mode(Mode.RTL, _REASON)
+
+    @property
+    def _is_recovering(self) -> bool:
+        """Plane::in_fence_recovery: the present mode was entered for a breach, or leads on from one that was."""
+        plane = self._plane
+        if plane.in_auto and not self._mission.in_landing_sequence:
+            return False
+        lands_after = plane.previous_mode_reason == _REASON and plane.mode_reason == RTL_COMPLETE_REASON
+        return plane.mode_reason == _REASON or lands_after
+
+    def _return_spot(self, return_point: tuple[float, float] | None) -> Spot:
+        """Where FENCE_ACTION 6 and 7 go, at FENCE_RET_ALT or half way between floor and ceiling."""
+        plane, tune = self._plane, self._plane.tune
+        if tune["FENCE_RET_RALLY"] != 0:
+            return plane.return_spot()
+        low_m, high_m = (
+            tune["FENCE_ALT_MIN"] + tune["FENCE_MARGIN"],
+            tune["FENCE_ALT_MAX"] - tune["FENCE_MARGIN"],
+        )
+        altitude_m = tune["RTL_ALTITUDE"] if low_m >= high_m else (low_m + high_m) / 2.0
+        if tune["FENCE_RET_ALT"] > 0:
+            altitude_m = tune["FENCE_RET_ALT"]
+        n_m, e_m = (plane.home.n_m, plane.home.e_m) if return_point is None else plane.frame.to_plane(*return_point)
+        return Spot(n_m, e_m, plane.home.alt_m + altitude_m)
