@@ -242,6 +242,9 @@ class DoubleAutopilot:
     def do_mission_command(self, item: StoredItem) -> MavResult:
         return self._called("do_mission_command", item)
 
+    def abort_landing(self, climb_to_m: float) -> MavResult:
+        return self._called("abort_landing", climb_to_m)
+
     def pause(self, *, hold: bool) -> MavResult:
         self._called("pause", hold)
         return MavResult.UNSUPPORTED

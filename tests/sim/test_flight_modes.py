@@ -214,7 +214,8 @@ def test_the_altitude_can_be_changed_in_every_mode_that_navigates(mode: Mode) ->
     flight.run(1)
     assert plane.change_altitude(75, 3) is MavResult.ACCEPTED
     flight.run(20)
-    assert (plane.mode.number, plane.alt_rel_home_m) == (mode, pytest.approx(75, abs=3))
+    assert plane.mode.number is mode
+    assert plane.alt_rel_home_m == pytest.approx(75, abs=3)
 
 
 def test_an_altitude_change_during_a_landing_moves_the_landing_point() -> None:
@@ -278,13 +279,44 @@ def test_rtl_lands_when_it_may(autoland: int) -> None:
     assert math.hypot(flight.position()[0], flight.position()[1] - 60) < 20
 
 
+def final(*abort: StoredItem, height_m: float = 20.0) -> Flight:
+    """A plane on its final approach, with items behind the landing to abort it by."""
+    flight = airborne(mission(item(0, 189), waypoint(0, 0, 900, 50), at(0, 21, 0, 60, 0), *abort))
+    assert flight.plane.do_mission_command(item(0, 189)) is MavResult.ACCEPTED
+    assert flight.run(200, lambda: flight.plane.landing.active and flight.plane.alt_rel_home_m < height_m)
+    return flight
+
+
+def test_a_landing_is_aborted_by_the_nearest_planned_pattern() -> None:
+    """Plane::trigger_land_abort: before any climb, the mission goes on at its nearest DO_GO_AROUND."""
+    far, near = at(0, 191, 3000, 0, 0), at(0, 191, 0, -200, 0)
+    flight = final(far, waypoint(0, 3000, 500, 80), near, waypoint(0, 0, -700, 70))
+    assert flight.plane.abort_landing(120.0) is MavResult.ACCEPTED
+    flight.run(1)
+    assert flight.plane.mission.current_seq == 7
+    assert "Landing abort sequence start" in flight.texts
+    assert not flight.said("Landing aborted")
+    assert not flight.plane.mission.in_landing_sequence
+    assert flight.run(120, lambda: flight.said("Reached waypoint #7"))
+
+
+@pytest.mark.parametrize(("asked_m", "climbs_to"), [(0.0, "50m"), (120.0, "120m")])
+def test_a_landing_without_such_a_pattern_is_aborted_straight_ahead(asked_m: float, climbs_to: str) -> None:
+    flight = final()
+    assert flight.plane.abort_landing(asked_m) is MavResult.ACCEPTED
+    flight.run(0.2)
+    assert "Unable to start find a landing abort sequence" in flight.texts
+    assert f"Landing aborted, climbing to {climbs_to}" in flight.texts
+    assert flight.plane.abort_landing(0.0) is MavResult.ACCEPTED, "it is aborting already"
+
+
 def test_land_start_and_go_around_as_commands() -> None:
     flight = airborne(mission(waypoint(0, 0, -900, 60), item(0, 189), waypoint(0, 0, 800, 50), at(0, 21, 0, 60, 0)))
     plane = flight.plane
-    assert plane.do_mission_command(item(0, 191)) is MavResult.FAILED
+    assert plane.abort_landing(0.0) is MavResult.FAILED
     assert plane.do_mission_command(item(0, 189)) is MavResult.ACCEPTED
     assert flight.run(200, lambda: plane.landing.active and plane.alt_rel_home_m < 20)
-    assert plane.do_mission_command(item(0, 191)) is MavResult.ACCEPTED
+    assert plane.abort_landing(0.0) is MavResult.ACCEPTED
     assert flight.run(60, lambda: plane.alt_rel_home_m > 40), flight.texts
     assert flight.said("Landing aborted, climbing to")
     assert flight.run(400, lambda: not plane.armed)
@@ -434,7 +466,7 @@ def test_fence_action_guided_goes_to_the_return_point(params: dict[str, float], 
     flight.plane.fence_breached(FenceBreach.POLYGON, (point.lat_deg, point.lon_deg))
     spot = flight.plane.nav.next
     assert flight.plane.mode.number is Mode.GUIDED
-    assert (round(spot.n_m), round(spot.e_m), spot.alt_m - 600.0) == (400, 300, pytest.approx(altitude_m))
+    assert (spot.n_m, spot.e_m, spot.alt_m) == pytest.approx((400, 300, 600 + altitude_m), abs=0.1)
 
 
 def test_a_plane_in_the_hand_shows_its_attitude() -> None:

@@ -494,6 +494,16 @@ def test_no_message_brings_the_plane_down() -> None:
     assert world.planes[0].snapshot().gps_fix_type in (1, 6)
 
 
+def test_go_around_hands_its_altitude_over() -> None:
+    world, station = settled_world()
+    assert ask(world, station, long(191, 120))[0] == 0
+    assert ask(world, station, long(191, math.nan))[0] == 0
+    assert [call for call in double(world).calls if call[0] == "abort_landing"] == [
+        ("abort_landing", 120.0),
+        ("abort_landing", 0.0),
+    ]
+
+
 def test_the_same_conversation_gives_the_same_bytes() -> None:
     def run() -> bytes:
         world, station = settled_world()

@@ -535,8 +535,6 @@ class Autopilot(Plane):
         if command == Cmd.DO_RETURN_PATH_START:
             found = self.mission.jump_to_return_path(self.distance_to_item)
             return MavResult.ACCEPTED if found and self._enter_auto(_STATION_REASON) else MavResult.FAILED
-        if command == Cmd.DO_GO_AROUND:
-            return MavResult.ACCEPTED if self.landing.request_go_around() else MavResult.FAILED
         if command == Cmd.DO_JUMP_TAG:
             tags = [i.seq for i in self._plan.mission[1:] if i.command == Cmd.JUMP_TAG and int(i.p1) == int(item.p1)]
             return self.set_mission_current(tags[0]) if tags else MavResult.FAILED
@@ -559,6 +557,10 @@ class Autopilot(Plane):
         ):
             return MavResult.ACCEPTED if self.commands.start(item) else MavResult.FAILED
         return MavResult.UNSUPPORTED
+
+    def abort_landing(self, climb_to_m: float) -> MavResult:
+        """Abort the landing that is being flown; ``climb_to_m`` 0 leaves the altitude to the mission."""
+        return MavResult.ACCEPTED if self.landing.request_go_around(climb_to_m) else MavResult.FAILED
 
     def pause(self, *, hold: bool) -> MavResult:
         """DO_PAUSE_CONTINUE, which ArduPlane does not have."""

@@ -586,7 +586,11 @@ class AutopilotPort(Protocol):
         ...
 
     def do_mission_command(self, item: StoredItem) -> MavResult:
-        """A DO_* command sent as COMMAND_LONG or COMMAND_INT (jump tags, payload, land start, go around …)."""
+        """A DO_* command sent as COMMAND_LONG or COMMAND_INT (jump tags, payload, land start …)."""
+        ...
+
+    def abort_landing(self, climb_to_m: float) -> MavResult:
+        """DO_GO_AROUND: by the mission's pattern, else a climb to a height above home (0: the landing's own)."""
         ...
 
     def pause(self, *, hold: bool) -> MavResult:

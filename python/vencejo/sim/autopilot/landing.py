@@ -88,11 +88,21 @@ class Landing:
         self.stage = Stage.NORMAL
         self._report = False
 
-    def request_go_around(self) -> bool:
-        """Break off; False when no landing is flown or the wheels are all but down."""
-        if not self.active or self.aborting:
+    def request_go_around(self, climb_to_m: float) -> bool:
+        """Break off (Plane::trigger_land_abort): by the pattern that the mission has for it, else straight ahead.
+
+        ``climb_to_m`` is the height above home to climb to without a pattern; 0 is that of NAV_LAND or of the take-off.
+        False when no landing is flown.
+        """
+        if not self.active:
             return False
         plane = self._plane
+        if self._mission.jump_to_abort(plane.distance_to_item):
+            return True
+        if climb_to_m != 0.0:
+            self._abort_alt_m = climb_to_m
+        if self.aborting:
+            return True
         self.aborting = True
         self.stage = Stage.NORMAL
         self._nav.hold_course_rad = plane.est.yaw_rad

@@ -271,6 +271,20 @@ class MissionRunner:
         self._host.say(Severity.WARNING, "Unable to start landing sequence")
         return False
 
+    def jump_to_abort(self, distance_to: Callable[[StoredItem], float | None]) -> bool:
+        """Go to the nearest DO_GO_AROUND, where an aborted landing goes on; False and a warning when there is none."""
+
+        def distance_m(item: StoredItem) -> float:
+            distance = distance_to(item)
+            return math.inf if distance is None else distance
+
+        patterns = [item for item in self._plan.mission[_FIRST:] if item.command == Cmd.DO_GO_AROUND]
+        if patterns and self.set_current(min(patterns, key=distance_m).seq):
+            self._host.say(Severity.INFO, "Landing abort sequence start")
+            return True
+        self._host.say(Severity.WARNING, "Unable to start find a landing abort sequence")
+        return False
+
     def jump_to_return_path(self, distance_to: Callable[[StoredItem], float | None]) -> bool:
         """Join the return path (the items after a DO_RETURN_PATH_START) at its nearest waypoint."""
         if self.state is RunState.RUNNING and self.in_landing_sequence:

@@ -41,8 +41,8 @@ _AS_MISSION_ITEM = frozenset(
      531, 532, 534, 601, 1000, 2000, 2001, 2500, 2501}
 )  # fmt: skip
 """Commands that do, at once, what the mission item of that number does."""
-_FLIGHT_ITEMS = frozenset({188, 189, 191})
-"""Return path start, landing start, go around."""
+_FLIGHT_ITEMS = frozenset({188, 189})
+"""Return path start and landing start."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -159,6 +159,7 @@ class CommandHandler:
             178: self._change_speed,
             179: self._set_home,
             186: self._change_altitude,
+            191: self._go_around,
             192: self._reposition,
             193: lambda _peer, c: self._vehicle.autopilot.pause(hold=c.p1 == 0),
             207: self._fence_enable,
@@ -286,6 +287,9 @@ class CommandHandler:
         if frame is None or not math.isfinite(command.p1):
             return MavResult.DENIED
         return self._vehicle.autopilot.change_altitude(command.p1, frame)
+
+    def _go_around(self, _peer: Peer, command: Command) -> int:
+        return self._vehicle.autopilot.abort_landing(command.p1 if math.isfinite(command.p1) else 0.0)
 
     def _guided(self) -> bool:
         return self._vehicle.autopilot.snapshot().mode is Mode.GUIDED
