@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 from vencejo.sim.autopilot.interface import FenceBreach, LandedState, MavResult, Mode, Severity
+from vencejo.sim.fence import FenceType
 from vencejo.sim.mavlink.codec import dialect
 from vencejo.sim.world import MemoryLink, World
 
@@ -298,10 +299,47 @@ def test_fence_breach_and_recovery() -> None:
     autopilot.lat_deg = 40.3332
     listen(world, station, 0.5)
     assert fence_calls(world) == [FenceBreach.POLYGON, None]
-    # A destination outside is refused.
-    autopilot.mode = Mode.GUIDED
-    assert ask(world, station, integer(192, 3, (-1.0, 1.0), 403500000, -37970000, 50))[0] == 2
-    assert ask(world, station, integer(192, 3, (-1.0, 1.0), 403340000, -37970000, 50))[0] == 0
+
+
+GOTO = {"lat": 403340000, "lon": -37970000, "alt": 50.0, "frame": 3}
+
+
+@pytest.mark.parametrize(
+    ("order", "result"),
+    [
+        ({}, 0),
+        ({"lat": 403500000}, 2),  # outside the polygon
+        ({"lon": -37940000}, 2),  # and outside the circle
+        ({"alt": 121.0}, 2),
+        ({"alt": 721.0, "frame": 0}, 2),
+        ({"alt": 700.0, "frame": 0}, 0),
+        ({"alt": 29.0}, 2),
+        ({"lat": 0, "lon": 0}, 2),
+        ({"alt": 0.0}, 2),
+        ({"alt": 0.0, "frame": 10}, 2),
+    ],
+    ids=str,
+)
+def test_a_destination_outside_the_fence_or_without_a_height_is_denied(order: dict[str, float], result: int) -> None:
+    """Location::sanitize and AC_Fence::check_destination_within_fence, of which neither says why."""
+    world, station = settled_world()
+    polygon(world, station)
+    listen(world, station, 0.2)
+    for name, value in (
+        ("FENCE_TYPE", 15),
+        ("FENCE_ALT_MIN", 30),
+        ("FENCE_ALT_MAX", 120),
+        ("FENCE_RADIUS", 200),
+        ("FENCE_ENABLE", 1),
+    ):
+        world.planes[0].params.set(name, value)
+    listen(world, station, 0.2)
+    world.planes[0].fence.enable(True, FenceType(15))
+    goal = GOTO | order
+    message = integer(192, int(goal["frame"]), (-1.0, 1.0), int(goal["lat"]), int(goal["lon"]), goal["alt"])
+    answer, heard = ask(world, station, message)
+    assert answer == result
+    assert not [m for m in heard if m.get_type() == "STATUSTEXT"]
 
 
 def test_fence_altitudes_and_circle() -> None:

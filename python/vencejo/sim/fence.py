@@ -136,11 +136,20 @@ class FenceMonitor:
         """After a reboot."""
         self.__init__(self._params, self._store)  # type: ignore[misc]
 
-    def contains(self, lat_deg: float, lon_deg: float) -> bool:
-        """Whether a destination is within the enabled fence (DO_REPOSITION is refused otherwise)."""
-        if not self._enabled & FenceType.POLYGON:
-            return True
-        return not shapes_breached(self._store.shapes, lat_deg, lon_deg, union=self._union)
+    def contains(self, lat_deg: float, lon_deg: float, alt_rel_home_m: float | None, now: Snapshot) -> bool:
+        """Whether a destination is within the enabled fences; an altitude that is unknown (None) is not checked."""
+        get, enabled = self._params.get, self._enabled
+        if alt_rel_home_m is not None:
+            if enabled & FenceType.ALT_MAX and alt_rel_home_m > get("FENCE_ALT_MAX"):
+                return False
+            if enabled & FenceType.ALT_MIN and alt_rel_home_m < get("FENCE_ALT_MIN"):
+                return False
+        home = (now.home_lat_deg, now.home_lon_deg)
+        if enabled & FenceType.CIRCLE and math.hypot(*_offset_m(lat_deg, lon_deg, home)) > get("FENCE_RADIUS"):
+            return False
+        return not enabled & FenceType.POLYGON or not shapes_breached(
+            self._store.shapes, lat_deg, lon_deg, union=self._union
+        )
 
     @property
     def return_point(self) -> tuple[float, float] | None:

@@ -253,9 +253,13 @@ class CommandHandler:
             return MavResult.DENIED
         if not math.isfinite(command.z) or abs(command.z) > 80_000:
             return MavResult.DENIED
-        here = command.x == 0 and command.y == 0
+        if (command.x == 0 and command.y == 0) or (frame != 0 and int(command.z * 100.0) == 0):
+            # Location::sanitize would put the present place or altitude there, and what it changes is denied.
+            return MavResult.DENIED
         lat_deg, lon_deg = command.x * 1e-7, command.y * 1e-7
-        if not here and not self._vehicle.fence.contains(lat_deg, lon_deg):
+        now = self._vehicle.autopilot.snapshot()
+        alt_rel_home_m = {0: command.z - now.home_alt_amsl_m, 3: command.z}.get(frame)
+        if not self._vehicle.fence.contains(lat_deg, lon_deg, alt_rel_home_m, now):
             return MavResult.DENIED
         change_mode = math.isfinite(command.p2) and bool(_whole(command.p2) & 1)
         if not change_mode and not self._guided():
@@ -266,8 +270,8 @@ class CommandHandler:
             radius_m = -command.p3 if anticlockwise else command.p3
         return self._vehicle.autopilot.reposition(
             RepositionTarget(
-                lat_deg=None if here else lat_deg,
-                lon_deg=None if here else lon_deg,
+                lat_deg=lat_deg,
+                lon_deg=lon_deg,
                 alt_m=command.z,
                 frame=frame,
                 radius_m=radius_m,
