@@ -232,9 +232,32 @@ def test_least_ground_speed_against_the_wind() -> None:
         until="Reached waypoint #4",
         wind_m_s=6,
         wind_from_deg=270,
+        params={"MIN_GROUNDSPEED": 0.0},
     )
     assert flight.plane.est.groundspeed_m_s > 19.0
     assert "Set groundspeed 20" in flight.texts
+    assert flight.params.get("MIN_GROUNDSPEED") == 20.0
+    flight.plane.disarm(force=True)
+    assert flight.params.get("MIN_GROUNDSPEED") == 20.0
+    flight.plane.reboot()
+    assert flight.params.get("MIN_GROUNDSPEED") == 0.0
+
+
+def test_speeds_that_are_parameters_are_loaded_anew_at_the_end_of_a_landing() -> None:
+    """Plane::do_change_speed sets parameters without saving them; AP_Landing loads them below 3 m/s."""
+    flight = fly_mission(
+        mission(
+            TAKEOFF,
+            item(0, 178, params=(1, 15, -1)),
+            item(0, 178, params=(2, 0, 60)),
+            waypoint(0, 200, -300, 60),
+            *LANDING,
+        ),
+        params={"TRIM_THROTTLE": 45.0, "MIN_GROUNDSPEED": 0.0},
+    )
+    assert [text for text in flight.texts if text.startswith("Set ")] == ["Set groundspeed 15", "Set throttle 60"]
+    assert (flight.params.get("TRIM_THROTTLE"), flight.params.get("MIN_GROUNDSPEED")) == (45.0, 0.0)
+    assert flight.params.revision == 4
 
 
 def test_land_start_is_passed_over_in_the_flow() -> None:

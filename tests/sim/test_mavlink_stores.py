@@ -173,6 +173,20 @@ def test_values_are_converted_as_the_vehicle_does() -> None:
     assert params.revision == before + 1
 
 
+def test_an_unsaved_value_is_read_until_it_is_loaded_or_set() -> None:
+    params = ParamStore.arduplane()
+    params.set_unsaved("TRIM_THROTTLE", 63.0)
+    params.set_unsaved("TRIM_THROTTLE", 64.0)
+    assert (params.get("TRIM_THROTTLE"), params.revision) == (64.0, 2)
+    params.load("TRIM_THROTTLE")
+    params.load("MIN_GROUNDSPEED")
+    assert (params.get("TRIM_THROTTLE"), params.revision) == (50.0, 3)
+    params.set_unsaved("TRIM_THROTTLE", 64.0)
+    params.set("TRIM_THROTTLE", 55.0)
+    params.load("TRIM_THROTTLE")
+    assert params.get("TRIM_THROTTLE") == 55.0
+
+
 @pytest.mark.parametrize("block_size", [1, 7, 80, 239])
 def test_packed_values_never_cross_a_block(block_size: int) -> None:
     data = ParamStore.arduplane().pack(block_size=block_size)

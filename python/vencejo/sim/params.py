@@ -105,6 +105,8 @@ class ParamStore:
             self._types.append(kind)
             self._values.append(_convert(value, kind))
         self._defaults = tuple(self._values)
+        self._saved: dict[int, float] = {}
+        """Saved values of the parameters whose present value is not saved, by index."""
         self._revision = 0
 
     @classmethod
@@ -173,15 +175,33 @@ class ParamStore:
             The value is NaN, infinite or beyond a 32-bit float.
         """
         index = self._index[name]
+        self._put(index, value)
+        self._saved.pop(index, None)
+        return self.at(index)
+
+    def set_unsaved(self, name: str, value: float) -> None:
+        """Change a value until it is loaded again (``AP_Param::set``); raises as :meth:`set`."""
+        index = self._index[name]
+        before = self._values[index]
+        self._put(index, value)
+        self._saved.setdefault(index, before)
+
+    def load(self, name: str) -> None:
+        """Return to the saved value (``AP_Param::load``); ``KeyError`` when the plane has no such parameter."""
+        index = self._index[name]
+        if index in self._saved:
+            self._put(index, self._saved.pop(index))
+
+    def _put(self, index: int, value: float) -> None:
         stored = _convert(value, self._types[index])
         if stored != self._values[index]:
             self._values[index] = stored
             self._revision += 1
-        return self.at(index)
 
     def reset(self) -> None:
         """Back to the defaults."""
         self._values = list(self._defaults)
+        self._saved.clear()
         self._revision += 1
 
     def pack(self, *, block_size: int, start: int = 0, count: int = 0, with_defaults: bool = False) -> bytes:

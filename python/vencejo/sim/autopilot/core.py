@@ -52,6 +52,7 @@ _STATION_REASON = "ground station"
 _NAVIGATE_TICKS = 10
 _STICK_TICKS = 2
 _FLYING_TICKS = 20
+_LANDED_M_S = 3.0
 _HOME_AGAIN_S = 6.0
 """How often home follows a disarmed plane: Plane::one_second_loop, when more than 5 s have passed; recorded."""
 _EARTH_RADIUS_M = 6_371_008.8
@@ -219,6 +220,8 @@ class Autopilot(Plane):
         self.mode.adjust_altitude()
         self._check_throttle_suppression()
         if self.landing.flaring:
+            if self.est.groundspeed_m_s < _LANDED_M_S:
+                self.energy.load_saved()
             self._disarm_after_landing()
         self.failsafes.check()
         current = self.mission.current_seq
@@ -378,7 +381,6 @@ class Autopilot(Plane):
         self.throttle_suppressed = True
         self.climbout.reset()
         self.energy.new_airspeed_m_s = None
-        self.energy.min_groundspeed_m_s = None
         self._events.append(Disarmed())
         self.say(Severity.INFO, "Throttle disarmed")
         if not self.in_auto:
@@ -626,6 +628,7 @@ class Autopilot(Plane):
     def reboot(self) -> None:
         """Switched off and on where it stands, with what is left in its battery: disarmed, time from zero."""
         self.battery.restart()
+        self.energy.load_saved()
         # To a centimetre, as a position travels.
         self._boot(round(self.body.lat_deg, 7), round(self.body.lon_deg, 7))
 

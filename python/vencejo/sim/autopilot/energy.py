@@ -20,7 +20,6 @@ class Energy:
         self._nav = nav
         self._landing = landing
         self.new_airspeed_m_s: float | None = None
-        self.min_groundspeed_m_s: float | None = None
         self.auto_throttle = False
         """The autopilot, not the stick, moves the throttle in the present mode."""
 
@@ -54,15 +53,22 @@ class Energy:
             target = self._landing.airspeed_m_s()
         elif self.new_airspeed_m_s is not None and plane.flight_mode in (Mode.AUTO, Mode.GUIDED):
             target = self.new_airspeed_m_s
-        least = self.min_groundspeed_m_s if self.min_groundspeed_m_s is not None else tune["MIN_GROUNDSPEED"]
+        least = tune["MIN_GROUNDSPEED"]
         if least > 0 and self.auto_throttle and plane.flight_mode is not Mode.CIRCLE:
             est = plane.est
             ahead = est.velocity_n_m_s * math.cos(est.yaw_rad) + est.velocity_e_m_s * math.sin(est.yaw_rad)
             target = max(target, est.airspeed_m_s + (least - ahead) / est.eas_to_tas)
         return min(fast, max(slow, target))
 
+    def load_saved(self) -> None:
+        """Return to the saved values of what :meth:`change_speed` changes, as at the end of a landing and at a boot."""
+        self._plane.tune.load("MIN_GROUNDSPEED", "TRIM_THROTTLE")
+
     def change_speed(self, kind: int, speed_m_s: float, throttle_pct: float) -> MavResult:
-        """Target airspeed (0), least ground speed (1) or cruise throttle."""
+        """Target airspeed (0), least ground speed (1) or cruise throttle.
+
+        The last two are parameters, which keep the new value unsaved: in all modes, and after a disarming.
+        """
         plane = self._plane
         if not math.isfinite(speed_m_s):
             return MavResult.DENIED
@@ -75,11 +81,11 @@ class Energy:
                 plane.say(Severity.INFO, f"Set airspeed {int(speed_m_s)} m/s")
                 return MavResult.ACCEPTED
         elif kind == 1:
-            self.min_groundspeed_m_s = max(0.0, speed_m_s)
+            plane.tune.set_unsaved("MIN_GROUNDSPEED", speed_m_s)
             plane.say(Severity.INFO, f"Set groundspeed {int(max(0.0, speed_m_s))}")
             return MavResult.ACCEPTED
         if 0 < throttle_pct <= 100:
-            plane.pilot.set_params({**plane.tune.for_pilot(), "TRIM_THROTTLE": throttle_pct})
+            plane.tune.set_unsaved("TRIM_THROTTLE", throttle_pct)
             plane.say(Severity.INFO, f"Set throttle {int(throttle_pct)}")
             return MavResult.ACCEPTED
         return MavResult.FAILED

@@ -233,6 +233,14 @@ class Parameters(Protocol):
         """
         ...
 
+    def set_unsaved(self, name: str, value: float) -> None:
+        """Change a value until it is loaded again."""
+        ...
+
+    def load(self, name: str) -> None:
+        """Return to the saved value."""
+        ...
+
     @property
     def revision(self) -> int:
         """Grows by at least one with every change of any value (the autopilot re-reads its parameters then)."""

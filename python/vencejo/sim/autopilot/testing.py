@@ -14,6 +14,7 @@ class FixedParameters:
 
     def __init__(self, values: Mapping[str, float] | None = None) -> None:
         self._values = dict(values or {})
+        self._saved: dict[str, float | None] = {}
         self.revision = 0
 
     def get(self, name: str) -> float:
@@ -24,6 +25,22 @@ class FixedParameters:
         """Change a parameter."""
         self._values[name] = value
         self.revision += 1
+
+    def set_unsaved(self, name: str, value: float) -> None:
+        """Change a parameter until it is loaded again."""
+        self._saved.setdefault(name, self._values.get(name))
+        self.set(name, value)
+
+    def load(self, name: str) -> None:
+        """Return to the saved value, or to the autopilot's default."""
+        if name not in self._saved:
+            return
+        saved = self._saved.pop(name)
+        if saved is None:
+            del self._values[name]
+            self.revision += 1
+        else:
+            self.set(name, saved)
 
 
 class FixedPlan:

@@ -151,6 +151,15 @@ class Tuning:
             self._cache[name] = value
         return value
 
+    def set_unsaved(self, name: str, value: float) -> None:
+        """Change a parameter until it is loaded again; in effect from the next :meth:`refresh` on."""
+        self._params.set_unsaved(name, value)
+
+    def load(self, *names: str) -> None:
+        """Return to the saved values."""
+        for name in names:
+            self._params.load(name)
+
     def refresh(self) -> bool:
         """Forget cached values when the store changed; True when it did."""
         revision = self._params.revision
