@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from vencejo.sim.autopilot.interface import EkfFlag, Mode, Snapshot
+from vencejo.sim.autopilot.interface import EkfFlag, Snapshot
 from vencejo.sim.fence import FenceMonitor
 from vencejo.sim.params import ParamStore
 from vencejo.sim.plan_store import PlanStore
@@ -88,9 +88,7 @@ class PrearmChecks:
             found += self._parameters() + self._ground()
         if skip != _EVERYTHING and now.mission_in_landing:
             found.append("In landing sequence")
-        if now.mode is Mode.RTL:
-            found.append("RTL mode not armable")
-        return found
+        return found + now.mode.failing_checks
 
     def _battery(self, now: Snapshot) -> list[str]:
         arm_volt = self._params.get("BATT_ARM_VOLT")

@@ -70,7 +70,7 @@ class Autopilot(Plane):
     plan : PlanView
         The stored mission and rally points.
     prearm : callable, optional
-        Returns the failing pre-arm checks; none by default.
+        Returns the failing pre-arm checks; by default those of the mode alone.
 
     Examples
     --------
@@ -90,7 +90,7 @@ class Autopilot(Plane):
         plan: PlanView,
         prearm: Callable[[], list[str]] | None = None,
     ) -> None:
-        self.prearm: Callable[[], list[str]] = prearm if prearm is not None else list
+        self.prearm: Callable[[], list[str]] = prearm or (lambda: self.flight_mode.failing_checks)
         self._hand: Hand | None = None
         super().__init__(config, params, plan)
 
@@ -351,8 +351,6 @@ class Autopilot(Plane):
             return MavResult.ACCEPTED
         if not force:
             failures = list(self.prearm())
-            if not self.mode.armable and not any("not armable" in failure for failure in failures):
-                failures.append(f"{self.flight_mode.name} mode not armable")
             if failures:
                 for failure in failures:
                     self.say(Severity.CRITICAL, f"Arm: {failure}")

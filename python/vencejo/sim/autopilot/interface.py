@@ -91,6 +91,11 @@ class Mode(IntEnum):
         """As ArduPlane says it in a text."""
         return {"FBWA": "FLY_BY_WIRE_A", "FBWB": "FLY_BY_WIRE_B"}.get(self.name, self.name)
 
+    @property
+    def failing_checks(self) -> list[str]:
+        """Why this mode does not arm (``Mode::pre_arm_checks``); empty where it does."""
+        return [f"{self.full_name} mode not armable"] if self in (Mode.RTL, Mode.INITIALISING) else []
+
 
 class LandedState(IntEnum):
     """MAV_LANDED_STATE of EXTENDED_SYS_STATE."""

@@ -45,7 +45,6 @@ class FlightMode:
     """The pilot's sticks matter from step to step."""
     navigates = False
     """The autopilot chooses the way (ArduPlane's ``does_auto_navigation``)."""
-    armable = True
 
     def __init__(self, controls: Controls) -> None:
         self._plane = controls.plane
@@ -190,7 +189,6 @@ class CircleMode(FlightMode):
     number = Mode.CIRCLE
     auto_throttle = True
     navigates = True
-    armable = False
 
     def enter(self) -> None:
         self._nav.stay()
@@ -207,7 +205,6 @@ class LoiterMode(FlightMode):
     number = Mode.LOITER
     auto_throttle = True
     navigates = True
-    armable = False
 
     def enter(self) -> None:
         nav = self._nav
@@ -229,7 +226,6 @@ class RtlMode(FlightMode):
     number = Mode.RTL
     auto_throttle = True
     navigates = True
-    armable = False
 
     def __init__(self, controls: Controls) -> None:
         super().__init__(controls)
