@@ -14,7 +14,6 @@ from vencejo.sim.autopilot.interface import (
     HomeChanged,
     LandedState,
     MavResult,
-    MissionCurrentChanged,
     MissionState,
     Mode,
     ModeChanged,
@@ -201,11 +200,10 @@ class DoubleAutopilot:
         self._events.append(ModeChanged(self.mode, "test"))
         return self._called("set_mode", self.mode)
 
-    def set_mission_current(self, seq: int) -> MavResult:
+    def set_mission_current(self, seq: int, *, reset: bool = False) -> MavResult:
         if not 0 <= seq < len(self.plan.mission):
             return MavResult.FAILED
         self.current = seq
-        self._events.append(MissionCurrentChanged(seq))
         return self._called("set_mission_current", seq)
 
     def mission_start(self) -> MavResult:

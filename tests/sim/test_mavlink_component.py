@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import math
 import random
+from collections.abc import Sequence
 from typing import Any
 
 import pytest
-from vencejo.sim.autopilot.interface import FenceBreach, LandedState, MavResult, Mode, Severity
+from vencejo.sim.autopilot.interface import FenceBreach, LandedState, MavResult, Mode, Severity, StoredItem
+from vencejo.sim.autopilot.testing import item
+from vencejo.sim.config import SimOptions
 from vencejo.sim.fence import FenceType
 from vencejo.sim.mavlink.codec import dialect
 from vencejo.sim.world import MemoryLink, World
 
+from tests.sim.flying import mission, waypoint
 from tests.sim.transcripts import double, listen, outline, settled_world
 
 ACK = {"COMMAND_ACK": ("command", "result")}
@@ -530,6 +534,103 @@ def test_no_message_brings_the_plane_down() -> None:
         world.tick()
         station.receive()
     assert world.planes[0].snapshot().gps_fix_type in (1, 6)
+
+
+def test_the_current_item_is_announced_on_the_link_that_set_it() -> None:
+    """MISSION_SET_CURRENT with the very number that was asked, DO_SET_MISSION_CURRENT with the item that results."""
+    world, station = flying_world(
+        mission(waypoint(0, 500, 0, 60), item(0, 178, params=(0, 15, -1)), waypoint(0, 500, 500, 60))
+    )
+    other = world.connect(system=254)
+    for link in (station, other):
+        link.send(dialect.MAVLink_request_data_stream_message(1, 1, 0, 1, 0))
+    listen(world, station, 0.1)
+    other.receive()
+
+    def announced(message: Any) -> list[int]:
+        station.receive()
+        station.send(message)
+        return [m.seq for m in listen(world, station, 0.1) if m.get_type() == "MISSION_CURRENT"]
+
+    assert announced(dialect.MAVLink_mission_set_current_message(1, 1, 2)) == [2]
+    assert announced(dialect.MAVLink_mission_set_current_message(1, 1, 0)) == [0]
+    assert announced(dialect.MAVLink_mission_set_current_message(1, 1, 9)) == []
+    assert announced(long(224, 2)) == [3]
+    assert announced(long(224, 0)) == [1]
+    assert not [m for m in other.receive() if m.get_type() == "MISSION_CURRENT"]
+
+
+def test_a_mission_that_is_reset_counts_its_jumps_anew() -> None:
+    world, station = flying_world(
+        mission(waypoint(0, 500, 0, 60), waypoint(0, 500, 500, 60), item(0, 177, params=(1, 1)), waypoint(0, 0, 0, 60))
+    )
+    runner = world.planes[0].autopilot.mission  # type: ignore[attr-defined]
+    runner._jumps[3] = 1
+    assert ask(world, station, long(224, 2))[0] == 0
+    assert runner._jumps == {3: 1}
+    assert ask(world, station, long(224, 2, 1))[0] == 0
+    assert (runner._jumps, runner.current_seq, runner.state.name) == ({}, 2, "RUNNING")
+
+
+def flying_world(items: Sequence[StoredItem]) -> tuple[World, MemoryLink]:
+    """A world whose plane has the real autopilot and a mission on board."""
+    world = World(SimOptions(start_unix_s=1.7e9, links=()))
+    station = world.connect()
+    listen(world, station, 11.0)
+    station.send(dialect.MAVLink_mission_count_message(1, 1, len(items), 0))
+    for entry in items:
+        station.send(
+            dialect.MAVLink_mission_item_int_message(
+                1, 1, entry.seq, entry.frame, entry.command, 0, 1, entry.p1, entry.p2, entry.p3, entry.p4,
+                round(entry.lat_deg * 1e7), round(entry.lon_deg * 1e7), entry.alt_m, 0,
+            )
+        )  # fmt: skip
+    listen(world, station, 0.1)
+    assert len(world.planes[0].plans.mission) == len(items)
+    return world, station
+
+
+@pytest.mark.parametrize("kind", [0, 1, 2])
+def test_a_request_beyond_the_end_is_answered_with_the_count(kind: int) -> None:
+    world, station = settled_world()
+    station.receive()
+    station.send(dialect.MAVLink_mission_request_int_message(1, 1, 50, kind))
+    heard = [m for m in listen(world, station, 0.02) if m.get_type().startswith("MISSION_")]
+    answers = outline(heard, {"MISSION_COUNT": ("count", "mission_type"), "MISSION_ACK": ("type", "mission_type")})
+    assert answers == [("MISSION_COUNT", 1 if kind == 0 else 0, kind), ("MISSION_ACK", 13, kind)]
+
+
+@pytest.mark.parametrize(
+    ("message", "result"),
+    [
+        (integer(43000, 0, (0.0, 99.0)), 4),
+        (integer(43000, 0, (1.0, 15.0)), 2),
+        (integer(43002, 0, (2.0, 0.0)), 0),
+        (integer(43002, 0, (3.0, 0.0)), 2),
+    ],
+    ids=str,
+)
+def test_a_guided_command_is_answered_as_arduplane_answers_it(message: Any, result: int) -> None:
+    world, station = flying_world(mission())
+    world.planes[0].autopilot.set_mode(Mode.GUIDED)
+    assert ask(world, station, message)[0] == result
+
+
+@pytest.mark.parametrize(
+    ("mode", "texts"),
+    [
+        (9, [(4, "No such mode 9")]),
+        (17, [(6, "Q_ENABLE 0")]),
+        (24, [(4, "Flight mode change failed")]),
+        (26, [(4, "Must already be flying!"), (4, "Flight mode change failed")]),
+    ],
+)
+def test_a_mode_that_cannot_be_entered_is_refused_in_arduplanes_words(mode: int, texts: list[tuple[int, str]]) -> None:
+    """Seen of ArduPlane 4.8 in its own simulator, on the ground."""
+    world, station = flying_world(mission())
+    result, heard = ask(world, station, long(176, 1, mode))
+    assert result == 4
+    assert [(m.severity, m.text) for m in heard if m.get_type() == "STATUSTEXT"] == texts
 
 
 def test_go_around_hands_its_altitude_over() -> None:

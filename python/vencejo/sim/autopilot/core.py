@@ -24,7 +24,6 @@ from .interface import (
     FenceBreach,
     LandedState,
     MavResult,
-    MissionCurrentChanged,
     MissionState,
     Mode,
     ModeChanged,
@@ -49,6 +48,13 @@ from .takeoff import Takeoff
 __all__ = ["Autopilot"]
 
 _STATION_REASON = "ground station"
+_NOT_ENTERED = (Severity.WARNING, "Flight mode change failed")
+_REFUSED_MODES: dict[int, tuple[tuple[Severity, str], ...]] = {
+    **dict.fromkeys(range(17, 24), ((Severity.INFO, "Q_ENABLE 0"),)),
+    24: (_NOT_ENTERED,),
+    26: ((Severity.WARNING, "Must already be flying!"), _NOT_ENTERED),
+}
+"""What is said of the modes of a quadplane, THERMAL without SOAR_ENABLE, and AUTOLAND on the ground."""
 _NAVIGATE_TICKS = 10
 _STICK_TICKS = 2
 _FLYING_TICKS = 20
@@ -104,7 +110,6 @@ class Autopilot(Plane):
         self._ground_heading_rad = self.body.yaw_rad
 
         self.mission = MissionRunner(self._plan, self)
-        self._mission_current = 0
         self.nav = Navigator(self, self.mission)
         self.climbout = Takeoff(self, self.nav)
         self.landing = Landing(self, self.nav, self.climbout, self.mission)
@@ -224,10 +229,6 @@ class Autopilot(Plane):
                 self.energy.load_saved()
             self._disarm_after_landing()
         self.failsafes.check()
-        current = self.mission.current_seq
-        if current != self._mission_current:
-            self._mission_current = current
-            self._events.append(MissionCurrentChanged(current))
 
     def _prepare_orders(self) -> None:
         """What the control laws are to do until the next time."""
@@ -388,7 +389,8 @@ class Autopilot(Plane):
     def set_mode(self, number: int) -> MavResult:
         """Change the mode as a ground station asks."""
         if number not in self._modes:
-            self.say(Severity.WARNING, f"No such mode {number}")
+            for severity, text in _REFUSED_MODES.get(number, ((Severity.WARNING, f"No such mode {number}"),)):
+                self.say(severity, text)
             return MavResult.FAILED
         if self.flight_mode is Mode.INITIALISING:
             # As ArduPlane, which ends its start in the first mode whatever was asked for meanwhile.
@@ -432,12 +434,14 @@ class Autopilot(Plane):
         self.resume_forced = False
         return entered
 
-    def set_mission_current(self, seq: int) -> MavResult:
-        """Go to an item of the mission."""
+    def set_mission_current(self, seq: int, *, reset: bool = False) -> MavResult:
+        """Go to an item of the mission; with ``reset`` jumps count anew, and a mission that has ended runs again."""
+        if reset:
+            self.mission.reset()
         if not self.mission.set_current(seq):
             return MavResult.FAILED
-        self._mission_current = self.mission.current_seq
-        self._events.append(MissionCurrentChanged(self._mission_current))
+        if reset:
+            self.mission.start_or_resume(restart=False)
         return MavResult.ACCEPTED
 
     def mission_start(self) -> MavResult:

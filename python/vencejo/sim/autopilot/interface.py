@@ -26,7 +26,6 @@ __all__ = [
     "HomeChanged",
     "LandedState",
     "MavResult",
-    "MissionCurrentChanged",
     "MissionItemReached",
     "MissionState",
     "Mode",
@@ -304,13 +303,6 @@ class MissionItemReached:
 
 
 @dataclass(frozen=True, slots=True)
-class MissionCurrentChanged:
-    """The current mission item changed: MISSION_CURRENT is due."""
-
-    seq: int
-
-
-@dataclass(frozen=True, slots=True)
 class HomeChanged:
     """Home moved: HOME_POSITION (and GPS_GLOBAL_ORIGIN) are due."""
 
@@ -351,16 +343,7 @@ class CameraTriggered:
     yaw_deg: float
 
 
-Event: TypeAlias = (
-    StatusText
-    | MissionItemReached
-    | MissionCurrentChanged
-    | HomeChanged
-    | ModeChanged
-    | Armed
-    | Disarmed
-    | CameraTriggered
-)
+Event: TypeAlias = StatusText | MissionItemReached | HomeChanged | ModeChanged | Armed | Disarmed | CameraTriggered
 
 
 @dataclass(frozen=True, slots=True)
@@ -562,8 +545,8 @@ class AutopilotPort(Protocol):
         """DO_SET_MODE or SET_MODE with ArduPlane's number; an unknown one fails with "No such mode 99"."""
         ...
 
-    def set_mission_current(self, seq: int) -> MavResult:
-        """MISSION_SET_CURRENT or DO_SET_MISSION_CURRENT."""
+    def set_mission_current(self, seq: int, *, reset: bool = False) -> MavResult:
+        """MISSION_SET_CURRENT or DO_SET_MISSION_CURRENT, whose parameter 2 is ``reset``."""
         ...
 
     def mission_start(self) -> MavResult:

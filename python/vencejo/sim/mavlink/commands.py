@@ -126,9 +126,6 @@ class Vehicle(Protocol):
     def send_telemetry(self, peer: Peer, message_id: int) -> None:
         """Send one telemetry message now, when there is one to send."""
 
-    def set_mission_current(self, peer: Peer, seq: int) -> MavResult:
-        """Make an item the current one and tell it."""
-
     def default_interval_us(self, message_id: int) -> int | None:
         """At what interval the stream parameters have a message, None when not at all."""
 
@@ -245,7 +242,10 @@ class CommandHandler:
         seq = _whole(command.p1)
         if not 0 <= seq < len(self._vehicle.plans.mission_store):
             return MavResult.DENIED
-        return self._vehicle.set_mission_current(peer, seq)
+        result = self._vehicle.autopilot.set_mission_current(seq, reset=command.p2 == 1.0)
+        if result is MavResult.ACCEPTED:
+            self._after.append(lambda: self._vehicle.send_telemetry(peer, 42))
+        return result
 
     def _reposition(self, _peer: Peer, command: Command) -> int:
         frame = _FRAMES.get(command.frame)
@@ -302,8 +302,10 @@ class CommandHandler:
         if not self._guided():
             return MavResult.FAILED
         params = self._vehicle.params
-        if _whole(command.p1) != 0 or not params.get("AIRSPEED_MIN") <= command.p2 <= params.get("AIRSPEED_MAX"):
+        if _whole(command.p1) != 0:
             return MavResult.DENIED
+        if not params.get("AIRSPEED_MIN") <= command.p2 <= params.get("AIRSPEED_MAX"):
+            return MavResult.FAILED
         return self._vehicle.autopilot.change_speed(0, command.p2, -1.0)
 
     def _guided_altitude(self, _peer: Peer, command: Command) -> int:
@@ -318,7 +320,7 @@ class CommandHandler:
     def _guided_heading(self, _peer: Peer, command: Command) -> int:
         if not self._guided():
             return MavResult.FAILED
-        if not 0.0 <= command.p2 < 360.0 or _whole(command.p1) not in (0, 1):
+        if not 0.0 <= command.p2 < 360.0 or _whole(command.p1) not in (0, 1, 2):
             return MavResult.DENIED
         accel = max(command.p3, 0.05) if math.isfinite(command.p3) else 0.05
         return self._vehicle.autopilot.change_heading(_whole(command.p1), command.p2, accel)

@@ -7,6 +7,7 @@ import itertools
 import math
 import time
 from collections.abc import Callable
+from dataclasses import replace
 
 from vencejo.sim.autopilot.interface import (
     DT_S,
@@ -17,7 +18,6 @@ from vencejo.sim.autopilot.interface import (
     HomeChanged,
     LandedState,
     MavResult,
-    MissionCurrentChanged,
     MissionItemReached,
     MissionState,
     Mode,
@@ -119,7 +119,6 @@ class PlaneComponent:
         self._later_number = itertools.count()
         self._off_ticks = 0
         """Ticks until it has rebooted; 0 when it is on."""
-        self._tell_current: Peer | None = None
         self._held_texts: list[tuple[Severity, str]] | None = None
         self._text_id = 0
         self.gcs_seen_s: float | None = None
@@ -274,13 +273,6 @@ class PlaneComponent:
         if message is not None:
             self.reply(peer, message)
 
-    def set_mission_current(self, peer: Peer, seq: int) -> MavResult:
-        """Make an item the current one and tell it, once."""
-        result = self.autopilot.set_mission_current(seq)
-        if result is MavResult.ACCEPTED:
-            self._tell_current = peer
-        return result
-
     def default_interval_us(self, message_id: int) -> int | None:
         """At what interval the stream parameters have a message, None when not at all."""
         for group, messages in GROUPS.items():
@@ -338,9 +330,6 @@ class PlaneComponent:
                 handler(Peer(link, system, component), message)
                 self._snapshot = None
                 self._drain_events()
-                if self._tell_current is not None:
-                    self.send_telemetry(self._tell_current, 42)
-                    self._tell_current = None
             finally:
                 texts, self._held_texts = self._held_texts, None
             for severity, text in texts:
@@ -529,9 +518,6 @@ class PlaneComponent:
 
     def _on_event(self, event: Event) -> None:
         match event:
-            case MissionCurrentChanged():
-                self._tell_current = None
-                self._broadcast(build(42, self.snapshot(), self._context()))
             case HomeChanged(lat_deg, lon_deg, alt_amsl_m):
                 self.plans.mission_store.set_home(lat_deg, lon_deg, alt_amsl_m)
                 self._send_home()
@@ -633,7 +619,11 @@ class PlaneComponent:
         self.reply(peer, dialect.MAVLink_mission_ack_message(peer.system, peer.component, int(result), 0))
 
     def _on_mission_set_current(self, peer: Peer, message: MavMessage) -> None:
-        self.set_mission_current(peer, message.seq)
+        """Make an item the current one. The answer has the number that was asked, even of home or an action."""
+        if self.autopilot.set_mission_current(message.seq) is MavResult.ACCEPTED:
+            answer = build(42, replace(self.autopilot.snapshot(), mission_current=message.seq), self._context())
+            if answer is not None:
+                self.reply(peer, answer)
 
     def _on_heartbeat(self, peer: Peer, _message: MavMessage) -> None:
         if peer.system == self.params.integer("MAV_GCS_SYSID"):

@@ -243,10 +243,7 @@ class PlanProtocol:
         if self._upload is not None:
             self._ack(peer, MissionResult.DENIED)
             return
-        self._send(
-            peer,
-            dialect.MAVLink_mission_count_message(peer.system, peer.component, len(self._store), self.kind.number),
-        )
+        self._send_count(peer)
 
     def on_request(self, peer: Peer, seq: int, *, as_float: bool) -> None:
         """MISSION_REQUEST_INT, or MISSION_REQUEST, which ArduPlane answers with the old MISSION_ITEM."""
@@ -257,9 +254,9 @@ class PlanProtocol:
             return
         item = self._store.read(seq)
         if item is None:
-            beyond = self.kind.number == 1 and seq == len(self._store)
-            missing = MissionResult.ERROR if self.kind.number == 0 or beyond else MissionResult.INVALID_SEQUENCE
-            self._ack(peer, missing)
+            if not as_float:
+                self._send_count(peer)
+            self._ack(peer, MissionResult.INVALID_SEQUENCE)
             return
         if as_float and not self._warned_request:
             self._warned_request = True
@@ -330,6 +327,12 @@ class PlanProtocol:
         self._send(
             peer,
             dialect.MAVLink_mission_request_message(peer.system, peer.component, upload.next_seq, self.kind.number),
+        )
+
+    def _send_count(self, peer: Peer) -> None:
+        self._send(
+            peer,
+            dialect.MAVLink_mission_count_message(peer.system, peer.component, len(self._store), self.kind.number),
         )
 
     def _finish(self, peer: Peer) -> None:
