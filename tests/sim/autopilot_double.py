@@ -91,6 +91,7 @@ class DoubleAutopilot:
             is_flying=self.flying,
             gcs_failsafe=False,
             radio_lost=self.radio_lost,
+            waits_for_radio=False,
             roll_rad=0.01,
             pitch_rad=0.02,
             yaw_rad=-1.57,

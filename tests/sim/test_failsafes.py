@@ -112,11 +112,11 @@ def test_a_remote_control_that_falls_silent(short: int, long: int, mode: Mode, a
     assert warnings(flight) == ["Throttle failsafe on", switched]
     shot = flight.plane.snapshot()
     assert (shot.mode, shot.radio_lost, shot.system_state) == (at_short, True, SystemState.CRITICAL)
-    flight.run(4.8)
+    flight.run(3.4)  # FS_LONG_TIMEOUT counts from the last valid frame, not from the short failsafe
     assert flight.plane.flight_mode is at_short
     flight.run(0.4)
     assert flight.plane.flight_mode is at_long
-    assert warnings(flight)[2:] == [f"RC Long Failsafe On: {at_long.full_name}"]
+    assert warnings(flight)[2:] == [f"RC Long Failsafe On: switched to {at_long.full_name}"]
     flight.params.set("SIM_RC_FAIL", 0)
     flight.run(0.2)
     assert warnings(flight)[3:] == ["Throttle failsafe off", "RC Long Failsafe Cleared"]
@@ -135,7 +135,7 @@ def test_a_remote_control_that_comes_back_soon_gets_its_mode_back() -> None:
     assert flight.plane.flight_mode is Mode.FBWB
     assert flight.texts[-3:] == [
         "Throttle failsafe off",
-        "Short Failsafe Cleared",
+        "RC Short Failsafe Cleared",
         "Flight mode FLY_BY_WIRE_B restored",
     ]
 
@@ -155,6 +155,19 @@ def test_a_remote_control_that_nobody_waits_for(params: Mapping[str, float], aft
     assert flight.plane.flight_mode is Mode.MANUAL
     flight.run(0.5)  # without a short failsafe the long one counts from what was heard last
     assert flight.plane.flight_mode is after
+
+
+def test_a_receiver_that_was_never_heard_keeps_it_from_arming_even_by_force() -> None:
+    """AP_Arming_Plane::rc_received_if_enabled_check, one of the mandatory checks; and no failsafe before the first frame."""
+    flight = make(params={"SIM_RC_FAIL": 1})
+    assert warnings(flight) == []
+    for force in (False, True):
+        assert flight.plane.arm(force=force) is MavResult.FAILED
+        assert flight.plane.events()[-1] == StatusText(2, "Arm: Waiting for RC")
+    assert flight.plane.snapshot().waits_for_radio
+    flight.params.set("THR_FAILSAFE", 0)
+    flight.run(0.2)
+    assert flight.plane.arm(force=True) is MavResult.ACCEPTED
 
 
 def test_overrides_are_heard_without_a_transmitter() -> None:

@@ -394,11 +394,11 @@ def test_losing_the_ground_station(action: int, mode: Mode, after: Mode) -> None
     flight.plane.failsafe_gcs(True)
     flight.run(0.2)
     assert flight.plane.mode.number is after
-    assert f"GCS Failsafe On: {after.full_name}" in flight.texts
+    assert f"GCS Failsafe On: switched to {after.full_name}" in flight.texts
     assert flight.plane.snapshot().gcs_failsafe
     flight.plane.failsafe_gcs(False)
     flight.run(0.2)
-    assert "GCS Failsafe Off" in flight.texts
+    assert "GCS Failsafe Cleared" in flight.texts
 
 
 def test_no_failsafe_while_it_lands() -> None:

@@ -223,6 +223,9 @@ def test_prearm_waits_for_the_estimator_and_the_mode() -> None:
     assert double(world).prearm() == ["AHRS: not using configured AHRS type", "GPS 1: Bad fix"]
     world.planes[0].params.set("ARMING_SKIPCHK", -1)
     assert double(world).prearm() == []
+    double(world).set_mode(Mode.RTL)
+    world.advance(0.02)
+    assert double(world).prearm() == [], "all checks are skipped, that of the mode too"
 
 
 def heartbeat(station: MemoryLink) -> None:

@@ -71,7 +71,10 @@ class PrearmChecks:
         if self._params.integer("ARMING_REQUIRE") == 0:
             return []
         now = self._snapshot()
+        mandatory = ["Waiting for RC"] if now.waits_for_radio else []
         skip = self._params.integer("ARMING_SKIPCHK")
+        if skip == _EVERYTHING:
+            return mandatory
         found: list[str] = []
         if not skip & _Skip.BATTERY:
             found += self._battery(now)
@@ -86,7 +89,8 @@ class PrearmChecks:
         found += self._fence.prearm()
         if not skip & _Skip.PARAMETERS:
             found += self._parameters() + self._ground()
-        if skip != _EVERYTHING and now.mission_in_landing:
+        found += mandatory
+        if now.mission_in_landing:
             found.append("In landing sequence")
         return found + now.mode.failing_checks
 

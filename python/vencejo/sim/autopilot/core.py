@@ -350,12 +350,12 @@ class Autopilot(Plane):
         """Arm, if the pre-arm checks and the mode let it."""
         if self.armed:
             return MavResult.ACCEPTED
-        if not force:
-            failures = list(self.prearm())
-            if failures:
-                for failure in failures:
-                    self.say(Severity.CRITICAL, f"Arm: {failure}")
-                return MavResult.FAILED
+        mandatory = ["Waiting for RC"] if self.failsafes.waits_for_radio else []
+        failures = mandatory if force else list(self.prearm()) or mandatory
+        if failures:
+            for failure in failures:
+                self.say(Severity.CRITICAL, f"Arm: {failure}")
+            return MavResult.FAILED
         self.armed = True
         self.throttle_suppressed = self.mode.auto_throttle and not self.is_flying
         self._ground_heading_rad = self.est.yaw_rad
@@ -689,6 +689,7 @@ class Autopilot(Plane):
             is_flying=self.is_flying,
             gcs_failsafe=self.failsafes.station_is_lost,
             radio_lost=self.failsafes.radio_lost,
+            waits_for_radio=self.failsafes.waits_for_radio,
             roll_rad=est.roll_rad,
             pitch_rad=est.pitch_rad,
             yaw_rad=yaw,

@@ -115,12 +115,12 @@ class Failsafes:
         self._climbing_out = climbing_out
         self.battery = BatteryLevel.FINE
         self.radio_lost = False
+        self._has_heard = False
         self._state = _State.NONE
         self._is_pending = False
         self._station_lost = False
         self._heard_s = 0.0
         self._bad_since_s: float | None = None
-        self._short_since_s = 0.0
         self._mode_before = Mode.MANUAL
         self._below_since_s: dict[BatteryLevel, float] = {}
         self._gravest = len(_GRAVEST_FIRST)
@@ -129,6 +129,11 @@ class Failsafes:
     def is_on(self) -> bool:
         """Whether any is on."""
         return self._state is not _State.NONE or self.battery is not BatteryLevel.FINE
+
+    @property
+    def waits_for_radio(self) -> bool:
+        """Whether it does not arm, not even by force, because no receiver was heard since the boot."""
+        return not self._has_heard and int(self._plane.tune["THR_FAILSAFE"]) == 1
 
     @property
     def station_is_lost(self) -> bool:
@@ -161,10 +166,13 @@ class Failsafes:
         plane.rc.failure = int(tune["SIM_RC_FAIL"])
         kind = int(tune["THR_FAILSAFE"])
         is_low = kind != 0 and plane.rc.throttle_us <= tune["THR_FS_VALUE"]
+        self._has_heard |= plane.rc.is_heard
         if plane.rc.is_heard and not is_low:
             self._heard_s = plane.time_s
         is_bad = is_low or plane.time_s - self._heard_s > tune["RC_FS_TIMEOUT"]
         plane.rc.is_believed = not is_bad
+        if not (self._has_heard or plane.armed or plane.is_flying):
+            return
         if not is_bad or kind != 1:
             self._bad_since_s = None
         elif self._bad_since_s is None:
@@ -180,7 +188,7 @@ class Failsafes:
             self._short()
         elif self._state is _State.SHORT and (is_off or not self.radio_lost):
             self._state = _State.NONE
-            self._plane.say(Severity.WARNING, "Short Failsafe Cleared")
+            self._plane.say(Severity.WARNING, "RC Short Failsafe Cleared")
             if self._plane.mode_reason == RADIO_REASON:
                 self._change_mode(self._mode_before, "radio failsafe recovery")
                 self._plane.say(Severity.INFO, f"Flight mode {self._mode_before.full_name} restored")
@@ -188,7 +196,6 @@ class Failsafes:
     def _short(self) -> None:
         plane = self._plane
         self._state = _State.SHORT
-        self._short_since_s = plane.time_s
         self._mode_before = mode = plane.flight_mode
         action = int(plane.tune["FS_SHORT_ACTN"])
         goes_on = mode in (Mode.AUTO, Mode.GUIDED, Mode.LOITER) and action == _ShortAction.BEST_GUESS
@@ -205,15 +212,14 @@ class Failsafes:
     def _check_long(self) -> None:
         plane = self._plane
         if self._state in (_State.NONE, _State.SHORT):
-            since_s = self._short_since_s if self._state is _State.SHORT else self._heard_s
             if self._landing.active:
                 return
-            if self.radio_lost and plane.time_s - since_s > plane.tune["FS_LONG_TIMEOUT"]:
+            if self.radio_lost and plane.time_s - self._heard_s > plane.tune["FS_LONG_TIMEOUT"]:
                 self._long(_State.LONG)
             elif self._station_lost:
                 self._long(_State.STATION)
         elif self._state is _State.STATION and not self._station_lost:
-            self._end_long("GCS Failsafe Off")
+            self._end_long("GCS Failsafe Cleared")
         elif self._state is _State.LONG and not self.radio_lost:
             self._end_long("RC Long Failsafe Cleared")
 
@@ -248,7 +254,7 @@ class Failsafes:
                 target = Mode.RTL
         if target is not None:
             self._change_mode(target, "GCS failsafe" if state is _State.STATION else RADIO_REASON)
-        plane.say(Severity.WARNING, f"{state.value} Failsafe On: {plane.flight_mode.full_name}")
+        plane.say(Severity.WARNING, f"{state.value} Failsafe On: switched to {plane.flight_mode.full_name}")
 
     def _lands_by_mission(self) -> bool:
         return self._plane.in_auto and (self._landing.active or self._mission.in_landing_sequence)

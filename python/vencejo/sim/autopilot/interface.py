@@ -362,6 +362,8 @@ class Snapshot:
     gcs_failsafe: bool
     radio_lost: bool
     """The failsafe of the remote control counts it as lost."""
+    waits_for_radio: bool
+    """It does not arm, not even by force, before a receiver was heard."""
 
     # attitude estimate
     roll_rad: float

@@ -381,7 +381,7 @@ class PlaneComponent:
         self._drain_events()
 
     def _check_gcs(self, now: Snapshot) -> None:
-        """FS_GCS_ENABL: 1 and 2 always, 3 in AUTO; counts the heartbeats of MAV_GCS_SYSID, once one was seen."""
+        """FS_GCS_ENABL: 1 and 2 always, 3 in AUTO; counts the heartbeats of its ground station, once one was seen."""
         if self.gcs_seen_s is None:
             return
         enabled = self.params.integer("FS_GCS_ENABL")
@@ -625,8 +625,13 @@ class PlaneComponent:
             if answer is not None:
                 self.reply(peer, answer)
 
+    def _is_station(self, system: int) -> bool:
+        """Whether that is the ground station of this plane: MAV_GCS_SYSID, or up to MAV_GCS_SYSID_HI."""
+        first, last = self.params.integer("MAV_GCS_SYSID"), self.params.integer("MAV_GCS_SYSID_HI")
+        return first <= system <= max(first, last)
+
     def _on_heartbeat(self, peer: Peer, _message: MavMessage) -> None:
-        if peer.system == self.params.integer("MAV_GCS_SYSID"):
+        if self._is_station(peer.system):
             self.gcs_seen_s = self.autopilot.time_s
 
     def _on_set_mode(self, _peer: Peer, message: MavMessage) -> None:
@@ -659,7 +664,7 @@ class PlaneComponent:
             self.reply(peer, dialect.MAVLink_ping_message(message.time_usec, message.seq, peer.system, peer.component))
 
     def _on_rc_channels_override(self, peer: Peer, message: MavMessage) -> None:
-        if peer.system != self.params.integer("MAV_GCS_SYSID"):
+        if not self._is_station(peer.system):
             return
         channels: dict[int, int | None] = {}
         for number in range(1, 17):
@@ -670,7 +675,7 @@ class PlaneComponent:
         self._override(channels)
 
     def _on_manual_control(self, peer: Peer, message: MavMessage) -> None:
-        if peer.system != self.params.integer("MAV_GCS_SYSID"):
+        if not self._is_station(peer.system):
             return
         channels: dict[int, int | None] = {}
         for axis, raw, low, reverse in (
