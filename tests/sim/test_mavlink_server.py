@@ -66,6 +66,29 @@ def eventually(condition: Callable[[], bool]) -> None:
         time.sleep(0.005)
 
 
+def test_items_are_taken_one_a_main_loop(sim: SimulatedPlane) -> None:
+    """Recorded: an upload without delay takes 20 ms an item, the period of ArduPlane's main loop."""
+
+    def time_s() -> float:
+        return sim.call(lambda world: world.planes[0].autopilot.time_s)
+
+    count = 20
+    with closing(Station(sim.port)) as station:
+        station.wait("HOME_POSITION")
+        sim.call(lambda world: world.planes[0].params.set("SIM_SPEEDUP", 1.0))
+        began_s = time_s()
+        station.send(dialect.MAVLink_mission_count_message(1, 1, count, 0))
+        for seq in range(count):
+            station.wait("MISSION_REQUEST", lambda m, seq=seq: m.seq == seq)  # type: ignore[misc]
+            station.send(
+                dialect.MAVLink_mission_item_int_message(
+                    1, 1, seq, 3, 16, 0, 1, 0, 0, 0, 0, 403330000, -37970000, 50, 0
+                )
+            )
+        assert station.wait("MISSION_ACK").type == 0
+    assert time_s() - began_s >= 0.02 * count - 1e-6
+
+
 def test_clients_at_once_each_hear_the_plane(sim: SimulatedPlane) -> None:
     with closing(Station(sim.port)) as one, closing(Station(sim.port, system=254)) as two:
         for station in (one, two):

@@ -38,6 +38,8 @@ _T = TypeVar("_T")
 
 _RECEIVE_BYTES = 65536
 _SEND_BYTES = 65536
+_INBOX_BYTES = 1 << 20
+"""What waits for the main loop at most; more is handled at once, so that no flood fills the memory."""
 _MAX_CLIENTS = 64
 """Connections of one server; one more is closed at once."""
 _BACKLOG = 128
@@ -175,6 +177,11 @@ class SimServer:
         self._connections: list[_Connection] = []
         self.cameras: CameraServer | None = None
         self._noses: dict[PlaneComponent, NoseCamera] = {}
+        self._loop_ticks = round(options.loop_s / DT_S)
+        self._ticks = 0
+        self._inbox: list[tuple[Link, bytes]] = []
+        """What arrived since the last main loop."""
+        self._inbox_bytes = 0
         self._calls: SimpleQueue[Callable[[], None]] = SimpleQueue()
         self._wake_receive, self._wake_send = socket.socketpair()
         self._wake_receive.setblocking(False)
@@ -297,6 +304,7 @@ class SimServer:
         self.world.attach(connection.link, planes)
 
     def _drop(self, connection: _Connection) -> None:
+        self._handle_inbox()
         self._connections.remove(connection)
         self.world.detach(connection.link)
         self._selector.unregister(connection.socket)
@@ -309,6 +317,9 @@ class SimServer:
         while pace.due(now):
             self.world.tick()
             pace.ticked()
+            self._ticks += 1
+            if self._loop_ticks and self._ticks % self._loop_ticks == 0:
+                self._handle_inbox()
             ticks += 1
             if ticks % _TICKS_PER_FLUSH == 0:
                 self._flush()
@@ -346,7 +357,15 @@ class SimServer:
         if data is None:
             self._drop(connection)
         elif data:
-            self.world.receive(connection.link, data)
+            self._inbox.append((connection.link, data))
+            self._inbox_bytes += len(data)
+            if self._loop_ticks == 0 or self._inbox_bytes > _INBOX_BYTES:
+                self._handle_inbox()
+
+    def _handle_inbox(self) -> None:
+        inbox, self._inbox, self._inbox_bytes = self._inbox, [], 0
+        for link, data in inbox:
+            self.world.receive(link, data)
 
     def _accept(self, listener: _Listener) -> None:
         for _ in range(_BACKLOG):
