@@ -560,6 +560,21 @@ def test_home_needs_a_fix_to_be_set_here() -> None:
     assert flight.plane.set_home(None, None, None) is MavResult.ACCEPTED
 
 
+def test_the_target_is_that_of_the_next_point_in_every_mode_but_manual() -> None:
+    """GCS_MAVLINK_Plane::get_target_location; recorded: 640.1 m from the first moment of a leg that descends from 680."""
+    flight = airborne(mission(waypoint(0, 0, -600, 90), waypoint(0, 2000, -600, 50)))
+    plane = flight.plane
+    plane.set_mode(Mode.AUTO)
+    assert flight.run(120, lambda: plane.mission.current_seq == 2)
+    shot = plane.snapshot()
+    assert shot.target_alt_amsl_m == pytest.approx(650)
+    assert shot.alt_rel_home_m > 60
+    plane.set_mode(Mode.FBWA)
+    assert plane.snapshot().target_alt_amsl_m == pytest.approx(650)
+    plane.set_mode(Mode.MANUAL)
+    assert plane.snapshot().target_alt_amsl_m is None
+
+
 def test_what_telemetry_shows_on_the_ground_and_in_the_air() -> None:
     flight = make(settle=False)
     start = flight.plane.snapshot()

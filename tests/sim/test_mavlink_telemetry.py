@@ -147,7 +147,7 @@ def test_in_flight() -> None:
         403400000,
         -38000000,
     )
-    on_ground = replace(now, mode=Mode.MANUAL)
+    on_ground = replace(now, mode=Mode.MANUAL, target_lat_deg=None, target_lon_deg=None, target_alt_amsl_m=None)
     assert build(62, on_ground, CONTEXT) is None
     assert build(87, on_ground, CONTEXT) is None
 

@@ -16,7 +16,7 @@ from .commands import Commands
 from .energy import Energy
 from .failsafe import Failsafes
 from .fence_response import RTL_COMPLETE_REASON, FenceResponse
-from .geo import Spot, distance_m, wrap_pi
+from .geo import distance_m, wrap_pi
 from .interface import (
     DT_S,
     Armed,
@@ -678,7 +678,7 @@ class Autopilot(Plane):
         fix = self.time_s >= boot.FIX_S
         fix_type, satellites = (gps.fix_type, gps.satellites) if fix else boot.gps_before_fix(self.time_s)
         wind_n, wind_e = self._wind_estimate
-        target: Spot | None = nav.next if navigating else None
+        target = None if self.flight_mode in (Mode.MANUAL, Mode.INITIALISING) else nav.next
         target_lat_lon = (None, None) if target is None else self.frame.to_earth(target.n_m, target.e_m)
         return Snapshot(
             time_s=self.time_s,
@@ -751,7 +751,7 @@ class Autopilot(Plane):
             xtrack_error_m=xtrack if navigating else 0.0,
             target_lat_deg=target_lat_lon[0],
             target_lon_deg=target_lat_lon[1],
-            target_alt_amsl_m=nav.target_alt_m if navigating else None,
+            target_alt_amsl_m=None if target is None else target.alt_m,
             servo_pwm_us=(
                 round(1500 + 400 * aileron),
                 round(1500 + 400 * elevator),

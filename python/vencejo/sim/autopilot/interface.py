@@ -448,7 +448,7 @@ class Snapshot:
     airspeed_error_m_s: float
     xtrack_error_m: float
 
-    # position target (POSITION_TARGET_GLOBAL_INT), None when there is none
+    # the point being flown to (POSITION_TARGET_GLOBAL_INT): in every mode but MANUAL, whose is None
     target_lat_deg: float | None
     target_lon_deg: float | None
     target_alt_amsl_m: float | None

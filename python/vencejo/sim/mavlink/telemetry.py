@@ -349,7 +349,7 @@ def _nav_controller_output(s: Snapshot, _c: TelemetryContext) -> MavMessage | No
 
 
 def _position_target_global_int(s: Snapshot, _c: TelemetryContext) -> MavMessage | None:
-    if s.mode not in _NAVIGATING or s.target_lat_deg is None or s.target_lon_deg is None:
+    if s.target_lat_deg is None or s.target_lon_deg is None:
         return None
     return dialect.MAVLink_position_target_global_int_message(
         _ms(s),
