@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from typing import Any
 
+import pytest
 from vencejo.sim.config import SimOptions
 from vencejo.sim.mavlink.codec import dialect
 from vencejo.sim.world import World
@@ -54,6 +55,15 @@ def test_the_recorded_mission_is_the_same_story() -> None:
     assert reached(recorded) == reached(heard) == [1, 2, 3, 4, 5, 6, 8, 9, 10], (
         "7 and the DO item after it end together"
     )
+
+    def counted(messages: list[Any]) -> list[str]:
+        return [m.param_id for m in messages if m.get_type() == "PARAM_VALUE" and m.param_id.startswith("STAT_")]
+
+    # At 30 s, with the first flight, and every half minute from then on.
+    assert counted(heard)[:7] == counted(recorded)[:7]
+    assert plane.params.get("STAT_FLTTIME") == pytest.approx(258, abs=30)
+    assert plane.params.get("STAT_DISTFLWN") == pytest.approx(5690, rel=0.05)
+    assert plane.params.get("STAT_FLTCNT") == 1
 
     def extremes(messages: list[Any], kind: str, field: str) -> tuple[float, float]:
         values = [getattr(m, field) for m in messages if m.get_type() == kind]

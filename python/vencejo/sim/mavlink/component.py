@@ -37,6 +37,7 @@ from vencejo.sim.mavlink.link import Link, Peer, Source
 from vencejo.sim.mavlink.mission import PlanKind, PlanProtocol, item_from_message
 from vencejo.sim.mavlink.parameters import ParameterProtocol
 from vencejo.sim.mavlink.signing import Signing
+from vencejo.sim.mavlink.statistics import Statistics
 from vencejo.sim.mavlink.streams import GROUP_PARAMS, GROUPS, StreamSchedule
 from vencejo.sim.mavlink.telemetry import BANNER, TelemetryContext, build
 from vencejo.sim.params import Parameter, ParamStore
@@ -132,6 +133,7 @@ class PlaneComponent:
         self._parameters = ParameterProtocol(
             self.params, reply=self.reply, announce=self._broadcast, changed=self._parameter_changed
         )
+        self._statistics = Statistics(self.params, lambda parameter: self._broadcast(self._parameters.value(parameter)))
         plans = {
             0: (_MISSION_KIND, self.plans.mission_store),
             1: (_FENCE_KIND, self.plans.fence_store),
@@ -371,6 +373,7 @@ class PlaneComponent:
         elif cleared:
             self.autopilot.fence_breached(None)
         self._check_gcs(now)
+        self._statistics.update(now)
         self._look_at_terrain(now)
         self._expire_overrides(now.time_s)
         self._prearm_ok = now.armed or not self._prearm()
@@ -479,6 +482,7 @@ class PlaneComponent:
     def _restart(self) -> None:
         self._unix_us_at_boot += self.now_us() + round(_OFF_TICKS * DT_S * 1e6)
         self.autopilot.reboot()
+        self._statistics.restart()
         self.terrain.restart()
         self.plans.mission_store.home = None
         self.fence.reset()
