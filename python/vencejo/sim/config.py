@@ -99,9 +99,6 @@ class SimOptions:
         ``HOST:PORT`` on loopback where the nose cameras are served (port 0: a free one); none when None.
     camera_rate_hz : float
         Pictures a second, 1 to 30.
-    loop_s : float
-        Period of the main loop, which handles what arrived on the links: simulated seconds, 0.02 as ArduPlane's
-        (SCHED_LOOP_RATE 50). 0 handles everything as it arrives.
     """
 
     home_lat_deg: float = 40.3332
@@ -124,7 +121,6 @@ class SimOptions:
     by_hand: bool = False
     camera: str | None = None
     camera_rate_hz: float = 15.0
-    loop_s: float = 0.02
 
     def __post_init__(self) -> None:
         def check(name: str, low: float, high: float) -> None:
@@ -142,7 +138,6 @@ class SimOptions:
         check("gust_m_s", 0.0, 30.0)
         check("planes", 1, 50)
         check("camera_rate_hz", 1.0, 30.0)
-        check("loop_s", 0.0, 1.0)
         check("first_system_id", 1, 256 - self.planes)
         if not self.speedup > 0:
             raise ValueError(f"speedup is {self.speedup!r}: it must be above 0")

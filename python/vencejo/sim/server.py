@@ -38,6 +38,8 @@ _T = TypeVar("_T")
 
 _RECEIVE_BYTES = 65536
 _SEND_BYTES = 65536
+_LOOP_TICKS = 2
+"""Ticks of ArduPlane's main loop, which handles what arrived: 20 ms (SCHED_LOOP_RATE 50)."""
 _INBOX_BYTES = 1 << 20
 """What waits for the main loop at most; more is handled at once, so that no flood fills the memory."""
 _MAX_CLIENTS = 64
@@ -177,7 +179,6 @@ class SimServer:
         self._connections: list[_Connection] = []
         self.cameras: CameraServer | None = None
         self._noses: dict[PlaneComponent, NoseCamera] = {}
-        self._loop_ticks = round(options.loop_s / DT_S)
         self._ticks = 0
         self._inbox: list[tuple[Link, bytes]] = []
         """What arrived since the last main loop."""
@@ -318,7 +319,7 @@ class SimServer:
             self.world.tick()
             pace.ticked()
             self._ticks += 1
-            if self._loop_ticks and self._ticks % self._loop_ticks == 0:
+            if self._ticks % _LOOP_TICKS == 0:
                 self._handle_inbox()
             ticks += 1
             if ticks % _TICKS_PER_FLUSH == 0:
@@ -359,7 +360,7 @@ class SimServer:
         elif data:
             self._inbox.append((connection.link, data))
             self._inbox_bytes += len(data)
-            if self._loop_ticks == 0 or self._inbox_bytes > _INBOX_BYTES:
+            if self._inbox_bytes > _INBOX_BYTES:
                 self._handle_inbox()
 
     def _handle_inbox(self) -> None:
