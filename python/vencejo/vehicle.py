@@ -653,7 +653,15 @@ class Vehicle(Closing, VehicleState):
         self._wait(self._ask("speed", kind="groundspeed", speed_m_s=groundspeed_m_s))
 
     def set_altitude(self, *, alt_rel_home_m: float | None = None, alt_amsl_m: float | None = None) -> None:
-        """Change the height of the present target. Not to 0, which ArduPlane takes for none."""
+        """Change the altitude of the present target. Not to 0, which ArduPlane takes for none.
+
+        In AUTO it holds until the next item.
+
+        Raises
+        ------
+        NotPossibleNow
+            While an ArduPlane lands, or may do so in a mission that was not read: it would flare and stop its motor where it is.
+        """
         self._wait(self._ask("altitude", **_height(alt_rel_home_m, alt_amsl_m)))
 
     def fly_course(self, course_deg: float, *, accel_m_s2: float = 5.0) -> None:
@@ -720,7 +728,7 @@ class Vehicle(Closing, VehicleState):
     def land(self, *, despite_mixed_plan: bool = False) -> None:
         """Land: an ArduPlane goes to the landing sequence of its mission, others to mode LAND.
 
-        The former is refused while the mission may be mixed, see `arm`.
+        Nothing is sent to an ArduPlane that flies that sequence already. It is refused while the mission may be mixed, see `arm`.
         """
         self._wait(self._ask("land", despite_mixed_plan=despite_mixed_plan))
 

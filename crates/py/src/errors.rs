@@ -138,7 +138,8 @@ fn from_vehicle(error: &VehicleError) -> PyErr {
         VehicleError::PlanUnknown { .. }
         | VehicleError::HomeUnknown
         | VehicleError::Armed { .. }
-        | VehicleError::InTheAir { .. } => raise("NotPossibleNow", error),
+        | VehicleError::InTheAir { .. }
+        | VehicleError::Landing { .. } => raise("NotPossibleNow", error),
         VehicleError::NotHeard { .. } | VehicleError::Rebooted => raise("VehicleLost", error),
         VehicleError::Cancelled => raise("Cancelled", error),
         _ => raise("VencejoError", error),

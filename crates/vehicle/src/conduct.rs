@@ -1,7 +1,7 @@
 //! What a vehicle does by itself now, as its messages tell: whether it flies its mission, whether it lands, how it turns.
 
 use vencejo_flight::guidance::GRAVITY_M_S2;
-use vencejo_flight::plan::Mission;
+use vencejo_flight::plan::{Command, Mission};
 
 use crate::modes::{Action, FlightMode, ModeFamily};
 use crate::telemetry::{LandedState, Telemetry};
@@ -46,6 +46,15 @@ impl Conduct {
             turn_rate_rad_s: turn_rate_rad_s(telemetry).filter(|_| circles(heartbeat.mode)),
         }
     }
+}
+
+/// Whether the item at `index` leads to a landing: it lies between a `DO_LAND_START` and the landing item behind it, or is the latter.
+pub(crate) fn leads_to_landing(mission: &Mission, index: usize) -> bool {
+    let Some((item, up_to)) = mission.items.get(index).zip(mission.items.get(..=index)) else { return false };
+    let mut back = up_to.iter().rev().map(|item| item.command).take_while(|command| !command.is_landing());
+    let has_begun = back.any(|command| command == Command::DO_LAND_START);
+    let ends = mission.items[index..].iter().any(|item| item.command.is_landing());
+    item.command.is_landing() || has_begun && ends
 }
 
 /// Whether a mode lands, whatever the mission says: of an ArduPlane QLAND and AUTOLAND.
@@ -125,6 +134,17 @@ mod tests {
         assert_eq!(is_landing(&auto, None), None);
         assert_eq!(Conduct::of(&auto, None, Some(1)).is_landing, None);
         assert_eq!(Conduct::of(&Telemetry::default(), None, None), Conduct::default());
+    }
+
+    #[test]
+    fn an_approach_is_what_lies_between_its_start_and_the_landing() {
+        let waypoint = MissionItem::waypoint(40.0, -3.0, 50.0);
+        let start = MissionItem::action(Command::DO_LAND_START, [0.0; 4]);
+        let land = MissionItem::land(40.0, -3.0, 0.0);
+        let items = vec![waypoint.clone(), start.clone(), waypoint.clone(), land, waypoint.clone(), start, waypoint];
+        let mission = Mission { home: None, items };
+        let found: Vec<_> = (0..8).map(|index| leads_to_landing(&mission, index)).collect();
+        assert_eq!(found, [false, true, true, true, false, false, false, false]);
     }
 
     #[test]

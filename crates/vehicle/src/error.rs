@@ -117,6 +117,19 @@ pub enum VehicleError {
         /// What was wanted.
         action: &'static str,
     },
+    /// An ArduPlane on final takes a new altitude for that of its landing point: it flares and stops the motor where it is.
+    #[error(
+        "the vehicle {}: ArduPlane takes a new altitude for that of the landing point, and would flare and stop its motor in \
+         the air; {} before {action}",
+        if *is_known { "is landing" } else { "flies a mission that was not read, and may be landing" },
+        if *is_known { "abort the landing" } else { "read the mission, or change the mode," }
+    )]
+    Landing {
+        /// What was wanted.
+        action: &'static str,
+        /// Whether it is known to land; else it flies a mission that was not read.
+        is_known: bool,
+    },
     /// Home is needed and not known.
     #[error("the vehicle has not said where home is; wait until it has a position")]
     HomeUnknown,
@@ -209,6 +222,7 @@ impl VehicleError {
             Self::PlanUnknown { kind: PlanKind::Mission, state: PlanState::Unknown(Unknown::TransferFailed) },
             Self::Armed { action: "restarting" },
             Self::InTheAir { action: "preparing a flight" },
+            Self::Landing { action: "changing its altitude", is_known: true },
             Self::HomeUnknown,
             Self::NotHeard { age: Duration::from_secs(6) },
             Self::TooManyRequests { limit: 64 },
@@ -249,13 +263,14 @@ mod tests {
             VehicleError::Cancelled => 17,
             VehicleError::TooOld { .. } => 18,
             VehicleError::InTheAir { .. } => 19,
+            VehicleError::Landing { .. } => 20,
         }
     }
 
     #[test]
     fn each_kind_has_an_example_and_says_something() {
         let examples = VehicleError::examples();
-        assert_eq!(examples.iter().map(place).collect::<BTreeSet<_>>(), (0..=19).collect());
+        assert_eq!(examples.iter().map(place).collect::<BTreeSet<_>>(), (0..=20).collect());
         assert!(examples.iter().all(|error| !error.to_string().is_empty()));
     }
 }

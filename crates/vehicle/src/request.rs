@@ -104,8 +104,9 @@ pub enum Request {
         #[cfg_attr(feature = "describe", schema(minimum = 0.1, maximum = 200))]
         speed_m_s: f64,
     },
-    /// Changes the height of the present target: MAV_CMD_DO_CHANGE_ALTITUDE. For ArduPlane in GUIDED or LOITER. One from before
-    /// COMMAND_INT gets MISSION_ITEM with `current` = 3.
+    /// Changes the altitude of the present target: MAV_CMD_DO_CHANGE_ALTITUDE. For an ArduPlane; in AUTO it holds until the next item.
+    /// One from before COMMAND_INT gets MISSION_ITEM with `current` = 3. Refused while the plane lands, or may do so in a mission that
+    /// was not read: it would flare and stop its motor where it is.
     #[cfg_attr(feature = "describe", serde(rename = "altitude"))]
     ChangeAltitude {
         /// Height, counted as `alt_frame` says; not 0, which ArduPlane takes for none.
@@ -159,7 +160,8 @@ pub enum Request {
     LoiterHere,
     /// Returns to launch: mode RTL.
     ReturnToLaunch,
-    /// Lands. A fixed-wing ArduPilot: jumps to the landing sequence of its mission (MAV_CMD_DO_LAND_START). Others: mode LAND.
+    /// Lands. An ArduPlane: jumps to the landing sequence of its mission (MAV_CMD_DO_LAND_START); nothing is sent to one that flies that
+    /// sequence already, because it would begin it anew and turn away without climbing. Others: mode LAND.
     Land,
     /// Aborts a landing and climbs: MAV_CMD_DO_GO_AROUND.
     AbortLanding {

@@ -322,6 +322,13 @@ pub enum Cause {
         /// What is, in English.
         action: String,
     },
+    /// The vehicle lands, or may land in a mission that was not read.
+    Landing {
+        /// What is not possible then, in English.
+        action: String,
+        /// Whether it is known to land.
+        is_known: bool,
+    },
     /// Home is needed and not known.
     HomeUnknown,
     /// The vehicle restarted meanwhile.

@@ -58,6 +58,7 @@ pub(super) fn kind_of(cause: &Cause) -> (StatusCode, &'static str) {
         Cause::TooOld { .. } => (StatusCode::CONFLICT, "The vehicle's firmware is too old"),
         Cause::Armed { .. } => (StatusCode::CONFLICT, "The vehicle is armed"),
         Cause::InTheAir { .. } => (StatusCode::CONFLICT, "The vehicle is in the air"),
+        Cause::Landing { .. } => (StatusCode::CONFLICT, "The vehicle is landing"),
         Cause::HomeUnknown => (StatusCode::CONFLICT, "Home is not known"),
         Cause::Rebooted => (StatusCode::CONFLICT, "The vehicle restarted"),
         Cause::Cancelled => (StatusCode::CONFLICT, "Cancelled"),

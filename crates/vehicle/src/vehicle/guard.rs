@@ -116,7 +116,11 @@ impl Vehicle {
         despite: bool,
         now: MonoTime,
     ) -> Result<(), VehicleError> {
-        let act = steps.into_iter().find_map(|step| self.act_of_step(step));
+        let mut act = None;
+        for step in steps {
+            self.guard_landing_by(step)?;
+            act = act.or_else(|| self.act_of_step(step));
+        }
         self.guard(act, despite, now)
     }
 
@@ -124,7 +128,7 @@ impl Vehicle {
     ///
     /// # Errors
     /// [`VehicleError::PlanUnknown`] for one that arms, starts the mission or jumps in it while that may be a mixture, unless it is
-    /// `despite_mixed_plan`; [`VehicleError::InvalidValue`] for a number that an autopilot cannot take.
+    /// `despite_mixed_plan`; [`VehicleError::Landing`] for a new altitude for a plane that lands; [`VehicleError::InvalidValue`] for a number that an autopilot cannot take.
     pub fn on_sending(
         &mut self,
         message: &Message,
@@ -135,6 +139,7 @@ impl Vehicle {
             return Ok(());
         }
         raw::check_message(message, self.is_ardupilot())?;
+        self.guard_landing(message)?;
         self.guard(self.act_of(message), despite_mixed_plan, now)?;
         self.on_written(self.our, message, now);
         Ok(())

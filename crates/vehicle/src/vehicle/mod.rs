@@ -12,6 +12,7 @@
 //! | `onboard` | what is done with it: the doubt whether a mission is mixed, its record, reading back by itself |
 //! | `others` | what other stations do to plans, beside ours too |
 //! | `guard` | what may not go out while the mission may be mixed |
+//! | `landing` | what an ArduPlane that lands must not be sent |
 //! | `target` | whether the plane flies to where its plan says |
 //! | `lane` | the transfer that runs |
 //! | `hearing` | whether it hears us: what is an answer, and what ends when nothing is |
@@ -24,6 +25,7 @@ mod board;
 mod guard;
 mod hearing;
 mod hosted;
+mod landing;
 mod lane;
 mod listen;
 mod onboard;
@@ -470,6 +472,7 @@ impl Vehicle {
             heartbeat_at: self.heartbeat_at,
             preparation: self.flight_preparation(),
             first_nav: self.first_nav(),
+            is_landing: self.is_landing_already(now),
             has_command_int: self.has_command_int(),
             now,
         }

@@ -38,6 +38,7 @@ fn steps_of(request: &Request, family: ModeFamily, mav_type: u8) -> Result<VecDe
         heartbeat_at: MonoTime::ZERO,
         preparation: None,
         first_nav: 0,
+        is_landing: false,
         has_command_int: true,
         now: MonoTime::ZERO,
     };

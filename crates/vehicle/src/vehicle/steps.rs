@@ -43,6 +43,8 @@ pub(super) struct Context<'a> {
     pub preparation: Option<FlightPreparation>,
     /// Seq of the first item at which the mission stands, however briefly (`Vehicle::first_nav`).
     pub first_nav: u16,
+    /// Whether it flies a landing of its mission already (`Vehicle::is_landing_already`).
+    pub is_landing: bool,
     /// Whether COMMAND_INT may be sent.
     pub has_command_int: bool,
     pub now: MonoTime,
@@ -285,6 +287,9 @@ impl Context<'_> {
             Request::LoiterHere | Request::MissionPause => self.mode_for(Action::Loiter)?,
             Request::ReturnToLaunch => self.mode_for(Action::ReturnToLaunch)?,
             Request::Land => match self.family()? {
+                ModeFamily::ArduPlane if self.is_landing => {
+                    Step::Note(Severity::INFO, "It is landing already: nothing was sent".to_owned())
+                }
                 ModeFamily::ArduPlane => {
                     let before = self.telemetry.mission.map(|mission| mission.value.seq);
                     Step::command(self.long(cmd::DO_LAND_START, [0.0; 7])).proved_by(Effect::JumpedFrom(before))

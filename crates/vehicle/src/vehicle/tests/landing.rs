@@ -1,0 +1,96 @@
+//! What a plane that lands is not sent, and what is proved of one that begins or goes on with its mission.
+
+use vencejo_proto::MissionItemFloat;
+
+use super::*;
+
+const AUTO: u32 = 10;
+
+/// A plane that flies the mission below in AUTO, known to us, at an item.
+fn in_auto(seq: u16) -> Pair {
+    let mut world = connected();
+    let items = vec![
+        MissionItem::takeoff(40.3332, -3.7990, 50.0, 12.0),
+        MissionItem::waypoint(40.3340, -3.8030, 80.0),
+        MissionItem::action(Command::DO_LAND_START, [0.0; 4]),
+        MissionItem::waypoint(40.3345, -3.8000, 40.0),
+        MissionItem::land(40.3332, -3.7978, 0.0),
+    ];
+    let plan = Request::UploadPlan { kind: PlanKind::Mission, items, home: None, despite_findings: false };
+    ask(&mut world, plan).expect("uploaded");
+    fly(&mut world, AUTO, seq);
+    world
+}
+
+fn fly(world: &mut Pair, mode: u32, seq: u16) {
+    (world.plane.is_armed, world.plane.mode, world.plane.current) = (true, mode, seq);
+    world.plane.landed = MavLandedState::MAV_LANDED_STATE_IN_AIR;
+    wait(world, 1_500);
+}
+
+fn higher() -> Request {
+    Request::ChangeAltitude { alt_m: 60.0, alt_frame: AltFrame::RelHome }
+}
+
+#[test]
+fn a_plane_that_lands_takes_no_new_altitude() {
+    let mut world = in_auto(5);
+    let long = CommandLong {
+        target: Address::new(0, 0),
+        command: cmd::DO_CHANGE_ALTITUDE,
+        confirmation: 0,
+        params: [60.0, 3.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+    };
+    let item = MissionItemFloat {
+        target: PLANE,
+        seq: 0,
+        frame: 3,
+        command: 16,
+        current: 3,
+        autocontinue: 0,
+        params: [0.0; 4],
+        x: 0.0,
+        y: 0.0,
+        z: 60.0,
+        mission_type: 0,
+    };
+    for request in [higher(), Request::RawCommandLong(long), Request::DespiteMixedPlan(Box::new(higher()))] {
+        let error = ask(&mut world, request).expect_err("refused");
+        assert!(matches!(error, VehicleError::Landing { is_known: true, .. }), "{error}");
+        assert!(error.to_string().contains("abort the landing before changing its altitude"), "{error}");
+    }
+    for raw in [Message::CommandLong(CommandLong { target: PLANE, ..long }), Message::MissionItemFloat(item)] {
+        let sent = world.station.vehicle.on_sending(&raw, true, world.now);
+        assert!(matches!(sent, Err(VehicleError::Landing { .. })), "{raw:?}");
+    }
+    // A target elsewhere, or on the way to the landing, is no flare.
+    let item = Message::MissionItemFloat(MissionItemFloat { current: 2, x: 40.33, y: -3.8, ..item });
+    assert_eq!(world.station.vehicle.on_sending(&item, true, world.now), Ok(()));
+    for (mode, seq) in [(AUTO, 4), (12, 5), (11, 5)] {
+        fly(&mut world, mode, seq);
+        assert_eq!(ask(&mut world, higher()), Ok(Reply::Done), "mode {mode}, item {seq}");
+    }
+    assert_eq!(count(&world, cmd::DO_CHANGE_ALTITUDE), 3);
+    // In a mission that nobody has read any item may be a landing.
+    let mut unread = connected();
+    fly(&mut unread, AUTO, 5);
+    let error = ask(&mut unread, higher()).expect_err("refused");
+    assert!(matches!(error, VehicleError::Landing { is_known: false, .. }), "{error}");
+    fly(&mut unread, 12, 5);
+    assert_eq!(ask(&mut unread, higher()), Ok(Reply::Done));
+}
+
+#[test]
+fn a_landing_that_goes_on_is_not_begun_anew() {
+    for (seq, sent) in [(5, 0), (4, 0), (2, 1)] {
+        let mut world = in_auto(seq);
+        assert_eq!(ask(&mut world, Request::Land), Ok(Reply::Done));
+        assert_eq!(count(&world, cmd::DO_LAND_START), sent, "at item {seq}");
+        let says_so = |text: &crate::telemetry::Text| text.text == "It is landing already: nothing was sent";
+        assert_eq!(world.station.vehicle.texts().iter().any(says_so), sent == 0);
+        // In another mode it has left its landing.
+        fly(&mut world, 12, 5);
+        assert_eq!(ask(&mut world, Request::Land), Ok(Reply::Done));
+        assert_eq!(count(&world, cmd::DO_LAND_START), sent + 1);
+    }
+}
