@@ -487,7 +487,8 @@ class AsyncVehicle(VehicleState):
     async def start_mission(self, *, from_item: int | None = None, despite_mixed_plan: bool = False) -> None:
         """Begin the mission (mode AUTO), at an item counted from 1 when given. Does not arm.
 
-        Item 1 is the mission's beginning: jumps that were flown count anew. Refused while the mission may be mixed, see `arm`.
+        Item 1 is the mission's beginning: jumps that were flown count anew. An ArduPlane that begins its mission anew at each
+        change to AUTO (``MIS_RESTART`` 1) is set to ``from_item`` once more. Refused while the mission may be mixed, see `arm`.
         """
         await self._wait(self._ask("mission/start", from_item=from_item, despite_mixed_plan=despite_mixed_plan))
 
@@ -496,7 +497,7 @@ class AsyncVehicle(VehicleState):
         await self._wait(self._ask("mission/pause"))
 
     async def resume_mission(self, *, despite_mixed_plan: bool = False) -> None:
-        """Go on with the mission where it stands (mode AUTO); refused while it may be mixed, see `arm`."""
+        """Go on with the mission where it stands (mode AUTO), also with ``MIS_RESTART`` 1; refused while it may be mixed, see `arm`."""
         await self._wait(self._ask("mission/resume", despite_mixed_plan=despite_mixed_plan))
 
     async def set_current_item(self, item: int, *, despite_mixed_plan: bool = False) -> None:

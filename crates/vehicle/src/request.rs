@@ -174,17 +174,18 @@ pub enum Request {
     /// in the air. It neither arms nor starts; what is known of the vehicle (`progress.preparation`) tells before what it does.
     PrepareFlight,
     /// Starts the mission: mode AUTO, after setting the current item when one is given. Never arms. Item 1 is the mission's
-    /// beginning: its jump counters are set back too.
+    /// beginning: its jump counters are set back too. An ArduPlane has to show a mission that runs, and is set to the item once more
+    /// where it began anew (`MIS_RESTART` 1).
     #[cfg_attr(feature = "describe", serde(rename = "mission/start"))]
     MissionStart {
-        /// Item to begin with, counted from 1; where the vehicle stands in the mission when absent.
+        /// Item to begin with, counted from 1; where the vehicle stands in the mission when absent, with `MIS_RESTART` 1 its beginning.
         #[cfg_attr(feature = "describe", schema(minimum = 1, maximum = 65_534))]
         from_item: Option<u16>,
     },
     /// Interrupts the mission: mode LOITER.
     #[cfg_attr(feature = "describe", serde(rename = "mission/pause"))]
     MissionPause,
-    /// Goes on with the mission where it stands: mode AUTO.
+    /// Goes on with the mission where it stands: mode AUTO. An ArduPlane that begins it anew (`MIS_RESTART` 1) is set to where it stood.
     #[cfg_attr(feature = "describe", serde(rename = "mission/resume"))]
     MissionResume,
     /// Makes an item the current one: MAV_CMD_DO_SET_MISSION_CURRENT, or MISSION_SET_CURRENT for an older vehicle.

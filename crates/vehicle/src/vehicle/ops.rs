@@ -9,8 +9,9 @@ use super::operation::{Commanding, EFFECT_WITHIN, Op, Seen, State, WORD_WITHIN};
 use super::steps::{Effect, Fallback, Step};
 use crate::command::{CommandId, CommandOutcome, CommandOutput, CommandResult, Unanswered, WhenBusy, cmd};
 use crate::error::VehicleError;
+use crate::modes::FlightMode;
 use crate::request::{Output, Reply, Request, RequestId};
-use crate::telemetry::{LandedState, Severity, Text};
+use crate::telemetry::{LOST_AFTER, LandedState, MissionState, Severity, Text};
 
 /// Requests that may be under way or waiting at once. More are refused.
 pub(super) const MAX_REQUESTS: usize = 64;
@@ -67,8 +68,15 @@ impl Vehicle {
         let (wanted, observed) = match command.effect {
             Effect::Received(message_id) => return VehicleError::MessageNotReceived { message_id },
             Effect::Armed(is_armed) => (armed(is_armed), shown(heartbeat.map(|h| armed(h.value.is_armed)))),
-            Effect::Mode(mode) => (format!("mode {mode}"), shown(heartbeat.map(|h| format!("mode {}", h.value.mode)))),
-            Effect::Current(seq) => (format!("item {seq}"), shown(mission.map(|m| format!("item {}", m.value.seq)))),
+            Effect::Mode(mode) | Effect::MissionMode { mode, .. } => {
+                let is_idle = |shown: FlightMode| shown == mode && command.effect != Effect::Mode(mode);
+                let without = |shown| if is_idle(shown) { " without a running mission" } else { "" };
+                let observed = heartbeat.map(|h| format!("mode {}{}", h.value.mode, without(h.value.mode)));
+                (format!("mode {mode}"), shown(observed))
+            }
+            Effect::NotBefore(seq) | Effect::Current(seq) => {
+                (format!("item {seq}"), shown(mission.map(|m| format!("item {}", m.value.seq))))
+            }
             Effect::AtBeginning(last) => {
                 let wanted = format!("the mission's beginning (item {last})");
                 (wanted, shown(mission.map(|m| format!("item {}", m.value.seq))))
@@ -252,6 +260,13 @@ impl Vehicle {
                 self.outputs.push_back(Output::Send(message));
                 self.advance(id, now);
             }
+            Step::GoOnFrom(seq) => {
+                if self.telemetry.mission.is_some_and(|mission| mission.value.seq < seq) {
+                    let again = self.context(now).set_current(seq).proved_by(Effect::NotBefore(seq));
+                    self.ops[index].steps.push_front(again);
+                }
+                self.advance(id, now);
+            }
             Step::Note(severity, text) => {
                 self.note(severity, text, now);
                 self.advance(id, now);
@@ -361,9 +376,12 @@ impl Vehicle {
                 let within = match command.effect {
                     Effect::Acknowledged | Effect::Airborne | Effect::JumpedFrom(_) | Effect::Restarted => None,
                     Effect::Received(_) => Some(MESSAGE_WITHIN.max(self.round_trip().unwrap_or_default() * 2)),
-                    Effect::Armed(_) | Effect::Mode(_) | Effect::Current(_) | Effect::AtBeginning(_) => {
-                        Some(EFFECT_WITHIN)
-                    }
+                    Effect::Armed(_)
+                    | Effect::Mode(_)
+                    | Effect::MissionMode { .. }
+                    | Effect::Current(_)
+                    | Effect::NotBefore(_)
+                    | Effect::AtBeginning(_) => Some(EFFECT_WITHIN),
                 };
                 match within {
                     Some(within) => {
@@ -426,7 +444,8 @@ impl Vehicle {
         match (seen, under_way) {
             (Seen::Shown, Some((id, asked))) => {
                 // Without an answer only what the vehicle reports in as many words counts, or what follows a silence.
-                let is_proof = matches!(command.effect, Effect::Armed(_) | Effect::Mode(_)) || asked;
+                let is_reported = matches!(command.effect, Effect::Armed(_)) || command.effect.mode().is_some();
+                let is_proof = is_reported || asked;
                 if is_proof {
                     self.commands.forget(id, now);
                     self.ops[index].state = State::Ready;
@@ -453,10 +472,10 @@ impl Vehicle {
             (Seen::Overtaken(observed), Some((id, true))) => {
                 let error = VehicleError::NotConfirmed {
                     command: command.name(),
-                    wanted: match command.effect {
-                        Effect::Mode(mode) => format!("mode {mode}"),
-                        _ => "its effect".to_owned(),
-                    },
+                    wanted: command
+                        .effect
+                        .mode()
+                        .map_or_else(|| "its effect".to_owned(), |mode| format!("mode {mode}")),
                     observed,
                     within: now.since(command.last_sent),
                     reasons: self.reasons(command, now),
@@ -490,15 +509,18 @@ impl Vehicle {
                 .telemetry
                 .heartbeat
                 .map_or(Seen::NotYet, |heartbeat| by_heartbeat(heartbeat.value.is_armed == is_armed, heartbeat.at)),
-            Effect::Mode(mode) => self.telemetry.heartbeat.map_or(Seen::NotYet, |heartbeat| {
-                let shown = heartbeat.value.mode;
-                match by_heartbeat(shown == mode, heartbeat.at) {
-                    Seen::NotShown if command.mode_before.is_some_and(|before| before != shown) => {
-                        Seen::Overtaken(format!("mode {shown}"))
+            Effect::Mode(mode) | Effect::MissionMode { mode, .. } => {
+                self.telemetry.heartbeat.map_or(Seen::NotYet, |heartbeat| {
+                    let shown = heartbeat.value.mode;
+                    match by_heartbeat(shown == mode, heartbeat.at) {
+                        Seen::Shown if !self.shows_mission(command.effect, heartbeat.at) => Seen::NotYet,
+                        Seen::NotShown if command.mode_before.is_some_and(|before| before != shown) => {
+                            Seen::Overtaken(format!("mode {shown}"))
+                        }
+                        seen => seen,
                     }
-                    seen => seen,
-                }
-            }),
+                })
+            }
             Effect::Airborne => self.telemetry.extended.map_or(Seen::NotYet, |extended| match extended.value.landed {
                 LandedState::InAir | LandedState::TakingOff => by_heartbeat(true, extended.at),
                 LandedState::OnGround => by_heartbeat(false, extended.at),
@@ -511,12 +533,31 @@ impl Vehicle {
                 .telemetry
                 .mission
                 .map_or(Seen::NotYet, |mission| by_heartbeat(mission.value.seq == seq, mission.at)),
+            Effect::NotBefore(seq) => self
+                .telemetry
+                .mission
+                .map_or(Seen::NotYet, |mission| by_heartbeat(mission.value.seq >= seq, mission.at)),
             Effect::AtBeginning(last) => self
                 .telemetry
                 .mission
                 .map_or(Seen::NotYet, |mission| by_heartbeat(mission.value.seq <= last, mission.at)),
             Effect::Acknowledged | Effect::Received(_) | Effect::Restarted => Seen::NotYet,
         }
+    }
+
+    /// Whether MISSION_CURRENT has shown since then what a change to a mission's mode brings about. A vehicle that does not send it, or
+    /// without a state, is believed.
+    fn shows_mission(&self, effect: Effect, since: MonoTime) -> bool {
+        let Effect::MissionMode { has_begun, .. } = effect else { return true };
+        let Some(mission) = self.telemetry.mission.filter(|mission| since.since(mission.at) <= LOST_AFTER) else {
+            return true;
+        };
+        let is_shown = match mission.value.state {
+            None | Some(MissionState::Active) => true,
+            Some(MissionState::NotStarted) => !has_begun && mission.value.in_mission_mode == Some(true),
+            _ => false,
+        };
+        is_shown && mission.at >= since
     }
 
     /// Hands a message to the request that asked for it.

@@ -14,7 +14,7 @@ use crate::modes::{Action, FlightMode, ModeFamily};
 use crate::preparation::FlightPreparation;
 use crate::request::Request;
 use crate::streams::interval_params;
-use crate::telemetry::{Freshness, Severity, Telemetry};
+use crate::telemetry::{Freshness, MissionState, Severity, Telemetry};
 use crate::transfer::ParamName;
 
 mod guided;
@@ -68,6 +68,11 @@ impl Context<'_> {
     }
 
     fn set_mode(&self, mode: FlightMode) -> Step {
+        self.set_mode_proved(mode, false)
+    }
+
+    /// `has_begun`: a mission that the mode flies has to run.
+    fn set_mode_proved(&self, mode: FlightMode, has_begun: bool) -> Step {
         let (main, sub) = mode.command_params();
         let custom_flag = MavModeFlag::MAV_MODE_FLAG_CUSTOM_MODE_ENABLED;
         let command = self.long(cmd::DO_SET_MODE, [f32::from(custom_flag.bits()), main, sub, 0.0, 0.0, 0.0, 0.0]);
@@ -77,13 +82,16 @@ impl Context<'_> {
             target_system: self.vehicle.system.0,
             base_mode: custom_flag,
         }));
-        let effect = Effect::Mode(mode);
+        let effect = match mode.family {
+            ModeFamily::ArduPlane if mode.follows_mission() => Effect::MissionMode { mode, has_begun },
+            _ => Effect::Mode(mode),
+        };
         Step::command(command).proved_by(effect).or(Fallback::Message(message, effect))
     }
 
     fn mode_for(&self, action: Action) -> Result<Step, VehicleError> {
         let mode = action.mode(self.family()?).ok_or(VehicleError::NoModeFor { action: action.name() })?;
-        Ok(self.set_mode(mode))
+        Ok(self.set_mode_proved(mode, action == Action::Mission))
     }
 
     fn arm(&self, is_armed: bool, force: bool) -> Step {
@@ -93,7 +101,7 @@ impl Context<'_> {
         Step::command(command).proved_by(Effect::Armed(is_armed))
     }
 
-    fn set_current(&self, seq: u16) -> Step {
+    pub fn set_current(&self, seq: u16) -> Step {
         let command = self.long(cmd::DO_SET_MISSION_CURRENT, [f32::from(seq), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
         let message = Message::Dialect(MavMessage::MISSION_SET_CURRENT(MISSION_SET_CURRENT_DATA {
             seq,
@@ -112,6 +120,13 @@ impl Context<'_> {
             target_component: self.vehicle.component.0,
         }));
         Step::command(command).or(Fallback::Message(message, Effect::AtBeginning(self.first_nav)))
+    }
+
+    /// What follows the change to AUTO where the mission is to go on from an item: with MIS_RESTART 1 an ArduPlane begins its mission
+    /// anew at each change to AUTO, whatever item it was set to before.
+    fn go_on_from(&self, seq: u16) -> Option<Step> {
+        let is_plane = self.family == Some(ModeFamily::ArduPlane);
+        (is_plane && seq > self.first_nav).then_some(Step::GoOnFrom(seq))
     }
 
     /// Number on the wire of the mission's item with this number, which counts from 1: an ArduPilot's missions begin with home.
@@ -305,12 +320,11 @@ impl Context<'_> {
             }
             Request::PrepareFlight => return self.prepare_flight(),
             Request::MissionStart { from_item } => {
-                let mut steps: VecDeque<_> = match from_item {
-                    None => VecDeque::new(),
-                    Some(1) => [self.rewind()].into(),
-                    Some(item) => [self.set_current(self.seq_of("from_item", item)?)].into(),
-                };
+                let seq = from_item.map(|item| self.seq_of("from_item", item)).transpose()?;
+                let to_item = seq.map(|seq| if from_item == Some(1) { self.rewind() } else { self.set_current(seq) });
+                let mut steps: VecDeque<_> = to_item.into_iter().collect();
                 steps.push_back(self.mode_for(Action::Mission)?);
+                steps.extend(seq.and_then(|seq| self.go_on_from(seq)));
                 if self.family()? == ModeFamily::ArduCopter {
                     // A copter on the ground waits in AUTO for this.
                     let start = Step::command(self.long(cmd::MISSION_START, [0.0; 7]));
@@ -318,7 +332,14 @@ impl Context<'_> {
                 }
                 return Ok(steps);
             }
-            Request::MissionResume => self.mode_for(Action::Mission)?,
+            Request::MissionResume => {
+                let is_told = self.telemetry.mission.filter(|mission| mission.freshness(self.now) == Freshness::Fresh);
+                // One that is complete begins anew.
+                let stands =
+                    is_told.map(|mission| mission.value).filter(|told| told.state != Some(MissionState::Complete));
+                let mode = self.mode_for(Action::Mission)?;
+                return Ok([mode].into_iter().chain(stands.and_then(|told| self.go_on_from(told.seq))).collect());
+            }
             Request::SetCurrentItem { item } => self.set_current(self.seq_of("item", item)?),
             Request::SetHome { lat_deg, lon_deg, alt_amsl_m } => {
                 Step::command(self.set_home(lat_deg, lon_deg, alt_amsl_m)?)

@@ -64,9 +64,9 @@ impl Vehicle {
         let seen = self.seen(command);
         let is_shown = command.effect == Effect::Acknowledged || seen == Seen::Shown;
         // A change of mode proves that the message came; a mode that was there before does not.
-        let is_change = matches!(command.effect, Effect::Mode(mode) if command.mode_before != Some(mode));
+        let is_change = command.effect.mode().is_some_and(|mode| command.mode_before != Some(mode));
         if is_shown && (!telling.waits_for_ack() || is_change) {
-            if matches!(command.effect, Effect::Current(_) | Effect::AtBeginning(_)) {
+            if matches!(command.effect, Effect::Current(_) | Effect::NotBefore(_) | Effect::AtBeginning(_)) {
                 self.tracker.on_set_current();
             }
             let id = self.ops[index].id;

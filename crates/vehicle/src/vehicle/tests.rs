@@ -118,6 +118,9 @@ struct Plane {
     is_armed: bool,
     mode: u32,
     current: u16,
+    /// MIS_RESTART 1: its mission begins anew with each change to AUTO.
+    restarts_mission: bool,
+    mission_state: MissionState,
     landed: MavLandedState,
     /// Commands that came, repetitions included.
     commands: Vec<CommandLong>,
@@ -160,6 +163,8 @@ impl Plane {
             is_armed: false,
             mode: 5,
             current: 0,
+            restarts_mission: false,
+            mission_state: MissionState::MISSION_STATE_ACTIVE,
             landed: MavLandedState::MAV_LANDED_STATE_ON_GROUND,
             commands: Vec::new(),
             ints: Vec::new(),
@@ -217,7 +222,7 @@ impl Plane {
             MavMessage::MISSION_CURRENT(MISSION_CURRENT_DATA {
                 seq: self.current,
                 total,
-                mission_state: MissionState::MISSION_STATE_ACTIVE,
+                mission_state: self.mission_state,
                 ..Default::default()
             }),
         ] {
@@ -251,6 +256,9 @@ impl Plane {
             }
             cmd::DO_SET_MODE => {
                 if !self.is_lazy {
+                    if self.restarts_mission && (self.mode != 10 && p[1] == 10.0) {
+                        self.current = 1;
+                    }
                     self.mode = p[1] as u32;
                 }
                 0

@@ -115,7 +115,7 @@ impl Vehicle {
             Step::ParamList => (None, Machine::List(Box::new(ParamList::new(&config, now)))),
             Step::ParamRead(name) => (None, Machine::Read(Box::new(ParamRead::new(&config, name, now)))),
             Step::ParamSet(name, value) => (None, Machine::Set(Box::new(ParamSet::new(&config, name, value, now)))),
-            Step::Command { .. } | Step::Tell { .. } | Step::Send(_) | Step::Note(..) => {
+            Step::Command { .. } | Step::Tell { .. } | Step::Send(_) | Step::GoOnFrom(_) | Step::Note(..) => {
                 unreachable!("invariant: commands do not go by a lane")
             }
         };

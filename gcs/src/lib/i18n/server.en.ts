@@ -82,6 +82,7 @@ export const serverEn = {
   'shown.nothing': 'nothing',
   'shown.effect': 'its effect',
   'shown.beginning': "the mission's beginning (item {seq})",
+  'shown.idle': 'mode {mode} without a running mission',
   'shown.mode': 'mode {mode}',
   'shown.item': 'item {seq}',
   'problem.not-confirmed.remedy': 'Look at its messages and mode before you try again.',

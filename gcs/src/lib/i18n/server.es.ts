@@ -86,6 +86,7 @@ export const serverEs: Record<keyof typeof serverEn, string> = {
   'shown.nothing': 'nada',
   'shown.effect': 'su efecto',
   'shown.beginning': 'el principio de la misión (elemento {seq})',
+  'shown.idle': 'modo {mode} sin una misión en marcha',
   'shown.mode': 'modo {mode}',
   'shown.item': 'elemento {seq}',
   'problem.not-confirmed.remedy': 'Mira sus mensajes y su modo antes de intentarlo de nuevo.',

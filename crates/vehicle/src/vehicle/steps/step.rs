@@ -17,18 +17,33 @@ pub(crate) enum Effect {
     Armed(bool),
     /// HEARTBEAT shows the mode.
     Mode(FlightMode),
+    /// HEARTBEAT shows the mode, and MISSION_CURRENT, where it comes, a mission that runs in it, or that waits for home unless it
+    /// `has_begun`. An ArduPlane without a mission shows AUTO for a moment, and returns.
+    MissionMode { mode: FlightMode, has_begun: bool },
     /// The vehicle leaves the ground. Acknowledged is enough; this is read only when nobody answered.
     Airborne,
     /// The current mission item is another one than this. As above.
     JumpedFrom(Option<u16>),
     /// MISSION_CURRENT shows the item.
     Current(u16),
+    /// MISSION_CURRENT shows the item or a later one.
+    NotBefore(u16),
     /// MISSION_CURRENT shows no item after this one, the first that is flown to.
     AtBeginning(u16),
     /// The message arrives.
     Received(u32),
     /// The vehicle restarts. Acknowledged is enough.
     Restarted,
+}
+
+impl Effect {
+    /// The mode that it shows.
+    pub fn mode(self) -> Option<FlightMode> {
+        match self {
+            Self::Mode(mode) | Self::MissionMode { mode, .. } => Some(mode),
+            _ => None,
+        }
+    }
 }
 
 /// What to do when the vehicle does not know a command.
@@ -60,6 +75,8 @@ pub(crate) enum Step {
     },
     /// A message that nothing answers: done when it is sent.
     Send(Message),
+    /// Sets the mission to this item where it shows an earlier one.
+    GoOnFrom(u16),
     /// A text of ours.
     Note(Severity, String),
     Upload(PlanKind, Vec<MissionItemInt>),
@@ -82,7 +99,7 @@ impl Step {
     }
 
     /// Repeats only after reading that the effect is not there.
-    pub(super) fn proved_by(self, proof: Effect) -> Self {
+    pub(in crate::vehicle) fn proved_by(self, proof: Effect) -> Self {
         match self {
             Self::Command { message, when_busy, fallback, .. } => {
                 Self::Command { message, unanswered: Unanswered::Ask, when_busy, effect: proof, fallback }

@@ -94,3 +94,54 @@ fn a_landing_that_goes_on_is_not_begun_anew() {
         assert_eq!(count(&world, cmd::DO_LAND_START), sent + 1);
     }
 }
+
+#[test]
+fn a_mission_goes_on_where_it_was_to_though_the_vehicle_begins_it_anew() {
+    let start_from = |item| Request::MissionStart { from_item: Some(item) };
+    for (request, stands, set) in
+        [(start_from(4), 1, vec![4.0, 4.0]), (Request::MissionResume, 2, vec![2.0]), (start_from(1), 4, vec![0.0])]
+    {
+        let mut world = in_auto(stands);
+        fly(&mut world, 12, stands);
+        world.plane.restarts_mission = true;
+        assert_eq!(ask(&mut world, request.clone()), Ok(Reply::Done));
+        let sent = world.plane.commands.iter().filter(|long| long.command == cmd::DO_SET_MISSION_CURRENT);
+        assert_eq!(sent.map(|long| long.params[0]).collect::<Vec<_>>(), set, "{request:?}");
+        assert_eq!(f32::from(world.plane.current), set[0].max(1.0));
+        // One that does not begin anew is set to nothing more.
+        fly(&mut world, 12, stands);
+        world.plane.restarts_mission = false;
+        let before = count(&world, cmd::DO_SET_MISSION_CURRENT);
+        assert_eq!(ask(&mut world, request.clone()), Ok(Reply::Done));
+        assert_eq!(count(&world, cmd::DO_SET_MISSION_CURRENT) - before, set.len() / 2 + usize::from(set[0] == 0.0));
+    }
+    // That it cannot be set to where it stood is no success.
+    let mut world = in_auto(2);
+    fly(&mut world, 12, 2);
+    (world.plane.restarts_mission, world.plane.unknown) = (true, vec![cmd::DO_SET_MISSION_CURRENT]);
+    let error = ask(&mut world, Request::MissionResume).expect_err("it flies the first item");
+    assert!(matches!(&error, VehicleError::NotConfirmed { observed, .. } if observed == "item 1"), "{error}");
+}
+
+#[test]
+fn auto_is_entered_when_a_mission_runs() {
+    let mut world = connected();
+    // As the newest firmware without a mission: it shows AUTO once, and returns.
+    world.plane.mission_state = MissionState::MISSION_STATE_NO_MISSION;
+    let id = start(&mut world, mode("AUTO"));
+    wait(&mut world, 200);
+    world.plane.heartbeat();
+    world.plane.mode = 11;
+    let error = end(&mut world, id, 30).expect_err("it returns");
+    assert!(matches!(&error, VehicleError::NotConfirmed { observed, .. } if observed == "mode RTL"), "{error}");
+    let error = ask(&mut world, mode("AUTO")).expect_err("no mission runs");
+    let idle = "mode AUTO without a running mission";
+    assert!(matches!(&error, VehicleError::NotConfirmed { observed, .. } if observed == idle), "{error}");
+    world.plane.mission_state = MissionState::MISSION_STATE_ACTIVE;
+    assert_eq!(ask(&mut world, mode("AUTO")), Ok(Reply::Done));
+    // Of one that says nothing of its mission the mode is all there is.
+    world.plane.is_streaming = false;
+    world.plane.mode = 5;
+    wait(&mut world, 8_000);
+    assert_eq!(ask(&mut world, mode("AUTO")), Ok(Reply::Done));
+}

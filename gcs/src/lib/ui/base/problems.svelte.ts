@@ -29,7 +29,7 @@ const TOLD = new Set([
   'command-refused',
 ]);
 /** What a vehicle shows, or should. */
-const SHOWN = ['armed', 'disarmed', 'nothing', 'effect', 'beginning', 'mode', 'item'] as const;
+const SHOWN = ['armed', 'disarmed', 'nothing', 'effect', 'beginning', 'idle', 'mode', 'item'] as const;
 
 export function problemWords(problem: Problem): ProblemWords {
   if (isNoAnswer(problem)) return { text: t('problem.noAnswer'), said: '', remedy: '' };
