@@ -87,10 +87,18 @@ impl Refusal {
 /// What to do about a command that an autopilot refused without a word, where one reason is as good as certain.
 ///
 /// An ArduPlane takes DO_FENCE_ENABLE when a fence of those asked for is present (`GCS_Fence.cpp`), and loads the one that is stored
-/// once it has an origin (`AC_PolyFence_loader.cpp`).
+/// once it has an origin (`AC_PolyFence_loader.cpp`). It denies a DO_REPOSITION to outside its enabled fences
+/// (`AC_Fence::check_destination_within_fence`), and one that `Location::sanitize` completes.
 pub(crate) fn remedy_of_silence(command: u16, result: CommandResult) -> Option<&'static str> {
-    (command == cmd::DO_FENCE_ENABLE && result == CommandResult::FAILED)
-        .then_some("send a fence, or set FENCE_TYPE; after its start, wait until the plane knows where it is: it loads its fence then")
+    match (command, result) {
+        (cmd::DO_FENCE_ENABLE, CommandResult::FAILED) => Some(
+            "send a fence, or set FENCE_TYPE; after its start, wait until the plane knows where it is: it loads its fence then",
+        ),
+        (cmd::DO_REPOSITION, CommandResult::DENIED) => Some(
+            "choose a position inside the fence (its area, its circle, FENCE_ALT_MIN and FENCE_ALT_MAX), and an altitude above home that is not 0",
+        ),
+        _ => None,
+    }
 }
 
 /// What to do about what an autopilot wrote, each once, in the order of the texts.

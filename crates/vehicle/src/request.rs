@@ -77,7 +77,7 @@ pub enum Request {
         /// WGS-84 longitude.
         #[cfg_attr(feature = "describe", schema(minimum = -180, maximum = 180))]
         lon_deg: f64,
-        /// Height, counted as `alt_frame` says.
+        /// Height, counted as `alt_frame` says; above home or terrain not 0, which ArduPilot takes for none.
         #[cfg_attr(feature = "describe", schema(minimum = -1_000, maximum = 100_000))]
         alt_m: f64,
         /// What `alt_m` is counted from.

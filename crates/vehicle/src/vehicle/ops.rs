@@ -22,6 +22,9 @@ const REASONS_AFTER: Duration = Duration::from_millis(400);
 const ARM_REASONS_AFTER: Duration = Duration::from_millis(1_000);
 /// ArduPilot repeats failing pre-arm checks every 30 s; those are taken when it is silent at the refusal.
 const PREARM_REPEATED: Duration = Duration::from_secs(35);
+/// Words of a NOTICE or INFO by which ArduPilot says why it does not do what was asked ("Mode change to LOITER denied, in fence
+/// recovery", "Parachute not enabled", "Disarm to allow calibration"); such texts are no warnings.
+const DENIALS: [&str; 7] = ["denied", "disabled", "not enabled", "failed", "unable", "q_enable", "disarm to"];
 /// Most reasons that an error carries.
 const MAX_REASONS: usize = 16;
 
@@ -71,7 +74,13 @@ impl Vehicle {
             Effect::Mode(mode) | Effect::MissionMode { mode, .. } => {
                 let is_idle = |shown: FlightMode| shown == mode && command.effect != Effect::Mode(mode);
                 let without = |shown| if is_idle(shown) { " without a running mission" } else { "" };
-                let observed = heartbeat.map(|h| format!("mode {}{}", h.value.mode, without(h.value.mode)));
+                // ArduPlane takes the position for its target whatever comes of the mode.
+                let target = if command.message.command() == cmd::DO_REPOSITION {
+                    "; it may fly there all the same"
+                } else {
+                    ""
+                };
+                let observed = heartbeat.map(|h| format!("mode {}{}{target}", h.value.mode, without(h.value.mode)));
                 (format!("mode {mode}"), shown(observed))
             }
             Effect::NotBefore(seq) | Effect::Current(seq) => {
@@ -94,13 +103,18 @@ impl Vehicle {
         }
     }
 
-    /// What the vehicle wrote about a command: failing checks for arming, else warnings and worse since it was sent. Why it does not send
-    /// a message so often ArduPilot tells as information.
+    /// What the vehicle wrote about a command: failing checks for arming, else warnings and worse since it was sent, and what says as
+    /// a notice or information that something was denied. Why it does not send a message so often ArduPilot tells as information too.
     pub(super) fn reasons(&self, command: &Commanding, now: MonoTime) -> Vec<String> {
         let is_check = |text: &&Text| text.text.starts_with("PreArm: ") || text.text.starts_with("Arm: ");
         let is_of_rate = command.message.command() == cmd::SET_MESSAGE_INTERVAL;
-        let is_warning =
-            |text: &&Text| text.severity <= Severity::WARNING || is_of_rate && text.text.contains("message");
+        let is_denial = |text: &str| {
+            let text = text.to_lowercase();
+            DENIALS.iter().any(|words| text.contains(words)) || is_of_rate && text.contains("message")
+        };
+        let is_warning = |text: &&Text| {
+            text.severity <= Severity::WARNING || text.severity <= Severity::INFO && is_denial(&text.text)
+        };
         let since = |moment: MonoTime| {
             let texts = self.texts.iter().rev();
             texts.take_while(move |text| text.at >= moment).filter(|text| text.component == self.address.component)

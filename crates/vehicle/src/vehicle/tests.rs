@@ -132,6 +132,9 @@ struct Plane {
     streams_asked: usize,
     /// Arming is refused, with these texts.
     refuses: Option<Vec<&'static str>>,
+    /// Changes of mode are refused, with this notice.
+    denies_modes: Option<&'static str>,
+    denies_positions: bool,
     /// Acknowledges, but does nothing.
     is_lazy: bool,
     /// Answers that the next command does not get.
@@ -173,6 +176,8 @@ impl Plane {
             autopilot: 3,
             streams_asked: 0,
             refuses: None,
+            denies_modes: None,
+            denies_positions: false,
             is_lazy: false,
             mute: 0,
             deaf: 0,
@@ -250,6 +255,10 @@ impl Plane {
                 }
                 0
             }
+            cmd::DO_SET_MODE if self.denies_modes.is_some() => {
+                self.text(5, self.denies_modes.unwrap_or_default());
+                4
+            }
             cmd::DO_SET_MODE if p[1] > 26.0 => {
                 self.text(4, "No such mode 99");
                 4
@@ -265,6 +274,9 @@ impl Plane {
             }
             // As ArduPilot: in GUIDED, or with the leave to enter it.
             cmd::DO_REPOSITION => {
+                if self.denies_positions {
+                    return 2;
+                }
                 let guided = if self.mav_type == 2 { 4 } else { 15 };
                 if p[1] != 1.0 && self.mode != guided {
                     return 4;
@@ -516,6 +528,13 @@ fn a_refusal_carries_what_the_vehicle_wrote() {
 
     let error = ask(&mut world, Request::SetMode { mode: ModeChoice::Custom(99) }).expect_err("refused");
     assert!(error.to_string().ends_with("No such mode 99"), "{error}");
+
+    // Why it refuses a mode ArduPlane says as a notice, beside others that are about other things.
+    world.plane.denies_modes = Some("Mode change to LOITER denied, in fence recovery");
+    world.plane.text(5, "Throttle armed");
+    let error = ask(&mut world, Request::LoiterHere).expect_err("refused");
+    let VehicleError::CommandRefused { ref reasons, .. } = error else { panic!("{error}") };
+    assert_eq!(*reasons, ["Mode change to LOITER denied, in fence recovery"]);
 }
 
 #[test]
@@ -577,7 +596,22 @@ fn a_go_to_has_entered_guided_and_takes_it_from_nobody() {
     // Accepted and not done is not done.
     world.plane.is_lazy = true;
     wait(&mut world, 2_000);
-    assert!(matches!(ask(&mut world, go()), Err(VehicleError::NotConfirmed { .. })));
+    let error = ask(&mut world, go()).expect_err("not done");
+    assert!(matches!(error, VehicleError::NotConfirmed { .. }));
+    assert!(error.to_string().contains("mode FBWA; it may fly there all the same"), "{error}");
+}
+
+#[test]
+fn a_go_to_that_is_denied_without_a_word_has_a_remedy() {
+    let mut world = connected();
+    world.plane.denies_positions = true;
+    let error = ask(&mut world, reposition(40.34, -3.79, 80.0)).expect_err("denied");
+    let [remedy] = error.remedies()[..] else { panic!("{error}") };
+    assert!(remedy.contains("inside the fence") && remedy.contains("FENCE_ALT_MAX"), "{remedy}");
+    // 0 above home is no height to ArduPilot: it is not sent.
+    let error = ask(&mut world, reposition(40.34, -3.79, 0.0)).expect_err("refused");
+    assert!(matches!(&error, VehicleError::InvalidValue { field: "alt_m", .. }), "{error}");
+    assert_eq!(world.plane.ints.len(), 1);
 }
 
 /// Whose heartbeats fail to come says nothing against what it accepted, or was told by a message that it does not answer: the next
