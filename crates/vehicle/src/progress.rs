@@ -18,7 +18,8 @@ const MAX_REACHED: usize = 10_000;
 pub struct MissionProgress {
     /// Item in execution.
     pub current: Option<MissionSeq>,
-    /// Items reached since the mission was loaded or begun again, each once, ascending.
+    /// Items reached since the mission was loaded or begun again, each once, ascending. Of the items that an ArduPlane reaches in one
+    /// moment it reports the last alone; the waypoint before an action is added where the mission is known.
     pub reached: Vec<MissionSeq>,
     /// Items in the mission, home not counted.
     pub total: Option<u16>,
@@ -44,6 +45,8 @@ pub struct MissionProgress {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(crate) struct Changes {
     pub current: Option<MissionSeq>,
+    /// An item that was reached without being reported.
+    pub passed: Option<MissionSeq>,
     pub has_completed: bool,
 }
 
@@ -54,6 +57,12 @@ pub(crate) struct ProgressTracker {
     mission: Option<u64>,
     current: Option<u16>,
     reached: Vec<u16>,
+    /// The item that was flown to before the current one; `None` where a jump or a change of mode led to that.
+    before: Option<u16>,
+    /// The item flown to whose end was reported last, until it is the current one again.
+    passed: Option<u16>,
+    /// Whether nothing was heard of the current item since the mission was set to one, or the mode changed.
+    has_jumped: bool,
     is_complete: bool,
     state: Option<MissionState>,
     was_armed: bool,
@@ -101,7 +110,10 @@ impl ProgressTracker {
             _ => {}
         }
         self.state = current.state;
+        let has_jumped = std::mem::take(&mut self.has_jumped);
         if self.current != Some(current.seq) {
+            self.before = self.current.filter(|_| !has_jumped);
+            self.passed = self.passed.filter(|passed| *passed != current.seq);
             self.circle.begins(self.current.is_some());
             self.current = Some(current.seq);
             changes.current = Some(MissionSeq(current.seq));
@@ -110,20 +122,43 @@ impl ProgressTracker {
     }
 
     /// An item was reached. `last` is the last item of the mission, where it is known; a vehicle that says nothing of its
-    /// mission's state has completed it then.
-    pub fn on_reached(&mut self, seq: u16, last: Option<u16>) -> Changes {
-        if let Err(place) = self.reached.binary_search(&seq)
-            && self.reached.len() < MAX_REACHED
-        {
-            self.reached.insert(place, seq);
+    /// mission's state has completed it then. `mission` is the plan on board, where it is known; `first` the seq of its first item.
+    pub fn on_reached(&mut self, seq: u16, last: Option<u16>, mission: Option<&Mission>, first: u16) -> Changes {
+        let passed = mission.and_then(|mission| self.passed_before(seq, mission, first));
+        for seq in passed.into_iter().chain([seq]) {
+            if let Err(place) = self.reached.binary_search(&seq)
+                && self.reached.len() < MAX_REACHED
+            {
+                self.reached.insert(place, seq);
+            }
+            // It is told when the item is done with: one that a jump leads back to begins anew.
+            if self.current == Some(seq) {
+                self.circle.begins(true);
+            }
         }
-        // It is told when the item is done with: one that a jump leads back to begins anew.
-        if self.current == Some(seq) {
-            self.circle.begins(true);
-        }
-        let has_completed = self.state.is_none() && last == Some(seq) && !self.is_complete;
+        let is_last = [passed, Some(seq)].contains(&last) && last.is_some();
+        let has_completed = self.state.is_none() && is_last && !self.is_complete;
         self.is_complete |= has_completed;
-        Changes { current: None, has_completed }
+        Changes { passed: passed.map(MissionSeq), has_completed, ..Changes::default() }
+    }
+
+    /// The item flown to that was reached just before the action `seq`, unless that was reported. ArduPilot keeps one
+    /// MISSION_ITEM_REACHED to send, and overwrites that of a waypoint by that of the action behind it, which is done in the same moment
+    /// (`GCS::send_mission_item_reached_message`).
+    fn passed_before(&mut self, seq: u16, mission: &Mission, first: u16) -> Option<u16> {
+        let is_nav = |seq: u16| {
+            let item = seq.checked_sub(first).and_then(|index| mission.items.get(usize::from(index)));
+            item.map(|item| item.command.is_nav())
+        };
+        if is_nav(seq)? {
+            self.passed = Some(seq);
+            return None;
+        }
+        let next = (seq..u16::MAX).find(|seq| is_nav(*seq) != Some(false)).filter(|seq| is_nav(*seq).is_some());
+        // The new item may be told before the end of the old one, or after.
+        let flown = if self.current == next { self.before } else { self.current };
+        let flown = flown.filter(|flown| !self.has_jumped && is_nav(*flown) == Some(true))?;
+        (self.passed.replace(flown) != Some(flown)).then_some(flown)
     }
 
     /// Armed or not, by the heartbeat. `last` is the last item to which the vehicle flies. ArduPlane never says that a
@@ -133,20 +168,21 @@ impl ProgressTracker {
         self.was_armed = is_armed;
         let has_completed = has_disarmed && !self.is_complete && last.is_some() && self.current >= last;
         self.is_complete |= has_completed;
-        Changes { current: None, has_completed }
+        Changes { has_completed, ..Changes::default() }
     }
 
     /// Whether its mode flies the mission, by the heartbeat. An ArduPlane that comes back to its mission begins the item anew.
     pub fn on_mode(&mut self, follows_mission: bool) {
         let before = self.follows_mission.replace(follows_mission);
         if before.is_some_and(|before| before != follows_mission) {
-            self.circle.begins(true);
+            self.on_set_current();
         }
     }
 
     /// It was set to an item. It begins that one, also where it is the one in execution.
     pub fn on_set_current(&mut self) {
         self.circle.begins(true);
+        (self.before, self.passed, self.has_jumped) = (None, None, true);
     }
 
     /// Where it is. `mission` is the plan on board, where it is known; `first` the seq of its first item.
@@ -217,7 +253,7 @@ mod tests {
     use std::time::Duration;
 
     use vencejo_flight::geodesy::direct;
-    use vencejo_flight::plan::MissionItem;
+    use vencejo_flight::plan::{Command, MissionItem};
 
     use super::*;
     use crate::telemetry::{Hud, Position, Sampled};
@@ -320,7 +356,7 @@ mod tests {
         assert_eq!(circles(&mut tracker, 220), Circled::Nothing);
         tracker.on_mode(true);
         assert!(is_half_a_minute(circles(&mut tracker, 250)), "an ArduPlane begins the item anew");
-        tracker.on_reached(3, None);
+        tracker.on_reached(3, None, None, 1);
         assert!(is_half_a_minute(circles(&mut tracker, 280)), "a jump led back to it");
         tracker.on_set_current();
         assert!(is_half_a_minute(circles(&mut tracker, 310)), "it was set to it once more");
@@ -334,8 +370,8 @@ mod tests {
         let mut tracker = ProgressTracker::default();
         for seq in 1..=4 {
             tracker.on_current(&current(seq, Some(MissionState::Active)));
-            tracker.on_reached(seq, Some(4));
-            tracker.on_reached(seq, Some(4));
+            tracker.on_reached(seq, Some(4), None, 1);
+            tracker.on_reached(seq, Some(4), None, 1);
         }
         assert!(!tracker.is_complete, "the vehicle says active");
         let complete = current(4, Some(MissionState::Complete));
@@ -353,7 +389,7 @@ mod tests {
         tracker.on_current(&current(1, Some(MissionState::NotStarted)));
         for seq in 1..=3 {
             tracker.on_current(&current(seq, Some(MissionState::Active)));
-            tracker.on_reached(seq, Some(4));
+            tracker.on_reached(seq, Some(4), None, 1);
         }
         // Another mode, then on from there; then another mode, and from the beginning (MIS_RESTART).
         tracker.on_current(&current(3, Some(MissionState::NotStarted)));
@@ -369,9 +405,53 @@ mod tests {
     fn a_vehicle_that_says_no_state_completes_with_its_last_item() {
         let mut tracker = ProgressTracker::default();
         tracker.on_current(&current(4, None));
-        assert!(!tracker.on_reached(3, Some(4)).has_completed);
-        assert!(tracker.on_reached(4, Some(4)).has_completed);
-        assert!(!tracker.on_reached(4, Some(4)).has_completed);
+        assert!(!tracker.on_reached(3, Some(4), None, 1).has_completed);
+        assert!(tracker.on_reached(4, Some(4), None, 1).has_completed);
+        assert!(!tracker.on_reached(4, Some(4), None, 1).has_completed);
+    }
+
+    #[test]
+    fn a_waypoint_that_an_action_overwrites_is_reached() {
+        let waypoint = MissionItem::waypoint(40.0, -3.0, 50.0);
+        let action = MissionItem::action(Command::DO_CHANGE_SPEED, [0.0, 15.0, 0.0, 0.0]);
+        // 1 and 4 are flown to, 5 is the last.
+        let items = vec![waypoint.clone(), action.clone(), action, waypoint.clone(), waypoint];
+        let plan = Mission { home: None, items };
+        let begun = || {
+            let mut tracker = ProgressTracker::default();
+            tracker.on_mode(true);
+            tracker.on_current(&current(1, Some(MissionState::Active)));
+            tracker
+        };
+        let reach = |tracker: &mut ProgressTracker, seq| tracker.on_reached(seq, None, Some(&plan), 1).passed;
+        let flies_to =
+            |tracker: &mut ProgressTracker, seq| tracker.on_current(&current(seq, Some(MissionState::Active)));
+        // The action is told before the next item or after it, once or twice; also of a second round.
+        for is_told_late in [false, true] {
+            let mut tracker = begun();
+            for _round in 0..2 {
+                flies_to(&mut tracker, if is_told_late { 4 } else { 1 });
+                assert_eq!(reach(&mut tracker, 2), Some(MissionSeq(1)), "late: {is_told_late}");
+                flies_to(&mut tracker, 4);
+                assert_eq!(reach(&mut tracker, 3), None);
+                assert_eq!(tracker.reached, [1, 2, 3]);
+                flies_to(&mut tracker, 1);
+            }
+        }
+        // What is told itself is not told twice, and what a jump, a change of mode or the beginning leads past was not reached.
+        let mut tracker = begun();
+        assert_eq!((reach(&mut tracker, 1), reach(&mut tracker, 2)), (None, None));
+        let mut tracker = begun();
+        tracker.on_set_current();
+        assert_eq!(reach(&mut tracker, 2), None);
+        flies_to(&mut tracker, 4);
+        assert_eq!(reach(&mut tracker, 3), None);
+        let mut tracker = begun();
+        (tracker.on_mode(false), tracker.on_mode(true));
+        flies_to(&mut tracker, 4);
+        assert_eq!(reach(&mut tracker, 3), None);
+        assert_eq!(tracker.reached, [3]);
+        assert_eq!(begun().on_reached(2, None, None, 1).passed, None, "a mission that is not known");
     }
 
     #[test]

@@ -417,7 +417,8 @@ pub enum VehicleEvent {
         /// Now.
         seq: MissionSeq,
     },
-    /// A mission item was reached.
+    /// A mission item was reached. ArduPilot reports the last alone of those that it reaches in one moment: the waypoint before an
+    /// action is taken for reached with that, where the mission is known.
     ItemReached {
         /// Which.
         seq: MissionSeq,

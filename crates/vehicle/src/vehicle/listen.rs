@@ -149,7 +149,15 @@ impl Vehicle {
             Message::StatusText(text) => self.on_text(self.address.component, text, now),
             Message::CommandAck(ack) => {
                 // Whoever has asked for it.
-                if (ack.command, ack.result) == (cmd::DO_SET_MISSION_CURRENT, 0) {
+                let is_jump = matches!(
+                    ack.command,
+                    cmd::DO_SET_MISSION_CURRENT
+                        | cmd::DO_LAND_START
+                        | cmd::DO_RETURN_PATH_START
+                        | cmd::DO_GO_AROUND
+                        | cmd::DO_JUMP_TAG
+                );
+                if is_jump && ack.result == 0 {
                     self.tracker.on_set_current();
                 }
                 self.commands.on_ack(self.address, ack, now);
@@ -288,9 +296,12 @@ impl Vehicle {
 
     pub(super) fn on_item_reached(&mut self) {
         let Some(seq) = self.telemetry.item_reached.map(|reached| reached.value) else { return };
-        let last = self.last_nav();
-        self.event(VehicleEvent::ItemReached { seq: MissionSeq(seq) });
-        if self.tracker.on_reached(seq, last).has_completed {
+        let (last, first, mission) = (self.last_nav(), self.first_seq(), self.mission().map(Arc::clone));
+        let changes = self.tracker.on_reached(seq, last, mission.as_deref(), first);
+        for seq in changes.passed.into_iter().chain([MissionSeq(seq)]) {
+            self.event(VehicleEvent::ItemReached { seq });
+        }
+        if changes.has_completed {
             self.event(VehicleEvent::MissionComplete);
         }
     }

@@ -153,7 +153,8 @@ fn height_or_none(alt_m: f32) -> Result<(), VehicleError> {
 }
 
 /// A height that an ArduPlane in flight is to take without a position: one of 0 cm it reads as no place at all, which its simulator
-/// does not survive (`Location::get_alt_cm`; ArduPlane 4.6.3), and GUIDED_CHANGE_ALTITUDE refuses it as dangerous.
+/// does not survive (`Location::get_alt_cm`; ArduPlane 4.6.3), and GUIDED_CHANGE_ALTITUDE refuses it as dangerous. A position 0 cm
+/// above home has no altitude either (`Location::sanitize`).
 pub(super) fn new_height(alt_m: f64) -> Result<f32, VehicleError> {
     if alt_m.abs() < 0.01 {
         return Err(invalid("alt_m", alt_m, "a height that ArduPlane takes; it takes 0 for none"));
