@@ -1283,8 +1283,9 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Changes the height of the present target: MAV_CMD_DO_CHANGE_ALTITUDE. For ArduPlane in GUIDED or LOITER. One from before
-         *     COMMAND_INT gets MISSION_ITEM with `current` = 3.
+         * Changes the altitude of the present target: MAV_CMD_DO_CHANGE_ALTITUDE. For an ArduPlane; in AUTO it holds until the next item.
+         *     One from before COMMAND_INT gets MISSION_ITEM with `current` = 3. Refused while the plane lands, or may do so in a mission that
+         *     was not read: it would flare and stop its motor where it is.
          */
         post: operations["altitude"];
         delete?: never;
@@ -1444,7 +1445,10 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** Lands. A fixed-wing ArduPilot: jumps to the landing sequence of its mission (MAV_CMD_DO_LAND_START). Others: mode LAND. */
+        /**
+         * Lands. An ArduPlane: jumps to the landing sequence of its mission (MAV_CMD_DO_LAND_START); nothing is sent to one that flies that
+         *     sequence already, because it would begin it anew and turn away without climbing. Others: mode LAND.
+         */
         post: operations["land"];
         delete?: never;
         options?: never;
@@ -1566,7 +1570,7 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** Goes on with the mission where it stands: mode AUTO. */
+        /** Goes on with the mission where it stands: mode AUTO. An ArduPlane that begins it anew (`MIS_RESTART` 1) is set to where it stood. */
         post: operations["mission_resume"];
         delete?: never;
         options?: never;
@@ -1585,7 +1589,8 @@ export interface paths {
         put?: never;
         /**
          * Starts the mission: mode AUTO, after setting the current item when one is given. Never arms. Item 1 is the mission's
-         *     beginning: its jump counters are set back too.
+         *     beginning: its jump counters are set back too. An ArduPlane has to show a mission that runs, and is set to the item once more
+         *     where it began anew (`MIS_RESTART` 1).
          */
         post: operations["mission_start"];
         delete?: never;
@@ -2863,6 +2868,13 @@ export interface components {
             action: string;
             /** @enum {string} */
             code: "in-the-air";
+        } | {
+            /** @description What is not possible then, in English. */
+            action: string;
+            /** @enum {string} */
+            code: "landing";
+            /** @description Whether it is known to land. */
+            is_known: boolean;
         } | {
             /** @enum {string} */
             code: "home-unknown";
@@ -12068,7 +12080,7 @@ export interface operations {
                 "application/json": {
                     /**
                      * Format: int32
-                     * @description Item to begin with, counted from 1; where the vehicle stands in the mission when absent.
+                     * @description Item to begin with, counted from 1; where the vehicle stands in the mission when absent, with `MIS_RESTART` 1 its beginning.
                      */
                     from_item?: number | null;
                 };
