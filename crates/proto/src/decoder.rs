@@ -1,4 +1,4 @@
-//! Finds frames in a stream of bytes, and finds the next one again after garbage.
+//! Finds frames in a byte stream, and resynchronises after garbage.
 
 use bytes::{Buf, BytesMut};
 
@@ -23,25 +23,25 @@ pub struct DecoderStats {
 
 /// Turns bytes, in pieces of any size, into frames.
 ///
-/// A wrong candidate costs one byte, never the frames behind it: the search goes on right after its first byte.
-/// At most one frame (280 bytes) is held back waiting for its end; one that cannot be checked, and may cover the beginning of one that can,
-/// waits for the end of that one.
+/// A wrong candidate costs one byte, never the frames behind it: the search goes on right after its first byte. At most
+/// one frame (280 bytes) is held back waiting for its end. A frame of an unknown id, which cannot be checked, waits for
+/// the end of any known frame whose beginning it may cover.
 #[derive(Debug, Default)]
 pub struct FrameDecoder {
     buffer: BytesMut,
-    /// What is in the buffer goes on in the next piece, if at all.
+    /// Whether the next piece may continue what is in the buffer.
     is_stream: bool,
     wrong: Wrong,
     stats: DecoderStats,
 }
 
-/// Candidates inside what may be a frame whose checksum was wrong, by their place in the stream. Frames may overlap, and the search
-/// comes by with every piece: without this, short pieces of hostile bytes cost the square of a frame's length each.
+/// Positions in the stream of candidates whose checksum was wrong. Candidates may overlap, and each new piece restarts
+/// the search: without this, short pieces of hostile bytes would cost the square of a frame's length each.
 #[derive(Debug, Default)]
 struct Wrong(Vec<u64>);
 
 impl Wrong {
-    /// More than the longest frame has bytes: none is forgotten while it is in the buffer's first frame.
+    /// More than the bytes of the longest frame, so that no position within the buffer's first frame is dropped.
     const PLACES: usize = 512;
 
     fn holds(&self, place: u64) -> bool {
@@ -56,7 +56,7 @@ impl Wrong {
 
 /// What stands at the front of the buffer.
 enum Front {
-    /// A whole frame of so many bytes.
+    /// A whole frame, with its length in bytes.
     Frame { len: usize, known: bool },
     /// The beginning of what may be a frame.
     Incomplete,
@@ -126,7 +126,7 @@ impl FrameDecoder {
     }
 }
 
-/// What the header of what may be a frame says of it.
+/// The header fields of a candidate.
 struct Candidate {
     id: u32,
     /// Header and payload.
@@ -141,11 +141,12 @@ impl Candidate {
     }
 }
 
-/// Reads a candidate's header; `Err` says why there is none yet or at all.
+/// Reads a candidate's header; `Err` says whether it is incomplete or invalid.
 fn candidate(buffer: &[u8]) -> Result<Candidate, Front> {
     let (header_len, signature_len, id) = match *buffer {
         [STX_V1, _, _, _, _, id, ..] => (HEADER_LEN_V1, 0, u32::from(id)),
-        // A frame with an incompatibility flag that we do not know must be dropped (mavlink.io, "Incompatibility Flags").
+        // A frame with an incompatibility flag that we do not know must be dropped (mavlink.io, "Incompatibility
+        // Flags").
         [STX_V2, _, flags, ..] if flags & !IFLAG_SIGNED != 0 => return Err(Front::Garbage { bad_crc: false }),
         [STX_V2, _, flags, _, _, _, _, id0, id1, id2, ..] => {
             let signature_len = if flags & IFLAG_SIGNED != 0 { SIGNATURE_LEN } else { 0 };
@@ -171,7 +172,7 @@ fn begins_with_known(bytes: &[u8]) -> bool {
     })
 }
 
-/// What the buffer begins with, which begins at this place of the stream.
+/// Classifies the front of the buffer, which is at this position of the stream.
 fn front(buffer: &[u8], is_stream: bool, place: u64, wrong: &mut Wrong) -> Front {
     let candidate = match candidate(buffer) {
         Ok(candidate) if candidate.is_whole(buffer) => candidate,
@@ -227,7 +228,7 @@ mod tests {
     // fault 53: bytes of which each may begin a frame, one at a time: as many checksums as bytes at most
     #[test]
     fn no_candidate_is_checked_twice_however_short_the_pieces_are() {
-        // A frame that nobody knows, again and again, full of beginnings of frames that are known.
+        // An unknown frame, repeated, full of beginnings of known frames.
         let mut bytes = [STX_V1; 4096];
         bytes.iter_mut().skip(5).step_by(262).for_each(|id| *id = 0xff);
         let (mut decoder, mut found) = (FrameDecoder::new(), 0);

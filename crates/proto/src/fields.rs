@@ -1,7 +1,7 @@
-//! Any message of the dialect by the names of its fields: for those who look at raw messages, and send some.
+//! Any message of the dialect by the names of its fields: for callers that inspect or send raw messages.
 //!
-//! Numbers are those of the wire, enums and bit masks included, so that a value which this dialect does not name is told as
-//! it is (`docs/adr/0003`). What flies the vehicle does not come this way.
+//! Numbers are those of the wire, enums and bit masks included, so that a value without a name in this dialect is kept
+//! as it is (`docs/adr/0003`). Requests to vehicles do not use this.
 
 use std::collections::BTreeMap;
 use std::sync::OnceLock;
@@ -35,7 +35,7 @@ pub enum FieldValue {
 #[non_exhaustive]
 pub enum FieldError {
     /// There is no such message.
-    #[error("'{name}' is no message of the dialect; names are like 'COMMAND_LONG'")]
+    #[error("there is no message '{name}' in the dialect; names are like 'COMMAND_LONG'")]
     UnknownMessage {
         /// What was asked for.
         name: String,
@@ -60,7 +60,7 @@ pub enum FieldError {
         /// What it takes.
         expected: String,
     },
-    /// Values that are each possible and together no message.
+    /// Values that are valid each, but not together.
     #[error(transparent)]
     NoMessage(#[from] DecodeError),
 }
@@ -118,7 +118,7 @@ impl Field {
         match (self.kind, self.size) {
             (Kind::Float, 4) => FieldValue::Float(f32::from_bits(number as u32).into()),
             (Kind::Float, _) => FieldValue::Float(f64::from_bits(number)),
-            // Moved up and down again, the sign comes along.
+            // Shifted up and down again to extend the sign.
             (Kind::Signed, _) => FieldValue::Signed((number << unused) as i64 >> unused),
             _ => FieldValue::Unsigned(number),
         }
@@ -129,7 +129,7 @@ impl Field {
             FieldValue::Text(text) if self.kind == Kind::Text => {
                 bytes.get_mut(..text.len())?.copy_from_slice(text.as_bytes());
             }
-            // Text that need not be UTF-8.
+            // The text may not be UTF-8.
             FieldValue::List(values) if self.kind == Kind::Text && values.len() <= self.count => {
                 for (value, byte) in values.iter().zip(bytes) {
                     let FieldValue::Unsigned(value) = value else { return None };

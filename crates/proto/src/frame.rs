@@ -99,7 +99,8 @@ pub enum DecodeError {
     },
 }
 
-/// One whole MAVLink frame whose checksum was right (or could not be checked, because the dialect does not know the id).
+/// One whole MAVLink frame whose checksum was right (or could not be checked, because the dialect does not know the
+/// id).
 ///
 /// Cloning is cheap: clones share the bytes.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -155,12 +156,6 @@ impl Frame {
         &self.0
     }
 
-    /// The whole frame, sharing its memory.
-    #[inline]
-    pub fn shared_bytes(&self) -> Bytes {
-        self.0.clone()
-    }
-
     /// Whether the frame carries a MAVLink 2 signature.
     #[inline]
     pub fn is_signed(&self) -> bool {
@@ -173,7 +168,7 @@ impl Frame {
         info(self.message_id()).is_some()
     }
 
-    /// To whom the message is addressed. Nobody in particular when the dialect does not know the message.
+    /// The message's target; broadcast when the dialect does not know the message.
     #[inline]
     pub fn target(&self) -> Target {
         let Some(info) = info(self.message_id()) else { return Target::default() };

@@ -81,7 +81,7 @@ impl fmt::Display for FtpOpcode {
 pub struct FtpError {
     /// The error code of the specification.
     pub code: u8,
-    /// The vehicle's file system error, when it told it.
+    /// The vehicle's file system error (errno), when the answer carries one.
     pub errno: Option<u8>,
 }
 
@@ -90,7 +90,7 @@ impl FtpError {
     pub const FAIL: u8 = 1;
     /// Failure with an errno.
     pub const FAIL_ERRNO: u8 = 2;
-    /// The size field cannot be.
+    /// The size field is invalid.
     pub const INVALID_DATA_SIZE: u8 = 3;
     /// The session is not open. ArduPilot: another session has a file open.
     pub const INVALID_SESSION: u8 = 4;
@@ -155,7 +155,7 @@ pub struct FtpPayload {
     pub sequence: u16,
     /// The session that the message belongs to.
     pub session: u8,
-    /// What it asks, or ACK / NAK.
+    /// The request, or ACK / NAK.
     pub opcode: FtpOpcode,
     /// Bytes of data; in a read request, bytes wanted.
     pub size: u8,
@@ -236,7 +236,8 @@ impl FtpPayload {
         }))
     }
 
-    /// The payload of a FILE_TRANSFER_PROTOCOL message and to whom it goes; `None` for any other message and for a payload that cannot be read.
+    /// The payload of a FILE_TRANSFER_PROTOCOL message and its target; `None` for any other message and for an invalid
+    /// payload.
     pub fn from_message(message: &Message) -> Option<(Target, Self)> {
         let Message::Dialect(MavMessage::FILE_TRANSFER_PROTOCOL(message)) = message else { return None };
         let target = Target {
@@ -246,7 +247,7 @@ impl FtpPayload {
         Some((target, Self::decode(&message.payload).ok()?))
     }
 
-    /// The error of a NAK; `None` when this is no NAK.
+    /// The error of a NAK; `None` for any other opcode.
     pub fn error(&self) -> Option<FtpError> {
         (self.opcode == FtpOpcode::NAK).then(|| {
             let code = self.data.first().copied().unwrap_or(FtpError::FAIL);

@@ -6,7 +6,8 @@ use std::fmt;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct SystemId(pub u8);
 
-/// A MAVLink component id (`MAV_COMPONENT`): 1 is the autopilot, 190 a mission planner, 191 an on-board computer; 0 means "all components" in a target field.
+/// A MAVLink component id (`MAV_COMPONENT`): 1 is the autopilot, 190 a mission planner, 191 an on-board computer; 0
+/// means "all components" in a target field.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct ComponentId(pub u8);
 

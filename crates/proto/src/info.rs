@@ -100,7 +100,8 @@ mod tests {
 
     #[test]
     fn knows_targets_where_the_definitions_put_them() {
-        // COMMAND_LONG: seven floats and a u16 come first. Offsets by the field ordering of the MAVLink serialisation guide.
+        // COMMAND_LONG: seven floats and a u16 come first. Offsets by the field ordering of the MAVLink serialisation
+        // guide.
         let command_long = info(76).expect("COMMAND_LONG");
         assert_eq!((command_long.target_system_offset(), command_long.target_component_offset()), (Some(30), Some(31)));
         assert_eq!((command_long.name, command_long.extra_crc), ("COMMAND_LONG", 152));

@@ -20,7 +20,8 @@ use crate::wire::{
 
 /// A MAVLink message.
 ///
-/// The messages whose enums a newer autopilot may extend keep raw numbers ([`crate::wire`]); all others are the dialect's.
+/// The messages whose enums a newer autopilot may extend keep raw numbers ([`crate::wire`]); all others are the
+/// dialect's.
 #[derive(Debug, Clone, PartialEq)]
 #[allow(
     clippy::large_enum_variant,
@@ -82,8 +83,8 @@ impl Message {
         })
     }
 
-    /// Makes a message of its fields by their names, in the units of the wire; those not given are zero, and the target is
-    /// `target` where the message has one.
+    /// Builds a message from its fields by their names, in the units of the wire; those not given are zero, and the
+    /// target is `target` where the message has one.
     ///
     /// # Errors
     /// [`FieldError`] for a message or field that does not exist, or a value that does not fit.
@@ -133,7 +134,7 @@ impl Message {
         }
     }
 
-    /// To whom the message is addressed.
+    /// The message's target.
     pub fn target(&self) -> Target {
         let address = match self {
             Self::Heartbeat(_) | Self::StatusText(_) => return Target::default(),
@@ -161,7 +162,8 @@ impl Message {
 
     /// Writes the message as a frame, checksum included, unsigned.
     ///
-    /// A message whose id is above 255 does not exist in MAVLink 1: it is written in MAVLink 2 whatever the header says.
+    /// A message whose id is above 255 does not exist in MAVLink 1: it is written in MAVLink 2 whatever the header
+    /// says.
     pub fn encode(&self, header: Header) -> Frame {
         let id = self.id();
         let version = if id > 0xff { MavVersion::V2 } else { header.version };

@@ -1,10 +1,10 @@
 //! Parameters: their names, typed values, both ways of putting a value into a float, and ArduPilot's packed file.
 //!
 //! Encodings: <https://mavlink.io/en/services/parameter.html>, "Parameter Encoding". Packed file `@PARAM/param.pck`
-//! (ArduPilot): three u16 (magic 0x671b, or 0x671c with default values; parameters in the file; parameters in all), then
-//! for each parameter a byte with type (low four bits: 1 i8, 2 i16, 3 i32, 4 f32) and flags (bit 0: a default value
-//! follows), a byte with the number of name bytes shared with the previous name (low) and of further ones less one (high),
-//! those bytes, and the value. Zero bytes between parameters are padding.
+//! (ArduPilot): three u16 (magic 0x671b, or 0x671c with default values; parameters in the file; parameters in all),
+//! then for each parameter a byte with type (low four bits: 1 i8, 2 i16, 3 i32, 4 f32) and flags (bit 0: a default
+//! value follows), a byte with the number of name bytes shared with the previous name (low) and of further ones less
+//! one (high), those bytes, and the value. Zero bytes between parameters are padding.
 
 use std::fmt;
 
@@ -13,12 +13,12 @@ use crate::dialect::MavParamType;
 /// Most bytes of a parameter's name.
 pub const PARAM_NAME_LEN: usize = 16;
 
-/// Why a parameter's name or value cannot be.
+/// Why a parameter's name or value is invalid.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ParamError {
     /// Not a parameter's name.
-    #[error("{name:?} is no parameter name: it takes 1 to 16 printable ASCII characters without spaces")]
+    #[error("{name:?} is not a parameter name: a name has 1 to 16 printable ASCII characters without spaces")]
     BadName {
         /// What was given.
         name: String,
@@ -49,10 +49,10 @@ pub enum ParamError {
         /// Largest value that fits.
         max: f64,
     },
-    /// Nothing tells how the vehicle takes a whole number.
+    /// How the vehicle encodes a whole number is unknown.
     #[error(
-        "parameter {name} is a whole number, and nothing tells whether this autopilot takes those as numbers or as bytes: no AUTOPILOT_VERSION \
-         says it, and what it has fits both; read all of its parameters, then try again"
+        "parameter {name} is a whole number, and whether this autopilot takes those as numbers or as bytes is not known: its \
+         AUTOPILOT_VERSION does not say, and its value fits both; read all of its parameters, then try again"
     )]
     UnknownEncoding {
         /// The parameter's name.
@@ -84,7 +84,7 @@ impl ParamName {
         Self::from_bytes(name.as_bytes()).ok_or_else(|| ParamError::BadName { name: name.chars().take(40).collect() })
     }
 
-    /// Reads a name from a message's field, which ends at its first zero byte; `None` when it is no name.
+    /// Reads a name from a message's field, which ends at its first zero byte; `None` when it is not a valid name.
     pub fn from_field(field: &[u8; PARAM_NAME_LEN]) -> Option<Self> {
         let end = field.iter().position(|byte| *byte == 0).unwrap_or(PARAM_NAME_LEN);
         Self::from_bytes(&field[..end])
@@ -210,9 +210,9 @@ pub struct ShownEncodings {
 impl ShownEncodings {
     /// Takes the float of a PARAM_VALUE into account.
     ///
-    /// A float below 2^-126 is no whole number, but the bytes of one up to 8,388,607, and a NaN is those of a negative one, unless it is the
-    /// one that arithmetic makes. A whole number other than 0 is one: its bytes would be too many for a type of 8 or 16 bits, and beyond 10^9
-    /// in one of 32. Zero fits both, and any other float shows nothing.
+    /// A float below 2^-126 holds the bytes of a whole number up to 8,388,607; a NaN holds those of a negative one,
+    /// unless it is the NaN of arithmetic. A whole number other than 0 is sent as a number: as bytes it would exceed 8
+    /// and 16 bits, and 10^9 in 32 bits. Zero fits both encodings, and any other float shows nothing.
     pub fn note(&mut self, raw: f32, param_type: ParamType) {
         if param_type == ParamType::F32 || raw == 0.0 {
             return;
@@ -222,7 +222,7 @@ impl ShownEncodings {
         self.c_cast |= ParamValue::from_wire(raw, param_type, ParamEncoding::CCast).is_some();
     }
 
-    /// The one that they have shown; `None` where none, or both.
+    /// The only encoding shown so far; `None` for none or both.
     pub fn only(self) -> Option<ParamEncoding> {
         match self {
             Self { c_cast: true, bytewise: false } => Some(ParamEncoding::CCast),
@@ -275,7 +275,8 @@ impl ParamValue {
     /// Reads the float of a PARAM_VALUE.
     ///
     /// A float that is NaN or infinite, and an integer that its type cannot hold, are `None`. A C-cast integer above
-    /// 2^24 has lost its last bits on the wire; at the very top of the type the float rounds past it and is clamped back.
+    /// 2^24 has lost its last bits on the wire; at the very top of the type the float rounds past it and is clamped
+    /// back.
     pub fn from_wire(raw: f32, param_type: ParamType, encoding: ParamEncoding) -> Option<Self> {
         if param_type == ParamType::F32 {
             return raw.is_finite().then_some(Self::F32(raw));
@@ -368,8 +369,8 @@ const PACKED_HEADER_LEN: usize = 6;
 /// Reads ArduPilot's packed parameter file.
 ///
 /// # Errors
-/// [`ParamError::BadFile`] when it is cut, says another number of parameters than it holds, or holds a name or type that
-/// cannot be. A float that is not finite is refused too.
+/// [`ParamError::BadFile`] when it is truncated, its count does not match, or a name or type is invalid. A float that
+/// is not finite is refused too.
 pub fn decode_packed_params(file: &[u8]) -> Result<Vec<Param>, ParamError> {
     let bad = |at, problem| Err(ParamError::BadFile { at, problem });
     let Some(header) = file.get(..PACKED_HEADER_LEN) else { return bad(file.len(), "the header is cut") };
@@ -378,7 +379,7 @@ pub fn decode_packed_params(file: &[u8]) -> Result<Vec<Param>, ParamError> {
         return bad(0, "the file does not start with 0x671b or 0x671c");
     }
     let count = usize::from(u16::from_le_bytes([header[2], header[3]]));
-    // Four bytes are the least that a parameter takes, so a hostile count reserves no more than the file's size.
+    // A parameter takes at least four bytes, so a hostile count reserves no more than the file's size.
     let mut params = Vec::with_capacity(count.min(file.len() / 4));
     let mut name = [0u8; PARAM_NAME_LEN];
     let mut name_len = 0;

@@ -103,7 +103,7 @@ pub fn encode_plan_file(mission_type: u8, items: &[MissionItemInt]) -> Vec<u8> {
 /// Reads a whole plan file.
 ///
 /// # Errors
-/// [`PlanFileError`] when it is no plan file, or when it is longer or shorter than its count says.
+/// [`PlanFileError`] when it is not a plan file, or when its length does not match its count.
 pub fn decode_plan_file(bytes: &[u8]) -> Result<(PlanFileHeader, Vec<MissionItemInt>), PlanFileError> {
     let header = PlanFileHeader::decode(bytes)?;
     if bytes.len() != header.file_len() {

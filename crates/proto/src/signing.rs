@@ -1,13 +1,12 @@
 //! MAVLink 2 message signing: the signature of a frame, and what one key has signed and accepted so far.
 //!
-//! A signature is 13 bytes behind the checksum: a link id, 48 bits of time in units of 10 µs since 2015, and the first 48
-//! bits of SHA-256 over key, frame and those seven bytes (mavlink.io, "Message Signing"). It tells who wrote a frame and
-//! that nobody repeats an old one; it hides nothing.
+//! A signature is 13 bytes behind the checksum: a link id, 48 bits of time in units of 10 µs since 2015, and the first
+//! 48 bits of SHA-256 over key, frame and those seven bytes (mavlink.io, "Message Signing"). It proves the sender and
+//! prevents replay; it does not encrypt.
 //!
-//! [`KeyUse`] is the state machine of one key. What goes wrong elsewhere it does otherwise: nothing of a frame is believed
-//! before its tag was right, not even its time (a forged time of the far future would silence the true sender); times of the
-//! future are refused by a bound; the time that is signed with never repeats, is never less than one that was seen, and ends
-//! before it would wrap.
+//! [`KeyUse`] is the state machine of one key. Nothing in a frame is believed before its tag is verified, not even its
+//! time (a forged time far in the future would silence the true sender); times too far in the future are refused; the
+//! signing time never repeats, is never lower than one that was seen, and ends before it would wrap.
 
 use std::collections::HashMap;
 use std::fmt;
@@ -31,8 +30,8 @@ const EPOCH_UNIX_US: u64 = 1_420_070_400_000_000;
 const LEAST_UNIX_US: u64 = 1_767_225_600_000_000;
 /// A stream that was not heard before must not be older than this (mavlink.io, "Message Signing", timestamp handling).
 const NEWCOMER_AGE: Duration = Duration::from_secs(60);
-/// How far ahead of our own time a stream may be: an autopilot adds a minute each time that it starts, a clock may be set to
-/// another time zone. Nothing honest is further ahead.
+/// How far ahead of our own time a stream may be: an autopilot adds a minute each time that it starts, a clock may be
+/// set to another time zone. Nothing honest is further ahead.
 const FUTURE: Duration = Duration::from_secs(24 * 3600);
 /// Never believed, whatever our own clock says: the last year before the 48 bits end (in 2104).
 const LAST: SigningTime = SigningTime(SigningTime::MAX.0 - 365 * 24 * 3600 * 100_000);
@@ -41,7 +40,7 @@ const RESERVE: Duration = Duration::from_secs(60);
 /// Streams followed for one key. Only who has the key can open one.
 const MAX_STREAMS: usize = 256;
 
-/// A secret key. It shows itself to nobody: not in a log, not in an error.
+/// A secret key. Never printed, neither in a log nor in an error.
 #[derive(Clone, PartialEq, Eq)]
 pub struct SigningKey([u8; Self::LEN]);
 
@@ -78,7 +77,7 @@ impl fmt::Debug for SigningKey {
     }
 }
 
-/// A moment as signatures tell it: units of 10 µs since 2015-01-01T00:00:00Z, 48 bits.
+/// A signature timestamp: units of 10 µs since 2015-01-01T00:00:00Z, 48 bits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 pub struct SigningTime(u64);
 
@@ -106,13 +105,13 @@ impl SigningTime {
         EPOCH_UNIX_US + self.0 * 10
     }
 
-    /// So much later, at most [`Self::MAX`].
+    /// Later by a duration, at most [`Self::MAX`].
     pub fn after(self, wait: Duration) -> Self {
         Self::from_ticks(self.0.saturating_add(u64::try_from(wait.as_micros() / 10).unwrap_or(u64::MAX)))
     }
 }
 
-/// What stands in a frame's signature. Nobody has vouched for it yet.
+/// The contents of a frame's signature, not verified yet.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Signature {
     /// The sender's number of the link.
@@ -137,7 +136,7 @@ impl Frame {
         Some(Signature { link_id: signature[0], time: SigningTime(u64::from_le_bytes(time)), tag })
     }
 
-    /// The same message without its signature. The checksum covers the flag that announces one, so it is another.
+    /// The same message without its signature. The checksum covers the signature flag, so it changes.
     pub fn without_signature(&self) -> Self {
         if !self.is_signed() {
             return self.clone();
@@ -213,8 +212,8 @@ pub struct TimeExhausted;
 
 /// One key: what was signed with it and what was accepted.
 ///
-/// Time comes in as the wall clock's, in microseconds since the UNIX epoch, and is mistrusted: it may be that of a machine
-/// without a battery-backed clock, or jump.
+/// Time comes in as the wall clock's, in microseconds since the UNIX epoch, and is mistrusted: it may be that of a
+/// machine without a battery-backed clock, or jump.
 #[derive(Debug)]
 pub struct KeyUse {
     key: SigningKey,
@@ -229,7 +228,8 @@ pub struct KeyUse {
 }
 
 impl KeyUse {
-    /// A key whose earlier use ended at or before `resumed`: what [`Self::reserve`] or [`Self::latest`] said in that run.
+    /// A key whose earlier use ended at or before `resumed`: what [`Self::reserve`] or [`Self::latest`] said in that
+    /// run.
     pub fn new(key: SigningKey, resumed: SigningTime) -> Self {
         let resumed = resumed.min(LAST);
         Self { key, latest: resumed, own: resumed, resumed, streams: HashMap::new() }
@@ -314,7 +314,7 @@ impl KeyUse {
     }
 }
 
-/// Compares without telling by its duration where the first difference is.
+/// Compares in constant time.
 fn same_tag(a: [u8; TAG_LEN], b: [u8; TAG_LEN]) -> bool {
     a.iter().zip(b).fold(0, |different, (a, b)| different | (a ^ b)) == 0
 }

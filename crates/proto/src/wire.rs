@@ -110,7 +110,7 @@ pub(crate) trait Wire: Sized {
     fn write(&self, payload: &mut Writer<'_>);
 }
 
-/// HEARTBEAT (0): who is there, in which mode and state.
+/// HEARTBEAT (0): type, mode and state of the sender.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Heartbeat {
     /// The mode's number, in the autopilot's own counting.
@@ -176,7 +176,7 @@ impl Wire for Heartbeat {
 /// COMMAND_LONG (76): a command with seven float parameters.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CommandLong {
-    /// Who shall do it.
+    /// The addressee.
     pub target: Address,
     /// `MAV_CMD`.
     pub command: u16,
@@ -206,7 +206,7 @@ impl Wire for CommandLong {
 /// COMMAND_INT (75): a command with a position as scaled integers and an explicit frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CommandInt {
-    /// Who shall do it.
+    /// The addressee.
     pub target: Address,
     /// `MAV_FRAME` of x, y and z.
     pub frame: u8,
@@ -251,7 +251,7 @@ impl Wire for CommandInt {
     }
 }
 
-/// COMMAND_ACK (77): what became of a command.
+/// COMMAND_ACK (77): the result of a command.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct CommandAck {
     /// `MAV_CMD` of the command.
@@ -262,7 +262,7 @@ pub struct CommandAck {
     pub progress: u8,
     /// Additional result, by the command.
     pub result_param2: i32,
-    /// Who had sent the command; 0/0 where the autopilot does not say.
+    /// The sender of the command; 0/0 where the autopilot does not give it.
     pub target: Address,
 }
 
@@ -284,9 +284,9 @@ impl Wire for CommandAck {
 /// MISSION_ITEM_INT (73): one item of a mission, fence or rally list.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MissionItemInt {
-    /// Who shall have it.
+    /// The addressee.
     pub target: Address,
-    /// Its place in the list.
+    /// Position in the list.
     pub seq: u16,
     /// `MAV_FRAME` of x, y and z.
     pub frame: u8,
@@ -359,9 +359,9 @@ impl MissionItemInt {
 /// MISSION_ITEM_INT. A float has 24 bits: degrees are off by up to 0.2 m at latitude 40°, 0.8 m at longitude 180°.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MissionItemFloat {
-    /// Who shall have it.
+    /// The addressee.
     pub target: Address,
-    /// Its place in the list.
+    /// Position in the list.
     pub seq: u16,
     /// `MAV_FRAME` of x, y and z.
     pub frame: u8,
@@ -414,7 +414,7 @@ impl Wire for MissionItemFloat {
 /// MISSION_ACK (47): how a plan transfer ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct MissionAck {
-    /// Who had asked.
+    /// The station of the transfer.
     pub target: Address,
     /// `MAV_MISSION_RESULT`.
     pub result: u8,

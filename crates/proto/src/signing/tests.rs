@@ -82,7 +82,7 @@ fn a_bit_changed_anywhere_is_found() {
     for bit in 0..genuine.bytes().len() * 8 {
         let mut bytes = genuine.bytes().to_vec();
         bytes[bit / 8] ^= 1 << (bit % 8);
-        // The signature has to find it alone: whoever changes a frame can make its checksum right.
+        // Only the signature can detect it: a forger recomputes the checksum.
         let forged = Frame::from_checked(bytes.into());
         if !forged.is_signed() || forged.version() != MavVersion::V2 || forged.bytes()[1] != genuine.bytes()[1] {
             continue;
@@ -134,7 +134,7 @@ fn a_year_ahead_is_not_believed_of_the_key_s_owner_either() {
     // One that started often is ahead by minutes, and is followed.
     assert_eq!(verifier.accept(&signed_at(&key(1), NOW + 600 * SECOND), NOW), Ok(()));
     assert_eq!(verifier.next_time(NOW), Ok(SigningTime::from_unix_us(NOW + 600 * SECOND + 10)));
-    // Nobody creeps into the future in steps.
+    // No sender advances the accepted time in small steps.
     let steps = (1..=400).filter(|day| verifier.accept(&signed_at(&key(1), NOW + day * DAY), NOW).is_ok()).count();
     assert_eq!(steps, 1);
 }
@@ -164,8 +164,8 @@ fn time_neither_repeats_nor_wraps() {
 }
 
 // fault 37 (1 seeds): 1,000 restarts: more than 40,000 times in order, 0 of more than 45,000 replays accepted
-/// A station that is started a thousand times on a machine whose clock is right, never set, an hour behind or a year ahead, and
-/// that ends in order or not.
+/// A station that is started a thousand times on a machine whose clock is right, never set, an hour behind or a year
+/// ahead, and that ends in order or not.
 #[test]
 fn over_a_thousand_restarts_with_bad_clocks_time_only_grows_and_nothing_is_accepted_twice() {
     let mut random = SmallRng::seed_from_u64(37);
@@ -241,7 +241,7 @@ fn mavlink_1_and_unknown_messages_cannot_be_signed_but_what_they_carry_can_be_ta
 }
 
 #[test]
-fn a_key_shows_itself_to_nobody() {
+fn a_key_is_never_printed() {
     let key = key(0x41);
     assert_eq!(format!("{key:?} {:?}", KeyUse::new(key.clone(), SigningTime::default())).matches("ABCD").count(), 0);
     assert_eq!(format!("{key:?}"), "SigningKey(secret)");
