@@ -1,4 +1,4 @@
-//! Taking on vehicles far away: what they say comes in message by message, what is asked of them goes out whole.
+//! Adopting remote vehicles: their messages come in one by one, requests to them go out whole.
 
 use std::sync::Arc;
 
@@ -12,9 +12,10 @@ use crate::remote::{Adopted, Carried, Remote, Telling};
 use crate::station::{RequestResult, Shared, Station, VehicleHandle};
 
 impl Station {
-    /// Takes on a vehicle far away, whose autopilot has this address on board. It gets an id from 256 up, by its name
-    /// ([`VehicleId::of_name`]): many have the same system id, and one at a link shall not lose its own to it.
-    /// One that is known by that name keeps its id. `None`: as many vehicles far away are followed as can be, or the station is closed.
+    /// Adopts a remote vehicle whose autopilot has this address on board. It gets an id from 256 up, derived from its
+    /// name ([`VehicleId::of_name`]): many have the same system id, and a vehicle at a link must keep its own. A
+    /// vehicle known by that name keeps its id. `None`: the limit of remote vehicles is reached, or the station is
+    /// closed.
     pub fn adopt(&self, name: &str, autopilot: Address, remote: Arc<dyn Remote>) -> Option<VehicleId> {
         let now = self.now();
         let mut core = self.shared.core();
@@ -31,7 +32,7 @@ impl Station {
         Some(id)
     }
 
-    /// A vehicle far away said these, at these moments. `false`: it is not known any more; adopt it again.
+    /// Messages of a remote vehicle, with their times. `false`: it is no longer known; adopt it again.
     pub fn on_remote(&self, id: VehicleId, said: &[(Message, MonoTime)]) -> bool {
         let now = self.now();
         let mut core = self.shared.core();
@@ -42,7 +43,7 @@ impl Station {
         let Some(address) = core.vehicles.get(id).map(Vehicle::address) else { return false };
         for (message, at) in said {
             match message {
-                // It may have been written long ago, and tells nothing of now.
+                // It may have been written long ago, and says nothing about the present.
                 Message::StatusText(text) => {
                     if let Some(vehicle) = core.vehicles.get_mut(id) {
                         vehicle.on_text_told(text, (*at).min(now), now);
@@ -54,7 +55,7 @@ impl Station {
             }
         }
         if let Some(watchers) = core.watchers.get(&id) {
-            // Its own readers alone: by its address on board it cannot be told from another vehicle.
+            // Only its own subscribers: its address on board does not distinguish it from other vehicles.
             if watchers.subscriptions.has_readers() {
                 let header = Header { sequence: 0, source: address, version: MavVersion::V2 };
                 for (message, at) in said {
@@ -68,17 +69,19 @@ impl Station {
         true
     }
 
-    /// Another speaks by the name of a vehicle far away: where, in words, and until when it counts as there; `None`: not any more.
+    /// Another computer uses the name of a remote vehicle: its place in words, and until when it counts as present;
+    /// `None`: no longer.
     pub fn on_remote_rival(&self, id: VehicleId, rival: Option<(String, MonoTime)>) {
         self.shared.on_far_rival(id, rival);
     }
 
-    /// A station on board tells what is known of a plan of a vehicle far away, and its list where that is known and not empty.
+    /// A station on board reports the state of a remote vehicle's plan, with its items where they are known and not
+    /// empty.
     pub fn on_remote_plan(&self, id: VehicleId, kind: PlanKind, state: PlanState, list: Option<Mission>) {
         self.on_remote_told(id, |vehicle| vehicle.on_plan_told(kind, state, list));
     }
 
-    /// A station on board has read these parameters of a vehicle far away.
+    /// Parameters of a remote vehicle that its station on board has read.
     pub fn on_remote_parameters(&self, id: VehicleId, params: &[Param]) {
         self.on_remote_told(id, |vehicle| vehicle.on_parameters_told(params));
     }
@@ -100,23 +103,23 @@ impl Station {
 }
 
 impl VehicleHandle {
-    /// Its name, if it is far away: no link of this station reaches it, another station does, on board.
+    /// Its name, if it is remote: reached by a station on board and by no link of this station.
     pub fn remote_name(&self) -> Option<String> {
         self.station.shared.core().adopted.get(&self.id).map(|adopted| adopted.name.to_string())
     }
 }
 
 impl Shared {
-    /// What carries requests to a vehicle, if it is far away.
+    /// What carries requests to a vehicle, if it is remote.
     pub(crate) fn remote(&self, id: VehicleId) -> Option<Arc<dyn Remote>> {
         self.core().adopted.get(&id).map(|adopted| adopted.remote.clone())
     }
 
-    /// Starts a request to a vehicle far away.
+    /// Starts a request to a remote vehicle.
     pub(crate) fn carry(self: &Arc<Self>, start: impl FnOnce(Telling) -> Carried) -> Pending<RequestResult> {
         let (tell, mut told) = tokio::sync::watch::channel((0, 0));
         let mut carried = start(Arc::new(move |done, total| {
-            // Nobody listens any more when it has ended.
+            // The receiver may be gone when it has ended.
             let _ = tell.send((done, total));
         }));
         let (cancel, mut cancelled) = tokio::sync::watch::channel(false);
@@ -132,7 +135,7 @@ impl Shared {
                         let (done, total) = *told.borrow_and_update();
                         finisher.progress(done, total);
                     }
-                    // An error means that nobody can cancel it any more, which ends nothing.
+                    // An error means that it can no longer be cancelled, which does not end it.
                     Ok(_) = cancelled.wait_for(|cancelled| *cancelled) => break Err(VehicleError::Cancelled.into()),
                     _ = closing.wait_for(|closing| *closing) => break Err(StationError::Closed),
                 }

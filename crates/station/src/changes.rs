@@ -1,4 +1,4 @@
-//! Tells blocking and asynchronous readers that something new has arrived, without keeping it for them.
+//! Notifies blocking and asynchronous readers of changes, without queueing them.
 
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
@@ -8,7 +8,7 @@ use tokio::sync::Notify;
 #[derive(Debug, Default)]
 struct State {
     count: u64,
-    /// Readers that are blocked: waking costs a system call, also when nobody sleeps.
+    /// Blocked readers: waking costs a system call even when no thread sleeps.
     blocked: usize,
 }
 
@@ -21,7 +21,7 @@ pub struct Changes {
 }
 
 impl Changes {
-    /// Something changed. Costs next to nothing while nobody waits.
+    /// Counts a change. Almost free while no reader waits.
     pub fn notify(&self) {
         let is_awaited = {
             let mut state = self.lock();

@@ -1,4 +1,4 @@
-//! What a station is told when it starts.
+//! The settings of a station.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -15,20 +15,22 @@ use crate::error::StationError;
 pub struct StationConfig {
     /// Our address: 255/190 on the ground; on board the vehicle's system id and component 191 (to 194).
     pub address: Address,
-    /// Whether to send our heartbeat each second. The vehicle's ground-station failsafe counts it: on board it comes from the system id that
-    /// an ArduPilot counts (`MAV_GCS_SYSID`, 255 until that is read), and our component.
+    /// Whether to send our heartbeat each second. The vehicle's ground-station failsafe counts it: on board it comes
+    /// from the system id that an ArduPilot counts (`MAV_GCS_SYSID`, 255 until that is read), and our component.
     pub heartbeat: bool,
     /// How often each vehicle is asked to send its state, Hz, 4 to 50.
     pub rate_hz: f64,
     /// Other rates for single messages, by message id, Hz.
     pub message_rates: BTreeMap<u32, f64>,
-    /// Whether to ask for rates at all. Where not, nothing but our heartbeat goes to a vehicle by itself until something is asked of it.
+    /// Whether to ask for message rates at all. If not, only our heartbeat is sent to a vehicle until a request is
+    /// made.
     pub request_streams: bool,
     /// Name of the operator in whose name the program acts.
     pub operator: String,
     /// Where to record; `None` records nothing.
     pub record_dir: Option<PathBuf>,
-    /// Where what is known of the missions on board is kept from run to run, a small file for each vehicle; `None` forgets it.
+    /// Folder in which the knowledge of the missions on board is kept between runs, a small file per vehicle; `None`
+    /// keeps none.
     pub missions_dir: Option<PathBuf>,
     /// How much of the disk stays free.
     pub space: Space,

@@ -1,5 +1,5 @@
-//! Confirmations: a dangerous act is done when it is asked for a second time with the confirmation that the first time brought. It
-//! is good for that operator, that vehicle and that very act, once, and for a short time.
+//! Confirmations: a dangerous act is done when it is requested again with the confirmation that the first request
+//! returned. A confirmation is valid for that operator, that vehicle and exactly that act, once, and for a short time.
 
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -9,11 +9,11 @@ use vencejo_vehicle::{Danger, VehicleId};
 
 use crate::control::OperatorId;
 
-/// How long a confirmation is good for.
+/// How long a confirmation is valid.
 pub const VALID_FOR: Duration = Duration::from_secs(15);
-/// Confirmations that one operator may have open; a further one drops the oldest.
+/// Most open confirmations of one operator; a further one drops the oldest.
 const MAX_OF_ONE: usize = 8;
-/// Confirmations that may be open at all.
+/// Most open confirmations in total.
 const MAX: usize = 256;
 /// Random bytes of a confirmation: 128 bits.
 const ID_BYTES: usize = 16;
@@ -25,9 +25,9 @@ pub struct Challenge {
     pub id: String,
     /// What is dangerous about it.
     pub danger: Danger,
-    /// To which vehicle.
+    /// The vehicle.
     pub vehicle: VehicleId,
-    /// How long it is good for.
+    /// How long it is valid.
     pub valid_for: Duration,
 }
 
@@ -69,7 +69,7 @@ impl Confirmations {
         Some(Challenge { id, danger, vehicle, valid_for: VALID_FOR })
     }
 
-    /// Whether a confirmation is good for an act. It is none any more afterwards, whatever it was good for.
+    /// Whether a confirmation is valid for an act. It is used up in any case.
     pub(crate) fn take(
         &mut self,
         id: &str,

@@ -1,5 +1,5 @@
-//! The control lease of a station: who may act on its vehicles. Every door (browser, HTTP, Python, Ice) has an [`Operator`] here,
-//! and acts in its name. Time comes in.
+//! The control lease of a station: who may act on its vehicles. Every client (browser, HTTP, Python, Ice) has an
+//! [`Operator`] here, and acts in its name. Sans-IO: time is passed in.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -14,14 +14,14 @@ pub const GRACE: Duration = Duration::from_secs(5);
 /// Characters of an operator's name.
 const MAX_NAME: usize = 40;
 
-/// Tells the operators of a station apart.
+/// Identifies an operator of a station.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct OperatorId(u64);
 
 /// Why control was not given.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum NotTaken {
-    /// Somebody else, with this name, holds it.
+    /// Another operator, with this name, holds it.
     Held(String),
     /// The operator was dismissed.
     Dismissed,
@@ -30,10 +30,10 @@ pub enum NotTaken {
 #[derive(Debug)]
 struct Entry {
     name: String,
-    /// What shows that it is there: WebSockets, connections, a program that runs.
+    /// Number of attachments that show its presence: WebSockets, connections, a running program.
     attached: u32,
     last_used: MonoTime,
-    /// Whether whoever asks for control gets it at once: nobody is there to be asked.
+    /// Whether control is handed over on request, because no person is there to confirm.
     yields: bool,
 }
 
@@ -49,7 +49,7 @@ struct State {
     enlisted: u64,
     holder: Option<OperatorId>,
     asking: Option<OperatorId>,
-    /// The moment that was told last.
+    /// The latest time passed in.
     now: MonoTime,
 }
 
@@ -59,16 +59,16 @@ pub struct Control {
     shared: Arc<(Mutex<State>, watch::Sender<u64>)>,
 }
 
-/// Somebody who may act. Gives control up when it is dropped.
+/// A client that may act. Gives control up when it is dropped.
 pub struct Operator {
     control: Control,
     id: OperatorId,
-    /// Whether to be refused is to ask: for clients that have no word for it.
+    /// Whether a refusal counts as a request for control: for clients that cannot request it.
     asks: bool,
 }
 
 impl Control {
-    /// A new operator. It holds nothing yet; `name` is what the others are shown, and is made one when it is none.
+    /// A new operator. It does not hold control yet; `name` is shown to the others, and is generated when it is empty.
     pub fn enlist(&self, name: &str, now: MonoTime) -> Operator {
         let id = self.change(now, |state| {
             state.enlisted += 1;
@@ -82,7 +82,7 @@ impl Control {
         Operator { control: self.clone(), id, asks: false }
     }
 
-    /// Lets time pass: whoever holds control or asks for it and is gone loses that.
+    /// Advances time: an operator that is gone loses control, or its request for it.
     pub fn expire(&self, now: MonoTime) {
         self.change(now, |_| ());
     }
@@ -93,19 +93,19 @@ impl Control {
         state.holder.and_then(|id| state.name(id))
     }
 
-    /// Whether somebody who is there has control, and not one that came for a single act and keeps it for [`GRACE`].
+    /// Whether an attached operator has control, not one that made a single act and keeps it for [`GRACE`].
     pub fn is_attended(&self) -> bool {
         let state = self.state();
         state.holder.and_then(|id| state.operators.get(&id)).is_some_and(|holder| holder.attached > 0)
     }
 
-    /// Name of the operator that asks for control.
+    /// Name of the operator that requests control.
     pub fn requested_by(&self) -> Option<String> {
         let state = self.state();
         state.asking.and_then(|id| state.name(id))
     }
 
-    /// Grows whenever control changes hands or is asked for.
+    /// Grows whenever control changes hands or is requested.
     pub fn news(&self) -> watch::Receiver<u64> {
         self.shared.1.subscribe()
     }
@@ -174,7 +174,7 @@ impl State {
 }
 
 impl Operator {
-    /// One that gives control to whoever asks for it: a program that does not look who asks.
+    /// An operator that hands control over to any that requests it: a program that does not watch for requests.
     #[must_use]
     pub fn yielding(self) -> Self {
         if let Some(entry) = self.control.state().operators.get_mut(&self.id) {
@@ -183,7 +183,7 @@ impl Operator {
         self
     }
 
-    /// One that yields, and asks for control when it is refused: for clients that have no word for either.
+    /// An operator that yields, and requests control when it is refused: for clients that can do neither.
     #[must_use]
     pub fn asking(mut self) -> Self {
         self.asks = true;
@@ -200,7 +200,7 @@ impl Operator {
         self.control.state().name(self.id).unwrap_or_default()
     }
 
-    /// The lease that it is about.
+    /// The lease.
     pub fn control(&self) -> &Control {
         &self.control
     }
@@ -210,22 +210,22 @@ impl Operator {
         self.control.state().holder == Some(self.id)
     }
 
-    /// It shows that it is there.
+    /// Notes that it is present.
     pub fn touch(&self, now: MonoTime) {
         self.used(now, |_| ());
     }
 
-    /// It is there until [`Self::detach`] has been called as often.
+    /// Marks it present until [`Self::detach`] has been called as often.
     pub fn attach(&self, now: MonoTime) {
         self.used(now, |entry| entry.attached += 1);
     }
 
-    /// One thing less shows that it is there.
+    /// Removes one attachment.
     pub fn detach(&self, now: MonoTime) {
         self.used(now, |entry| entry.attached = entry.attached.saturating_sub(1));
     }
 
-    /// Takes control if nobody else has it. Whoever acts does that.
+    /// Takes control if no other operator has it. Every act does this.
     ///
     /// # Errors
     /// [`NotTaken::Held`] by somebody else, [`NotTaken::Dismissed`].
@@ -233,7 +233,7 @@ impl Operator {
         self.change(now, |state| state.take(self.id))
     }
 
-    /// Takes control to act. Where somebody else has it, one that cannot ask by itself has asked now.
+    /// Takes control to act. If another operator has it, an [`asking`](Self::asking) operator has requested it now.
     ///
     /// # Errors
     /// [`NotTaken::Held`] by somebody else, [`NotTaken::Dismissed`].
@@ -245,7 +245,7 @@ impl Operator {
         taken
     }
 
-    /// Takes control from the operator with this name, or from nobody.
+    /// Takes control if it is free or held by the operator with this name.
     ///
     /// # Errors
     /// [`NotTaken::Held`] by somebody of another name, [`NotTaken::Dismissed`].
@@ -259,7 +259,7 @@ impl Operator {
         })
     }
 
-    /// Asks the holder for control; takes it when nobody holds it, or one that yields. Whether it has it now.
+    /// Requests control; takes it when it is free or its holder yields. Returns whether it has control now.
     pub fn request(&self, now: MonoTime) -> bool {
         let is_taken = self.change(now, |state| {
             if state.holder.and_then(|id| state.operators.get(&id)).is_some_and(|holder| holder.yields && !self.asks) {
@@ -274,21 +274,22 @@ impl Operator {
         is_taken.unwrap_or(false)
     }
 
-    /// Gives control up: to the operator that asks for it, else to nobody. Whoever asks and does not hold it stops asking.
+    /// Gives control up, to the operator that requests it if there is one. One that only requests it withdraws its
+    /// request.
     pub fn release(&self, now: MonoTime) {
         self.control.change(now, |state| state.release(self.id));
     }
 
-    /// Ends it, whoever still has a handle to it: it gives control up and never gets it again.
+    /// Ends the operator, even if handles to it remain: it gives control up and never gets it again.
     pub fn dismiss(&self) {
-        // No moment is known to whoever drops it; the last one will do.
+        // A drop has no time at hand; the latest one will do.
         self.control.change(None, |state| {
             state.release(self.id);
             state.operators.remove(&self.id);
         });
     }
 
-    /// It shows that it is there, and changes who holds control, unless it was dismissed.
+    /// Marks it present and applies a change of control, unless it was dismissed.
     fn change<T>(&self, now: MonoTime, change: impl FnOnce(&mut State) -> Result<T, NotTaken>) -> Result<T, NotTaken> {
         self.touch(now);
         self.control.change(now, |state| {
@@ -297,7 +298,7 @@ impl Operator {
     }
 
     fn used(&self, now: MonoTime, change: impl FnOnce(&mut Entry)) {
-        // Before anything expires: who shows up in time keeps what it has.
+        // Before anything expires: an operator that is active in time keeps what it has.
         let mut state = self.control.state();
         if let Some(entry) = state.operators.get_mut(&self.id) {
             entry.last_used = entry.last_used.max(now);

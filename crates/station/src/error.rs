@@ -1,4 +1,4 @@
-//! What can go wrong at the station, the vehicle's own answers included.
+//! Errors of the station, including the vehicle's own answers.
 
 use std::time::Duration;
 
@@ -11,7 +11,7 @@ use crate::confirm::{Challenge, VALID_FOR};
 use crate::control::NotTaken;
 use crate::signing::SigningError;
 
-/// Why the station could not do what it was asked for.
+/// Why a request to the station failed.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum StationError {
@@ -24,7 +24,7 @@ pub enum StationError {
     /// The recorder could not even be started.
     #[error("the recorder cannot be started: {reason}; record elsewhere or not at all")]
     CannotRecord {
-        /// What the system said.
+        /// The operating system's error.
         reason: String,
     },
     /// No autopilot was heard.
@@ -37,28 +37,28 @@ pub enum StationError {
         /// The links and their states.
         links: String,
     },
-    /// The vehicle could not, or did not want to.
+    /// The vehicle's request failed.
     #[error(transparent)]
     Vehicle(#[from] VehicleError),
     /// Signing keys.
     #[error(transparent)]
     Signing(#[from] SigningError),
-    /// Somebody else holds control.
+    /// Another operator holds control.
     #[error("{holder} holds control: ask for it, wait until it is given up, or take it over by that name")]
     Control {
-        /// Who.
+        /// Its name.
         holder: String,
     },
-    /// Whoever asks was an operator of this station and is none any more.
+    /// The caller is no longer an operator of this station.
     #[error("this operator is no longer one of the station's, and nothing was sent; connect again")]
     Dismissed,
-    /// A dangerous act: it has to be asked for again, confirmed.
+    /// A dangerous act: it has to be requested again with a confirmation.
     #[error("{} of vehicle {} {}; nothing was sent: confirm it", challenge.danger, challenge.vehicle, challenge.danger.words())]
     NeedsConfirmation {
         /// What is to be confirmed.
         challenge: Box<Challenge>,
     },
-    /// A confirmation that is not good for the act that came with it.
+    /// A confirmation that is not valid for the act.
     #[error(
         "this confirmation was given out for another act, was used, or ran out; nothing was sent: ask again without one"
     )]
@@ -83,7 +83,7 @@ pub enum StationError {
 }
 
 impl StationError {
-    /// One of each kind, the vehicle's and the transfers' included, for tests of whatever tells kinds apart.
+    /// One of each kind, the vehicle's and the transfers' included, for tests of error mappings.
     #[doc(hidden)]
     pub fn examples() -> Vec<Self> {
         let mut examples = vec![

@@ -1,11 +1,12 @@
 //! The station: everything that is not a pure function or a wire format, behind one façade.
 //!
-//! A [`Station`] owns links ([`vencejo_link`]), one state machine for each vehicle ([`vencejo_vehicle`]), the clock that
-//! drives them, the recording, and the end of all of it. Front doors (Python, HTTP, Ice) hold no protocol logic: they
-//! convert values, call a [`VehicleHandle`], and wait for a [`Pending`].
+//! A [`Station`] owns links ([`vencejo_link`]), one state machine for each vehicle ([`vencejo_vehicle`]), the clock
+//! that drives them, the recording, and the shutdown of all of these. Front doors (Python, HTTP, Ice) hold no protocol
+//! logic: they convert values, call a [`VehicleHandle`], and wait for a [`Pending`].
 //!
-//! Whoever acts on a vehicle does it in the name of an [`Operator`], and one of them at a time holds [`Control`]: the first who acts
-//! has it. What [`Danger`](vencejo_vehicle::Danger) names is done only with the confirmation that the station gave out for it.
+//! Every act on a vehicle is made in the name of an [`Operator`], and one of them at a time holds [`Control`]: the
+//! first to act takes it. Acts that [`Danger`](vencejo_vehicle::Danger) names need the confirmation that the station
+//! issued for them.
 //!
 //! ```no_run
 //! use vencejo_link::LinkOptions;

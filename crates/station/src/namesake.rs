@@ -5,9 +5,9 @@ use std::time::Duration;
 use vencejo_link::Origin;
 use vencejo_proto::MonoTime;
 
-/// Two of its frames within this are a station: one may be an echo that was under way for very long.
+/// Two of its frames within this time show a station; a single one may be a very late echo.
 const TOGETHER: Duration = Duration::from_secs(5);
-/// Without a frame for so long it is gone.
+/// After this time without a frame it is gone.
 const OVER: Duration = Duration::from_secs(10);
 
 /// Another station with our address.
@@ -18,7 +18,7 @@ pub(crate) struct Namesake {
 }
 
 impl Namesake {
-    /// A frame with our address that we did not send; whether it shows that there is such a station, and nobody knew yet.
+    /// Notes a frame with our address that we did not send; whether it newly shows another station.
     pub(crate) fn on_frame(&mut self, origin: Origin, now: MonoTime) -> bool {
         let was_there = self.heard(now).is_some();
         let is_second = self.last.is_some_and(|(_, at)| now.since(at) <= TOGETHER);
@@ -27,7 +27,7 @@ impl Namesake {
         self.is_station && !was_there
     }
 
-    /// Where it is heard, if it is.
+    /// The link on which it is heard, if it is.
     pub(crate) fn heard(&self, now: MonoTime) -> Option<Origin> {
         let (origin, at) = self.last.filter(|_| self.is_station)?;
         (now.since(at) <= OVER).then_some(origin)

@@ -9,9 +9,9 @@ use tokio::sync::watch;
 pub struct Progress {
     /// Counts the reports, so that a reader knows whether it has seen this one.
     pub report: u64,
-    /// How much is done, in units of `total`.
+    /// Amount done, in units of `total`.
     pub done: u32,
-    /// How much there is; 0 when not known yet.
+    /// Total amount; 0 when not known yet.
     pub total: u32,
 }
 
@@ -38,7 +38,7 @@ impl<T> Finisher<T> {
         self.0.send_modify(|state| state.end = Some(end));
     }
 
-    /// Whether nobody waits for the operation any more.
+    /// Whether no caller waits for the operation any more.
     pub(crate) fn is_abandoned(&self) -> bool {
         self.0.receiver_count() == 0
     }
@@ -83,12 +83,12 @@ impl<T: Clone> Pending<T> {
         self.receiver.borrow().progress
     }
 
-    /// How it ended; `None` while it goes on.
+    /// Its result; `None` while it runs.
     pub fn end(&self) -> Option<T> {
         self.receiver.borrow().end.clone()
     }
 
-    /// Waits for the end; `None` when its owner is gone without one.
+    /// Waits for the result; `None` when its owner is gone without one.
     pub async fn wait(&self) -> Option<T> {
         let mut receiver = self.receiver.clone();
         let state = receiver.wait_for(|state| state.end.is_some()).await.ok()?;
@@ -102,8 +102,8 @@ impl<T: Clone> Pending<T> {
         state.end.is_none().then_some(state.progress)
     }
 
-    /// Gives the operation up. It still ends, with an error that says so. One that has ended already is left alone: what
-    /// its owner knew it by may belong to another one by now.
+    /// Gives the operation up. It still ends, with an error that says so. One that has ended already is left alone:
+    /// what its owner knew it by may belong to another one by now.
     pub fn cancel(&self) {
         if self.receiver.borrow().end.is_none() {
             (self.cancel)();

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use tokio::sync::Notify;
 use vencejo_link::Pace;
 
-/// What became of a wait.
+/// The result of a wait.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Taken<T> {
     /// The oldest entry.
@@ -23,14 +23,14 @@ struct State<T> {
     items: VecDeque<T>,
     dropped: u64,
     is_closed: bool,
-    /// Readers that are blocked: waking costs a system call, also when nobody sleeps.
+    /// Blocked readers: waking costs a system call even when no thread sleeps.
     blocked: usize,
-    /// One of them was woken and has not come yet: it need not be woken again.
+    /// One of them was woken and has not run yet: no further wake-up is needed.
     is_woken: bool,
 }
 
 impl<T> State<T> {
-    /// Whether a blocked reader is to be woken now, for what is in the queue.
+    /// Whether a blocked reader has to be woken for an entry in the queue.
     fn wakes(&mut self) -> bool {
         let wakes = self.blocked > 0 && !self.is_woken && !self.items.is_empty();
         self.is_woken |= wakes;
@@ -64,7 +64,7 @@ impl<T> DropOldest<T> {
         }
     }
 
-    /// One that has come to its end before anything was in it.
+    /// A queue that is closed and empty.
     pub(crate) fn ended() -> Arc<Self> {
         let queue = Self::new(1);
         queue.close();
@@ -108,7 +108,7 @@ impl<T> DropOldest<T> {
         };
         (state.blocked, state.is_woken) = (state.blocked - 1, false);
         let first = Self::first(&mut state);
-        // What came meanwhile is for another one.
+        // An entry that came meanwhile is for another reader.
         let wakes = state.wakes();
         drop(state);
         if wakes {
@@ -150,7 +150,7 @@ impl<T> DropOldest<T> {
         }
     }
 
-    /// Entries lost to slowness so far.
+    /// Entries dropped so far because the reader was too slow.
     pub fn dropped(&self) -> u64 {
         self.lock().dropped
     }

@@ -1,6 +1,6 @@
-//! What is in a `.tlog` recording: who spoke, which messages, and what happened in the flight.
+//! The contents of a `.tlog` recording: senders, messages, and the events of the flight.
 //!
-//! The events come from the same state machines that follow a live vehicle, which live by the recording's clock here.
+//! The events come from the state machines that follow a live vehicle, driven here by the recording's clock.
 
 use std::collections::BTreeMap;
 use std::io::{self, Read};
@@ -12,11 +12,11 @@ use vencejo_proto::dialect::MavMessage;
 use vencejo_proto::{Address, Message, MonoTime, SystemId, message_name};
 use vencejo_vehicle::{Output, RegistryOutput, VehicleConfig, VehicleEvent, Vehicles};
 
-/// Kinds of messages that are counted by themselves; the frames of further ones, which only noise brings, are counted together.
+/// Most message kinds counted separately; frames of further kinds, which come from noise only, are counted together.
 pub const MAX_MESSAGE_KINDS: usize = 1024;
 /// Events kept, the oldest; later ones are only counted.
 pub const MAX_EVENTS: usize = 20_000;
-/// Deadlines let pass between two frames, before time jumps.
+/// Most deadlines processed between two frames before time jumps.
 const MAX_STEPS: usize = 64;
 
 /// Largest recording that a flight is read from, bytes: some hours.
@@ -39,11 +39,11 @@ pub struct RecordingSummary {
     pub messages: BTreeMap<String, u64>,
     /// What happened to the vehicles, in order.
     pub events: Vec<RecordedEvent>,
-    /// Events for which there was no room.
+    /// Number of events beyond those kept.
     pub events_left_out: u64,
 }
 
-/// Who spoke.
+/// A sender.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Sender {
     /// Frames.
@@ -72,7 +72,7 @@ pub struct RecordedEvent {
 pub fn summarize_recording(source: impl Read) -> io::Result<RecordingSummary> {
     let mut reader = TlogReader::new(source);
     let mut summary = RecordingSummary::default();
-    // An address that nobody has, so that a recorded ground station counts as another one.
+    // An unused address, so that a recorded ground station counts as another station.
     let mut vehicles = Vehicles::new(Address::new(255, 0), VehicleConfig::default());
     let mut now = MonoTime::ZERO;
     for entry in reader.by_ref() {
@@ -97,8 +97,8 @@ pub fn summarize_recording(source: impl Read) -> io::Result<RecordingSummary> {
     Ok(summary)
 }
 
-/// The flight of a recording's first vehicle, or of the one with this number, to learn it from; the last one where the vehicle started anew
-/// between two.
+/// The flight of a recording's first vehicle, or of the vehicle with this id, for learning its performance; the last
+/// flight where the vehicle restarted in between.
 ///
 /// # Errors
 /// When `source` cannot be read, and when it has more than [`MAX_FLIGHT_BYTES`].
@@ -139,8 +139,8 @@ fn flight_in(source: impl Read, system: Option<SystemId>) -> io::Result<Learner>
     Ok(flight)
 }
 
-/// Lets every deadline until `now` pass in its turn, so that a silence is noticed; a jump of the recording's clock cannot
-/// hold it up.
+/// Processes every deadline until `now` in order, so that a silence is noticed; their number is bounded, whatever the
+/// recording's clock does.
 fn pass_time(vehicles: &mut Vehicles, now: MonoTime) {
     for _ in 0..MAX_STEPS {
         match vehicles.deadline() {
@@ -174,7 +174,7 @@ impl RecordingSummary {
     }
 }
 
-/// Kind and words of an event that belongs in a flight's story.
+/// Name and description of an event that is reported for a flight.
 fn describe(event: &VehicleEvent, has_home: bool) -> Option<(&'static str, String)> {
     Some(match event {
         VehicleEvent::Lost => ("lost", "not heard for 5 s".to_owned()),

@@ -1,4 +1,4 @@
-//! Vehicles far away: no link of ours reaches them, another station does, on board. What carries requests to one.
+//! Remote vehicles, which a station on board reaches and no link of ours: how requests are carried to one.
 
 use std::future::Future;
 use std::pin::Pin;
@@ -12,13 +12,13 @@ use crate::error::StationError;
 /// A request on its way to a vehicle far away.
 pub type Carried = Pin<Box<dyn Future<Output = Result<Reply, StationError>> + Send>>;
 
-/// Takes how far a request has come: how much is done, and how much there is (0 when not known).
+/// Reports the progress of a request: amount done, and total (0 when not known).
 pub type Telling = Arc<dyn Fn(u32, u32) + Send + Sync>;
 
 /// What carries requests to one vehicle far away.
 pub trait Remote: Send + Sync {
-    /// Carries a request there, in the name of `operator`, with the danger that a person has confirmed; ends with what became of it. Whoever
-    /// gives it up drops it.
+    /// Carries a request there, in the name of `operator`, with the danger that a person has confirmed; ends with what
+    /// became of it. Whoever gives it up drops it.
     fn request(
         self: Arc<Self>,
         request: Request,
@@ -27,10 +27,10 @@ pub trait Remote: Send + Sync {
         telling: Telling,
     ) -> Carried;
 
-    /// Who has control of it, as far as it was told.
+    /// Who has control of it, as far as its station has reported.
     fn held(&self) -> FarHeld;
 
-    /// Whether it is played from a recording, so that nobody is there to ask. Default no.
+    /// Whether it is played from a recording, and takes no requests. Default no.
     fn is_recording(&self) -> bool {
         false
     }
@@ -39,7 +39,7 @@ pub trait Remote: Send + Sync {
 /// Who has control of a vehicle far away.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct FarHeld {
-    /// Name of the operator; `None` when nobody has.
+    /// Name of the operator; `None` when control is free.
     pub holder: Option<String>,
     /// Whether that is an operator of this station.
     pub is_ours: bool,

@@ -1,8 +1,9 @@
-//! Signing keys: kept on disk, given to vehicles, changed without cutting anybody off, and their time over restarts.
+//! Signing keys: stored on disk, given to vehicles, rotated without losing a vehicle, with timestamps that survive
+//! restarts.
 //!
-//! The folder holds `keys.json` (the keys and which vehicle has which) and `times.json` (for each key the time that nothing
-//! was signed or accepted after). Both belong to their owner alone. Several programs may share the folder: each change is made
-//! under a lock on what is there, and the others see it within seconds.
+//! The folder holds `keys.json` (the keys and which vehicle has which) and `times.json` (for each key the latest time
+//! of any signed or accepted frame). Both are readable by their owner only. Several programs may share the folder: each
+//! change is made under a lock on what is there, and the others see it within seconds.
 
 mod change;
 
@@ -19,7 +20,7 @@ use vencejo_proto::{SigningKey, SigningTime, SystemId};
 use vencejo_store::{Access, Lock};
 use vencejo_vehicle::signing::KeyGoal;
 
-/// Keys that may wait for a vehicle to show them.
+/// Most keys that a vehicle was sent and has not used yet.
 const MAX_CANDIDATES: usize = 3;
 /// Characters of a key's name.
 const MAX_NAME: usize = 40;
@@ -41,7 +42,7 @@ pub enum SigningError {
         /// What was wrong.
         problem: String,
     },
-    /// A name that cannot be a key's.
+    /// An invalid key name.
     #[error("'{name}' cannot be a key's name: 1 to {MAX_NAME} letters, digits, '-', '_' and '.'")]
     BadName {
         /// The name.
@@ -65,19 +66,19 @@ pub enum SigningError {
         /// The name.
         name: String,
     },
-    /// It signs already, or does not yet.
+    /// The vehicle signs already, or does not sign yet.
     #[error("{}", if *signs { "the vehicle signs already: rotate its key instead" } else { "the vehicle does not sign: set up signing first" })]
     WrongState {
         /// Whether it signs.
         signs: bool,
     },
     /// The key is only changed on a vehicle that is known to be disarmed.
-    #[error("signing is changed on a disarmed vehicle only, and this one {}", match armed { Some(true) => "is armed", _ => "is not heard, so that it is not known" })]
+    #[error("signing is changed on a disarmed vehicle only, and this one {}", match armed { Some(true) => "is armed", _ => "is not heard: its state is unknown" })]
     NotDisarmed {
         /// Whether it is; `None` when it is not known.
         armed: Option<bool>,
     },
-    /// Others could listen on every way to the vehicle.
+    /// Others could listen on every link to the vehicle.
     #[error(
         "the key goes over the link as it is, and {link} can be listened to: connect by USB or on this machine, or allow this link expressly"
     )]
@@ -88,13 +89,13 @@ pub enum SigningError {
     /// A change is under way.
     #[error("the vehicle's signing is being changed already")]
     Busy,
-    /// The vehicle said no.
+    /// The vehicle refused.
     #[error("the vehicle refused: {text}")]
     Refused {
-        /// In its own words.
+        /// Its own text.
         text: String,
     },
-    /// The vehicle did not show it in time.
+    /// The vehicle did not show the change in time.
     #[error(
         "the vehicle did not show the change within 5 s; nothing was thrown away: it is talked to as before, and if it shows the change later, that is followed"
     )]
@@ -123,29 +124,29 @@ impl SigningError {
     }
 }
 
-/// A key, without what is secret of it.
+/// A key, without its secret.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct KeyInfo {
     /// Its name.
     pub name: String,
     /// When it was made, in seconds since the UNIX epoch by this machine's clock.
     pub made_unix_s: u64,
-    /// The vehicles that have it, or may.
+    /// The vehicles that have it, or may have it.
     pub vehicles: Vec<SystemId>,
 }
 
 /// How a vehicle signs.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct SigningInfo {
-    /// Whether what it does not sign is refused.
+    /// Whether its unsigned frames are refused.
     pub must_sign: bool,
-    /// The key that it is talked to with.
+    /// The key that frames to it are signed with.
     pub key: Option<String>,
-    /// Whether that key is gone from this machine: nothing of the vehicle is believed then.
+    /// Whether that key is missing on this machine: all frames of the vehicle are refused then.
     pub key_missing: bool,
-    /// Keys that were sent to it and that it has not shown.
+    /// Keys that were sent to it and that it has not used yet.
     pub unproven: Vec<String>,
-    /// What was counted since the station began.
+    /// Counts since the station started.
     pub counts: SigningCounts,
     /// Since its newest verified frame.
     pub verified_age: Option<Duration>,
@@ -153,7 +154,7 @@ pub struct SigningInfo {
     pub refused_age: Option<Duration>,
 }
 
-/// What is to be done with a vehicle's key.
+/// A change of a vehicle's key.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum SigningChange {
     /// Give a key to a vehicle that does not sign: this one, or a new one.
@@ -228,7 +229,7 @@ impl Book {
         if self.named(name).is_ok() {
             return Err(SigningError::NameTaken { name: name.to_owned() });
         }
-        // Never used again: the time that was signed with is kept by it.
+        // Key ids are never reused: signing times are stored by them.
         self.next_id = self.next_id.max(self.keys.iter().map(|key| key.id).max().unwrap_or(0)) + 1;
         self.keys.push(StoredKey { id: self.next_id, name: name.to_owned(), made_unix_s: unix_us / 1_000_000, key });
         Ok(KeyId(self.next_id))
@@ -269,7 +270,7 @@ mod secret {
     }
 
     pub(super) fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<SigningKey, D::Error> {
-        // What is wrong with it is not repeated: it might be the key.
+        // The error does not repeat the value: it might be the key.
         super::from_hex(&String::deserialize(from)?)
             .ok_or_else(|| D::Error::custom("a key is not 64 hexadecimal digits"))
     }
@@ -304,7 +305,7 @@ struct State {
     times: BTreeMap<u32, u64>,
     /// Why they could not be written last.
     times_fault: Option<String>,
-    /// The vehicles' own changes that are in the file.
+    /// The vehicles' own changes that the file holds.
     changes: BTreeMap<u8, u64>,
     /// Vehicles whose key is being changed.
     busy: Vec<SystemId>,
@@ -351,7 +352,7 @@ impl Vault {
         let failed = |error: &dyn ToString| Self::failed(&path, error.to_string());
         let text = match std::fs::read(&path) {
             Ok(text) => text,
-            // Nor are there any in a folder that is a file.
+            // A folder that is a file holds no keys either.
             Err(error) if matches!(error.kind(), io::ErrorKind::NotFound | io::ErrorKind::NotADirectory) => {
                 return Ok((Book::default(), None));
             }
@@ -414,7 +415,7 @@ impl Vault {
         state.book = book;
     }
 
-    /// Writes down what the vehicles have shown by themselves.
+    /// Stores the keys that vehicles have shown by using them.
     pub(crate) fn follow(&self, hub: &Hub) -> Result<(), SigningError> {
         let shown: Vec<_> = {
             let state = self.state();
@@ -430,7 +431,7 @@ impl Vault {
                 let Some(vehicle) = book.vehicles.get_mut(&system.0) else { continue };
                 vehicle.must_sign |= shown.keys.must_sign;
                 vehicle.signs_with = shown.keys.signs_with.map(|id| id.0);
-                // The keys before the one that it shows have had their day; those after it may still be on their way.
+                // Keys before the one that it uses are obsolete; later ones may still be on their way.
                 let present = vehicle.keys.iter().position(|id| Some(*id) == vehicle.signs_with);
                 drop(vehicle.keys.drain(..present.unwrap_or(0)));
             }
@@ -452,7 +453,7 @@ impl Vault {
         }
     }
 
-    /// Ids of the keys on disk; for when nothing else is known of them.
+    /// Ids of the keys on disk.
     fn state_ids(&self) -> Vec<u32> {
         self.read_book().map(|(book, _)| book.keys.iter().map(|key| key.id).collect()).unwrap_or_default()
     }
@@ -462,7 +463,8 @@ impl Vault {
         self.state().times_fault.clone()
     }
 
-    /// Writes each key's time: one that is reserved, or at the `end` the one that was used. A failure is said, and no key less used.
+    /// Writes each key's time: a reserved one, or at the `end` the last one used. A failure is reported and the keys
+    /// stay in use.
     pub(crate) fn write_times(&self, hub: &Hub, end: bool) {
         let fault = self.store_times(hub, end).err().map(|error| format!("{}: {error}", self.times_path().display()));
         fault.iter().for_each(|fault| tracing::error!("the times of the signing keys are not on disk: {fault}"));
@@ -481,7 +483,7 @@ impl Vault {
         for (KeyId(id), latest, reserved) in times {
             let new = if end { latest } else { reserved }.ticks();
             let there = stored.get(&id).copied().unwrap_or(0);
-            // What another program reserved stays.
+            // Times that another program reserved stay.
             let ours = state.times.get(&id) == Some(&there);
             stored.insert(id, if ours { new } else { new.max(there) });
             state.times.insert(id, stored[&id]);

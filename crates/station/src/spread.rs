@@ -10,14 +10,14 @@ use vencejo_flight::rehearsal::{Conditions, Doubts, Rehearsal, Run, Spread, fly_
 pub struct Runs {
     /// Flights.
     pub count: usize,
-    /// Which winds and planes; the same seed gives the same answer.
+    /// Seed of the winds and planes; the same seed gives the same result.
     pub seed: u64,
-    /// Processors that are left to others.
+    /// Processors left for other work.
     pub spared: usize,
 }
 
-/// Flies a plan as often as `runs` says beside the expected flight, in winds and with planes that are not quite those expected. `None`
-/// as [`fly_once`], and once `is_wanted` says no: it is asked before each flight.
+/// Flies a plan `runs` times besides the expected flight, in winds and with planes that vary around the expected ones.
+/// `None` as in [`fly_once`], and when `is_wanted`, which is asked before each flight, returns false.
 pub fn rehearse_many(
     plan: &Plan,
     conditions: &Conditions<'_>,
@@ -32,7 +32,7 @@ pub fn rehearse_many(
     (flown.len() == runs.count).then(|| gather(expected, &flown))
 }
 
-/// Does it for each number below the count, a number at a time on each processor; in the order of the numbers.
+/// Maps each number below the count, in parallel; results are in the order of the numbers.
 fn on_processors(
     &Runs { count, spared, .. }: &Runs,
     is_wanted: &(dyn Fn() -> bool + Sync),

@@ -1,14 +1,14 @@
 //! The station itself: it owns the links, the vehicles' state machines, the clock that drives them, and their end.
 //!
-//! A frame is handled where it is read: the link's task decodes it, feeds the vehicle's state machine, and sends what
-//! that wants, without a hop to another task. One more task, the driver, lets time pass and sends our heartbeat.
+//! A frame is handled where it is read: the link's task decodes it, feeds the vehicle's state machine, and sends its
+//! output, without a hop to another task. One more task, the driver, advances time and sends our heartbeat.
 //!
 //! | part | what it does |
 //! |---|---|
 //! | `shared` | what the handles share, and the lock |
 //! | `starting` | how it begins |
-//! | `hearing` | frames as they are heard |
-//! | `settling` | what the state machines want, and the requests to them |
+//! | `hearing` | frames as they are received |
+//! | `settling` | outputs of the state machines, and requests to them |
 //! | `driving` | what happens by the clock |
 
 mod driving;
@@ -40,7 +40,7 @@ use crate::records::Records;
 use crate::subscriptions::Received;
 
 impl Station {
-    /// Opens a link. It connects, and connects again, by itself for ever.
+    /// Opens a link. It connects, and reconnects, by itself.
     ///
     /// # Errors
     /// [`StationError::Address`] for a link string that cannot be read, [`StationError::Link`] when there are too many,
@@ -48,7 +48,7 @@ impl Station {
     pub fn open_link(&self, address: &str, options: LinkOptions) -> Result<LinkId, StationError> {
         let address: LinkAddress = address.parse()?;
         let _guard = self.shared.runtime.enter();
-        // Under the lock that closing takes the links from, so that none is left over.
+        // Under the lock with which closing collects the links, so that none is left over.
         let mut owned = self.shared.owned();
         if self.is_closed() {
             return Err(StationError::Closed);
@@ -96,13 +96,13 @@ impl Station {
         Some((dir, self.shared.owned().recorder.as_ref().map(Recorder::status)?))
     }
 
-    /// Turns to another status each time that the recording stops, goes on, or stops for another reason; seen within a second,
+    /// Changes each time that the recording stops, resumes, or stops for another reason; noticed within a second,
     /// whatever the disk does. `None` when nothing is recorded.
     pub fn recorder_changes(&self) -> watch::Receiver<Option<RecorderStatus>> {
         self.shared.health.subscribe()
     }
 
-    /// Why what is known of the missions on board is not being written down.
+    /// Why the knowledge of the missions on board cannot be stored.
     pub fn missions_fault(&self) -> Option<String> {
         self.shared.records().as_ref().and_then(Records::fault)
     }
@@ -118,7 +118,7 @@ impl Station {
         self.shared.wake_driver.notify_one();
     }
 
-    /// The link on which another station is heard that uses our own MAVLink address, and where that is in words.
+    /// The link on which another station with our own MAVLink address is heard, and its place in words.
     pub fn namesake(&self) -> Option<(LinkId, String)> {
         let origin = self.shared.core().namesake.heard(self.shared.clock.now())?;
         Some((origin.link, self.shared.hub.describe(origin)))
@@ -134,12 +134,12 @@ impl Station {
         &self.shared.control
     }
 
-    /// The operator in whose name the program acts that started the station: whoever uses a vehicle's handle as it is.
+    /// The operator of the program that started the station: the one that a plain vehicle handle acts for.
     pub fn operator(&self) -> &Arc<Operator> {
         &self.shared.operator
     }
 
-    /// Somebody else who may act; it is there while it acts, or is attached.
+    /// Another operator; it is present while it acts or is attached.
     pub fn enlist(&self, name: &str) -> Operator {
         self.shared.control.enlist(name, self.now())
     }
@@ -155,8 +155,9 @@ impl Station {
         self.shared.core().vehicles.get(id).is_some().then(|| self.handle(id))
     }
 
-    /// The messages of all vehicles from now on, also of those that are not heard yet, in the order in which they come: all or some
-    /// ids, at most `capacity` waiting. One queue costs a fraction of one for each of many vehicles.
+    /// The messages of all vehicles from now on, also of those that are not heard yet, in the order in which they come:
+    /// all or some ids, at most `capacity` waiting. One such queue costs a fraction of a queue for each of many
+    /// vehicles.
     pub fn subscribe_messages(&self, ids: Option<BTreeSet<u32>>, capacity: usize) -> Arc<DropOldest<Received>> {
         // Under the lock: closing ends what it finds there.
         let core = self.shared.core();
@@ -197,7 +198,7 @@ impl Station {
         pending
     }
 
-    /// Ends everything: what is under way ends with [`StationError::Closed`], links and recording are closed and joined.
+    /// Shuts down: pending requests end with [`StationError::Closed`], links and recording are closed and joined.
     /// May be called again.
     pub async fn close(&self) {
         self.shared.end_waits();

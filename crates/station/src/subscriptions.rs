@@ -1,4 +1,4 @@
-//! The queues of those who watch a vehicle.
+//! The queues of a vehicle's subscribers.
 
 use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -36,7 +36,7 @@ struct MessageQueue {
     queue: Arc<DropOldest<Received>>,
 }
 
-/// The queues of those who watch one vehicle, or all. A queue whose reader is gone is forgotten.
+/// The queues of the subscribers of one vehicle, or of all. A queue whose reader is gone is dropped.
 #[derive(Debug, Default)]
 pub(crate) struct Subscriptions {
     messages: Mutex<Vec<MessageQueue>>,
@@ -56,12 +56,12 @@ impl Subscriptions {
         queue
     }
 
-    /// Whether somebody reads messages.
+    /// Whether there is a subscriber to messages.
     pub(crate) fn has_readers(&self) -> bool {
         !self.messages.lock().unwrap_or_else(PoisonError::into_inner).is_empty()
     }
 
-    /// Passes a message on to those who want it.
+    /// Passes a message on to the subscribers that want it.
     pub(crate) fn on_message(&self, link: Option<LinkId>, frame: &Frame, at: MonoTime) {
         let mut messages = self.messages.lock().unwrap_or_else(PoisonError::into_inner);
         if messages.is_empty() {
@@ -97,7 +97,7 @@ impl Subscriptions {
 }
 
 impl Drop for Subscriptions {
-    /// The vehicle, or the whole station, is gone: a reader that waits must know.
+    /// The vehicle, or the whole station, is gone: ends the wait of blocked readers.
     fn drop(&mut self) {
         self.close();
     }

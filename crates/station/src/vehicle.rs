@@ -1,4 +1,4 @@
-//! What can be asked of one vehicle of a station.
+//! The handle to one vehicle of a station: its state, requests, messages and events.
 
 use std::collections::BTreeSet;
 use std::sync::{Arc, PoisonError, Weak};
@@ -32,7 +32,7 @@ use crate::remote::FarHeld;
 use crate::station::{RequestResult, Shared, Station, VehicleHandle};
 use crate::subscriptions::{Observed, Received};
 
-/// So far below its height a take-off is done, m (`ArduPlane/mode_takeoff.cpp`).
+/// Distance below the target altitude at which a take-off is done, m (`ArduPlane/mode_takeoff.cpp`).
 const TAKEN_OFF_M: f64 = 2.0;
 
 impl VehicleHandle {
@@ -41,7 +41,7 @@ impl VehicleHandle {
         self.id
     }
 
-    /// Its MAVLink system id, by which links know it; `None` when it is far away.
+    /// Its MAVLink system id, by which links know it; `None` for a remote vehicle.
     pub fn system(&self) -> Option<SystemId> {
         self.id.system()
     }
@@ -51,19 +51,19 @@ impl VehicleHandle {
         &self.station
     }
 
-    /// A copy of everything that it said, and the moment that it was taken.
+    /// A copy of its telemetry, and the time at which it was taken.
     pub fn telemetry(&self) -> (Telemetry, MonoTime) {
         self.station.shared.telemetry(self.id)
     }
 
-    /// The newest texts that it wrote, oldest first.
+    /// Its newest STATUSTEXT messages, oldest first.
     pub fn texts(&self) -> Vec<Text> {
         let texts = |vehicle: &Vehicle| vehicle.texts().iter().cloned().collect();
         self.station.shared.with_vehicle(self.id, texts).unwrap_or_default()
     }
 
-    /// The newest text of at most this severity that it wrote within a time. One of the clock's origin was written then or before, nobody knows
-    /// when: by a vehicle far away, before this station started.
+    /// Its newest text of this severity or worse, received within a time. Texts stamped with the clock's origin are
+    /// skipped: a remote vehicle wrote them before this station started, at an unknown time.
     pub fn newest_text(&self, severity: telemetry::Severity, within: Duration) -> Option<Text> {
         let now = self.station.now();
         let is_fresh = |text: &&Text| text.at > MonoTime::ZERO && now.since(text.at) <= within;
@@ -72,34 +72,35 @@ impl VehicleHandle {
         self.station.shared.with_vehicle(self.id, newest).flatten()
     }
 
-    /// Who has control of it far away; `None` for one at a link.
+    /// Who has control of a remote vehicle; `None` for one at a link.
     pub fn held_far(&self) -> Option<FarHeld> {
         self.station.shared.remote(self.id).map(|remote| remote.held())
     }
 
-    /// Where it stands in its mission.
+    /// Its progress in the mission.
     pub fn progress(&self) -> Option<MissionProgress> {
         self.station.shared.with_vehicle(self.id, |vehicle| vehicle.progress())
     }
 
-    /// What it does by itself now.
+    /// Its present conduct: following a mission, landing, circling.
     pub fn conduct(&self) -> Conduct {
         self.station.shared.with_vehicle(self.id, |vehicle| vehicle.conduct()).unwrap_or_default()
     }
 
-    /// What is known of a plan on board.
+    /// The state of a plan on board.
     pub fn plan_state(&self, kind: PlanKind) -> Option<PlanState> {
         self.station.shared.with_vehicle(self.id, |vehicle| vehicle.plan_state(kind))
     }
 
-    /// What is known of a plan on board, and its list where that is known and not empty. Nothing is asked of the vehicle: the
-    /// station reads by itself what it does not know.
+    /// The state of a plan on board, and its items where they are known and not empty. Sends nothing: the station reads
+    /// unknown plans by itself.
     pub fn plan_on_board(&self, kind: PlanKind) -> Option<(PlanState, Option<Arc<Mission>>)> {
         let known = |vehicle: &Vehicle| (vehicle.plan_state(kind), vehicle.plan_on_board(kind).cloned());
         self.station.shared.with_vehicle(self.id, known)
     }
 
-    /// The mission on board, with the fence and the rally points as far as they are known; `None` while the mission is not.
+    /// The mission on board, with the fence and the rally points as far as they are known; `None` while the mission is
+    /// not.
     pub fn known_plan(&self) -> Option<Plan> {
         let part = |kind| Plan::from_list(kind, self.plan_on_board(kind)?.1?.as_ref().clone()).ok();
         let mission = part(PlanKind::Mission)?.mission;
@@ -107,8 +108,8 @@ impl VehicleHandle {
         Some(Plan { mission, fence, rally: part(PlanKind::Rally).unwrap_or_default().rally })
     }
 
-    /// How one part of a plan differs from the one on board, as this vehicle keeps items, and what is known of that; `None` while that
-    /// is not known to be whole.
+    /// The differences of one part of a plan from the one on board, as this vehicle stores items, and the state of the
+    /// latter; `None` while that is not verified.
     pub fn plan_changes(&self, plan: &Plan, kind: PlanKind) -> Option<(PlanState, Vec<Change>)> {
         let known = |vehicle: &Vehicle| {
             let list = vehicle.plan_on_board(kind).cloned();
@@ -123,14 +124,14 @@ impl VehicleHandle {
         Some((state, plan_changes(&plan.items(kind), &on_board.items(kind), keeping)))
     }
 
-    /// What is wrong or doubtful in a plan that this vehicle is to fly as it is now.
+    /// Findings in a plan for this vehicle in its present state.
     pub fn check_plan(&self, plan: &Plan) -> Vec<Finding> {
         check_plan(plan, &self.check_context())
     }
 
-    /// The same before a plan is sent: it may wait on board until the plane flies, so it need not begin with a take-off. A plan that
-    /// seems sound is rehearsed too, where the plane's parameters were read: in the wind that it estimates, calm while it tells none.
-    /// That may take some tenths of a second.
+    /// The same before an upload: the plan may wait on board until the plane flies, so it need not begin with a
+    /// take-off. A plan without errors is rehearsed too, where the plane's parameters were read: in the wind that it
+    /// estimates, or in calm air. That may take some tenths of a second.
     pub fn check_upload(&self, plan: &Plan) -> Vec<Finding> {
         let context = CheckContext { on_ground: None, ..self.check_context() };
         let mut found = check_plan(plan, &context);
@@ -163,13 +164,13 @@ impl VehicleHandle {
         self.station.shared.with_vehicle(self.id, Vehicle::check_context).unwrap_or_default()
     }
 
-    /// What its parameters say of how it flies, as far as they were read.
+    /// Flight parameters, as far as they were read.
     pub fn flight_parameters(&self) -> FlightParameters {
         self.station.shared.with_vehicle(self.id, Vehicle::flight_parameters).unwrap_or_default()
     }
 
-    /// A plan as this plane would fly it as [`Self::flies_in`] tells, from the ground at its home, and what that shows to be wrong or doubtful; `None`
-    /// where no home is known. `clearance_m` is the height above the ground that it should keep, where that is known.
+    /// Rehearses a plan with the plane and wind of [`Self::flies_in`], from the ground at its home, with the findings
+    /// of that; `None` where home is not known. `clearance_m` is the least height above ground, where that is known.
     pub fn rehearse(
         &self,
         plan: &Plan,
@@ -181,9 +182,9 @@ impl VehicleHandle {
         rehearse_and_check(plan, &conditions, clearance_m)
     }
 
-    /// This plane, and a wind where it flies, for a rehearsal: with the parameters that were read of it, and what an ArduPlane comes
-    /// with for the others. Its battery is the one that it tells of; its power, of which no parameter says anything, that of its flight
-    /// as far as it was followed.
+    /// This plane in a wind, for a rehearsal: with its parameters as far as they were read, and ArduPlane's defaults
+    /// for the others. The battery is taken from its telemetry; its power, which no parameter gives, from the flight
+    /// followed so far.
     pub fn flies_in(&self, wind: Wind) -> (Aircraft, Air) {
         let known = self.station.shared.with_vehicle(self.id, Vehicle::parameters).unwrap_or_default();
         let get = |name: &str| ParamName::new(name).ok().and_then(|name| known.get(&name).copied());
@@ -209,26 +210,26 @@ impl VehicleHandle {
         (plane, Air::of(wind, get))
     }
 
-    /// A parameter, as far as it was read.
+    /// The value of a parameter, if it was read.
     fn parameter(&self, name: &str) -> Option<f64> {
         let name = ParamName::new(name).ok()?;
         self.station.shared.with_vehicle(self.id, |vehicle| vehicle.parameters().get(&name).copied()).flatten()
     }
 
-    /// What its flight teaches of it, as far as it was followed, and no longer than the last ten minutes in the air; `None` where that is
-    /// too little.
+    /// Performance learned from its flight, from at most the last ten minutes in the air; `None` where that is too
+    /// little.
     pub fn learned(&self) -> Option<Learned> {
         self.learned_of(&self.flies_in(Wind::default()).0)
     }
 
     fn learned_of(&self, plane: &Aircraft) -> Option<Learned> {
-        // Learning takes milliseconds, in which nobody waits for the vehicle.
+        // Learning takes milliseconds: done on a copy, outside the lock.
         let learner = self.station.shared.with_vehicle(self.id, |vehicle| vehicle.learner().clone());
         learner?.learned(plane)
     }
 
-    /// Where it is and what it does now, for a rehearsal from here on; `None` on the ground, and where that is not known. Of an ArduPlane
-    /// any mode is, of others the one that follows the mission.
+    /// Its present position and activity as the start of a rehearsal; `None` on the ground, and where they are not
+    /// known. Known for ArduPlane in most modes, for others in the mode that follows the mission.
     pub fn in_flight(&self) -> Option<Start> {
         let (telemetry, _) = self.telemetry();
         let mode = telemetry.mode()?;
@@ -240,7 +241,7 @@ impl VehicleHandle {
         let progress = self.progress()?;
         let current = progress.current.and_then(|seq| self.item_of_seq(seq));
         let current = current.map(|item| usize::from(item - 1));
-        // Where it flies to, as ArduPlane's controller has it: the centre of a circle too.
+        // The target of ArduPlane's navigation controller; the centre of a circle.
         let target = || {
             let nav = telemetry.nav?.value;
             let to = direct(point, nav.target_bearing_deg?, nav.wp_distance_m?);
@@ -278,8 +279,9 @@ impl VehicleHandle {
         })
     }
 
-    /// What a rehearsal from now on flies: [`Self::in_flight`] with the plan on board. A plane that follows no mission needs none: one that
-    /// is not known counts as empty. `None` as there, and where the mission that it follows is not known.
+    /// Plan and start of a rehearsal from now on: [`Self::in_flight`] with the plan on board. For a plane that does not
+    /// follow its mission an unknown plan counts as empty. `None` as there, and where the mission that it follows is
+    /// not known.
     pub fn from_now(&self) -> Option<(Plan, Start)> {
         let start = self.in_flight()?;
         let follows = matches!(start, Start::Air { doing: Doing::Mission, .. });
@@ -287,12 +289,12 @@ impl VehicleHandle {
         Some((plan, start))
     }
 
-    /// Where its home is, as far as it told.
+    /// Its home position, if it is known.
     pub fn home(&self) -> Option<Home> {
         self.check_context().home
     }
 
-    /// Whether the parameters were read that a rehearsal rests on.
+    /// Whether the parameters that a rehearsal needs were read.
     pub fn knows_how_it_flies(&self) -> bool {
         let known = self.station.shared.with_vehicle(self.id, Vehicle::parameters).unwrap_or_default();
         ["NAVL1_PERIOD", "TECS_TIME_CONST"]
@@ -305,18 +307,18 @@ impl VehicleHandle {
         self.station.shared.with_vehicle(self.id, |vehicle| vehicle.flight_preparation()).flatten()
     }
 
-    /// The same vehicle, acted on in the name of this operator.
+    /// A handle that acts in the name of this operator.
     pub fn acting_as(&self, operator: Arc<Operator>) -> Self {
         Self { operator: Some(operator), ..self.clone() }
     }
 
-    /// Asks it for something. The request is checked before anything is sent: an act needs control, which it takes when nobody
-    /// has it; a dangerous one ends with [`StationError::NeedsConfirmation`].
+    /// Starts a request. It is checked before anything is sent: an act needs control, which it takes when that is free;
+    /// a dangerous one ends with [`StationError::NeedsConfirmation`].
     pub fn request(&self, request: Request) -> Pending<RequestResult> {
         self.request_confirmed(request, None)
     }
 
-    /// The same, with the confirmation that the same request brought before.
+    /// The same, with the confirmation that the first request returned.
     pub fn request_confirmed(&self, request: Request, confirmation: Option<&str>) -> Pending<RequestResult> {
         let mut confirmed = None;
         if request.is_act() {
@@ -330,7 +332,7 @@ impl VehicleHandle {
             }
         }
         match self.station.shared.remote(self.id) {
-            // A note goes nowhere: it is for those who look at it here.
+            // A note is not sent: it is shown here.
             Some(remote) if !matches!(request, Request::Note { .. }) => {
                 let operator = self.operator().name();
                 self.station.shared.carry(|telling| remote.request(request, confirmed, operator, telling))
@@ -339,7 +341,7 @@ impl VehicleHandle {
         }
     }
 
-    /// The same, for a program that confirms by naming what is dangerous: done when that is what it is.
+    /// The same, for a program that confirms by naming the danger: done when it names the right one.
     pub fn request_naming(&self, request: Request, named: Danger) -> Pending<RequestResult> {
         let pending = self.request(request.clone());
         match pending.end() {
@@ -368,13 +370,13 @@ impl VehicleHandle {
         }
     }
 
-    /// Sends any message, as it is. There is no answer and no check of its values; it is an act like any other. What arms a vehicle,
-    /// has it follow its mission or jump in it is held back while that may be a mixture of two, unless it is
+    /// Sends any message as it is, without waiting for an answer. It is an act like any other. Messages that arm the
+    /// vehicle or start or jump in its mission are refused while that may be a mixture of two, unless
     /// `despite_mixed_plan`.
     ///
     /// # Errors
     /// [`StationError::Control`], [`StationError::NeedsConfirmation`], [`StationError::BadConfirmation`],
-    /// [`StationError::Replayed`], [`StationError::RemoteRefused`] of one far away, and
+    /// [`StationError::Replayed`], [`StationError::RemoteRefused`] for a remote vehicle, and
     /// [`VehicleError::PlanUnknown`](vencejo_vehicle::VehicleError::PlanUnknown).
     pub fn send(
         &self,
@@ -385,8 +387,8 @@ impl VehicleHandle {
         self.station.shared.core().admit(self.id)?;
         let Some(system) = self.system() else {
             let name = self.remote_name().unwrap_or_default();
-            let why = "a message as it is has no answer, so nobody far away could know what became of it: use a command by its number \
-                       (COMMAND_LONG, COMMAND_INT), or send it from a station on board or at a direct link"
+            let why = "a raw message has no answer, so its result would stay unknown: use a command by its number (COMMAND_LONG, \
+                       COMMAND_INT), or send it from a station on board or at a direct link"
                 .to_owned();
             return Err(StationError::RemoteRefused { name, why });
         };
@@ -395,9 +397,9 @@ impl VehicleHandle {
         self.station.shared.send(self.id, message, despite_mixed_plan)
     }
 
-    /// Answers a block of terrain that the vehicle asked for, with heights above mean sea level in the order of
-    /// [`TerrainBlock::places`]; whether they are all known. It is nobody's act: the vehicle wants them, whoever has control. A
-    /// station that only listens says nothing.
+    /// Answers a block of terrain that the vehicle requested, with altitudes above mean sea level in the order of
+    /// [`TerrainBlock::places`]; returns whether all are known. Needs no control: the vehicle asked for it. A station
+    /// that only listens does not answer.
     pub fn answer_terrain(&self, block: &TerrainBlock, alt_amsl_m: impl IntoIterator<Item = Option<f64>>) -> bool {
         let Some(answer) = block.answer(alt_amsl_m) else { return false };
         let shared = &self.station.shared;
@@ -407,12 +409,12 @@ impl VehicleHandle {
         true
     }
 
-    /// Whether it asks for the ground's altitude at places where no map here knows it.
+    /// Whether it asks for terrain that no map here has.
     pub fn lacks_terrain(&self) -> bool {
         self.station.shared.core().watchers.get(&self.id).is_some_and(|watchers| watchers.lacks_terrain)
     }
 
-    /// Whether all the terrain is known that it asked for last; those who watch it hear of a change.
+    /// Notes whether all the terrain that it last asked for is known; subscribers get an event on a change.
     pub fn tell_terrain(&self, is_known: bool) {
         let mut core = self.station.shared.core();
         let Some(watchers) = core.watchers.get_mut(&self.id) else { return };
@@ -425,17 +427,17 @@ impl VehicleHandle {
         watchers.changes.notify();
     }
 
-    /// In whose name it acts.
+    /// The operator it acts for.
     fn operator(&self) -> &Operator {
         self.operator.as_deref().unwrap_or(&self.station.shared.operator)
     }
 
-    /// Lets an act through that is no request: nobody else has control.
+    /// Checks that the caller may act (for acts that are not a `Request`).
     pub(crate) fn take_control(&self) -> Result<(), StationError> {
         Ok(self.operator().act(self.station.now())?)
     }
 
-    /// Lets an act through: the vehicle is no recording, whoever does it has control, and a dangerous one is confirmed.
+    /// Admits an act: the vehicle is not a recording, the operator has control, and a dangerous act is confirmed.
     fn admit(
         &self,
         danger: impl FnOnce(&Telemetry, MonoTime) -> Option<Danger>,
@@ -458,19 +460,20 @@ impl VehicleHandle {
         Err(StationError::NeedsConfirmation { challenge: Box::new(challenge) })
     }
 
-    /// Whether it hears us. `false`: it is heard, but answers nothing of ours, so the link works in one direction only. `None`: not
-    /// known, because it is not heard or was asked nothing, or because it is a recording.
+    /// Whether it hears us. `false`: it is heard but does not answer, so the link works in one direction only. `None`:
+    /// not known, because it is not heard, was asked nothing, or is a recording.
     pub fn is_reached(&self) -> Option<bool> {
         self.station.shared.is_reached(self.id)
     }
 
-    /// Where another vehicle is heard that uses the same system id, in words. That one is not followed, and nothing is sent to it. Or, of
-    /// one far away, where another computer speaks by its name: then nothing is sent to either.
+    /// The place, in words, of another vehicle with the same system id: it is not followed, and nothing is sent to it.
+    /// For a remote vehicle, the place of another computer with its name: then nothing is sent to either.
     pub fn rival(&self) -> Option<String> {
         self.station.shared.rival(self.id)
     }
 
-    /// Follows and commands that other vehicle from now on, and this one no more; whether there is one. Of one far away nobody chooses.
+    /// Follows and commands that other vehicle instead from now on; whether there is one. Not possible for a remote
+    /// vehicle.
     ///
     /// # Errors
     /// [`StationError::Control`].
@@ -506,12 +509,12 @@ impl VehicleHandle {
         }
     }
 
-    /// What tells that something new came from it.
+    /// Notifies of anything new from it.
     pub fn changes(&self) -> Arc<Changes> {
         self.station.shared.core().watchers.get(&self.id).map(|watchers| watchers.changes.clone()).unwrap_or_default()
     }
 
-    /// The link that it is reached over, and what was counted of it there.
+    /// The link that it is reached over, and its counts there.
     pub fn link(&self) -> Option<(LinkInfo, LinkStats, Option<SourceStats>)> {
         let shared = &self.station.shared;
         let (id, _) = *shared.hub().links_of(self.system()?).first()?;
@@ -532,13 +535,13 @@ impl VehicleHandle {
         u16::from(self.telemetry().0.is_ardupilot())
     }
 
-    /// A number that is another one as soon as something new has come from it: ask for it before looking at the vehicle,
-    /// and give it to [`Self::wait_change`] afterwards, so that nothing is missed between the two.
+    /// A counter that changes whenever something new has come from it: read it before looking at the vehicle, and pass
+    /// it to [`Self::wait_change`] afterwards, so that nothing is missed in between.
     pub fn change_count(&self) -> u64 {
         self.changes().count()
     }
 
-    /// Waits on this thread until [`Self::change_count`] is no longer `seen`, and gives it back; `None` when it stays so.
+    /// Blocks this thread until [`Self::change_count`] is no longer `seen`, and returns it; `None` after the time-out.
     /// Closing the station ends the wait.
     pub fn wait_change(&self, seen: u64, timeout: Duration) -> Option<u64> {
         self.changes().wait_blocking(seen, timeout)

@@ -1,4 +1,4 @@
-//! What a station does with its keys: it lists and keeps them, gives one to a vehicle, and takes it away.
+//! A station's use of its keys: listing and storing them, giving one to a vehicle, and taking it away.
 
 use std::time::Duration;
 
@@ -17,9 +17,9 @@ use super::{
     to_hex,
 };
 
-/// How often a change that is under way looks at what the vehicle shows.
+/// How often a change under way checks what the vehicle shows.
 const WATCH: Duration = Duration::from_millis(50);
-/// A vehicle that signed so lately has not stopped.
+/// A vehicle that signed within this time has not stopped signing.
 const STILL_SIGNS: Duration = Duration::from_secs(1);
 impl Station {
     fn vault(&self) -> Result<&Vault, SigningError> {
@@ -31,8 +31,8 @@ impl Station {
         self.shared.vault_fault.as_ref().map(ToString::to_string)
     }
 
-    /// Why the times of the signing keys are not on disk. The keys are used all the same; after a restart, what was said since could be
-    /// said again by others.
+    /// Why the times of the signing keys are not on disk. The keys stay in use; after a restart, frames sent since
+    /// could be replayed.
     pub fn signing_times_fault(&self) -> Option<String> {
         self.shared.vault.as_ref().and_then(Vault::times_fault)
     }
@@ -87,8 +87,8 @@ impl Station {
         Ok(())
     }
 
-    /// Says that a vehicle has a key already, given by another ground station, or with `None` that it has none: nothing is
-    /// sent. Blocks while it is written.
+    /// Records that a vehicle has a key already, given by another ground station, or with `None` that it has no key:
+    /// nothing is sent. Blocks while it is written.
     ///
     /// # Errors
     /// [`StationError::Signing`].
@@ -137,15 +137,15 @@ impl VehicleHandle {
         self.system().map(|system| self.station().signing_of(system)).unwrap_or_default()
     }
 
-    /// Gives it a key, another one, or takes its key away, and waits until it shows that. Only while it is known to be
-    /// disarmed, and only over a link that nobody else can reach, unless `any_link` allows another one. It ends within 5 s,
-    /// and goes on to its end when nobody waits any more.
+    /// Gives the vehicle a key or another one, or takes its key away, and waits until it shows the change. Only while
+    /// it is known to be disarmed, and only over a private link, unless `any_link` allows others. It ends within 5 s,
+    /// and completes even when the caller stops waiting.
     pub fn change_signing(&self, change: SigningChange, any_link: bool) -> Pending<RequestResult> {
         let admitted = self.station().shared.core().admit(self.id());
         if let Err(error) = admitted.and_then(|()| self.take_control()) {
             return Pending::ended(Err(error));
         }
-        // It ends soon by itself, and half done it would be worse.
+        // Not cancelled: it ends soon by itself, and a half-done change would be worse.
         let (finisher, pending) = Pending::new(|| {});
         let vehicle = self.clone();
         self.station().shared.runtime().spawn(async move {
@@ -156,7 +156,7 @@ impl VehicleHandle {
     }
 }
 
-/// Frees a vehicle for the next change, however this one ends.
+/// Releases a vehicle for the next change, however this one ends.
 struct Busy<'a>(&'a Vault, SystemId);
 
 impl Drop for Busy<'_> {
@@ -201,7 +201,7 @@ async fn change_key(vehicle: &VehicleHandle, change: SigningChange, any_link: bo
         return Err(SigningError::NotPrivate { link }.into());
     };
 
-    // On disk before it is on its way: a key that only the vehicle has would cut us off.
+    // Stored before it is sent: a key that only the vehicle has would lock us out.
     let unix_us = shared.clock.unix_us();
     let named = match &change {
         SigningChange::SetUp { key } | SigningChange::Rotate { key } => key.clone(),

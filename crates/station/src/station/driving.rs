@@ -1,4 +1,4 @@
-//! What happens by the clock: time that passes for the vehicles, our heartbeat, the look at the recorder, keys and their times on disk.
+//! Periodic work: the vehicles' deadlines, our heartbeat, the recorder's state, keys and their times on disk.
 
 use std::sync::Weak;
 use std::sync::atomic::Ordering;
@@ -11,21 +11,22 @@ use vencejo_vehicle::Vehicle;
 
 use super::shared::{Core, Shared};
 
-/// How often our heartbeat goes out, and the driver looks round at the latest (mavlink.io, "Heartbeat protocol").
+/// Interval of our heartbeat, and longest sleep of the driver (mavlink.io, "Heartbeat protocol").
 const HEARTBEAT_INTERVAL: Duration = Duration::from_secs(1);
 
-/// Every so many heartbeats a vehicle that speaks MAVLink 1 is shown that we speak MAVLink 2. An old one skips a frame of 21
-/// bytes.
+/// Number of heartbeats after which one is also sent in MAVLink 2 to vehicles that speak MAVLink 1. An old vehicle
+/// skips its 21 bytes.
 const INVITE_EVERY: u32 = 5;
 
-/// How often it is looked whether keys changed, here or on disk.
+/// How often changes of keys, here and on disk, are looked for.
 const LOOK: Duration = Duration::from_secs(1);
 
-/// How often the keys' times are written: half of what is reserved.
+/// How often the keys' times are written: half of the reserved time.
 const WRITE_TIMES: Duration = Duration::from_secs(30);
 
 impl Shared {
-    /// Tells when the recording stops or goes on. Only its thread waits for the disk, so this is looked at from here.
+    /// Reports when the recording stops or resumes. Only its thread waits for the disk, so its state is polled from
+    /// here.
     fn look_at_recorder(&self) {
         let Some(status) = self.owned().recorder.as_ref().map(Recorder::status) else { return };
         self.health.send_if_modified(|known| {
@@ -42,23 +43,23 @@ impl Shared {
         });
     }
 
-    /// Sends our heartbeat over a link that has just opened: a program that ends before the next beat was heard too.
+    /// Sends our heartbeat over a link that has just opened, so that a short-lived program is heard too.
     pub(super) fn on_link_open(&self, link: LinkId) {
         if self.heartbeat.load(Ordering::Relaxed) {
             self.send_heartbeat(&self.core(), Route::Link(link), true);
         }
     }
 
-    /// Sends our heartbeat, in the oldest version that a vehicle speaks: everybody reads MAVLink 1.
+    /// Sends our heartbeat in the oldest version that a vehicle speaks: every receiver reads MAVLink 1.
     ///
-    /// With `invites` in MAVLink 2 besides: PX4 and ArduPilots of some years speak MAVLink 1 until they hear MAVLink 2, and
-    /// begin so again when they restart.
+    /// With `invites` in MAVLink 2 besides: PX4 and ArduPilots of some years speak MAVLink 1 until they hear MAVLink 2,
+    /// and begin so again when they restart.
     fn send_heartbeat(&self, core: &Core, route: Route, invites: bool) {
         let speaks_v1 = core.watchers.values().any(|watchers| watchers.version == MavVersion::V1);
         let version = if speaks_v1 { MavVersion::V1 } else { MavVersion::V2 };
         let send = |version| {
             let heartbeat = Message::Heartbeat(Heartbeat::default());
-            // Links without a peer refuse it; there is nobody to miss it.
+            // Links without a peer refuse it, which is no loss.
             let _ = self.hub.send_message(&heartbeat, self.heartbeat_source(core), version, route);
         };
         send(version);
@@ -67,8 +68,9 @@ impl Shared {
         }
     }
 
-    /// Whose heartbeat ours is. On board it is not the vehicle's: ArduPilot's failsafe looks at the system id alone, and counts that of its
-    /// ground stations. The component stays ours, so that no other station takes it for a second one with its own address.
+    /// The source of our heartbeat. On board it is not the vehicle's system id: ArduPilot's failsafe looks at the
+    /// system id alone, and counts that of its ground stations. The component stays ours, so that no other station
+    /// takes it for a second one with its own address.
     fn heartbeat_source(&self, core: &Core) -> Address {
         let ours = self.config.address;
         if !ours.component.is_onboard_computer() {
@@ -79,7 +81,8 @@ impl Shared {
     }
 }
 
-/// Lets time pass for the vehicles and sends our heartbeat: from the loop that does the work, so that it stops with it.
+/// Advances the vehicles' time and sends our heartbeat. Both are in one loop, so that the heartbeat stops when the work
+/// does.
 pub(super) async fn drive(shared: Weak<Shared>, mut closing: watch::Receiver<bool>) {
     let _guard = DriverGuard(shared.clone());
     let mut heartbeat_due = MonoTime::ZERO;
@@ -146,7 +149,7 @@ pub(super) async fn keep_keys(shared: Weak<Shared>, mut closing: watch::Receiver
     }
 }
 
-/// Without the driver no time-out passes: when it ends for whatever reason, nobody waits for ever.
+/// Closes the station when the driver ends for any reason: without it no time-out would ever pass.
 struct DriverGuard(Weak<Shared>);
 
 impl Drop for DriverGuard {

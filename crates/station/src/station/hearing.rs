@@ -1,4 +1,4 @@
-//! Frames as they are heard: whose they are, and who else uses a vehicle's id or our own.
+//! Received frames: which vehicle they belong to, and who else uses its id or our own.
 
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -11,16 +11,16 @@ use super::shared::{Core, Shared, Watchers};
 use crate::error::StationError;
 use crate::subscriptions::Observed;
 
-/// `TIMESYNC`: its answers tell the round trip.
+/// `TIMESYNC`: its answers give the round trip.
 const TIMESYNC_ID: u32 = 111;
 
 impl Core {
-    /// Whether what is followed of a vehicle is a recording, which answers nothing.
+    /// Whether the followed source of a vehicle is a recording, which answers nothing.
     pub(super) fn is_replayed(&self, system: VehicleId) -> bool {
         is_played(self.watchers.get(&system).and_then(|watchers| watchers.sources.followed()))
     }
 
-    /// Lets through what is to be sent to a vehicle. A recording is refused: what it holds would be taken for the answers.
+    /// Admits a message to a vehicle. A recording is refused: its recorded messages would be taken for answers.
     pub(crate) fn admit(&self, id: VehicleId) -> Result<(), StationError> {
         let vehicle = match self.adopted.get(&id) {
             Some(adopted) if adopted.remote.is_recording() => adopted.name.to_string(),
@@ -52,7 +52,8 @@ impl Shared {
         }
         if core.vehicles.is_radio(from, &message) {
             let Core { vehicles, watchers, .. } = &mut *core;
-            // Its frames come from where its vehicle's come: one port may have many bridges, each with a radio.
+            // A radio's frames come from the same source as its vehicle's: one port may have many bridges, each with a
+            // radio.
             let is_there = |watchers: &Watchers| watchers.sources.followed().is_some_and(|at| origin_of(at) == origin);
             let there = watchers.iter().filter(|(_, watchers)| is_there(watchers)).map(|(id, _)| *id);
             vehicles.on_radio(there, &message, now);
@@ -66,7 +67,7 @@ impl Shared {
         if frame.message_id() == TIMESYNC_ID
             && let Some(round_trip) = core.vehicles.get(from.system).and_then(Vehicle::round_trip)
         {
-            // The link may just have been closed; then its figure matters to nobody.
+            // The link may just have been closed; then its count does not matter.
             let _ = self.hub.note_round_trip(link, round_trip);
         }
         let version = core.vehicles.get(from.system).map(Vehicle::protocol_version);
@@ -80,22 +81,22 @@ impl Shared {
         }
         self.carry_out(&mut core, now);
         if !is_known {
-            // One that was not known before is followed where it was heard.
+            // A new vehicle is followed where it was first heard.
             self.whose(&mut core, origin, from, &message, now);
         }
     }
 
-    /// All that was read in one go has been heard. Whoever is told only now that a command was answered has nothing to ask
-    /// for again before a second answer, which came along with the first, is taken for the next command's.
+    /// All frames of one read have been handled. Callers are notified of results only now, so that none sends the same
+    /// command again before a second answer in the same read is handled: it would be taken for the next command's.
     pub(crate) fn on_read(&self) {
         self.core().end_requests();
     }
 
-    /// Whether a message is of the vehicle that is followed under its id, and not of another that uses the same, and what is to be
-    /// done with it.
+    /// Whether a message is from the vehicle that is followed under its id, not from another with the same id, and how
+    /// to handle it.
     fn whose(&self, core: &mut Core, origin: Origin, from: Address, message: &Message, now: MonoTime) -> Taken {
         let Some(autopilot) = core.vehicles.get(from.system).map(Vehicle::address) else {
-            // Another station, a radio: what one was recorded to say was said to the recorded vehicle, not to a live one.
+            // Another station, a radio: recorded messages were sent to the recorded vehicle, not to a live one.
             let target = message.target().system.filter(|target| core.vehicles.get(*target).is_some());
             let is_elsewhere = |target: SystemId| core.is_replayed(target.into()) != self.hub.is_replay(origin.link);
             return if target.is_some_and(is_elsewhere) { Taken::No } else { Taken::Yes };
@@ -104,7 +105,7 @@ impl Shared {
         let is_recording = self.hub.is_replay(origin.link);
         let id = SourceId { link: origin.link.0, peer: origin.peer.0, is_recording };
         if autopilot != from {
-            // Cameras and radios have no boot clock to go by; those of a known stranger are not the vehicle's.
+            // Cameras and radios have no boot clock to compare; those of a known stranger are not the vehicle's.
             return if watchers.sources.is_rival(id) { Taken::No } else { Taken::Yes };
         }
         let before = watchers.sources.followed();
@@ -124,7 +125,7 @@ impl Shared {
         taken
     }
 
-    /// Tells when another vehicle begins or ends to use a vehicle's id, or its name.
+    /// Reports when another vehicle starts or stops using a vehicle's id or name.
     pub(super) fn tell_contest(&self, watchers: &mut Watchers, system: VehicleId, now: MonoTime) {
         let is_contested = watchers.rival(now).is_some();
         if is_contested == watchers.is_contested {
@@ -150,7 +151,7 @@ impl Shared {
         watchers.changes.notify();
     }
 
-    /// Somebody else uses our own address.
+    /// Another station uses our own address.
     fn on_namesake(&self, origin: Origin, now: MonoTime) {
         if self.core().namesake.on_frame(origin, now) {
             let place = self.hub.describe(origin);
@@ -158,7 +159,7 @@ impl Shared {
         }
     }
 
-    /// Whether a vehicle hears us. Of a recording nobody can say.
+    /// Whether a vehicle hears us; `None` for a recording.
     pub(crate) fn is_reached(&self, system: VehicleId) -> Option<bool> {
         let now = self.clock.now();
         let core = self.core();
@@ -166,7 +167,7 @@ impl Shared {
         reached.filter(|_| !core.is_replayed(system))
     }
 
-    /// Where else a vehicle's id, or its name, is used, in words.
+    /// The other place where a vehicle's id or name is used, in words.
     pub(crate) fn rival(&self, system: VehicleId) -> Option<String> {
         let now = self.clock.now();
         let rival = match self.core().watchers.get(&system)?.rival(now)? {
@@ -176,7 +177,8 @@ impl Shared {
         Some(self.hub.describe(origin_of(rival)))
     }
 
-    /// Another speaks by the name of a vehicle far away, at this place, and counts as there until then; `None`: not any more.
+    /// Another computer uses the name of a remote vehicle, at this place, and counts as present until then; `None`: no
+    /// longer.
     pub(crate) fn on_far_rival(&self, system: VehicleId, rival: Option<(String, MonoTime)>) {
         let now = self.clock.now();
         let mut core = self.core();
@@ -186,7 +188,7 @@ impl Shared {
         }
     }
 
-    /// Follows the other vehicle of that id; whether there is one.
+    /// Follows the other vehicle with that id; whether there is one.
     pub(crate) fn follow_rival(self: &Arc<Self>, system: VehicleId) -> bool {
         let now = self.clock.now();
         let mut core = self.core();
@@ -209,7 +211,7 @@ impl Shared {
 enum Rival<'a> {
     /// At a link.
     Near(SourceId),
-    /// Far away, at this place.
+    /// Remote, at this place.
     Far(&'a str),
 }
 

@@ -1,4 +1,4 @@
-//! What a station is made of: what its handles share, and what of that changes with each message under one lock.
+//! The shared state of a station's handles, and the part under one lock that changes with each message.
 
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicBool, AtomicU64};
@@ -27,18 +27,18 @@ use crate::subscriptions::Subscriptions;
 /// The result of a request to a vehicle.
 pub type RequestResult = Result<Reply, StationError>;
 
-/// A ground station without a face. Clones are handles to the same station.
+/// A ground station without a user interface. Clones are handles to the same station.
 #[derive(Clone)]
 pub struct Station {
     pub(crate) shared: Arc<Shared>,
 }
 
-/// A vehicle of a station. Cheap to clone. The station lives as long as somebody holds it or one of its vehicles.
+/// A vehicle of a station. Cheap to clone. The station lives as long as a handle to it or to one of its vehicles.
 #[derive(Debug, Clone)]
 pub struct VehicleHandle {
     pub(crate) station: Station,
     pub(crate) id: VehicleId,
-    /// In whose name it acts; the station's own when absent.
+    /// The operator it acts for; the station's own when absent.
     pub(crate) operator: Option<Arc<Operator>>,
 }
 
@@ -49,26 +49,26 @@ pub(crate) struct Shared {
     pub(crate) clock: Arc<dyn Clock>,
     pub(super) core: Mutex<Core>,
     pub(crate) control: Control,
-    /// In whose name the program that has the station acts.
+    /// The operator of the program that owns the station.
     pub(crate) operator: Arc<Operator>,
     pub(super) confirmations: Mutex<Confirmations>,
     pub(super) heartbeat: AtomicBool,
     pub(super) undecodable: AtomicU64,
-    /// When the driver is set to wake, µs on our clock; an earlier deadline has to wake it.
+    /// When the driver will wake, µs on our clock; an earlier deadline has to wake it.
     pub(super) driver_alarm_us: AtomicU64,
     pub(super) wake_driver: tokio::sync::Notify,
     pub(super) closing: watch::Sender<bool>,
-    /// How the recording was going when the driver looked last.
+    /// State of the recording when the driver last looked.
     pub(super) health: watch::Sender<Option<RecorderStatus>>,
     /// The signing keys.
     pub(crate) vault: Option<Vault>,
-    /// Why there are none, when they could not be read.
+    /// Why they could not be read.
     pub(crate) vault_fault: Option<SigningError>,
     pub(super) owned: Mutex<Owned>,
     pub(super) records: Mutex<Option<Records>>,
 }
 
-/// What has to be ended in order.
+/// Tasks and resources that are shut down in order.
 #[derive(Default)]
 pub(super) struct Owned {
     pub(super) links: Vec<LinkHandle>,
@@ -80,17 +80,17 @@ pub(super) struct Owned {
 /// Everything that changes with each message; under one short lock, never held across an await.
 pub(crate) struct Core {
     pub(crate) vehicles: Vehicles,
-    /// What is remembered of vehicles from runs before.
+    /// Records of vehicles from earlier runs.
     pub(super) remembered: Vec<StoredRecord>,
     pub(super) requests: HashMap<(VehicleId, RequestId), Finisher<RequestResult>>,
-    /// Requests that have ended, and whose callers are told next.
+    /// Requests that have ended and whose callers are to be notified.
     pub(super) ended: Vec<(Finisher<RequestResult>, RequestResult)>,
     pub(super) waiting: Vec<Waiting>,
     pub(super) next_waiting: u64,
     pub(crate) watchers: HashMap<VehicleId, Watchers>,
-    /// Those that are far away.
+    /// Remote vehicles.
     pub(crate) adopted: HashMap<VehicleId, Adopted>,
-    /// Of those who watch all vehicles at once.
+    /// Subscribers to all vehicles.
     pub(crate) subscriptions: Subscriptions,
     /// Another station with our address.
     pub(super) namesake: Namesake,
@@ -102,7 +102,7 @@ impl Core {
     }
 }
 
-/// Somebody who waits for a vehicle.
+/// A caller that waits for a vehicle.
 pub(super) struct Waiting {
     pub(super) key: u64,
     pub(super) wanted: Option<VehicleId>,
@@ -110,20 +110,20 @@ pub(super) struct Waiting {
     pub(super) finisher: Finisher<Result<VehicleHandle, StationError>>,
 }
 
-/// Who looks at a vehicle.
+/// The subscribers of a vehicle, and its state in this station.
 #[derive(Default)]
 pub(crate) struct Watchers {
     pub(crate) changes: Arc<Changes>,
     pub(crate) subscriptions: Subscriptions,
     /// The protocol version that the vehicle speaks.
     pub(crate) version: MavVersion,
-    /// From where it is heard, and whether all of that is one vehicle.
+    /// The sources it is heard from, and whether they are one vehicle.
     pub(crate) sources: Sources,
-    /// Of one far away: where another speaks by its name, and until when that counts as there.
+    /// Of a remote vehicle: the place of another computer with its name, and until when it counts as present.
     pub(super) far_rival: Option<(String, MonoTime)>,
-    /// Whether it was told that another uses its id, or its name.
+    /// Whether it was reported that another uses its id or name.
     pub(super) is_contested: bool,
-    /// Whether it asks for the ground's altitude where nobody here knows it.
+    /// Whether it asks for terrain that no map here has.
     pub(crate) lacks_terrain: bool,
 }
 
@@ -178,7 +178,7 @@ impl Shared {
         self.vault.as_ref().ok_or_else(fault)
     }
 
-    /// Does something with the keys off the runtime's threads.
+    /// Runs a closure on the keys, off the runtime's threads.
     pub(crate) async fn blocking<T: Send + 'static>(
         self: &Arc<Self>,
         work: impl FnOnce(&Vault, &Hub) -> Result<T, SigningError> + Send + 'static,
@@ -191,7 +191,7 @@ impl Shared {
         done.await.map_err(|_| StationError::Closed)?.map_err(StationError::from)
     }
 
-    /// Looks at a vehicle's state machine; `None` when it is not known (any more).
+    /// Reads from a vehicle's state machine; `None` when the vehicle is not known.
     pub(crate) fn with_vehicle<T>(&self, system: VehicleId, look: impl FnOnce(&Vehicle) -> T) -> Option<T> {
         self.core().vehicles.get(system).map(look)
     }
@@ -202,7 +202,7 @@ impl Shared {
         (telemetry, self.clock.now())
     }
 
-    /// Closed from now on: everything that is waited for ends.
+    /// Marks it closed: all waits end.
     pub(super) fn end_waits(&self) {
         self.closing.send_replace(true);
         let (requests, waiting) = {

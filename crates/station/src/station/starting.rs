@@ -1,4 +1,4 @@
-//! How a station begins: its clock, recorder, keys and records, and what hears its links.
+//! The start of a station: its clock, recorder, keys and records, and the receiver of its links.
 
 use std::collections::HashMap;
 use std::path::PathBuf;
@@ -32,7 +32,7 @@ impl Station {
         Self::with_clock(config, runtime.clone(), Arc::new(SystemClock::new()))
     }
 
-    /// Starts a station that lives by another clock.
+    /// Starts a station with a clock of the caller.
     ///
     /// # Errors
     /// As [`Self::start`].
@@ -40,9 +40,9 @@ impl Station {
         let hub = Hub::new(vec![config.address], clock.clone());
         let vehicle_config = VehicleConfig {
             streams: config.streams()?,
-            // Two runs of the program shall not share MAVFTP session numbers.
+            // Two runs of the program must not share MAVFTP session numbers.
             seed: clock.unix_us() as u32,
-            // Who only listens sends nothing by itself.
+            // A station that only listens sends nothing by itself.
             reads_back: config.request_streams,
             only_listens: !config.request_streams,
             keeps_records: config.missions_dir.is_some(),
@@ -59,7 +59,7 @@ impl Station {
         hub.set_recorder(recorder.as_ref().map(Recorder::handle));
         let remembered = config.missions_dir.as_deref().map(records::read_all).unwrap_or_default();
         let health = watch::channel(recorder.as_ref().map(Recorder::status)).0;
-        // Keys that cannot be read keep nobody from flying; it is said.
+        // Unreadable keys do not prevent flying; the fault is reported.
         let vault = config.signing_dir.as_deref().map(|dir| Vault::open(dir, &hub)).transpose();
         let (vault, vault_fault) = match vault {
             Ok(vault) => (vault, None),
@@ -70,7 +70,7 @@ impl Station {
         };
         let control = Control::default();
         let operator = Arc::new(control.enlist(&config.operator, clock.now()).yielding());
-        // It is there for as long as the station is.
+        // It is present for as long as the station.
         operator.attach(clock.now());
         let shared = Arc::new(Shared {
             health,

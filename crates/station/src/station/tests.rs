@@ -311,8 +311,8 @@ async fn on_board_the_heartbeat_is_one_that_an_autopilot_counts() {
 }
 
 // fault 26: at most 1 heartbeat in 2.5 s from a core that is stuck
-/// The vehicle's ground-station failsafe counts our heartbeats: they come from the loop that does the work, so that they
-/// stop when it is stuck.
+/// The vehicle's ground-station failsafe counts our heartbeats: they come from the loop that does the work, so that
+/// they stop when it is stuck.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn heartbeats_stop_while_the_core_is_stuck_and_go_on_afterwards() {
     let plane = UdpSocket::bind("127.0.0.1:0").expect("a socket");
@@ -502,8 +502,8 @@ fn of_another_station(message: Message) -> Frame {
     message.encode(Header { sequence: 0, source: Address::new(245, 190), version: MavVersion::V2 })
 }
 
-/// A recorded flight in which another station's upload is cut or ends, played before the aircraft itself is heard: both tell
-/// the same hardware.
+/// A recorded flight in which another station's upload is cut or ends, played before the aircraft itself is heard: both
+/// tell the same hardware.
 #[tokio::test]
 async fn a_recording_changes_nothing_in_what_is_remembered() {
     let folder = std::env::temp_dir().join(format!("vencejo-station-recorded-{}", std::process::id()));
