@@ -1,4 +1,4 @@
-//! What the values of a request choose from: a mode, a message and how often it comes, what a height is counted from.
+//! Choices in the values of requests: a mode, a message and its rate, the reference of an altitude.
 
 use std::str::FromStr;
 
@@ -10,7 +10,8 @@ use crate::error::VehicleError;
 #[cfg(feature = "describe")]
 use crate::several::Kinds;
 
-/// Slowest rate of any message, Hz: its interval fits a whole number of 32 bits of microseconds, as which ArduPilot takes it.
+/// Slowest rate of any message, Hz: its interval fits a whole number of 32 bits of microseconds, as which ArduPilot
+/// takes it.
 pub const SLOWEST_HZ: f64 = 0.0005;
 /// Fastest rate of any message, Hz.
 pub const MAX_RATE_HZ: f64 = 50.0;
@@ -34,7 +35,7 @@ impl<'de> Deserialize<'de> for ModeChoice {
     }
 }
 
-/// What a height in a request is counted from.
+/// The reference of an altitude in a request.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(
     feature = "describe",
@@ -76,7 +77,7 @@ pub enum SpeedKind {
     Groundspeed,
 }
 
-/// Which way to circle. Said to others as whether it is clockwise.
+/// The sense of a circle. Serialised as whether it is clockwise.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[cfg_attr(feature = "describe", derive(serde::Serialize, serde::Deserialize), serde(from = "bool", into = "bool"))]
 pub enum Turn {
@@ -87,7 +88,7 @@ pub enum Turn {
     CounterClockwise,
 }
 
-/// A message of MAVLink. Others say it by its name in the dialect, such as `"ATTITUDE"`, or by its number.
+/// A MAVLink message. Read from its name in the dialect, such as `"ATTITUDE"`, or its number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[cfg_attr(feature = "describe", derive(serde::Serialize, serde::Deserialize), serde(try_from = "MessageChoice"))]
 pub struct MessageId(pub u32);
@@ -103,7 +104,7 @@ impl FromStr for MessageId {
     }
 }
 
-/// A message of MAVLink: its name in the dialect, or its number.
+/// A MAVLink message: its name in the dialect, or its number.
 #[cfg(feature = "describe")]
 #[derive(utoipa::ToSchema)]
 #[serde(untagged)]
@@ -135,7 +136,7 @@ impl TryFrom<MessageChoice> for MessageId {
     }
 }
 
-/// How often a vehicle is to send a message. Others say it as a number, of which 0 is the vehicle's own rate, or as a word.
+/// The rate at which a vehicle is to send a message. Read from a number, where 0 is the vehicle's own rate, or a word.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(
     feature = "describe",
@@ -143,19 +144,19 @@ impl TryFrom<MessageChoice> for MessageId {
     serde(from = "RateChoice", into = "RateChoice")
 )]
 pub enum MessageRate {
-    /// So often a second, [`SLOWEST_HZ`] to [`MAX_RATE_HZ`].
+    /// Messages per second, [`SLOWEST_HZ`] to [`MAX_RATE_HZ`].
     Hz(f64),
-    /// As often as the vehicle's parameters say.
+    /// The vehicle's own rate, set by its parameters.
     Default,
     /// Not at all.
     Stop,
 }
 
 impl MessageRate {
-    /// The same, where a vehicle can be asked for it.
+    /// The same rate, checked.
     ///
     /// # Errors
-    /// [`VehicleError::InvalidValue`] for a rate that is not from [`SLOWEST_HZ`] to [`MAX_RATE_HZ`].
+    /// [`VehicleError::InvalidValue`] for a rate outside [`SLOWEST_HZ`] to [`MAX_RATE_HZ`].
     pub fn checked(self) -> Result<Self, VehicleError> {
         match self {
             Self::Hz(rate_hz) if !(SLOWEST_HZ..=MAX_RATE_HZ).contains(&rate_hz) => Err(VehicleError::InvalidValue {
@@ -201,7 +202,7 @@ impl<'de> Deserialize<'de> for RateChoice {
     }
 }
 
-/// A rate that is no number.
+/// A rate given as a word.
 #[cfg(feature = "describe")]
 #[derive(Clone, Copy, serde::Serialize, utoipa::ToSchema)]
 #[serde(rename_all = "snake_case")]

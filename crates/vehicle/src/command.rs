@@ -1,9 +1,9 @@
 //! Commands with acknowledgement: COMMAND_LONG, COMMAND_INT and COMMAND_ACK.
 //!
-//! Protocol: mavlink.io, "Command Protocol". One command of a number is under way at a time, because an acknowledgement
-//! names nothing else. A command that gets no answer is repeated with `confirmation` + 1 only when doing it twice does
-//! the same as doing it once ([`is_idempotent`]), or when its owner has read from the vehicle that it was not done. Answers
-//! to repetitions that may still come would be taken for the next command's: it waits for them ([`Owed`]).
+//! Protocol: mavlink.io, "Command Protocol". One command per MAV_CMD is in flight: COMMAND_ACK carries no other
+//! identifier. A command without an answer is repeated with `confirmation` + 1 only when it is idempotent
+//! ([`is_idempotent`]), or when its owner has read from the vehicle that it was not executed. Late answers to
+//! repetitions would be taken for the next command's: that waits for them ([`Owed`]).
 
 use std::collections::VecDeque;
 use std::fmt;
@@ -12,13 +12,13 @@ use std::time::Duration;
 use vencejo_flight::plan::Command;
 use vencejo_proto::{Address, CommandAck, CommandInt, CommandLong, Message, MonoTime};
 
-/// Commands that may wait for one of the same number to end. More are refused.
+/// Most commands queued behind one with the same MAV_CMD; more are refused.
 const MAX_WAITING: usize = 64;
 
 /// How long the owner may take to read the vehicle's state: two heartbeats and a bit.
 const ASK_WAIT: Duration = Duration::from_millis(2_500);
 
-/// What the round trip of a link is taken to be until it was measured, and what its answers may come apart by chance.
+/// Assumed round trip of a link until it is measured, and the jitter between its answers.
 const ROUND_TRIP_UNKNOWN: Duration = Duration::from_millis(500);
 const SLACK: Duration = Duration::from_millis(50);
 
@@ -59,7 +59,7 @@ pub mod cmd {
     pub const GUIDED_CHANGE_HEADING: u16 = 43002;
 }
 
-/// Numbers of ArduPilot's auxiliary functions (`RC_Channel::AUX_FUNC`), of those that arm, end a flight or move in the mission.
+/// Numbers of ArduPilot's auxiliary functions (`RC_Channel::AUX_FUNC`) that arm, end a flight or change the mission.
 pub(crate) mod aux {
     pub(crate) const FENCE: u32 = 11;
     pub(crate) const AUTO: u32 = 16;
@@ -77,7 +77,7 @@ pub(crate) mod aux {
     pub(crate) const ICE_START_STOP: u32 = 179;
 }
 
-/// A number as vehicles read it from a float of a command.
+/// A whole number as vehicles read it from a float parameter.
 pub(crate) fn whole(param: f32) -> u32 {
     param as u32
 }
@@ -102,7 +102,7 @@ impl fmt::Display for CommandName {
     }
 }
 
-/// How a vehicle answered a command (`MAV_RESULT`).
+/// A vehicle's answer to a command (`MAV_RESULT`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct CommandResult(pub u8);
 
@@ -155,11 +155,10 @@ impl fmt::Display for CommandResult {
     }
 }
 
-/// Whether executing the command twice does the same as executing it once, so that it may be repeated unseen.
+/// Whether executing the command twice has the same effect as executing it once, so that it may be repeated blindly.
 ///
-/// Everything that is not listed is not: arming, take-off, reboot, landing start, jumps, relative changes, releases, and
-/// what this version does not know. Changing the mode is not listed either: between two sendings the pilot may have
-/// switched to another mode.
+/// Not idempotent: arming, take-off, reboot, landing start, jumps, relative changes, releases, and unknown commands.
+/// Nor is a change of mode: between two transmissions the pilot may have switched to another mode.
 pub const fn is_idempotent(command: u16) -> bool {
     matches!(
         command,
@@ -209,7 +208,7 @@ impl CommandMessage {
         }
     }
 
-    /// To whom it goes.
+    /// Its target.
     pub fn target(&self) -> Address {
         match self {
             Self::Long(long) => long.target,
@@ -217,7 +216,7 @@ impl CommandMessage {
         }
     }
 
-    /// As it goes out first.
+    /// The message of its first transmission.
     pub(crate) fn to_message(self) -> Message {
         self.message(0)
     }
@@ -229,8 +228,8 @@ impl CommandMessage {
         }
     }
 
-    /// The same command in the other form, where that means exactly the same: without a position, because a COMMAND_LONG has
-    /// neither a frame nor the digits for one.
+    /// The same command in the other form, where the meaning is exactly the same: only without a position, for which
+    /// COMMAND_LONG has neither a frame nor the precision.
     fn other_form(&self) -> Option<Self> {
         match *self {
             Self::Int(int) if (int.x, int.y, int.z) == (0, 0, 0.0) => {
@@ -261,20 +260,20 @@ impl CommandMessage {
 pub enum Unanswered {
     /// Send it again.
     Repeat,
-    /// Ask the owner ([`CommandOutput::Unanswered`]), who reads the vehicle's state first.
+    /// Ask the owner ([`CommandOutput::Unanswered`]), which checks the vehicle's state first.
     Ask,
     /// Give up.
     GiveUp,
 }
 
 impl Unanswered {
-    /// The right one for a command that nothing else is known of.
+    /// The default for a command.
     pub fn for_command(command: u16) -> Self {
         if is_idempotent(command) { Self::Repeat } else { Self::GiveUp }
     }
 }
 
-/// What to do while a command of the same number is under way.
+/// What to do while the same MAV_CMD is in flight.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum WhenBusy {
     /// Refuse.
@@ -283,12 +282,12 @@ pub enum WhenBusy {
     Wait,
 }
 
-/// How long to wait, and how often to try.
+/// Timeouts and number of attempts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct CommandConfig {
     /// Wait for an answer; never less than two round trips. Default 1 s.
     pub timeout: Duration,
-    /// How often a command is sent at most. Default 5.
+    /// Most transmissions of a command. Default 5.
     pub attempts: u32,
     /// Wait for the next answer after IN_PROGRESS. Default 30 s.
     pub progress_timeout: Duration,
@@ -307,11 +306,11 @@ impl Default for CommandConfig {
     }
 }
 
-/// Names a command that was submitted.
+/// Identifies a submitted command.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct CommandId(u64);
 
-/// A command of the same number is under way, or too many wait.
+/// The same MAV_CMD is in flight, or too many wait.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Busy;
 
@@ -332,21 +331,21 @@ pub enum CommandOutcome {
     },
 }
 
-/// What [`Commands`] wants of its owner.
+/// Outputs of [`Commands`] for its owner.
 #[derive(Debug, Clone, PartialEq)]
 #[allow(clippy::large_enum_variant, reason = "moved once, from the queue to the link")]
 pub enum CommandOutput {
     /// Send this.
     Send(Message),
-    /// The vehicle is at it.
+    /// The vehicle reports IN_PROGRESS.
     Progress {
         /// Which command.
         id: CommandId,
-        /// 0 to 100; `None` when the vehicle does not say.
+        /// 0 to 100; `None` when not reported.
         percent: Option<u8>,
     },
-    /// There was no answer to a command with [`Unanswered::Ask`]: call [`Commands::repeat`] or [`Commands::forget`] now, or
-    /// it waits once more and then times out.
+    /// There was no answer to a command with [`Unanswered::Ask`]: call [`Commands::repeat`] or [`Commands::forget`]
+    /// now, or it waits once more and then times out.
     Unanswered {
         /// Which command.
         id: CommandId,
@@ -374,8 +373,8 @@ struct InFlight {
     deadline: MonoTime,
 }
 
-/// Answers that may still come to a command that was sent more than once and has been answered. Until they have, or are
-/// not to be expected any more, no other of its number is sent.
+/// Answers that may still come to a command that was sent more than once and has been answered. Until they have come,
+/// or can no longer be expected, the same MAV_CMD is not sent.
 #[derive(Debug)]
 struct Owed {
     target: Address,
@@ -413,7 +412,7 @@ impl Commands {
         }
     }
 
-    /// Tells the round trip of the link; longer ones are waited for.
+    /// Sets the round trip of the link, to which timeouts adapt.
     pub fn set_round_trip(&mut self, round_trip: Option<Duration>) {
         self.round_trip = round_trip;
     }
@@ -422,7 +421,7 @@ impl Commands {
         self.config.timeout.max(self.round_trip.map_or(Duration::ZERO, |round_trip| round_trip * 2))
     }
 
-    /// Sends a command, at once or when the one of the same number has ended.
+    /// Sends a command, at once or when the same MAV_CMD in flight has ended.
     ///
     /// # Errors
     /// [`Busy`] when it must not wait, or when too many do.
@@ -451,7 +450,7 @@ impl Commands {
         Ok(id)
     }
 
-    /// Whether an answer would not tell which of two commands it is for.
+    /// Whether an answer would be ambiguous between two commands.
     fn is_held(&self, message: &CommandMessage) -> bool {
         self.in_flight.iter().any(|flight| key(&flight.message) == key(message))
             || self.owed.iter().any(|owed| (owed.target, owed.command) == key(message))
@@ -473,7 +472,7 @@ impl Commands {
         });
     }
 
-    /// Starts what waited for a command that ended.
+    /// Starts commands that waited for one that ended.
     fn start_waiting(&mut self, now: MonoTime) {
         while let Some(index) = self.waiting.iter().position(|(_, message, _)| !self.is_held(message)) {
             let Some((id, message, unanswered)) = self.waiting.remove(index) else { return };
@@ -481,7 +480,7 @@ impl Commands {
         }
     }
 
-    /// Reads an acknowledgement. One that is not for us, or not from whom we asked, is ignored.
+    /// Reads an acknowledgement. One that is not for us, or not from the target, is ignored.
     pub fn on_ack(&mut self, from: Address, ack: &CommandAck, now: MonoTime) {
         if !is_for(ack.target, self.our) {
             return;
@@ -530,7 +529,7 @@ impl Commands {
         self.finish(index, outcome, now);
     }
 
-    /// One more answer to a command that has had one.
+    /// A further answer to a command that was answered before.
     fn on_owed(&mut self, from: Address, ack: &CommandAck, now: MonoTime) {
         let is_it = |owed: &&mut Owed| owed.command == ack.command && is_for(owed.target, from);
         if let Some(owed) = self.owed.iter_mut().find(is_it)
@@ -584,7 +583,7 @@ impl Commands {
         }
     }
 
-    /// Sends a command again; for the owner who has read that it was not executed.
+    /// Sends a command again, when the owner has read that it was not executed.
     pub fn repeat(&mut self, id: CommandId, now: MonoTime) {
         let timeout = self.timeout();
         if let Some(flight) = self.in_flight.iter_mut().find(|flight| flight.id == id) {
@@ -595,7 +594,7 @@ impl Commands {
         }
     }
 
-    /// Stops caring for a command. Nothing more is heard of it; the vehicle may still execute it.
+    /// Drops a command: no more outputs for it. The vehicle may still execute it.
     pub fn forget(&mut self, id: CommandId, now: MonoTime) {
         self.waiting.retain(|(waiting, ..)| *waiting != id);
         if let Some(index) = self.in_flight.iter().position(|flight| flight.id == id) {
@@ -619,9 +618,9 @@ impl Commands {
     }
 }
 
-/// How long after an answer the others to the same command may come. An answer that is nearer to the last sending than the
-/// way takes is one to an earlier sending: those to later ones come as far apart as these were sent. Otherwise it is the last
-/// sending's, and what else comes is what the link had held up and brings now.
+/// How long after an answer further ones to the same command may come. An answer that comes sooner after the last
+/// transmission than the one-way delay belongs to an earlier transmission: those to later ones come as far apart as
+/// these were sent. Otherwise it belongs to the last one, and further answers are those that the link held up.
 fn rest_of_answers(flight: &InFlight, round_trip: Option<Duration>, now: MonoTime) -> Duration {
     let way = round_trip.unwrap_or(ROUND_TRIP_UNKNOWN);
     let is_to_an_earlier = now.since(flight.last_sent) < way / 2;
@@ -629,7 +628,7 @@ fn rest_of_answers(flight: &InFlight, round_trip: Option<Duration>, now: MonoTim
     way + SLACK + if is_to_an_earlier { apart } else { Duration::ZERO }
 }
 
-/// What an acknowledgement names of a command.
+/// The identity of a command in acknowledgements.
 fn key(message: &CommandMessage) -> (Address, u16) {
     (message.target(), message.command())
 }

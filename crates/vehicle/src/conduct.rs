@@ -1,4 +1,4 @@
-//! What a vehicle does by itself now, as its messages tell: whether it flies its mission, whether it lands, how it turns.
+//! The present conduct of a vehicle by its messages: whether it flies its mission, whether it lands, how it turns.
 
 use vencejo_flight::guidance::GRAVITY_M_S2;
 use vencejo_flight::plan::{Command, Mission};
@@ -6,21 +6,22 @@ use vencejo_flight::plan::{Command, Mission};
 use crate::modes::{Action, FlightMode, ModeFamily};
 use crate::telemetry::{LandedState, Telemetry};
 
-/// Slower than this a plane stands, and does not turn, metres per second.
+/// Speed below which a plane stands, and does not turn, metres per second.
 const MOVING_M_S: f64 = 3.0;
-/// A plane that banks more than this is tumbling, not turning, radians.
+/// Bank above which a plane is tumbling, not turning, radians.
 const STEEPEST_RAD: f64 = 1.4;
 
-/// What a vehicle does by itself now.
+/// The present conduct of a vehicle.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Conduct {
-    /// Whether its mode flies the mission; `None` while the mode is not known.
+    /// Whether its mode flies the mission; `None` while the mode is unknown.
     pub follows_mission: Option<bool>,
-    /// Whether it is on its way down to land: only then can a landing be aborted (`Plane::trigger_land_abort`). `None` when that is not
-    /// known, as in a mission that was not read.
+    /// Whether it is on its way down to land: only then can a landing be aborted (`Plane::trigger_land_abort`). `None`
+    /// when that is unknown, as in a mission that was not read.
     pub is_landing: Option<bool>,
-    /// How fast its course turns while it circles by itself, radians per second, clockwise positive: that of a coordinated turn at its
-    /// bank and airspeed, g · tan(bank) / speed. `None` in other modes, whose turns end soon, and while bank or speed are not known.
+    /// How fast its course turns while it circles by itself, radians per second, clockwise positive: that of a
+    /// coordinated turn at its bank and airspeed, g · tan(bank) / speed. `None` in other modes, whose turns end soon,
+    /// and while bank or speed are not known.
     pub turn_rate_rad_s: Option<f64>,
 }
 
@@ -48,7 +49,8 @@ impl Conduct {
     }
 }
 
-/// Whether the item at `index` leads to a landing: it lies between a `DO_LAND_START` and the landing item behind it, or is the latter.
+/// Whether the item at `index` leads to a landing: it lies between a `DO_LAND_START` and the landing item behind it, or
+/// is the latter.
 pub(crate) fn leads_to_landing(mission: &Mission, index: usize) -> bool {
     let Some((item, up_to)) = mission.items.get(index).zip(mission.items.get(..=index)) else { return false };
     let mut back = up_to.iter().rev().map(|item| item.command).take_while(|command| !command.is_landing());
@@ -63,7 +65,7 @@ fn lands(mode: FlightMode) -> bool {
         || (mode.family == ModeFamily::ArduPlane && matches!(mode.custom_mode, 20 | 26))
 }
 
-/// Whether a plane that banks in this mode goes on circling. A copter banks to go somewhere.
+/// Whether a plane that banks in this mode keeps circling. A copter banks to move.
 fn circles(mode: FlightMode) -> bool {
     match mode.family {
         // CIRCLE, RTL, LOITER, GUIDED, QLOITER, QRTL, THERMAL, LOITER_ALT_QLAND

@@ -1,5 +1,5 @@
-//! Which acts can end a flight or destroy what is on board: the one classification that every door uses, whatever way an
-//! act is spelled (a request of its own, a raw command, a raw message, a parameter).
+//! Which acts can end a flight or destroy data on board: the one classification that every front end uses, however an
+//! act is expressed (a request, a raw command, a raw message, a parameter).
 
 use std::fmt;
 
@@ -11,20 +11,21 @@ use crate::request::Request;
 use crate::telemetry::{LOST_AFTER, Telemetry};
 use crate::vehicle::commands_of;
 
-/// Below this ground speed a fixed wing that does not say whether it flies is taken to stand…
+/// Ground speed below which a fixed wing that does not report whether it flies counts as standing…
 const STANDS_BELOW_M_S: f64 = 3.0;
 /// …unless it has this airspeed: against a strong wind it flies without moving over the ground.
 const MAY_FLY_FROM_M_S: f64 = 6.0;
-/// `MAV_TYPE_FIXED_WING`: what hovers has no ground speed that tells.
+/// `MAV_TYPE_FIXED_WING`: for hovering vehicles ground speed is no indication.
 const FIXED_WING: u8 = 1;
 
-/// An act that a person has to confirm.
+/// A dangerous act, which a person has to confirm.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Danger {
     /// Arms in spite of the vehicle's own checks.
     ForceArm,
-    /// Stops the motors whatever the vehicle does: by force, by the emergency stop, by the safety switch, by the engine's control.
+    /// Stops the motors whatever the vehicle does: by force, by the emergency stop, by the safety switch, by the
+    /// engine's control.
     ForceDisarm,
     /// Disarms a vehicle that flies, or that is not known to stand.
     DisarmInFlight,
@@ -36,11 +37,11 @@ pub enum Danger {
     ClearAll,
     /// Restarts or switches off the autopilot.
     Reboot,
-    /// Switches the fence off, or what it does.
+    /// Switches the fence, or its action, off.
     FenceOff,
-    /// Puts parameters of the vehicle back to what the factory set, or erases what it has stored.
+    /// Resets parameters of the vehicle to their defaults, or erases its storage.
     Erase,
-    /// Writes to the vehicle's files, or its bootloader, by hand.
+    /// Writes to the vehicle's files or its bootloader directly.
     WriteFiles,
 }
 
@@ -79,7 +80,7 @@ impl Danger {
         }
     }
 
-    /// What it does, in words that begin a sentence.
+    /// What it does, as a phrase.
     pub const fn words(self) -> &'static str {
         match self {
             Self::ForceArm => "arms in spite of the vehicle's own checks",
@@ -102,7 +103,7 @@ impl Danger {
         Self::ALL.into_iter().find(|danger| danger.code() == code)
     }
 
-    /// What is dangerous about a request to a vehicle that last said this.
+    /// The danger of a request to a vehicle with this telemetry.
     pub fn of_request(request: &Request, telemetry: &Telemetry, now: MonoTime) -> Option<Self> {
         match request {
             Request::RawCommandLong(command) => of_command(command.command, &command.params, telemetry, now),
@@ -112,7 +113,7 @@ impl Danger {
             Request::UploadPlan { kind, items, .. } => items.is_empty().then_some(Self::Clear(*kind)),
             Request::ParamSet { name, value } => of_param(name, *value),
             Request::DespiteMixedPlan(request) => Self::of_request(request, telemetry, now),
-            // What it sends tells.
+            // By the commands that it sends.
             request => commands_of(request).iter().find_map(|command| match command {
                 CommandMessage::Long(command) => of_command(command.command, &command.params, telemetry, now),
                 CommandMessage::Int(command) => of_command(command.command, &command.params, telemetry, now),
@@ -120,9 +121,9 @@ impl Danger {
         }
     }
 
-    /// What is dangerous about a raw message that goes out by way of this vehicle, which last said this.
+    /// The danger of a raw message sent through this vehicle, which has this telemetry.
     pub fn of_message(message: &Message, vehicle: SystemId, telemetry: &Telemetry, now: MonoTime) -> Option<Self> {
-        // To others, or to all: what this one says of itself tells nothing of them.
+        // To others, or to all: the telemetry of this one does not apply to them.
         let others = Telemetry::default();
         let telemetry = if message.target().system == Some(vehicle) { telemetry } else { &others };
         match message {
@@ -140,7 +141,7 @@ impl fmt::Display for Danger {
     }
 }
 
-/// Whether a vehicle flies, or does not show that it does not.
+/// Whether a vehicle flies, or is not known to stand.
 fn may_fly(telemetry: &Telemetry, now: MonoTime) -> bool {
     let is_fresh = |at: MonoTime| now.since(at) <= LOST_AFTER;
     if telemetry.heartbeat.is_some_and(|heartbeat| is_fresh(heartbeat.at) && !heartbeat.value.is_armed) {
@@ -160,12 +161,12 @@ fn may_fly(telemetry: &Telemetry, now: MonoTime) -> bool {
     !(is_fixed_wing && stands)
 }
 
-/// What is dangerous about a command. A value that is left to the vehicle (NaN) may be any.
+/// The danger of a command. A value left to the vehicle (NaN) may be any.
 fn of_command(command: u16, params: &[f32], telemetry: &Telemetry, now: MonoTime) -> Option<Danger> {
     let param = |number: usize| params.get(number - 1).copied().unwrap_or(0.0);
     match command {
         cmd::COMPONENT_ARM_DISARM => {
-            // Each autopilot has magic numbers of its own here; 0 is the only one that asks for its checks.
+            // Each autopilot has its own magic numbers here; only 0 keeps its checks.
             let is_forced = param(2) != 0.0;
             match param(1) {
                 0.0 if is_forced => Some(Danger::ForceDisarm),
@@ -183,7 +184,7 @@ fn of_command(command: u16, params: &[f32], telemetry: &Telemetry, now: MonoTime
         cmd::PREFLIGHT_REBOOT_SHUTDOWN | cmd::DEBUG_TRAP => Some(Danger::Reboot),
         cmd::STORAGE_FORMAT => Some(Danger::Erase),
         cmd::FLASH_BOOTLOADER => Some(Danger::WriteFiles),
-        // Only writing (1) of what is there harms nothing; reading back (0) drops what was not written.
+        // Only writing (1) the present values is harmless; reading back (0) drops unsaved ones.
         cmd::PREFLIGHT_STORAGE => {
             ([param(1), param(2)].iter().any(|value| !matches!(value, 0.0 | 1.0))).then_some(Danger::Erase)
         }
@@ -191,10 +192,11 @@ fn of_command(command: u16, params: &[f32], telemetry: &Telemetry, now: MonoTime
     }
 }
 
-/// `MAV_MODE_FLAG_DECODE_POSITION_SAFETY`: to ArduPilot no mode, but its safety switch, where 0 alone lets the outputs work.
+/// `MAV_MODE_FLAG_DECODE_POSITION_SAFETY`: for ArduPilot not a mode but its safety switch, where only 0 enables the
+/// outputs.
 const SAFETY_FLAG: u32 = 128;
 
-/// What is dangerous about a mode.
+/// The danger of a mode.
 fn of_mode(base_mode: u32, custom_mode: u32) -> Option<Danger> {
     (base_mode == SAFETY_FLAG && custom_mode != 0).then_some(Danger::ForceDisarm)
 }
@@ -203,13 +205,13 @@ fn of_mode(base_mode: u32, custom_mode: u32) -> Option<Danger> {
 const LOW: u32 = 0;
 const HIGH: u32 = 2;
 
-/// What is dangerous about an auxiliary function in a position of its switch.
+/// The danger of an auxiliary function in a position of its switch.
 fn of_aux_function(function: u32, position: u32, telemetry: &Telemetry, now: MonoTime) -> Option<Danger> {
     match (function, position) {
         (aux::FENCE, position) => (position != HIGH).then_some(Danger::FenceOff),
         (aux::PARACHUTE_RELEASE | aux::PARACHUTE_3POS, HIGH) => Some(Danger::Terminate),
         (aux::MOTOR_ESTOP, HIGH) | (aux::ARM_EMERGENCY_STOP | aux::ICE_START_STOP, LOW) => Some(Danger::ForceDisarm),
-        // In the air too: ArduPlane looks whether it flies for COMPONENT_ARM_DISARM alone.
+        // In the air too: ArduPlane checks whether it flies only for COMPONENT_ARM_DISARM.
         (aux::DISARM, HIGH) | (aux::ARMDISARM_OLD | aux::ARMDISARM | aux::ARMDISARM_AIRMODE, LOW) => {
             may_fly(telemetry, now).then_some(Danger::DisarmInFlight)
         }
@@ -218,9 +220,9 @@ fn of_aux_function(function: u32, position: u32, telemetry: &Telemetry, now: Mon
     }
 }
 
-/// What is dangerous about the value of a parameter.
+/// The danger of a parameter's value.
 fn of_param(name: &str, value: f64) -> Option<Danger> {
-    // Compared as the vehicle may read it, which takes no notice of what follows a zero byte.
+    // Compared as the vehicle may read it, which ignores everything after a zero byte.
     let name = name.split('\0').next().unwrap_or_default().trim().to_ascii_uppercase();
     match name.as_str() {
         // ArduPilot; PX4.
@@ -228,7 +230,7 @@ fn of_param(name: &str, value: f64) -> Option<Danger> {
             (value.trunc() == 0.0 || !value.is_finite()).then_some(Danger::FenceOff)
         }
         "AFS_TERMINATE" => (value != 0.0).then_some(Danger::Terminate),
-        // Counts of what is stored: less of them is gone.
+        // Numbers of stored items: lowering them removes items.
         "MIS_TOTAL" => Some(Danger::Clear(PlanKind::Mission)),
         "FENCE_TOTAL" => Some(Danger::Clear(PlanKind::Fence)),
         "RALLY_TOTAL" => Some(Danger::Clear(PlanKind::Rally)),
@@ -237,10 +239,11 @@ fn of_param(name: &str, value: f64) -> Option<Danger> {
     }
 }
 
-/// MAVFTP's requests that change nothing: none, terminate and reset sessions, list, open to read, read, checksum, burst read.
+/// MAVFTP's requests that change nothing: none, terminate and reset sessions, list, open to read, read, checksum, burst
+/// read.
 const FTP_READS: [u8; 8] = [0, 1, 2, 3, 4, 5, 14, 15];
 
-/// What is dangerous about one of the dialect's messages.
+/// The danger of one of the dialect's messages.
 fn of_dialect(message: &Message) -> Option<Danger> {
     let is_of_interest = matches!(
         message.name(),
@@ -287,7 +290,7 @@ fn of_dialect(message: &Message) -> Option<Danger> {
             let bits = f64::from((value as f32).to_bits() as i32);
             of_param(text("param_id"), value).or_else(|| of_param(text("param_id"), bits))
         }
-        // Its value has a form of its own; what it is called is enough.
+        // Its value has another encoding; its name is enough.
         "PARAM_EXT_SET" => of_param(text("param_id"), 0.0).or_else(|| of_param(text("param_id"), 1.0)),
         "FILE_TRANSFER_PROTOCOL" => {
             // The fourth byte of its payload is the request (mavlink.io, "File Transfer Protocol").

@@ -1,5 +1,5 @@
-//! What the list of requests says of itself, for the doors that are made from it: each one's name, documentation and values, and a request
-//! read from them.
+//! The requests' descriptions of themselves, from which front ends are generated: name, documentation and values of
+//! each, and reading a request from them.
 
 use serde::Deserialize;
 use serde::de::value::EnumAccessDeserializer;
@@ -12,7 +12,7 @@ use crate::choice::Turn;
 use crate::misread;
 use crate::request::Request;
 
-/// Values that stand where none is given.
+/// Default values.
 pub(crate) mod given {
     use crate::telemetry::Severity;
 
@@ -41,16 +41,16 @@ impl From<Turn> for bool {
     }
 }
 
-/// A request as it describes itself.
+/// The description of a request.
 #[derive(Clone)]
 pub struct Described {
-    /// Its name: of words, with `-` and `/` between them.
+    /// Its name: words joined by `-` and `/`.
     pub name: String,
     /// What it does.
     pub text: String,
-    /// Its values; `None` when it has none.
+    /// The schema of its values; `None` when it has no values.
     pub values: Option<Object>,
-    /// Whether it brings a message. The others bring nothing.
+    /// Whether its result is a message. The others have no result.
     pub brings_message: bool,
 }
 
@@ -64,7 +64,7 @@ impl Request {
     /// The request of this name with these values.
     ///
     /// # Errors
-    /// Which value is wrong, and why; the names that there are, for a name that is none.
+    /// Which value is wrong, and why; for an unknown name, the known names.
     pub fn named<'de, D: Deserializer<'de>>(name: &str, values: D) -> Result<Self, String> {
         serde_path_to_error::deserialize(EnumAccessDeserializer::new(Named { name, values })).map_err(|error| {
             let path = error.path().to_string();
@@ -74,7 +74,7 @@ impl Request {
     }
 }
 
-/// What a value of a request takes beyond its kind: its unit and range, or the words that it is one of.
+/// The constraints of a request's value beyond its type: its unit and range, or the allowed words.
 fn taken(name: &str, value: &str) -> Option<String> {
     let request = Request::described().into_iter().find(|request| request.name == name)?;
     let value_is = request.values?.properties.remove(value)?;
@@ -100,7 +100,7 @@ fn taken(name: &str, value: &str) -> Option<String> {
     (!told.is_empty()).then(|| told.join(", "))
 }
 
-/// One of the list as it stands there: a name that is all there is, or an object that has the values under it.
+/// One entry of the schema: a bare name, or an object with the values under the name.
 fn described(item: RefOr<Schema>) -> Option<Described> {
     let RefOr::T(Schema::Object(item)) = item else { return None };
     let text = item.description.clone().unwrap_or_default();
@@ -131,7 +131,7 @@ impl<'de, D: Deserializer<'de>> EnumAccess<'de> for Named<'_, D> {
 
 struct Values<D>(D);
 
-/// The values of what takes none: one that is given is told, not passed over.
+/// The values of a request without values: any that is given is an error.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Nothing {}
@@ -264,7 +264,7 @@ mod tests {
         assert_eq!(names[..3], ["arm", "disarm", "mode"]);
         assert!(names.contains(&"land") && names.contains(&"mission/pause") && names.len() >= 19, "{names:?}");
         for Described { name, text, values, .. } in &all {
-            // References of Rust mean nothing to others.
+            // References to Rust items mean nothing to other readers.
             assert!(!text.is_empty() && !text.contains("[`"), "{name}: {text}");
             for (value, schema) in values.iter().flat_map(|values| &values.properties) {
                 let schema = serde_json::to_value(schema).expect("JSON");

@@ -1,4 +1,4 @@
-//! What can go wrong between us and a vehicle, named after the protocol's outcomes.
+//! Errors of requests to a vehicle, named after the protocol's outcomes.
 
 use std::time::Duration;
 
@@ -12,22 +12,22 @@ use crate::plan_state::{PlanState, Unknown};
 use crate::refusal::{remedies, remedy_of_silence};
 use crate::transfer::TransferError;
 
-/// Why a request did not succeed.
+/// Why a request failed.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum VehicleError {
     /// The vehicle refused a command.
     #[error("vehicle {target} refused {command}: {result}{}{}", join_reasons(reasons), name_cure(*cure))]
     CommandRefused {
-        /// Who refused.
+        /// The addressed component.
         target: Address,
         /// What.
         command: CommandName,
         /// Its `MAV_RESULT`.
         result: CommandResult,
-        /// What the vehicle wrote about it (pre-arm checks and the like), oldest first.
+        /// The vehicle's texts about it (pre-arm checks and the like), oldest first.
         reasons: Vec<String>,
-        /// The mode that cures it, where a mode does: on the ground, [`crate::Request::PrepareFlight`] changes to it.
+        /// The mode that resolves it, if there is one: on the ground, [`crate::Request::PrepareFlight`] changes to it.
         cure: Option<FlightMode>,
     },
     /// The vehicle did not answer a command. It may have executed it.
@@ -36,25 +36,25 @@ pub enum VehicleError {
          check the link, read the vehicle's state, then decide"
     )]
     CommandTimeout {
-        /// Who was asked.
+        /// The addressed component.
         target: Address,
         /// What.
         command: CommandName,
-        /// How often it was sent.
+        /// Number of transmissions.
         attempts: u32,
     },
-    /// The vehicle accepted, but what it reports does not show the effect.
+    /// The vehicle accepted, but its reports do not show the effect.
     #[error("vehicle accepted {command} but within {:.1} s does not show {wanted}; it shows {observed}{}", within.as_secs_f64(), join_reasons(reasons))]
     NotConfirmed {
         /// What was sent.
         command: CommandName,
-        /// What should be seen.
+        /// The expected state.
         wanted: String,
-        /// What is seen.
+        /// The reported state.
         observed: String,
-        /// How long it was waited for.
+        /// Time waited.
         within: Duration,
-        /// What the vehicle wrote meanwhile, oldest first.
+        /// The vehicle's texts since, oldest first.
         reasons: Vec<String>,
     },
     /// The same command is on its way already.
@@ -81,7 +81,7 @@ pub enum VehicleError {
         /// What was wanted.
         action: &'static str,
     },
-    /// A value that may not be sent.
+    /// An invalid value.
     #[error("{field} is {value}, should be {expected}")]
     InvalidValue {
         /// Which value.
@@ -91,10 +91,10 @@ pub enum VehicleError {
         /// What it must be.
         expected: &'static str,
     },
-    /// A plan item that may not be sent.
+    /// An invalid plan item.
     #[error(transparent)]
     Plan(#[from] vencejo_flight::FlightError),
-    /// The mission on board may be a mixture of two: nothing is armed for it, starts it or jumps in it.
+    /// The mission on board may be a mixture of two: arming, starting it and jumping in it are refused.
     #[error(
         "the {kind} on board is {state}; upload it again or clear it before arming, starting it or jumping in it, or ask for \
          that despite a mixed plan (despite_mixed_plan)"
@@ -117,7 +117,8 @@ pub enum VehicleError {
         /// What was wanted.
         action: &'static str,
     },
-    /// An ArduPlane on final takes a new altitude for that of its landing point: it flares and stops the motor where it is.
+    /// An ArduPlane on final takes a new altitude for that of its landing point: it flares and stops the motor where it
+    /// is.
     #[error(
         "the vehicle {}: ArduPlane takes a new altitude for that of the landing point, and would flare and stop its motor in \
          the air; {} before {action}",
@@ -130,16 +131,16 @@ pub enum VehicleError {
         /// Whether it is known to land; else it flies a mission that was not read.
         is_known: bool,
     },
-    /// Home is needed and not known.
+    /// Home is needed and unknown.
     #[error("the vehicle has not said where home is; wait until it has a position")]
     HomeUnknown,
-    /// The vehicle was not heard for too long to act on what it said.
+    /// The vehicle's state is too old to act on.
     #[error("the vehicle's state is not known (nothing heard for {:.1} s); wait for its heartbeat", age.as_secs_f64())]
     NotHeard {
-        /// How long its last heartbeat is ago, where none was heard how long it is known.
+        /// Age of its last heartbeat; without one, the time since it was first heard.
         age: Duration,
     },
-    /// An older firmware (ArduPilot from before COMMAND_INT) cannot be asked for this.
+    /// The firmware is too old (ArduPilot from before COMMAND_INT).
     #[error("this vehicle's firmware is too old for {what}; {instead}")]
     TooOld {
         /// What was wanted.
@@ -147,13 +148,13 @@ pub enum VehicleError {
         /// What to do.
         instead: &'static str,
     },
-    /// Too much is waiting.
+    /// Too many requests are waiting.
     #[error("{limit} requests are waiting for this vehicle already; wait for some of them")]
     TooManyRequests {
         /// The limit.
         limit: usize,
     },
-    /// A message that was asked for did not come, although the vehicle agreed to send it.
+    /// A requested message did not come, although the vehicle agreed to send it.
     #[error("vehicle agreed to send message {message_id} but it did not arrive; try again")]
     MessageNotReceived {
         /// Which.
@@ -168,7 +169,7 @@ pub enum VehicleError {
 }
 
 impl VehicleError {
-    /// What to do about a refusal, each once, as far as it is known: by what the vehicle wrote about it, or by what it refused.
+    /// Known remedies for a refusal, each once: by the vehicle's texts, or without any by the command.
     pub fn remedies(&self) -> Vec<&'static str> {
         match self {
             Self::CommandRefused { command, result, reasons, .. } if reasons.is_empty() => {
@@ -191,7 +192,7 @@ fn name_cure(cure: Option<FlightMode>) -> String {
 }
 
 impl VehicleError {
-    /// One of each kind, for tests of whatever tells kinds apart.
+    /// One of each kind, for tests of error mappings.
     #[doc(hidden)]
     pub fn examples() -> Vec<Self> {
         let target = Address::new(1, 1);

@@ -1,5 +1,5 @@
-//! What our own HEARTBEAT says. Its owner sends it once a second, from the loop that does the work, so that it stops when
-//! that loop does: the vehicle's ground-station failsafe counts on it.
+//! What our own HEARTBEAT says. Its owner sends it once a second, from the loop that does the work, so that it stops
+//! when that loop does: the vehicle's ground-station failsafe counts on it.
 
 use std::time::Duration;
 

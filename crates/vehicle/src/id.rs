@@ -1,19 +1,19 @@
-//! Which of a station's vehicles is meant.
+//! Ids of a station's vehicles.
 
 use std::fmt;
 
 use vencejo_proto::SystemId;
 
-/// Names a vehicle of a station. 1 to 255: one at a link, by its MAVLink system id. 256 to 65,535: one far away, whose own system id is
-/// that of many others; its number is this station's alone.
+/// Identifies a vehicle of a station. 1 to 255: at a link, by its MAVLink system id. 256 to 65,535: a remote vehicle,
+/// whose own system id may be shared by many; the number is valid in this station only.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct VehicleId(u16);
 
 impl VehicleId {
-    /// The least number of a vehicle far away.
+    /// The lowest number of a remote vehicle.
     pub const FIRST_FAR: u16 = 256;
 
-    /// By number; 0 names no vehicle.
+    /// From its number; `None` for 0.
     pub const fn new(number: u16) -> Self {
         Self(number)
     }
@@ -23,19 +23,19 @@ impl VehicleId {
         self.0
     }
 
-    /// Its MAVLink system id; `None` for one far away.
+    /// Its MAVLink system id; `None` for a remote vehicle.
     pub fn system(self) -> Option<SystemId> {
         u8::try_from(self.0).ok().map(SystemId)
     }
 
-    /// Whether no link of the station reaches it.
+    /// Whether it is remote: no link of the station reaches it.
     pub const fn is_far(self) -> bool {
         self.0 >= Self::FIRST_FAR
     }
 
-    /// The numbers of vehicles far away, beginning with the one that belongs to a name (FNV-1a, draft-eastlake-fnv-17, folded to 16 bits).
-    /// The first that is free is taken, so an aircraft keeps its number from one start of the station to the next unless the
-    /// numbers of two names meet.
+    /// The numbers of remote vehicles, beginning with the one that belongs to a name (FNV-1a, draft-eastlake-fnv-17,
+    /// folded to 16 bits). The first that is free is taken, so an aircraft keeps its number from one start of the
+    /// station to the next unless the numbers of two names meet.
     pub fn of_name(name: &str) -> impl Iterator<Item = Self> + use<> {
         const OFFSET: u32 = 0x811c_9dc5;
         const PRIME: u32 = 0x0100_0193;

@@ -1,4 +1,4 @@
-//! What kind of vehicle a `MAV_TYPE` is.
+//! Kinds of vehicles by `MAV_TYPE`.
 
 /// A kind of vehicle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -7,18 +7,18 @@ pub enum VehicleKind {
     Plane,
     /// A multicopter or helicopter.
     Copter,
-    /// A plane that hovers, too.
+    /// A plane that can also hover.
     Vtol,
     /// On wheels.
     Rover,
     /// On the water.
     Boat,
-    /// Below it.
+    /// Under water.
     Sub,
 }
 
 impl VehicleKind {
-    /// The kind of a `MAV_TYPE`; `None` for what is none of these, as a tracker of antennas.
+    /// The kind of a `MAV_TYPE`; `None` for any other type, such as an antenna tracker.
     pub const fn of(mav_type: u8) -> Option<Self> {
         Some(match mav_type {
             1 => Self::Plane,
@@ -31,7 +31,7 @@ impl VehicleKind {
         })
     }
 
-    /// A word for it, stable and fit for scripts.
+    /// Its stable name for programs.
     pub const fn as_str(self) -> &'static str {
         match self {
             Self::Plane => "plane",

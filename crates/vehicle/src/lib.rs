@@ -1,8 +1,8 @@
-//! A vehicle as state machines: what it says, what is asked of it, what becomes of that. No I/O and no clock.
+//! A vehicle as state machines: its telemetry, requests to it, and their results. No I/O and no clock.
 //!
-//! # One door
+//! # Entry point
 //!
-//! A [`Vehicle`] takes messages and moments in and puts [`Output`]s out; its owner has the link and the clock:
+//! A [`Vehicle`] takes messages and times in and puts [`Output`]s out; its owner has the link and the clock:
 //!
 //! ```
 //! use vencejo_proto::{Address, ComponentId, Heartbeat, Message, MonoTime};
@@ -31,42 +31,42 @@
 //!         }
 //!     }
 //! };
-//! assert!(matches!(result, Err(VehicleError::CommandTimeout { .. })), "nobody answered");
+//! assert!(matches!(result, Err(VehicleError::CommandTimeout { .. })), "no answer came");
 //! ```
 //!
 //! Call [`Vehicle::poll_output`] until it is empty after every call that takes `&mut self`.
 //! [`Vehicles`] does the same for all the vehicles of a link.
 //!
-//! # What it promises
+//! # Guarantees
 //!
 //! - Upload, arm, mode and start are separate acts; no request does another as a side effect.
 //! - A request succeeds when the vehicle *shows* it: armed and mode in its HEARTBEAT, a plan by reading it back.
-//! - A command that did not get an answer is repeated only when that cannot do harm ([`command::is_idempotent`]), or when the
-//!   vehicle's state, read since, shows that it was not executed.
-//! - What the vehicle says is not trusted: values that cannot be are `None` and counted, texts are cleaned, queues bounded.
-//! - What is not known is `None`; every value has an age ([`telemetry::Sampled`]).
+//! - A command without an answer is repeated only when that is harmless ([`command::is_idempotent`]), or when the vehicle's
+//!   state, read since, shows that it was not executed.
+//! - The vehicle's messages are not trusted: impossible values are `None` and counted, texts are cleaned, queues bounded.
+//! - Unknown is `None`; every value has an age ([`telemetry::Sampled`]).
 //! - Telemetry is read without allocation.
 //!
-//! # Rooms
+//! # Modules
 //!
 //! | module | owns |
 //! |---|---|
-//! | [`telemetry`] | the newest values, their age and validity; texts; noticing a restart |
+//! | [`telemetry`] | the newest values, their age and validity; texts; detection of restarts |
 //! | [`modes`] | flight modes by name |
 //! | [`command`] | commands and their acknowledgement |
-//! | [`streams`] | which messages are asked for, how often |
+//! | [`streams`] | which messages are requested, and at which rate |
 //! | [`timesync`] | round trip and clock offset |
 //! | `reach` | whether the vehicle hears us |
-//! | `refusal` | why it refuses, and what a person can do about it |
-//! | [`progress`] | where the vehicle stands in its mission |
-//! | `conduct` | what it does by itself now |
+//! | `refusal` | reasons of refusals, and their remedies |
+//! | [`progress`] | progress in the mission |
+//! | `conduct` | whether it follows its mission, lands, or circles now |
 //! | [`signing`] | giving it a signing key and taking it away |
 //! | [`heartbeat`] | our own heartbeat; whose heartbeat makes a vehicle |
-//! | `terrain` | the ground's heights that it asks for |
+//! | `terrain` | its requests for terrain heights |
 //! | [`transfer`] | plans, parameters and files, both ways |
-//! | `id` | which vehicle is meant |
-//! | `kind` | what kind of vehicle a `MAV_TYPE` is |
-//! | [`registry`] | the vehicles of a link, and those far away |
+//! | `id` | ids of a station's vehicles |
+//! | `kind` | kinds of vehicles by `MAV_TYPE` |
+//! | [`registry`] | the vehicles of a link, and remote ones |
 
 #![allow(deprecated, reason = "messages that MAVLink calls deprecated are what older vehicles speak")]
 

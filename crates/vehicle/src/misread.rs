@@ -1,11 +1,12 @@
-//! What is wrong with values that somebody gave, in our words. Serde tells it in texts of its own, which name types of Rust; their phrases
-//! (`serde::de::Error`) are taken apart here, once for every door. Where a value may be of one of several kinds serde does not tell
-//! what was given: `several.rs` does.
+//! Error texts for invalid values of requests. Serde's own texts name Rust types; they (`serde::de::Error`) are parsed
+//! and rephrased here, once for all front ends. For values of several alternative kinds serde does not report the value
+//! given: `several.rs` does.
 
-/// What stands for all that was given, which has no name.
+/// Name of the whole input, which has no field name.
 const ALL: &str = "what was given";
 
-/// What is wrong with a value: its path, what it is, what is taken; and what the value of this name takes beyond its kind.
+/// The error for an invalid value: its path, the value, what is expected, and the range or unit of the field with this
+/// name.
 pub fn in_words(path: &str, said: &str, takes: impl Fn(&str) -> Option<String>) -> String {
     let is_place = |place: &str| place.bytes().all(|byte| byte.is_ascii_digit() || b" column".contains(&byte));
     let said = said.rsplit_once(" at line ").filter(|(_, place)| is_place(place)).map_or(said, |(said, _)| said);
@@ -46,7 +47,7 @@ pub fn in_words(path: &str, said: &str, takes: impl Fn(&str) -> Option<String>) 
             format!("{path} is \"{quoted}\", should be {choices}")
         };
     }
-    // Of serde_json, where a word out of some is taken, and of Rust's own readers of texts.
+    // From serde_json, for enumerated words, and from Rust's own parsers.
     let none_of_them = match said {
         "expected value" => Some("text"),
         "invalid float literal" => Some("number"),
@@ -62,13 +63,13 @@ pub fn in_words(path: &str, said: &str, takes: impl Fn(&str) -> Option<String>) 
     if path.is_empty() { said.to_owned() } else { format!("{path}: {said}") }
 }
 
-/// The names that serde lists.
+/// The names listed by serde.
 fn choices(said: &str) -> Option<String> {
     let (_, list) = said.rsplit_once(", expected ")?;
     Some(list.replace('`', ""))
 }
 
-/// What was given, as whoever gave it wrote it.
+/// The value as the caller wrote it.
 fn as_given(given: &str) -> String {
     let text = match given {
         "map" => "an object",
@@ -84,7 +85,7 @@ fn as_given(given: &str) -> String {
     short
 }
 
-/// What serde expects, without the names of Rust's types: its kind, and the range of a whole number.
+/// The expected kind without the names of Rust's types, with the range of a whole number.
 fn as_taken(expected: &str) -> (String, Option<String>) {
     let whole = |range: String| ("a whole number".to_owned(), Some(range));
     let kind = match expected {
@@ -111,7 +112,7 @@ fn as_taken(expected: &str) -> (String, Option<String>) {
     (kind.to_owned(), None)
 }
 
-/// The unit that the name of a value ends with.
+/// The unit in the suffix of a value's name.
 pub fn unit(name: &str) -> Option<&'static str> {
     const UNITS: [(&str, &str); 9] = [
         ("_m_s2", "m/s²"),

@@ -10,7 +10,7 @@ use thiserror::Error;
 use crate::kind::VehicleKind;
 use crate::refusal::Refusal;
 
-/// Whose mode numbers a vehicle uses.
+/// The numbering of flight modes that a vehicle uses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum ModeFamily {
@@ -20,7 +20,7 @@ pub enum ModeFamily {
     ArduCopter,
     /// PX4 on anything.
     Px4,
-    /// Unknown: modes are numbers.
+    /// Unknown autopilot: modes have numbers only.
     Other,
 }
 
@@ -35,12 +35,12 @@ impl ModeFamily {
         }
     }
 
-    /// Whether it flies the arcs of `NAV_ARC_WAYPOINT`: of the ArduPilots it is ArduCopter that knows it, from 4.7 on.
+    /// Whether it flies the arcs of `NAV_ARC_WAYPOINT`: among the ArduPilots only ArduCopter does, from 4.7 on.
     pub fn flies_arcs(self) -> bool {
         self == Self::ArduCopter
     }
 
-    /// Those whose modes are known.
+    /// Families with known modes.
     pub const KNOWN: [Self; 3] = [Self::ArduPlane, Self::ArduCopter, Self::Px4];
 
     /// Its modes: number and name, by number.
@@ -53,15 +53,16 @@ impl ModeFamily {
         }
     }
 
-    /// A mode by name: case, spaces, underscores and hyphens do not matter. `"mode 42"` and `"42"` are accepted as numbers.
+    /// A mode by name: case, spaces, underscores and hyphens do not matter. `"mode 42"` and `"42"` are accepted as
+    /// numbers.
     ///
     /// # Errors
-    /// [`UnknownMode`] with the names that come nearest.
+    /// [`UnknownMode`] with the most similar names.
     pub fn parse(self, name: &str) -> Result<FlightMode, UnknownMode> {
         let wanted = folded(name);
         let by_name = self.modes().iter().find(|(_, known)| folded(known) == wanted).map(|(number, _)| *number);
         let by_alias = || self.aliases().iter().find(|(alias, _)| folded(alias) == wanted).map(|(_, number)| *number);
-        // Digits and nothing else: of "1.5" the folded name would be another mode's number.
+        // Digits only: "1.5" would fold to the number of another mode.
         let by_number = || {
             let text = name.trim();
             let number = match text.get(..4) {
@@ -113,7 +114,7 @@ impl ModeFamily {
 /// A flight mode of a vehicle. Shown by name, or as "mode 42" when the number is not known.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct FlightMode {
-    /// Whose numbers these are.
+    /// The numbering.
     pub family: ModeFamily,
     /// HEARTBEAT's `custom_mode`.
     pub custom_mode: u32,
@@ -132,9 +133,10 @@ impl FlightMode {
 
     /// The mode to change to before arming; `None` when the vehicle arms in this one, and stays where it is when armed.
     ///
-    /// An ArduPlane arms in no mode that returns or lands (`pre_arm_checks` of its modes: RTL, QRTL, QLAND, INITIALISING), and
-    /// in one that flies by itself it would be off as soon as it is armed: MANUAL, the mode it boots into, does neither. A
-    /// copter arms for a mission in GUIDED. What others need is not known: they are left as they are.
+    /// An ArduPlane does not arm in modes that return or land (`pre_arm_checks` of its modes: RTL, QRTL, QLAND,
+    /// INITIALISING), and in one that flies by itself it would take off as soon as it is armed: MANUAL, the mode it
+    /// boots into, does neither. A copter arms for a mission in GUIDED. The needs of others are unknown: they are left
+    /// as they are.
     #[must_use]
     pub fn to_arm_in(self) -> Option<Self> {
         let (arms, instead): (&[u32], u32) = match self.family {
@@ -146,7 +148,7 @@ impl FlightMode {
         (!arms.contains(&self.custom_mode)).then_some(Self { custom_mode: instead, ..self })
     }
 
-    /// The mode that cures a refusal to arm, where one of its reasons is about the mode or the landing sequence.
+    /// The mode that resolves a refusal to arm, where one of its reasons is about the mode or the landing sequence.
     pub(crate) fn curing(self, reasons: &[String]) -> Option<Self> {
         let is_about = |refusal| reasons.iter().any(|reason| Refusal::of(reason) == Some(refusal));
         // A mode flown by stick, entered on the ground, ends a landing sequence.
@@ -177,7 +179,7 @@ impl fmt::Display for FlightMode {
     }
 }
 
-/// Things that every vehicle has a mode for, under different names.
+/// Actions for which vehicles have a mode, under different names.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Action {
     /// Follow the mission.
@@ -217,7 +219,7 @@ impl Action {
         Some(FlightMode { family, custom_mode })
     }
 
-    /// What a person calls it.
+    /// Its description for people.
     pub fn name(self) -> &'static str {
         match self {
             Self::Mission => "following a mission",
@@ -234,9 +236,9 @@ impl Action {
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[error("no flight mode is called {name:?}{}", suggest(suggestions))]
 pub struct UnknownMode {
-    /// What was asked for (its first 40 characters).
+    /// The name given (its first 40 characters).
     pub name: String,
-    /// Names that come near.
+    /// Similar names.
     pub suggestions: Vec<&'static str>,
 }
 

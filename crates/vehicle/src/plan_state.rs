@@ -1,11 +1,11 @@
-//! What is known of the plans on board.
+//! States of the plans on board.
 
 use std::fmt;
 
 use vencejo_flight::plan::PlanKind;
 use vencejo_proto::MissionItemInt;
 
-/// Why a plan on board is not known.
+/// Why a plan on board is unknown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Unknown {
@@ -15,9 +15,9 @@ pub enum Unknown {
     Transferring,
     /// A transfer of ours failed or was cancelled; the vehicle may hold a mixture.
     TransferFailed,
-    /// Another station is sending one, or was not seen to end it; the vehicle may hold a mixture.
+    /// Another station is uploading one, or was not seen to finish; the vehicle may hold a mixture.
     SentElsewhere,
-    /// What was written down of it cannot be read, and may have said that it is a mixture.
+    /// Its stored record is unreadable, and may have said that it is a mixture.
     RecordDamaged,
     /// The vehicle restarted.
     Rebooted,
@@ -25,11 +25,11 @@ pub enum Unknown {
     ChangedElsewhere,
 }
 
-/// What is known of a plan on board. Only a read-back makes it known.
+/// The state of a plan on board. Only a read-back makes it known.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum PlanState {
-    /// It may be anything.
+    /// Unknown, and why.
     Unknown(Unknown),
     /// There is none.
     Empty,
@@ -40,8 +40,8 @@ pub enum PlanState {
         /// Fingerprint of the items as the vehicle holds them, home left out: equal plans have equal ones.
         hash: u64,
     },
-    /// Read from the vehicle, item by item, while it was in doubt: it is neither the plan that was being sent nor the one
-    /// before, as far as these are known, and may be a mixture.
+    /// Read from the vehicle, item by item, after an unfinished upload: it equals neither the plan that was being sent
+    /// nor the one before, as far as these are known, and may be a mixture.
     Differs {
         /// Items without home.
         count: u16,
@@ -70,7 +70,7 @@ impl PlanState {
         }
     }
 
-    /// Fingerprint of the items on board, where they were read; of none when there are none.
+    /// Fingerprint of the items on board, where they were read; that of an empty list when there are none.
     pub(crate) fn hash(self) -> Option<u64> {
         match self {
             Self::Unknown(_) => None,

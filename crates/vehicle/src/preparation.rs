@@ -1,4 +1,4 @@
-//! What a vehicle on the ground needs before a flight: a mode that arms, and a mission that stands at its beginning.
+//! What a vehicle on the ground needs before a flight: a mode that arms, and a mission set to its beginning.
 
 use std::fmt;
 
@@ -6,19 +6,19 @@ use crate::modes::FlightMode;
 use crate::plan_state::PlanState;
 use crate::telemetry::{MissionState, Telemetry};
 
-/// What [`crate::Request::PrepareFlight`] does to a vehicle as it is now.
+/// What [`crate::Request::PrepareFlight`] would do to a vehicle in its present state.
 ///
-/// A plane that has landed in AUTO stands at its landing: an ArduPlane refuses to arm there ("In landing sequence"). When its
-/// mission is replaced there it falls to RTL, in which no ArduPlane arms.
+/// After a landing in AUTO the mission stands at the landing, where an ArduPlane refuses to arm ("In landing
+/// sequence"). When its mission is replaced there it changes to RTL, in which no ArduPlane arms.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct FlightPreparation {
-    /// The mode that it is in.
+    /// Its present mode.
     pub from: FlightMode,
-    /// The mode to change to; `None` when it arms as it is, and stays where it is when armed.
+    /// The mode to change to; `None` when it arms in the present one, and stays where it is when armed.
     pub mode: Option<FlightMode>,
-    /// Whether its mission is set back to the beginning; false when it has none.
+    /// Whether its mission is set back to the beginning; false when there is no mission.
     pub rewinds_mission: bool,
-    /// Whether the mission is known to stand elsewhere than at its beginning.
+    /// Whether the mission is known not to be at its beginning.
     pub has_moved_on: bool,
 }
 
@@ -38,7 +38,7 @@ impl FlightPreparation {
         })
     }
 
-    /// Whether a flight should not begin without it.
+    /// Whether a flight needs it.
     pub fn is_needed(self) -> bool {
         self.mode.is_some() || self.has_moved_on
     }

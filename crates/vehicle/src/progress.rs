@@ -1,4 +1,4 @@
-//! Where the vehicle stands in its mission: current item, items reached, distance and time to go.
+//! Progress in the mission: current item, items reached, distance and time to go.
 
 use vencejo_flight::circled::{CircleWatch, Heard};
 use vencejo_flight::geodesy::GeoPoint;
@@ -10,38 +10,39 @@ use vencejo_proto::MissionSeq;
 
 use crate::telemetry::{MissionCurrent, MissionState, Telemetry};
 
-/// Items reached that are remembered. No vehicle holds as many.
+/// Most items reached that are kept; no vehicle holds as many.
 const MAX_REACHED: usize = 10_000;
 
-/// Where the vehicle stands in its mission.
+/// Progress in the mission.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct MissionProgress {
     /// Item in execution.
     pub current: Option<MissionSeq>,
-    /// Items reached since the mission was loaded or begun again, each once, ascending. Of the items that an ArduPlane reaches in one
-    /// moment it reports the last alone; the waypoint before an action is added where the mission is known.
+    /// Items reached since the mission was loaded or begun again, each once, ascending. Of the items that an ArduPlane
+    /// reaches in one moment it reports the last alone; the waypoint before an action is added where the mission is
+    /// known.
     pub reached: Vec<MissionSeq>,
     /// Items in the mission, home not counted.
     pub total: Option<u16>,
-    /// What the mission does, where the vehicle says it.
+    /// State of the mission, where the vehicle reports it.
     pub state: Option<MissionState>,
     /// Distance over ground to the current item.
     pub distance_to_current_m: Option<f64>,
-    /// Distance over ground to the end of the mission, circles and jumps included ([`remaining`]). Needs a mission that was
-    /// uploaded or downloaded here and has an end.
+    /// Distance over ground to the end of the mission, circles and jumps included ([`remaining`]). Needs a mission that
+    /// was uploaded or downloaded here and has an end.
     pub distance_to_go_m: Option<f64>,
     /// Time for that at the present ground speed.
     pub time_to_go_s: Option<f64>,
-    /// Whether it was flown to its end: the vehicle says so, or has disarmed at its last item.
+    /// Whether it was flown to its end: the vehicle reports so, or has disarmed at its last item.
     pub is_complete: bool,
     /// How much was flown of the circle at the current item.
     pub circled: Circled,
-    /// An alarm: the vehicle flies to somewhere that is this far from the current item of the plan that was read from it, metres.
-    /// `None` while it does not, and where it cannot be told.
+    /// An alarm: the vehicle's target is this far from the current item of the plan read from it, metres. `None` while
+    /// it is not, and where that is unknown.
     pub target_off_m: Option<f64>,
 }
 
-/// What changed in a mission.
+/// Changes of the progress.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(crate) struct Changes {
     pub current: Option<MissionSeq>,
@@ -76,8 +77,8 @@ impl ProgressTracker {
         *self = Self { was_armed: self.was_armed, follows_mission: self.follows_mission, ..Self::default() };
     }
 
-    /// The mission on board is known now. To learn what is flown already is no other flight; what another station has put in the
-    /// place of a known one is, and so is what we have sent.
+    /// The mission on board is known now. Reading a mission that is being flown keeps its progress; a mission that
+    /// replaces a known one, or that we have sent, starts anew.
     pub fn on_mission(&mut self, hash: u64, is_sent: bool) {
         if is_sent || self.mission.is_some_and(|mission| mission != hash) {
             self.reset();
@@ -87,8 +88,8 @@ impl ProgressTracker {
 
     pub fn on_current(&mut self, current: &MissionCurrent) -> Changes {
         let mut changes = Changes::default();
-        // ArduPlane says "not started" of a mission that a change of mode has interrupted, too: what was reached stays
-        // reached unless it is about to be flown from the beginning.
+        // ArduPlane reports "not started" also for a mission interrupted by a change of mode: items stay reached unless
+        // it is about to be flown from the beginning.
         let comes_back = self.current.is_some_and(|before| before > 1);
         let restarts = current.seq <= 1
             && match current.state {
@@ -121,8 +122,9 @@ impl ProgressTracker {
         changes
     }
 
-    /// An item was reached. `last` is the last item of the mission, where it is known; a vehicle that says nothing of its
-    /// mission's state has completed it then. `mission` is the plan on board, where it is known; `first` the seq of its first item.
+    /// An item was reached. `last` is the last item of the mission, where it is known; a vehicle that says nothing of
+    /// its mission's state has completed it then. `mission` is the plan on board, where it is known; `first` the seq of
+    /// its first item.
     pub fn on_reached(&mut self, seq: u16, last: Option<u16>, mission: Option<&Mission>, first: u16) -> Changes {
         let passed = mission.and_then(|mission| self.passed_before(seq, mission, first));
         for seq in passed.into_iter().chain([seq]) {
@@ -131,7 +133,7 @@ impl ProgressTracker {
             {
                 self.reached.insert(place, seq);
             }
-            // It is told when the item is done with: one that a jump leads back to begins anew.
+            // Reported when the item is finished: one that a jump leads back to begins anew.
             if self.current == Some(seq) {
                 self.circle.begins(true);
             }
@@ -143,8 +145,8 @@ impl ProgressTracker {
     }
 
     /// The item flown to that was reached just before the action `seq`, unless that was reported. ArduPilot keeps one
-    /// MISSION_ITEM_REACHED to send, and overwrites that of a waypoint by that of the action behind it, which is done in the same moment
-    /// (`GCS::send_mission_item_reached_message`).
+    /// MISSION_ITEM_REACHED to send, and overwrites that of a waypoint by that of the action behind it, which is done
+    /// in the same moment (`GCS::send_mission_item_reached_message`).
     fn passed_before(&mut self, seq: u16, mission: &Mission, first: u16) -> Option<u16> {
         let is_nav = |seq: u16| {
             let item = seq.checked_sub(first).and_then(|index| mission.items.get(usize::from(index)));
@@ -171,7 +173,8 @@ impl ProgressTracker {
         Changes { has_completed, ..Changes::default() }
     }
 
-    /// Whether its mode flies the mission, by the heartbeat. An ArduPlane that comes back to its mission begins the item anew.
+    /// Whether its mode flies the mission, by the heartbeat. An ArduPlane that comes back to its mission begins the
+    /// item anew.
     pub fn on_mode(&mut self, follows_mission: bool) {
         let before = self.follows_mission.replace(follows_mission);
         if before.is_some_and(|before| before != follows_mission) {
@@ -185,7 +188,7 @@ impl ProgressTracker {
         (self.before, self.passed, self.has_jumped) = (None, None, true);
     }
 
-    /// Where it is. `mission` is the plan on board, where it is known; `first` the seq of its first item.
+    /// A new position. `mission` is the plan on board, where it is known; `first` the seq of its first item.
     pub fn on_position(
         &mut self,
         telemetry: &Telemetry,
@@ -438,7 +441,8 @@ mod tests {
                 flies_to(&mut tracker, 1);
             }
         }
-        // What is told itself is not told twice, and what a jump, a change of mode or the beginning leads past was not reached.
+        // What is told itself is not told twice, and what a jump, a change of mode or the beginning leads past was not
+        // reached.
         let mut tracker = begun();
         assert_eq!((reach(&mut tracker, 1), reach(&mut tracker, 2)), (None, None));
         let mut tracker = begun();

@@ -1,14 +1,14 @@
-//! Whether the vehicle hears us: a link may work in one direction only, and a dead uplink looks well on every instrument.
+//! Whether the vehicle hears us: a link may work in one direction only, and telemetry does not show a dead uplink.
 //!
-//! Whatever of ours was answered shows that we are heard. TIMESYNC is asked every 2 s; when an answer of any kind is late, it is
-//! asked again every [`PROBE_PERIOD`]. A vehicle that is heard all that time, was asked [`QUESTIONS`] times and has answered
+//! Any answer shows that we are heard. TIMESYNC is sent every 2 s; when an answer of any kind is late, every
+//! [`PROBE_PERIOD`]. A vehicle that is heard all that time, was asked [`QUESTIONS`] times and has answered
 //! nothing for [`UNREACHED_AFTER`] is *heard but not reached*, until its next answer.
 //!
-//! With a share p of all frames lost each way a question stays unanswered with 1 − (1 − p)²: 0.36 for p = 20 %, 0.51 for 30 %.
-//! A false alarm needs the first question and [`QUESTIONS`] more unanswered, 0.36¹³ = 2 in a million or 0.51¹³ = 2 in ten thousand
-//! of the questions that are asked.
+//! With a share p of all frames lost each way a question stays unanswered with probability 1 − (1 − p)²: 0.36 for p =
+//! 20 %, 0.51 for 30 %. A false alarm needs the first question and [`QUESTIONS`] more unanswered, 0.36¹³ = 2 in a
+//! million or 0.51¹³ = 2 in ten thousand of the questions that are asked.
 //!
-//! When the vehicle is not heard, both directions may be dead and nothing can be said: questions of that time do not count.
+//! While the vehicle is not heard, both directions may be dead: questions of that time do not count.
 
 use std::time::Duration;
 
@@ -16,36 +16,36 @@ use vencejo_proto::MonoTime;
 
 use crate::telemetry::LOST_AFTER;
 
-/// Without an answer for this long a vehicle that is heard is not reached. Short of the 5 s within which that has to be told
-/// (tests/faults, row 11), and after which an act that was not answered is given up.
+/// Time without an answer after which a vehicle that is heard counts as not reached. Below the 5 s within which that
+/// has to be reported (tests/faults, row 11), and after which an unanswered act is given up.
 pub const UNREACHED_AFTER: Duration = Duration::from_millis(4_500);
 
-/// How often it is asked while an answer is late.
+/// Interval of questions while an answer is late.
 const PROBE_PERIOD: Duration = Duration::from_millis(200);
-/// How often it is asked while it is known not to be reached.
+/// Interval of questions while it is not reached.
 const SEARCH_PERIOD: Duration = Duration::from_millis(500);
 /// Questions without an answer, beside the first, before it counts as not reached.
 const QUESTIONS: u32 = 12;
 /// An answer is late after 1.25 round trips, within these bounds.
 const PATIENCE: (Duration, Duration) = (Duration::from_millis(400), Duration::from_secs(3));
-/// The same while the round trip is not known.
+/// The same while the round trip is unknown.
 const UNKNOWN_PATIENCE: Duration = Duration::from_millis(500);
 /// A vehicle that was silent for longer was not heard in between; heartbeats come each second.
 const HEARD_WITHIN: Duration = Duration::from_millis(1_500);
-/// A transfer to a vehicle that is not reached is given up after this without an answer: time for [`QUESTIONS`], and with
-/// what comes before short of 5 s.
+/// A transfer to a vehicle that is not reached is given up after this without an answer: time for [`QUESTIONS`], and
+/// with what comes before short of 5 s.
 const TRANSFER_GIVEN_UP_AFTER: Duration = Duration::from_millis(3_000);
 
-/// How a vehicle that does not answer can be asked for a sign.
+/// A question to a vehicle that does not answer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Probe {
-    /// By TIMESYNC.
+    /// TIMESYNC.
     TimeSync,
-    /// By a command: it is too old for TIMESYNC.
+    /// A command, for a vehicle too old for TIMESYNC.
     Command,
 }
 
-/// What is known of the way to a vehicle.
+/// The state of the uplink to a vehicle.
 #[derive(Debug, Default)]
 pub(crate) struct Reach {
     answered_at: Option<MonoTime>,
@@ -54,26 +54,26 @@ pub(crate) struct Reach {
     /// The first question since the last answer, or since the vehicle was heard again.
     asked_since: Option<MonoTime>,
     probed_at: Option<MonoTime>,
-    /// What was heard last.
+    /// When it was last heard.
     heard_at: MonoTime,
     patience: Option<Duration>,
     is_unreached: bool,
 }
 
 impl Reach {
-    /// Something that calls for an answer goes out.
+    /// A message that calls for an answer is sent.
     pub(crate) fn on_question(&mut self, now: MonoTime) {
         self.asked_since.get_or_insert(now);
     }
 
-    /// TIMESYNC goes out. From a vehicle that answers other things, but never that, no answer is awaited.
+    /// TIMESYNC is sent. No answer is awaited from a vehicle that answers other messages, but never this one.
     pub(crate) fn on_timesync_asked(&mut self, now: MonoTime) {
         if self.answers_timesync || self.answered_at.is_none() {
             self.on_question(now);
         }
     }
 
-    /// Something was heard of the vehicle.
+    /// A message of the vehicle was received.
     pub(crate) fn on_heard(&mut self, now: MonoTime) {
         if now.since(self.heard_at) > HEARD_WITHIN && self.asked_since.is_some() {
             self.asked_since = Some(now);
@@ -81,32 +81,32 @@ impl Reach {
         self.heard_at = now;
     }
 
-    /// It is not heard any more: whether it hears us is not known.
+    /// It is no longer heard: whether it hears us is unknown.
     pub(crate) fn on_lost(&mut self) {
         self.is_unreached = false;
     }
 
-    /// Our TIMESYNC was answered. Returns whether that is news.
+    /// Our TIMESYNC was answered. Returns whether it was not reached before.
     pub(crate) fn on_timesync(&mut self, round_trip: Option<Duration>, now: MonoTime) -> bool {
         self.answers_timesync = true;
         self.patience = round_trip.map(|round_trip| (round_trip * 5 / 4).clamp(PATIENCE.0, PATIENCE.1));
         self.on_answer(now)
     }
 
-    /// A command of ours was answered. Returns whether that is news.
+    /// A command of ours was answered. Returns whether it was not reached before.
     pub(crate) fn on_command_answered(&mut self, now: MonoTime) -> bool {
         self.answers_commands = true;
         self.on_answer(now)
     }
 
-    /// Anything of ours was answered. Returns whether that is news: it was not reached before.
+    /// Anything of ours was answered. Returns whether it was not reached before.
     pub(crate) fn on_answer(&mut self, now: MonoTime) -> bool {
         self.answered_at = Some(now);
         self.asked_since = None;
         std::mem::take(&mut self.is_unreached)
     }
 
-    /// Whether it hears us; `None` when nothing shows it.
+    /// Whether it hears us; `None` when unknown.
     pub(crate) fn is_reached(&self, now: MonoTime) -> Option<bool> {
         if self.is_unreached {
             return Some(false);
@@ -124,7 +124,7 @@ impl Reach {
         self.patience.unwrap_or(UNKNOWN_PATIENCE)
     }
 
-    /// By what it can be asked, when it is one `of_old` without TIMESYNC; `None` when it is known to answer nothing suitable.
+    /// The suitable question for the vehicle, or for one `of_old` without TIMESYNC; `None` when it answers neither.
     fn probe(&self, of_old: bool) -> Option<Probe> {
         if self.answers_timesync || self.answered_at.is_none() {
             Some(Probe::TimeSync)
@@ -139,7 +139,7 @@ impl Reach {
         let late = self.asked_since? + self.patience();
         let period = if self.is_unreached { SEARCH_PERIOD } else { PROBE_PERIOD };
         let at = self.probed_at.map_or(late, |probed| late.max(probed + period));
-        // Whom we do not hear, we cannot hear answer.
+        // A vehicle that is not heard cannot be heard answering.
         (at <= self.heard_at + LOST_AFTER).then_some(at)
     }
 
@@ -164,7 +164,7 @@ impl Reach {
         (at <= self.heard_at + HEARD_WITHIN).then_some(at)
     }
 
-    /// Whether it turns out now that it is not reached.
+    /// Whether it is found now not to be reached.
     pub(crate) fn turns_unreached(&mut self, of_old: bool, now: MonoTime) -> bool {
         let is_due = self.verdict_at(of_old).is_some_and(|at| now >= at);
         self.is_unreached |= is_due;

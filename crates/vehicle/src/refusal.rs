@@ -1,33 +1,34 @@
-//! Why an autopilot refuses, recognised by what it writes, and what a person can do about it.
+//! Reasons of an autopilot's refusals, recognised by its texts, and their remedies.
 //!
-//! ArduPilot tells its reasons as texts alone (`STATUSTEXT`: "PreArm: …", "Arm: …"); their words are in `AP_Arming` and `AP_Arming_Plane`.
+//! ArduPilot gives its reasons only as texts (`STATUSTEXT`: "PreArm: …", "Arm: …"), defined in `AP_Arming` and
+//! `AP_Arming_Plane`.
 
 use crate::command::{CommandResult, cmd};
 
-/// A reason of which a remedy is known.
+/// Declares the reasons with a known remedy.
 macro_rules! refusals {
     ($($name:ident, $code:literal, $remedy:literal, [$([$($word:literal),+]),+];)+) => {
-        /// What a refusal is about.
+        /// The reason of a refusal.
         #[derive(Debug, Clone, Copy, PartialEq, Eq)]
         pub enum Refusal {
             $(#[doc = $remedy] $name,)+
         }
 
         impl Refusal {
-            /// All of them; of those that fit a text the first is meant.
+            /// All reasons; the first that matches a text applies.
             pub const ALL: &'static [Self] = &[$(Self::$name),+];
 
-            /// A stable name, fit for programs.
+            /// A stable name for programs.
             pub const fn code(self) -> &'static str {
                 match self { $(Self::$name => $code,)+ }
             }
 
-            /// What to do about it, in English.
+            /// The remedy, in English.
             pub const fn remedy(self) -> &'static str {
                 match self { $(Self::$name => $remedy,)+ }
             }
 
-            /// Texts that mean it: each holds these words one after the other.
+            /// Patterns of its texts: words in this order.
             const fn texts(self) -> &'static [&'static [&'static str]] {
                 match self { $(Self::$name => &[$(&[$($word),+]),+],)+ }
             }
@@ -77,18 +78,18 @@ refusals! {
 }
 
 impl Refusal {
-    /// What a text of an autopilot is about; `None`: nothing of which a remedy is known.
+    /// The reason that a text of an autopilot gives; `None` when no remedy is known.
     pub fn of(text: &str) -> Option<Self> {
         let text = text.to_lowercase();
         Self::ALL.iter().copied().find(|refusal| refusal.texts().iter().any(|words| holds(&text, words)))
     }
 }
 
-/// What to do about a command that an autopilot refused without a word, where one reason is as good as certain.
+/// The remedy for a command that an autopilot refused without a text, where one reason is almost certain.
 ///
-/// An ArduPlane takes DO_FENCE_ENABLE when a fence of those asked for is present (`GCS_Fence.cpp`), and loads the one that is stored
-/// once it has an origin (`AC_PolyFence_loader.cpp`). It denies a DO_REPOSITION to outside its enabled fences
-/// (`AC_Fence::check_destination_within_fence`), and one that `Location::sanitize` completes.
+/// An ArduPlane takes DO_FENCE_ENABLE when a fence of those asked for is present (`GCS_Fence.cpp`), and loads the one
+/// that is stored once it has an origin (`AC_PolyFence_loader.cpp`). It denies a DO_REPOSITION to outside its enabled
+/// fences (`AC_Fence::check_destination_within_fence`), and one that `Location::sanitize` completes.
 pub(crate) fn remedy_of_silence(command: u16, result: CommandResult) -> Option<&'static str> {
     match (command, result) {
         (cmd::DO_FENCE_ENABLE, CommandResult::FAILED) => Some(
@@ -101,7 +102,7 @@ pub(crate) fn remedy_of_silence(command: u16, result: CommandResult) -> Option<&
     }
 }
 
-/// What to do about what an autopilot wrote, each once, in the order of the texts.
+/// The remedies for an autopilot's texts, each once, in the order of the texts.
 pub(crate) fn remedies(texts: &[String]) -> Vec<&'static str> {
     let mut found: Vec<&str> = Vec::new();
     for remedy in texts.iter().filter_map(|text| Refusal::of(text)).map(Refusal::remedy) {
@@ -112,7 +113,8 @@ pub(crate) fn remedies(texts: &[String]) -> Vec<&'static str> {
     found
 }
 
-/// Whether a text in small letters holds these words one after the other. One that begins with `=` has to stand alone, numbered or not.
+/// Whether a lower-case text holds these words in order. A word that begins with `=` has to stand alone, numbered or
+/// not.
 fn holds(text: &str, words: &[&str]) -> bool {
     let mut rest = text;
     words.iter().all(|word| {
@@ -134,7 +136,8 @@ mod tests {
 
     #[test]
     fn texts_of_autopilots_are_recognised() {
-        // The first two are from a recording of an ArduPlane (arm-refused-and-modes.tlog); the others as ArduPilot writes them.
+        // The first two are from a recording of an ArduPlane (arm-refused-and-modes.tlog); the others as ArduPilot
+        // writes them.
         for (text, code) in [
             ("Arm: RTL mode not armable", Some("mode-not-armable")),
             ("PreArm: In landing sequence", Some("landing-sequence")),
@@ -159,7 +162,7 @@ mod tests {
             ("PreArm: Radio failsafe on", Some("failsafe")),
             ("PreArm: Logging failed", Some("logging")),
             ("PreArm: Search for the source", None),
-            ("PreArm: Something nobody wrote yet", None),
+            ("PreArm: An unknown reason", None),
             ("", None),
         ] {
             assert_eq!(Refusal::of(text).map(Refusal::code), code, "{text}");

@@ -1,7 +1,7 @@
-//! The vehicles that are heard on a link or hosted for another station, and which message belongs to which.
+//! The vehicles that are heard on links or hosted for another station, and the assignment of messages to them.
 //!
-//! A vehicle is a system with an autopilot's heartbeat. Ground stations, cameras, radios and noise are none; neither are
-//! we, when our own messages come back.
+//! A vehicle is a system with an autopilot's heartbeat. Ground stations, cameras, radios, noise and our own echoed
+//! messages are not.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::ops::RangeInclusive;
@@ -17,18 +17,18 @@ use crate::streams::StreamConfig;
 use crate::telemetry::Group;
 use crate::vehicle::{Vehicle, VehicleConfig};
 
-/// Vehicles at links that are followed at once: 64, so that the 50 of one port that the benchmarks fly have room, with a flood of ids
-/// beside them costing no more memory than that. When there are more, those that are lost make room, longest silent first; a newcomer
-/// for whom there is no room is ignored.
+/// Most vehicles at links followed at once: room for the 50 of one port that the benchmarks fly, and a bound on the
+/// memory that a flood of ids costs. When the registry is full, lost vehicles are replaced, longest silent first; else
+/// a newcomer is ignored.
 pub const MAX_VEHICLES: usize = 64;
-/// Vehicles far away that are followed at once. They are known by name to whoever hosts them, so no noise makes one.
+/// Most remote vehicles followed at once. Their station knows them by name, so noise cannot create one.
 pub const MAX_FAR: usize = 1024;
 
-/// The ids of vehicles at links, and of those far away.
+/// The ids of vehicles at links, and of remote ones.
 const AT_LINKS: RangeInclusive<VehicleId> = VehicleId::new(0)..=VehicleId::new(VehicleId::FIRST_FAR - 1);
 const FAR: RangeInclusive<VehicleId> = VehicleId::new(VehicleId::FIRST_FAR)..=VehicleId::new(u16::MAX);
 
-/// Something about a station's vehicles as a whole.
+/// An event of the registry.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum RegistryEvent {
@@ -36,11 +36,11 @@ pub enum RegistryEvent {
     Appeared(VehicleId, Address),
     /// A lost vehicle made room for another; its requests were cancelled.
     Dropped(VehicleId, Address),
-    /// There is no room for another vehicle. Told once until there is room again.
+    /// The registry is full. Reported once until a place is free.
     Full,
 }
 
-/// What the vehicles want of their owner.
+/// Outputs of the vehicles for their owner.
 #[derive(Debug, Clone, PartialEq)]
 #[allow(clippy::large_enum_variant, reason = "moved once, from the queue to the link")]
 pub enum RegistryOutput {
@@ -56,18 +56,18 @@ pub struct Vehicles {
     our: Address,
     config: VehicleConfig,
     vehicles: BTreeMap<VehicleId, Vehicle>,
-    /// Events, and last words of vehicles that were dropped: a few for each message received; drained after every call.
+    /// Events, and last outputs of dropped vehicles: a few for each message received; drained after every call.
     outputs: VecDeque<RegistryOutput>,
-    /// Vehicles that may want something: those that were reached for since they were last drained. With dozens of vehicles,
-    /// asking all of them after each message costs more than all that is done with it.
+    /// Vehicles that may have output: those accessed since they were last drained. With dozens of vehicles, polling all
+    /// of them after each message would cost more than handling the message.
     touched: Vec<VehicleId>,
-    /// No later than the earliest deadline of the others.
+    /// At or before the earliest deadline of the others.
     rest_until: Option<MonoTime>,
     is_full: bool,
 }
 
 impl Vehicles {
-    /// None yet. We are `our`; each vehicle gets `config`.
+    /// An empty registry. We are `our`; each vehicle gets `config`.
     pub fn new(our: Address, config: VehicleConfig) -> Self {
         Self {
             our,
@@ -80,12 +80,12 @@ impl Vehicles {
         }
     }
 
-    /// One of them.
+    /// A vehicle.
     pub fn get(&self, id: impl Into<VehicleId>) -> Option<&Vehicle> {
         self.vehicles.get(&id.into())
     }
 
-    /// One of them, to ask something of it.
+    /// A vehicle, for a request.
     pub fn get_mut(&mut self, id: impl Into<VehicleId>) -> Option<&mut Vehicle> {
         let id = id.into();
         let vehicle = self.vehicles.get_mut(&id)?;
@@ -93,17 +93,17 @@ impl Vehicles {
         Some(vehicle)
     }
 
-    /// All of them, by id.
+    /// All vehicles, by id.
     pub fn iter(&self) -> impl ExactSizeIterator<Item = (VehicleId, &Vehicle)> {
         self.vehicles.iter().map(|(id, vehicle)| (*id, vehicle))
     }
 
-    /// How many there are.
+    /// Number of vehicles.
     pub fn len(&self) -> usize {
         self.vehicles.len()
     }
 
-    /// Whether none was heard yet.
+    /// Whether no vehicle was heard yet.
     pub fn is_empty(&self) -> bool {
         self.vehicles.is_empty()
     }
@@ -131,13 +131,14 @@ impl Vehicles {
         None
     }
 
-    /// Whether it is a link's radio that speaks, under a system id of its own.
+    /// Whether the sender is a link's radio, under a system id of its own.
     pub fn is_radio(&self, source: Address, message: &Message) -> bool {
         !self.vehicles.contains_key(&source.system.into())
             && matches!(message, Message::Dialect(MavMessage::RADIO_STATUS(_) | MavMessage::RADIO(_)))
     }
 
-    /// A message of a vehicle's autopilot over another link than the one over which it is followed: see [`Vehicle::on_beside`].
+    /// A message of a vehicle's autopilot over another link than the one over which it is followed: see
+    /// [`Vehicle::on_beside`].
     pub fn on_beside(&mut self, id: VehicleId, message: &Message, now: MonoTime) -> Option<Group> {
         self.get_mut(id)?.on_beside(message, now)
     }
@@ -151,8 +152,7 @@ impl Vehicles {
         }
     }
 
-    /// Whether a message that a caller wants to send as it is may go out: see [`Vehicle::on_sending`], for all to whom it is
-    /// addressed.
+    /// Whether a raw message may be sent: [`Vehicle::on_sending`] for each vehicle that it addresses.
     ///
     /// # Errors
     /// As there.
@@ -168,7 +168,7 @@ impl Vehicles {
         })
     }
 
-    /// In which version of the protocol a frame from `source` came. Only an autopilot's own frames count: a camera of the same
+    /// Notes the protocol version of a frame from `source`. Only an autopilot's own frames count: a camera of the same
     /// system may be older.
     pub fn on_protocol_version(&mut self, source: Address, version: MavVersion) {
         if let Some(vehicle) = self.get_mut(source.system)
@@ -183,12 +183,12 @@ impl Vehicles {
             return;
         }
         let mut config = self.config.clone();
-        // Sessions of two vehicles do not share numbers, so that a log tells them apart.
+        // Sessions of two vehicles do not share numbers, so that a log distinguishes them.
         config.seed = config.seed.wrapping_add(u32::from(source.system.0) * 7);
         self.insert(source.system.into(), source, config, now);
     }
 
-    /// Whether there is room for one more of these, of which there may be so many; if need be by dropping one that is lost.
+    /// Makes room for one more vehicle within a limit, dropping a lost one if needed; returns whether there is room.
     fn make_room(&mut self, among: RangeInclusive<VehicleId>, most: usize, now: MonoTime) -> bool {
         if self.vehicles.range(among.clone()).count() >= most {
             let lost = self.vehicles.range(among).filter(|(_, vehicle)| !vehicle.is_heard(now));
@@ -212,8 +212,8 @@ impl Vehicles {
         true
     }
 
-    /// A vehicle that no link reaches, by the address of its autopilot and its name: what it says is told to [`Self::on_hosted`], and
-    /// nothing is asked of it. `None`: there is no room.
+    /// Adds a remote vehicle, by the address of its autopilot and its name. Its messages are passed to
+    /// [`Self::on_hosted`], and nothing is sent to it. `None`: the registry is full.
     pub fn host(&mut self, source: Address, name: &str, now: MonoTime) -> Option<VehicleId> {
         if !self.make_room(FAR, MAX_FAR, now) {
             return None;
@@ -230,7 +230,7 @@ impl Vehicles {
         Some(id)
     }
 
-    /// The autopilot of a vehicle that is hosted said something.
+    /// A message of a hosted vehicle's autopilot.
     pub fn on_hosted(&mut self, id: VehicleId, message: &Message, now: MonoTime) -> Option<Group> {
         let vehicle = self.get_mut(id)?;
         vehicle.on_message(vehicle.address().component, message, now)
@@ -242,7 +242,7 @@ impl Vehicles {
         self.outputs.push_back(RegistryOutput::Event(RegistryEvent::Appeared(id, source)));
     }
 
-    /// Lets time pass for those that want it.
+    /// Advances time for vehicles whose deadline has passed.
     pub fn on_time(&mut self, now: MonoTime) {
         self.rest_until = None;
         for (system, vehicle) in &mut self.vehicles {
@@ -256,7 +256,7 @@ impl Vehicles {
         }
     }
 
-    /// When [`Self::on_time`] is wanted at the latest; there may be nothing to do yet.
+    /// Latest time for the next [`Self::on_time`]; there may be nothing to do yet.
     pub fn deadline(&self) -> Option<MonoTime> {
         let touched = self.touched.iter().filter_map(|system| self.vehicles.get(system)?.deadline()).min();
         earlier(self.rest_until, touched)
@@ -359,7 +359,7 @@ mod tests {
         vehicles.on_message(Address::new(2, 154), &text, at(2));
         assert_eq!(vehicles.get(SystemId(2)).expect("vehicle").texts().total(), 1);
         assert_eq!(vehicles.get(SystemId(1)).expect("vehicle").texts().total(), 0);
-        // The radio speaks for those on its link.
+        // The radio reports for the vehicles on its link.
         let radio = RADIO_STATUS_DATA { rssi: 180, ..RADIO_STATUS_DATA::default() };
         let radio = Message::Dialect(MavMessage::RADIO_STATUS(radio));
         assert!(vehicles.is_radio(Address::new(51, 68), &radio) && !vehicles.is_radio(Address::new(1, 68), &radio));
@@ -438,7 +438,7 @@ mod tests {
         }
         assert_eq!(full, 1, "told once");
         assert!(vehicles.get(SystemId(1)).is_some());
-        // The flood is over: those that are lost make room, and their requests end.
+        // The flood is over: lost vehicles make room, and their requests end.
         let lost = vehicles.iter().map(|(system, _)| system).find(|id| id.number() != 1).expect("another");
         let now = at(60_000);
         vehicles.on_message(Address::new(1, 1), &heartbeat(1, 3), now);
@@ -494,7 +494,7 @@ mod tests {
         drain(&mut vehicles);
         assert_eq!(vehicles.len(), MAX_FAR + MAX_VEHICLES, "a flood of ids takes no place of theirs");
         assert!(far.iter().all(|id| id.is_far() && vehicles.get(*id).is_some()));
-        // What a link brings is of those at links, whatever system id a plane far away has of its own.
+        // Messages from a link belong to vehicles at links, whatever system id a remote plane has.
         let attitude = Message::Dialect(MavMessage::ATTITUDE(ATTITUDE_DATA { roll: 1.0, ..ATTITUDE_DATA::default() }));
         assert_eq!(vehicles.on_message(own, &attitude, now), Some((SystemId(1).into(), Group::Attitude)));
         let radio = RADIO_STATUS_DATA { rssi: 180, ..RADIO_STATUS_DATA::default() };
@@ -504,7 +504,7 @@ mod tests {
         assert_eq!(vehicles.on_hosted(far[3], &attitude, now), Some(Group::Attitude));
         assert!(vehicles.get(far[3]).is_some_and(|plane| plane.telemetry().attitude.is_some()));
         drain(&mut vehicles);
-        // Heard once, and silent since: it makes room.
+        // Heard once and silent since: it is replaced.
         let late = at(60_000);
         for id in &far[1..] {
             vehicles.on_hosted(*id, &heartbeat(1, 3), late);
@@ -513,7 +513,8 @@ mod tests {
         assert!(vehicles.host(own, "one-more", late).is_some_and(|_| vehicles.get(far[0]).is_none()));
     }
 
-    // fault 23 (1 seed): 100,000 messages from other ids, id 0 and our own echo: 0 changes of state, 0 vehicles more, 0 answers
+    // fault 23 (1 seed): 100,000 messages from other ids, id 0 and our own echo: 0 changes of state, 0 vehicles more, 0
+    // answers
     #[test]
     fn messages_of_other_ids_and_our_own_echo_change_nothing() {
         let mut vehicles = vehicles();

@@ -1,5 +1,5 @@
-//! What can be asked of a vehicle, and what comes back. Behind the feature `describe` the list of requests describes itself: names, values and
-//! ranges, from which the doors are made.
+//! Requests to a vehicle, and their results. With the feature `describe` the requests describe themselves: names,
+//! values and ranges, from which the front ends are generated.
 
 use std::fmt;
 
@@ -18,7 +18,7 @@ use crate::plan_state::PlanState;
 use crate::telemetry::{LandedState, Severity, Text};
 use crate::transfer::Param;
 
-/// Names a request of one [`crate::Vehicle`], to cancel it and to know its result.
+/// Identifies a request of one [`crate::Vehicle`], to cancel it and to match its result.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct RequestId(pub u64);
 
@@ -28,12 +28,12 @@ impl fmt::Display for RequestId {
     }
 }
 
-/// Something to do. Every value is checked before anything is sent.
+/// A request. Every value is checked before anything is sent.
 ///
-/// Upload, arm, mode and start are separate acts: no request does another as a side effect. Each one says below which
-/// messages it sends and when it counts as done; `vehicle/steps.rs` does so. One that describes itself, as all do but those with
-/// `serde(skip)`, is thereby a path of the HTTP API by its name, can be asked for by it in the native module of Python, and goes over a
-/// network. Its documentation is theirs.
+/// Upload, arm, mode and start are separate acts: no request does another as a side effect. Each variant documents
+/// which messages it sends and when it counts as done (`vehicle/steps.rs`). Variants without `serde(skip)` are also, by
+/// their names, paths of the HTTP API, requests of Python's native module, and orders to remote vehicles, with the
+/// documentation here.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(
     feature = "describe",
@@ -67,8 +67,9 @@ pub enum Request {
         #[cfg_attr(feature = "describe", schema(minimum = 1, maximum = 10_000))]
         alt_rel_home_m: f64,
     },
-    /// Flies to a position and circles there: MAV_CMD_DO_REPOSITION by COMMAND_INT. An ArduPlane from before COMMAND_INT gets
-    /// MISSION_ITEM with `current` = 2 instead, which enters GUIDED by itself and knows neither radius nor sense nor speed.
+    /// Flies to a position and circles there: MAV_CMD_DO_REPOSITION by COMMAND_INT. An ArduPlane from before
+    /// COMMAND_INT gets MISSION_ITEM with `current` = 2 instead, which enters GUIDED by itself and knows neither radius
+    /// nor sense nor speed.
     #[cfg_attr(feature = "describe", serde(rename = "goto"))]
     Reposition {
         /// WGS-84 latitude.
@@ -80,7 +81,7 @@ pub enum Request {
         /// Height, counted as `alt_frame` says; above home or terrain not 0, which ArduPilot takes for none.
         #[cfg_attr(feature = "describe", schema(minimum = -1_000, maximum = 100_000))]
         alt_m: f64,
-        /// What `alt_m` is counted from.
+        /// Reference of `alt_m`.
         alt_frame: AltFrame,
         /// Radius of the circle, 1 to 30,000; the vehicle's own when absent.
         #[cfg_attr(feature = "describe", schema(minimum = 1, maximum = 30_000))]
@@ -104,9 +105,9 @@ pub enum Request {
         #[cfg_attr(feature = "describe", schema(minimum = 0.1, maximum = 200))]
         speed_m_s: f64,
     },
-    /// Changes the altitude of the present target: MAV_CMD_DO_CHANGE_ALTITUDE. For an ArduPlane; in AUTO it holds until the next item.
-    /// One from before COMMAND_INT gets MISSION_ITEM with `current` = 3. Refused while the plane lands, or may do so in a mission that
-    /// was not read: it would flare and stop its motor where it is.
+    /// Changes the altitude of the present target: MAV_CMD_DO_CHANGE_ALTITUDE. For an ArduPlane; in AUTO it holds until
+    /// the next item. One from before COMMAND_INT gets MISSION_ITEM with `current` = 3. Refused while the plane lands,
+    /// or may do so in a mission that was not read: it would flare and stop its motor where it is.
     #[cfg_attr(feature = "describe", serde(rename = "altitude"))]
     ChangeAltitude {
         /// Height, counted as `alt_frame` says; not 0, which ArduPlane takes for none.
@@ -115,8 +116,8 @@ pub enum Request {
         /// What `alt_m` is counted from.
         alt_frame: AltFrame,
     },
-    /// Turns to a course over ground and stays on it: MAV_CMD_GUIDED_CHANGE_HEADING. Only for an ArduPlane in GUIDED, which
-    /// no request enters for it.
+    /// Turns to a course over ground and stays on it: MAV_CMD_GUIDED_CHANGE_HEADING. Only for an ArduPlane in GUIDED,
+    /// which no request enters for it.
     #[cfg_attr(feature = "describe", serde(rename = "course"))]
     GuidedCourse {
         /// Course over ground, degrees from true north, 0 to below 360.
@@ -138,9 +139,9 @@ pub enum Request {
         #[cfg_attr(feature = "describe", schema(minimum = 0.01, maximum = 50))]
         rate_m_s: f64,
     },
-    /// Flies at a velocity: SET_POSITION_TARGET_LOCAL_NED, relative to the heading. Only for an ArduCopter in GUIDED or a PX4 in
-    /// OFFBOARD, which no request enters for it. It has no answer: done when it is sent. The vehicle stops by itself when it is
-    /// not repeated (ArduCopter after GUID_TIMEOUT, 3 s; PX4 after 0.5 s).
+    /// Flies at a velocity: SET_POSITION_TARGET_LOCAL_NED, relative to the heading. Only for an ArduCopter in GUIDED or
+    /// a PX4 in OFFBOARD, which no request enters for it. It has no answer: done when it is sent. The vehicle stops by
+    /// itself when it is not repeated (ArduCopter after GUID_TIMEOUT, 3 s; PX4 after 0.5 s).
     Velocity {
         /// Forward, −50 to 50.
         #[cfg_attr(feature = "describe", serde(default), schema(minimum = -50, maximum = 50))]
@@ -160,8 +161,9 @@ pub enum Request {
     LoiterHere,
     /// Returns to launch: mode RTL.
     ReturnToLaunch,
-    /// Lands. An ArduPlane: jumps to the landing sequence of its mission (MAV_CMD_DO_LAND_START); nothing is sent to one that flies that
-    /// sequence already, because it would begin it anew and turn away without climbing. Others: mode LAND.
+    /// Lands. An ArduPlane: jumps to the landing sequence of its mission (MAV_CMD_DO_LAND_START); nothing is sent to
+    /// one that flies that sequence already, because it would begin it anew and turn away without climbing. Others:
+    /// mode LAND.
     Land,
     /// Aborts a landing and climbs: MAV_CMD_DO_GO_AROUND.
     AbortLanding {
@@ -169,23 +171,26 @@ pub enum Request {
         #[cfg_attr(feature = "describe", schema(minimum = 1, maximum = 10_000))]
         alt_rel_home_m: Option<f64>,
     },
-    /// Prepares a flight, on the ground and disarmed: changes to a mode that arms where the present one does not, and sets the
-    /// mission, when there is one, back to its beginning, its jump counters too. A text of ours says so before. Refused when armed or
-    /// in the air. It neither arms nor starts; what is known of the vehicle (`progress.preparation`) tells before what it does.
+    /// Prepares a flight, on the ground and disarmed: changes to a mode that arms where the present one does not, and
+    /// sets the mission, when there is one, back to its beginning, its jump counters too. A text of ours says so
+    /// before. Refused when armed or in the air. It neither arms nor starts; what is known of the vehicle
+    /// (`progress.preparation`) tells before what it does.
     PrepareFlight,
-    /// Starts the mission: mode AUTO, after setting the current item when one is given. Never arms. Item 1 is the mission's
-    /// beginning: its jump counters are set back too. An ArduPlane has to show a mission that runs, and is set to the item once more
-    /// where it began anew (`MIS_RESTART` 1).
+    /// Starts the mission: mode AUTO, after setting the current item when one is given. Never arms. Item 1 is the
+    /// mission's beginning: its jump counters are set back too. An ArduPlane has to show a mission that runs, and is
+    /// set to the item once more where it began anew (`MIS_RESTART` 1).
     #[cfg_attr(feature = "describe", serde(rename = "mission/start"))]
     MissionStart {
-        /// Item to begin with, counted from 1; where the vehicle stands in the mission when absent, with `MIS_RESTART` 1 its beginning.
+        /// Item to begin with, counted from 1; where the vehicle stands in the mission when absent, with `MIS_RESTART`
+        /// 1 its beginning.
         #[cfg_attr(feature = "describe", schema(minimum = 1, maximum = 65_534))]
         from_item: Option<u16>,
     },
     /// Interrupts the mission: mode LOITER.
     #[cfg_attr(feature = "describe", serde(rename = "mission/pause"))]
     MissionPause,
-    /// Goes on with the mission where it stands: mode AUTO. An ArduPlane that begins it anew (`MIS_RESTART` 1) is set to where it stood.
+    /// Goes on with the mission where it stands: mode AUTO. An ArduPlane that begins it anew (`MIS_RESTART` 1) is set
+    /// to where it stood.
     #[cfg_attr(feature = "describe", serde(rename = "mission/resume"))]
     MissionResume,
     /// Makes an item the current one: MAV_CMD_DO_SET_MISSION_CURRENT, or MISSION_SET_CURRENT for an older vehicle.
@@ -208,8 +213,8 @@ pub enum Request {
         #[cfg_attr(feature = "describe", schema(minimum = -1_000, maximum = 100_000))]
         alt_amsl_m: Option<f64>,
     },
-    /// Any command by COMMAND_LONG. Its `target` is replaced by the vehicle when it is 0/0. Not repeated when it gets no
-    /// answer, unless it is known to be safe to do twice ([`crate::command::is_idempotent`]).
+    /// Any command by COMMAND_LONG. Its `target` is replaced by the vehicle when it is 0/0. Not repeated when it gets
+    /// no answer, unless it is known to be safe to do twice ([`crate::command::is_idempotent`]).
     #[cfg_attr(feature = "describe", serde(skip))]
     RawCommandLong(CommandLong),
     /// Any command by COMMAND_INT, likewise.
@@ -221,18 +226,19 @@ pub enum Request {
         #[cfg_attr(feature = "describe", schema(value_type = MessageChoice))]
         message: MessageId,
     },
-    /// Sets how often the vehicle sends a message, now and after each of its restarts: MAV_CMD_SET_MESSAGE_INTERVAL. It overrides other
-    /// stations.
+    /// Sets how often the vehicle sends a message, now and after each of its restarts: MAV_CMD_SET_MESSAGE_INTERVAL. It
+    /// overrides other stations.
     SetMessageRate {
         /// Which: its name in the dialect, such as `"ATTITUDE"`, or its number.
         #[cfg_attr(feature = "describe", schema(value_type = MessageChoice))]
         message: MessageId,
-        /// Messages per second, 0.0005 (one in 2,000 s) to 50; `"default"`, or 0, for the vehicle's own rate; `"stop"` for none.
+        /// Messages per second, 0.0005 (one in 2,000 s) to 50; `"default"`, or 0, for the vehicle's own rate; `"stop"`
+        /// for none.
         #[cfg_attr(feature = "describe", schema(value_type = RateChoice))]
         rate_hz: MessageRate,
     },
-    /// Replaces a plan and reads it back: done when the vehicle has it. For an ArduPilot mission `items` does not hold home;
-    /// it is put in front as item 0.
+    /// Replaces a plan and reads it back: done when the vehicle has it. For an ArduPilot mission `items` does not hold
+    /// home; it is put in front as item 0.
     #[cfg_attr(feature = "describe", serde(skip))]
     UploadPlan {
         /// What to replace.
@@ -241,8 +247,8 @@ pub enum Request {
         items: Vec<MissionItem>,
         /// Home to send with a mission; `None`: the vehicle's own.
         home: Option<Home>,
-        /// Whether a mission is sent in spite of errors that the checks find. Whoever asks has checked it; a station on board, which knows
-        /// more of its vehicle, checks once more what comes to it from far away.
+        /// Whether a mission is sent in spite of errors found by the checks. The caller has checked it; a station on
+        /// board, which knows more of its vehicle, checks remote uploads again.
         despite_findings: bool,
     },
     /// Reads a plan.
@@ -274,7 +280,7 @@ pub enum Request {
         /// Value; must be finite.
         value: f64,
     },
-    /// Puts a text of ours beside those of the vehicle, for whoever watches it through this station. Nothing is sent.
+    /// Adds a text of ours to those of the vehicle, shown to all clients of this station. Nothing is sent.
     #[cfg_attr(feature = "describe", serde(rename = "texts"))]
     Note {
         /// `MAV_SEVERITY`: 0 emergency to 7 debug; 6, info, when absent.
@@ -283,16 +289,17 @@ pub enum Request {
         /// The text; cut to 500 characters.
         text: String,
     },
-    /// Switches the fence on board on or off, until its parameters or a restart do: MAV_CMD_DO_FENCE_ENABLE. Done when it is acknowledged;
-    /// an ArduPlane without a fence refuses to switch it on.
+    /// Switches the fence on board on or off, until its parameters or a restart do: MAV_CMD_DO_FENCE_ENABLE. Done when
+    /// it is acknowledged; an ArduPlane without a fence refuses to switch it on.
     SwitchFence {
         /// Whether it is to be on.
         on: bool,
     },
     /// Reboots the autopilot. Only when a fresh HEARTBEAT shows it disarmed.
     Reboot,
-    /// Does what is asked although the mission on board may be a mixture ([`PlanState::may_be_mixed`]), in which case arming,
-    /// following the mission and jumping in it are refused otherwise. It is written among the vehicle's texts and in the log.
+    /// Does what is asked although the mission on board may be a mixture ([`PlanState::may_be_mixed`]), in which case
+    /// arming, following the mission and jumping in it are refused otherwise. It is written among the vehicle's texts
+    /// and in the log.
     #[cfg_attr(feature = "describe", serde(skip))]
     DespiteMixedPlan(Box<Request>),
 }
@@ -334,8 +341,8 @@ pub enum Reply {
         home: Option<Home>,
         /// What is known of it now.
         state: PlanState,
-        /// After an upload to a vehicle that holds positions as 32-bit floats: how far the farthest is from where it was sent to
-        /// be, metres. `None`: exact.
+        /// After an upload to a vehicle that holds positions as 32-bit floats: how far the farthest is from where it
+        /// was sent to be, metres. `None`: exact.
         position_error_m: Option<f64>,
     },
     /// All parameters, by name.
@@ -344,7 +351,7 @@ pub enum Reply {
     Parameter(Param),
 }
 
-/// What a vehicle's state machines want of their owner. Drain with [`crate::Vehicle::poll_output`].
+/// Outputs of a vehicle's state machines for their owner. Drain with [`crate::Vehicle::poll_output`].
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 #[allow(clippy::large_enum_variant, reason = "moved once, from the queue to the link")]
@@ -355,9 +362,9 @@ pub enum Output {
     Progress {
         /// Which.
         id: RequestId,
-        /// How much is done, in units of `total`.
+        /// Amount done, in units of `total`.
         done: u32,
-        /// How much there is; 0 when not known yet.
+        /// Total amount; 0 when not known yet.
         total: u32,
     },
     /// A request ended. Comes exactly once for each.
@@ -367,9 +374,9 @@ pub enum Output {
         /// How.
         result: Result<Reply, VehicleError>,
     },
-    /// Something happened.
+    /// An event.
     Event(VehicleEvent),
-    /// Write this down so that it survives the end of the program, then call [`crate::Vehicle::on_kept`]. An empty record is
+    /// Store this so that it survives the end of the program, then call [`crate::Vehicle::on_kept`]. An empty record is
     /// to be removed. Only with [`crate::VehicleConfig::keeps_records`].
     Keep {
         /// Grows with each.
@@ -379,7 +386,7 @@ pub enum Output {
     },
 }
 
-/// Something worth telling, apart from new telemetry.
+/// An event, apart from new telemetry.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum VehicleEvent {
@@ -387,7 +394,7 @@ pub enum VehicleEvent {
     Lost,
     /// The vehicle is heard again.
     Regained,
-    /// The vehicle is heard, but has answered nothing of ours for 4.5 s, asked again and again: the uplink is dead.
+    /// The vehicle is heard, but has not answered repeated questions for 4.5 s: the uplink is dead.
     Unreached,
     /// The vehicle answers again.
     Reached,
@@ -417,29 +424,29 @@ pub enum VehicleEvent {
         /// Now.
         seq: MissionSeq,
     },
-    /// A mission item was reached. ArduPilot reports the last alone of those that it reaches in one moment: the waypoint before an
-    /// action is taken for reached with that, where the mission is known.
+    /// A mission item was reached. ArduPilot reports the last alone of those that it reaches in one moment: the
+    /// waypoint before an action is taken for reached with that, where the mission is known.
     ItemReached {
         /// Which.
         seq: MissionSeq,
     },
     /// The mission was flown to its end.
     MissionComplete,
-    /// What is known of a plan on board changed.
+    /// The state of a plan on board changed.
     PlanStateChanged {
         /// Which.
         kind: PlanKind,
         /// Now.
         state: PlanState,
     },
-    /// In AUTO it flies to somewhere else than the current item of the plan that was read from it: an alarm.
+    /// An alarm: in AUTO its target is not the current item of the plan read from it.
     TargetElsewhere {
         /// The current item.
         seq: MissionSeq,
         /// From the item's position to where it flies, metres.
         distance_m: f64,
     },
-    /// It flies to where its plan says again.
+    /// Its target is that of its plan again.
     TargetAsPlanned {
         /// The current item.
         seq: MissionSeq,
@@ -448,13 +455,13 @@ pub enum VehicleEvent {
     HomeChanged,
     /// The vehicle does not know SET_MESSAGE_INTERVAL; its data streams were asked for instead.
     StreamsFellBack,
-    /// Another vehicle uses the same system id: it is not followed, and nothing is sent to it. Or two computers far away speak by one
-    /// name: nothing is sent to either.
+    /// Another vehicle uses the same system id: it is not followed, and nothing is sent to it. Or two remote computers
+    /// use one name: nothing is sent to either.
     Contested,
     /// The other is not heard any more.
     Uncontested,
-    /// It asks for the ground's heights at places that no map here knows.
+    /// It asks for terrain that no map here has.
     TerrainUnknown,
-    /// All the heights that it asked for are known again.
+    /// All terrain that it asked for is known again.
     TerrainKnown,
 }

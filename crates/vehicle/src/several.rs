@@ -1,23 +1,23 @@
-//! Values that may be of one of several kinds, as a mode by its name or its number. Serde's derived readers (`untagged`) do not tell what was
-//! given instead; this one does.
+//! Values of several alternative kinds, such as a mode by name or by number. Serde's derived readers (`untagged`) do
+//! not report what was given instead; this one does.
 
 use std::fmt;
 
 use serde::de::value::{Error as ValueError, SeqAccessDeserializer};
 use serde::de::{Deserialize, Deserializer, Error, IntoDeserializer, SeqAccess, Unexpected, Visitor};
 
-/// What a list of numbers is.
+/// Converts a list of numbers.
 type OfList<T, N> = fn(Vec<Option<N>>) -> T;
 
-/// Reads a value that is a number, a text, or a list of numbers, as far as those are taken.
+/// Reads a value that is a number, a text, or a list of numbers, where these are accepted.
 pub struct Kinds<'a, T, N> {
-    /// What is taken, after "should be".
+    /// What is accepted, as a phrase after "should be".
     pub expected: &'a str,
-    /// What a number is.
+    /// Converts a number.
     pub number: fn(N) -> T,
-    /// What a text is; `None` for one that is none of those taken.
+    /// Converts a text; returns `None` for one that is not accepted.
     pub text: fn(&str) -> Option<T>,
-    /// What a list of numbers is, where one is taken; null stands for no number.
+    /// Converts a list of numbers, where lists are accepted; null stands for no number.
     pub list: Option<OfList<T, N>>,
 }
 
@@ -25,7 +25,7 @@ impl<'de, T, N: Deserialize<'de>> Kinds<'_, T, N> {
     /// Reads it.
     ///
     /// # Errors
-    /// What was given, and what is taken.
+    /// The value given, and what is accepted.
     pub fn read<D: Deserializer<'de>>(self, deserializer: D) -> Result<T, D::Error> {
         deserializer.deserialize_any(KindsVisitor(self))
     }

@@ -1,33 +1,33 @@
-//! Owns the change of a vehicle's signing key: when the key is sent, what counts as proof, and when it is given up.
+//! The change of a vehicle's signing key: when the key is sent, what counts as proof, and when the change is given up.
 //!
-//! `SETUP_SIGNING` is not answered. That the vehicle has the key shows only in how it signs from then on; that it has none any
-//! more, in that it does not. Until it shows, both keys are believed and nothing is thrown away, so that neither a message that
-//! is lost, nor one that comes late, nor a refusal cuts anybody off.
+//! `SETUP_SIGNING` is not answered. Only the vehicle's signatures from then on show that it has the key; unsigned
+//! frames, that it has no key any more. Until then both keys are accepted and none is deleted, so that neither a lost
+//! message, nor a late one, nor a refusal locks a station out.
 
 use std::time::Duration;
 
 use vencejo_proto::dialect::{MavMessage, SETUP_SIGNING_DATA};
 use vencejo_proto::{Address, Message, MonoTime, SigningKey, SigningTime};
 
-/// The message that carries a key. Nothing else sends it.
+/// The message that carries a key. Sent only from here.
 pub const SETUP_SIGNING_ID: u32 = 256;
-/// After so long without proof a change is given up.
+/// Time without proof after which a change is given up.
 pub const GIVE_UP: Duration = Duration::from_millis(4500);
 /// How often the key is sent.
 const AGAIN: Duration = Duration::from_secs(1);
-/// So many unsigned frames in a row show that a vehicle signs no more.
+/// Consecutive unsigned frames that show that a vehicle no longer signs.
 const UNSIGNED_FRAMES: u64 = 3;
 
-/// What is to be.
+/// The goal of a change.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum KeyGoal {
     /// The vehicle signs with a new key.
     NewKey,
-    /// It signs no more.
+    /// It no longer signs.
     NoKey,
 }
 
-/// How a vehicle signs, as far as it has shown since the change began.
+/// How a vehicle has signed since the change began.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Shown {
     /// Its newest verified frame was signed with the new key.
@@ -36,25 +36,25 @@ pub struct Shown {
     pub unsigned_run: u64,
 }
 
-/// What to do now.
+/// The next action.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum KeyStep {
     /// Send the key.
     Send,
-    /// Nothing before this moment.
+    /// Wait until this moment.
     Wait(MonoTime),
-    /// It is over.
+    /// The change has ended.
     Ended(KeyEnd),
 }
 
 /// How a change ended.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum KeyEnd {
-    /// The vehicle has shown it.
+    /// The vehicle has shown the change.
     Proven,
-    /// The vehicle said that it would not.
+    /// The vehicle refused.
     Refused(String),
-    /// It showed nothing in time. It may yet.
+    /// It did not show the change in time; it may still do so.
     Unproven,
 }
 
@@ -84,7 +84,7 @@ impl KeyChange {
         }
     }
 
-    /// Takes in a text of the vehicle's.
+    /// Takes in a STATUSTEXT of the vehicle.
     pub fn on_text(&mut self, text: &str) {
         // ArduPilot's: "ERROR: Won't setup signing when armed", "ERROR: Failed to save signing key".
         if self.end.is_none() && text.starts_with("ERROR") && text.contains("signing") {
@@ -92,7 +92,7 @@ impl KeyChange {
         }
     }
 
-    /// What to do now; ask again after it was done.
+    /// The next action; call again after it was done.
     pub fn step(&mut self, now: MonoTime) -> KeyStep {
         if let Some(end) = &self.end {
             return KeyStep::Ended(end.clone());
@@ -109,7 +109,7 @@ impl KeyChange {
     }
 }
 
-/// The message that gives a vehicle a key and the time to begin with, or with no key takes it away.
+/// The message that gives a vehicle a key and its first time, or without a key takes it away.
 pub fn setup_message(target: Address, key: Option<(&SigningKey, SigningTime)>) -> Message {
     Message::Dialect(MavMessage::SETUP_SIGNING(SETUP_SIGNING_DATA {
         target_system: target.system.0,

@@ -1,10 +1,10 @@
-//! From where a vehicle's messages come, and whether all of it is one vehicle.
+//! The sources of a vehicle's messages, and whether they are one vehicle.
 //!
-//! A vehicle may be heard over several links, and come back on another port; it may also be that two vehicles use one system
-//! id. What tells them apart is their time since boot, which goes on in one vehicle and is another in two, their unique ids,
-//! and their positions. The source that was heard first is the one that is followed and commanded; what comes from another is
-//! taken only once it has shown that it is the same vehicle, or when the first is silent. A recording is never what is live: it
-//! takes no live vehicle's place, however silent that is, and gives its own up to a live one at once.
+//! A vehicle may be heard over several links, and come back on another port; two vehicles may also use one system id.
+//! They are distinguished by their time since boot, their unique ids, and their positions. The source heard first is
+//! followed and commanded; messages of another are taken only once it has proved to be the same vehicle, or when the
+//! first is silent. A recording never replaces a live vehicle, however silent that is, and is replaced by a live one at
+//! once.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -15,49 +15,50 @@ use vencejo_proto::{Message, MonoTime};
 use crate::telemetry::{LOST_AFTER, boot_ms_of};
 use crate::vehicle::is_answer;
 
-/// Sources of one vehicle that are told apart; beyond, what is not the followed one is not taken.
+/// Most sources tracked per vehicle; further ones are ignored unless followed.
 const MAX_SOURCES: usize = 16;
-/// How far two readings of one boot clock may lie apart: what links delay.
+/// Tolerance between two readings of one boot clock: the delay of links.
 const CLOCK_SLACK: Duration = Duration::from_secs(3);
-/// A silence after which the same vehicle is followed where it is heard, or where nobody has shown who it is.
+/// Silence of the followed source after which the vehicle is followed at another source of its own, or at an
+/// unidentified one.
 const SILENCE: Duration = Duration::from_millis(2500);
-/// The same for another peer of the same link: it came back on another port.
+/// The same for another peer of the same link: the vehicle came back on another port.
 const MOVED: Duration = Duration::from_secs(1);
-/// A silence of the followed source after which what the same vehicle says elsewhere is taken from there, as soon as it is no older and
-/// while it is no newer than by as much.
+/// After this silence of the followed source, messages of the same vehicle are taken from another one, provided their
+/// boot time is not older and at most this much newer.
 const HICCUP: Duration = Duration::from_millis(500);
-/// Differing readings in a row that prove another vehicle: one old datagram does not.
+/// Consecutive differing readings that prove another vehicle: a single old datagram does not.
 const PROOFS: u32 = 3;
 /// Positions taken within this …
 const SAME_MOMENT: Duration = Duration::from_secs(2);
-/// … and this far apart are of two vehicles, metres.
+/// … and this far apart belong to two vehicles, metres.
 const APART_M: f64 = 500.0;
-/// Without a message of another vehicle for so long there is one again.
+/// After this time without a message of another vehicle there is only one again.
 const OVER: Duration = Duration::from_secs(10);
 
-/// Names a place where messages come from: a link and who at its other end. What shares `link` shares the link.
+/// Identifies a source of messages: a link and a peer on it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct SourceId {
     /// The link.
     pub link: u32,
-    /// Who at its other end.
+    /// The peer at its other end.
     pub peer: u32,
     /// Whether the link plays a recording.
     pub is_recording: bool,
 }
 
-/// What a source has shown.
+/// What a source has proved to be.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Standing {
-    /// Nothing yet; so many readings in a row differed.
+    /// Nothing yet; the count of consecutive differing readings.
     Unknown { differed: u32 },
-    /// That it is the vehicle that is followed.
+    /// The followed vehicle.
     Same,
-    /// That it is another.
+    /// Another vehicle.
     Other,
 }
 
-/// The boot clock of one source: a reading, and how fast it goes (a simulator may be faster than time).
+/// The boot clock of one source: a reading, and its rate (a simulator may run faster than real time).
 #[derive(Debug, Clone, Copy)]
 struct Clock {
     boot_ms: u32,
@@ -74,7 +75,7 @@ impl Clock {
         let fresh = Self { boot_ms, at, anchor: (boot_ms, at), rate: 1.0, is_measured: false };
         let Some(before) = before else { return fresh };
         if boot_ms < before.boot_ms {
-            // Overtaken on the way, or a restart: the next readings tell.
+            // Reordered on the way, or a restart: the next readings decide.
             return if before.boot_ms - boot_ms < 2000 { before } else { fresh };
         }
         let (anchor_ms, anchor_at) = before.anchor;
@@ -89,7 +90,7 @@ impl Clock {
         Self { boot_ms, at, anchor, rate, is_measured }
     }
 
-    /// What it shows now, seconds.
+    /// Its present reading, seconds.
     fn now_s(&self, now: MonoTime) -> f64 {
         f64::from(self.boot_ms) / 1000.0 + now.since(self.at).as_secs_f64() * self.rate
     }
@@ -127,7 +128,7 @@ impl Source {
         }
     }
 
-    /// Whether what both have shown is of one vehicle; `None` when that is not known.
+    /// Whether both sources are one vehicle; `None` when that is not known.
     fn is_same_as(&self, other: &Self, now: MonoTime) -> Option<bool> {
         if let (Some(ours), Some(theirs)) = (self.uid, other.uid)
             && ours != theirs
@@ -138,7 +139,7 @@ impl Source {
             && now.since(at) <= SAME_MOMENT
             && now.since(other_at) <= SAME_MOMENT
         {
-            // Flat is good enough at this distance.
+            // A flat approximation is accurate enough at this distance.
             let (north_m, east_m) =
                 ((lat - other_lat) * 111_320.0, (lon - other_lon) * 111_320.0 * lat.to_radians().cos());
             let rate = other.clock.map_or(1.0, |clock| clock.rate.max(1.0));
@@ -155,36 +156,38 @@ impl Source {
         (is_near || theirs.is_measured).then_some(is_near)
     }
 
-    /// Whether what it says now is no older than what the other said last: links may be seconds late.
+    /// Whether its present messages are not older than the last of the other: links may be seconds late.
     fn has_caught_up_with(&self, other: &Self) -> bool {
         self.clock.is_some_and(|ours| other.clock.is_none_or(|theirs| ours.boot_ms >= theirs.boot_ms))
     }
 
-    /// Whether what it says is newer than what is on its way from the other: then that would go back in time when it arrives.
+    /// Whether its messages are newer than those on their way from the other, which would go back in time when they
+    /// arrive.
     fn is_ahead_of(&self, other: &Self, now: MonoTime) -> bool {
         let (Some(ours), Some(theirs)) = (self.clock, other.clock) else { return false };
         ours.now_s(now) - theirs.now_s(now) > HICCUP.as_secs_f64() * theirs.rate.max(1.0)
     }
 
-    /// Whether its life began after that moment: then it is the same vehicle, restarted.
+    /// Whether it booted after that moment: then it is the same vehicle, restarted.
     fn began_after(&self, moment: MonoTime, now: MonoTime) -> bool {
         let age_s = self.clock.map(|clock| clock.now_s(now) / clock.rate.max(1.0));
         age_s.is_some_and(|age_s| age_s <= now.since(moment).as_secs_f64() + 1.0)
     }
 }
 
-/// What is to be done with a message.
+/// How to handle a message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Taken {
-    /// It is the vehicle's, from where that is followed.
+    /// From the followed source.
     Yes,
-    /// It is the vehicle's, from elsewhere, and either a step of a conversation or what is not heard where it is followed.
+    /// From another source of the vehicle, and either an answer or a message not received from the followed source.
     Beside,
-    /// It is the vehicle's, and heard where that is followed too: nothing, or it would overwrite what is newer.
+    /// From another source of the vehicle, and received from the followed source too: ignored, or it would overwrite
+    /// newer values.
     Twice,
-    /// It is of another vehicle, which is followed from now on because the one before is silent or a recording.
+    /// From another vehicle, which is followed from now on because the one before is silent or a recording.
     Replaced,
-    /// It is not, or it is not known to be.
+    /// Not from the vehicle, or not known to be.
     No,
 }
 
@@ -193,7 +196,7 @@ pub enum Taken {
 pub struct Sources {
     /// The first is followed.
     list: Vec<Source>,
-    /// When each kind of message came last from there, by message id.
+    /// When each kind of message last came from it, by message id.
     kinds: BTreeMap<u32, MonoTime>,
 }
 
@@ -222,7 +225,7 @@ impl Sources {
             (Some(true), _) => Standing::Same,
             (None, standing) => standing,
             (Some(false), Standing::Other) => Standing::Other,
-            // Without a message of the followed one meanwhile nothing is new.
+            // Without a message of the followed source meanwhile nothing is new.
             (Some(false), standing) if silence > SAME_MOMENT => standing,
             (Some(false), Standing::Unknown { differed }) if differed + 1 < PROOFS => {
                 Standing::Unknown { differed: differed + 1 }
@@ -244,7 +247,7 @@ impl Sources {
         let was = source.standing;
         let is_same = was == Standing::Same;
         let is_brought = self.kinds.get(&message.id()).is_some_and(|at| now.since(*at) <= LOST_AFTER);
-        // A text may have been lost on its way, and is told once.
+        // A text may have been lost on its way, and is sent once.
         let is_wanted = is_answer(message) || matches!(message, Message::StatusText(_));
         let is_news = is_wanted || !is_brought || silence > HICCUP && has_caught_up && !is_ahead;
         if takes_over {
@@ -260,12 +263,12 @@ impl Sources {
         }
     }
 
-    /// Follows another from now on.
+    /// Follows another source from now on.
     fn follow(&mut self, index: usize, is_same: bool) {
         self.list.swap(0, index);
         self.kinds.clear();
         if !is_same {
-            // What the others showed was shown against the one before.
+            // The proofs of the others were relative to the one before.
             for source in &mut self.list {
                 source.standing = Standing::Unknown { differed: 0 };
             }
@@ -287,12 +290,12 @@ impl Sources {
         Some(self.list.len() - 1)
     }
 
-    /// The source that is followed, to which commands go.
+    /// The followed source, to which commands are sent.
     pub fn followed(&self) -> Option<SourceId> {
         self.list.first().map(|source| source.id)
     }
 
-    /// Another vehicle that uses the same id, if one was heard lately: where.
+    /// The source of another vehicle with the same id, if one was heard lately.
     pub fn rival(&self, now: MonoTime) -> Option<SourceId> {
         let is_rival = |source: &&Source| source.standing == Standing::Other && now.since(source.heard_at) <= OVER;
         self.list.iter().skip(1).filter(is_rival).max_by_key(|source| source.heard_at).map(|source| source.id)
@@ -304,7 +307,7 @@ impl Sources {
             || self.list.iter().skip(1).any(|source| source.id == id && source.standing == Standing::Other)
     }
 
-    /// Follows the other vehicle from now on: a person's choice. Whether there is one.
+    /// Follows the other vehicle from now on, by a person's choice; whether there is one.
     pub fn follow_rival(&mut self, now: MonoTime) -> bool {
         let Some(id) = self.rival(now) else { return false };
         let Some(index) = self.list.iter().position(|source| source.id == id) else { return false };

@@ -1,12 +1,13 @@
-//! Asks the vehicle for its telemetry: each message at its rate.
+//! Requests the vehicle's telemetry: each message at its rate.
 //!
-//! Asked when the vehicle is first heard, after it restarted, and when it comes back from a loss with nothing but
-//! heartbeats; who it is after each silence that may hide another one. Never periodically: that would override what other stations asked for. SET_MESSAGE_INTERVAL, one at a
-//! time, most wanted first; where it is not known (or never answered), REQUEST_DATA_STREAM. Messages that say what a vehicle
-//! is are asked for once (REQUEST_MESSAGE).
+//! Rates are requested when the vehicle is first heard, after it restarted, and when it comes back from a loss with
+//! nothing but heartbeats; its identity, after each silence in which another vehicle may have taken its place. Never
+//! periodically: that would override the requests of other stations. SET_MESSAGE_INTERVAL is sent one at a time, most
+//! wanted first; where it is not supported (or never answered), REQUEST_DATA_STREAM. Messages that identify a vehicle
+//! are requested once (REQUEST_MESSAGE).
 //!
-//! A refusal is not remembered beyond that. A rate that was refused is asked for once more after a restart, when the vehicle may have
-//! another firmware, other parameters or a sensor that it had not found: one command each, or a ladder's few, and until then none.
+//! A refused rate is requested again only after a restart, when the vehicle may have another firmware, other parameters
+//! or a sensor that was missing before.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::time::Duration;
@@ -49,7 +50,7 @@ const SLOW: [(u32, f64); 14] = [
     (162, 1.0), // FENCE_STATUS
     (136, 1.0), // TERRAIN_REPORT
     (225, 2.0), // EFI_STATUS, of an engine with fuel injection
-    (133, 1.0), // TERRAIN_REQUEST, of which ArduPilot sends one in 2 s, and none when it lacks nothing
+    (133, 1.0), // TERRAIN_REQUEST; ArduPilot sends one in 2 s while it lacks terrain
 ];
 
 const AUTOPILOT_VERSION: u32 = 148;
@@ -59,16 +60,16 @@ const ONCE: [u32; 2] = [AUTOPILOT_VERSION, HOME_POSITION];
 /// Rates to try when a rate is too fast for the vehicle's main loop (ArduPilot denies more than 0.8 × SCHED_LOOP_RATE).
 const LADDER_HZ: [f64; 4] = [40.0, 25.0, 10.0, 4.0];
 
-/// Refusals of SET_MESSAGE_INTERVAL in a row, with none accepted, before the vehicle counts as one that does not know it.
+/// Consecutive refusals of SET_MESSAGE_INTERVAL, none accepted, after which it counts as unsupported.
 const REFUSALS: u32 = 3;
-/// Time for a stream to begin before it is asked for again.
+/// Time for a stream to start before it is requested again.
 const PATIENCE: Duration = Duration::from_secs(3);
-/// How often REQUEST_DATA_STREAM, which has no answer, is sent at most.
+/// Most repetitions of REQUEST_DATA_STREAM, which has no answer.
 const STREAM_ATTEMPTS: u32 = 3;
-/// Space between two messages that have no answer.
+/// Interval between two messages that have no answer.
 const PACE: Duration = Duration::from_millis(50);
 
-/// Which messages are asked for, how often.
+/// Which messages are requested, and their rates.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StreamConfig {
     default_hz: f64,
@@ -99,7 +100,7 @@ impl StreamConfig {
         Ok(Self { default_hz, ..Self::default() })
     }
 
-    /// Asks for nothing: listens to what others asked for.
+    /// Requests nothing: listens to what others requested.
     pub fn listen_only() -> Self {
         Self { is_enabled: false, ..Self::default() }
     }
@@ -139,12 +140,12 @@ pub fn interval_params(message_id: u32, rate: MessageRate) -> [f32; 7] {
     [message_id as f32, rate.interval_us(), 0.0, 0.0, 0.0, 0.0, 0.0]
 }
 
-/// How the asking for streams goes on.
+/// The state of the stream requests.
 #[derive(Debug)]
 pub struct Streams {
     vehicle: Address,
     config: StreamConfig,
-    /// Not yet asked for. Bounded by the configuration.
+    /// Not requested yet. Bounded by the configuration.
     intervals: VecDeque<(u32, MessageRate)>,
     once: VecDeque<u32>,
     interval: Option<(CommandId, u32, MessageRate)>,
@@ -152,7 +153,7 @@ pub struct Streams {
     accepted: u32,
     refused: u32,
     legacy: Option<Legacy>,
-    /// When to look whether anything streams, after the vehicle came back.
+    /// When to check whether anything streams, after the vehicle came back.
     check_at: Option<MonoTime>,
     is_streaming: bool,
     has_fallen_back: bool,
@@ -166,7 +167,7 @@ struct Legacy {
 }
 
 impl Streams {
-    /// Nothing is asked until [`Self::ask`].
+    /// Nothing is requested until [`Self::ask`].
     pub fn new(vehicle: Address, config: StreamConfig) -> Self {
         Self {
             vehicle,
@@ -184,8 +185,8 @@ impl Streams {
         }
     }
 
-    /// A rate of its own for one message, which somebody asks for now: another that was to be asked for is given up, and at the next
-    /// [`Self::ask`] it is this one.
+    /// Sets the rate of one message that a caller requests now: it replaces a pending request, and is used at the next
+    /// [`Self::ask`].
     ///
     /// # Errors
     /// Those of [`MessageRate::checked`].
@@ -195,7 +196,7 @@ impl Streams {
         Ok(())
     }
 
-    /// Asks for everything: the vehicle is new, or restarted, or lost its streams.
+    /// Requests everything: the vehicle is new, has restarted, or lost its streams.
     pub fn ask(&mut self, commands: &mut Commands, now: MonoTime) {
         if !self.config.is_enabled {
             return;
@@ -214,13 +215,13 @@ impl Streams {
         self.drive(commands, now);
     }
 
-    /// The vehicle is heard again after a loss: what it sent before, it sends again, or it is asked.
+    /// The vehicle is heard again after a loss: if its streams do not resume, they are requested.
     pub fn on_regained(&mut self, now: MonoTime) {
         self.is_streaming = false;
         self.check_at = Some(now + PATIENCE);
     }
 
-    /// Asks for AUTOPILOT_VERSION once more: it may be another vehicle.
+    /// Requests AUTOPILOT_VERSION again: it may be another vehicle.
     pub fn ask_version(&mut self, commands: &mut Commands, now: MonoTime) {
         if self.config.is_enabled && !self.once.contains(&AUTOPILOT_VERSION) {
             self.once.push_back(AUTOPILOT_VERSION);
@@ -233,13 +234,13 @@ impl Streams {
         self.is_streaming = true;
     }
 
-    /// Whether nothing more is being asked for.
+    /// Whether no request is pending.
     pub fn is_settled(&self) -> bool {
         let is_asking = self.interval.is_some() || self.message.is_some() || self.legacy.is_some();
         !is_asking && self.intervals.is_empty() && self.once.is_empty()
     }
 
-    /// Whether the vehicle had to be asked by REQUEST_DATA_STREAM; says so once.
+    /// Whether REQUEST_DATA_STREAM had to be used; returns true once.
     pub fn take_fell_back(&mut self) -> bool {
         std::mem::take(&mut self.has_fallen_back)
     }
@@ -297,10 +298,10 @@ impl Streams {
         match outcome {
             CommandOutcome::Answered { result: CommandResult::ACCEPTED, .. } => self.accepted += 1,
             CommandOutcome::Answered { result: CommandResult::UNSUPPORTED, .. } => self.refused += 1,
-            // A vehicle that answers nothing at all is asked the old way at once.
+            // A vehicle that does not answer at all gets the older request at once.
             CommandOutcome::TimedOut { .. } => self.refused += REFUSALS,
             CommandOutcome::Answered { result: CommandResult::DENIED | CommandResult::FAILED, .. } => {
-                // Too fast, or a message that this firmware does not have: slower until the ladder ends.
+                // Too fast, or a message that this firmware does not have: slower rates until the ladder ends.
                 if let MessageRate::Hz(rate_hz) = rate
                     && let Some(slower) = LADDER_HZ.iter().find(|step| **step < rate_hz)
                     && rate_hz > LADDER_HZ[2]
@@ -318,7 +319,7 @@ impl Streams {
         }
     }
 
-    /// Vehicles that do not know REQUEST_MESSAGE have older commands for the same.
+    /// Vehicles without REQUEST_MESSAGE have older commands for the same.
     fn on_message_requested(
         &mut self,
         message_id: u32,
@@ -333,7 +334,7 @@ impl Streams {
             _ => return,
         };
         let message = CommandMessage::long(self.vehicle, command, [first, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
-        // Its answer is the message itself; when that fails too, the vehicle has none.
+        // Its answer is the message itself; when that fails too, the vehicle does not have it.
         let _unless_busy = commands.submit(message, Unanswered::Repeat, WhenBusy::Wait, now);
     }
 

@@ -1,9 +1,9 @@
-//! The ground's heights that a vehicle asks for (TERRAIN_REQUEST), and the answers (TERRAIN_DATA). Where heights come from is
-//! another's business.
+//! Requests of a vehicle for terrain heights (TERRAIN_REQUEST), and the answers (TERRAIN_DATA). The heights come from
+//! the owner.
 //!
-//! A grid is 28 heights northward by 32 eastward from its south-west corner, asked for in blocks of 4 × 4. Bit n of the mask is
-//! the block n % 8 blocks east and n / 8 blocks north of the corner; a block's heights go from its south-west corner eastward
-//! first (ArduPilot, AP_Terrain: `grid_bitnum`, `handle_terrain_data`).
+//! A grid is 28 heights northward by 32 eastward from its south-west corner, asked for in blocks of 4 × 4. Bit n of the
+//! mask is the block n % 8 blocks east and n / 8 blocks north of the corner; a block's heights go from its south-west
+//! corner eastward first (ArduPilot, AP_Terrain: `grid_bitnum`, `handle_terrain_data`).
 
 use std::collections::VecDeque;
 
@@ -20,11 +20,11 @@ const BLOCKS_EAST: u8 = 8;
 /// Blocks from one grid to the next, northward and eastward: neighbours share one block.
 const ROWS_APART: u8 = 6;
 const COLUMNS_APART: u8 = 7;
-/// How far a corner may lie from where its lattice has it, m: ArduPilot's single precision leaves some centimetres.
+/// Tolerance of a corner against its lattice, m: ArduPilot's single precision is off by some centimetres.
 const SAME_M: f64 = 0.5;
 /// The blocks of a whole grid: 8 × 7.
 const WHOLE_GRID: u64 = (1 << 56) - 1;
-/// Grids that one vehicle may have open; the oldest are forgotten, and asked for again. ArduPilot holds 12
+/// Most open grids of one vehicle; the oldest are dropped, and requested again. ArduPilot holds 12
 /// (`TERRAIN_GRID_BLOCK_CACHE_SIZE`).
 const MAX_GRIDS: usize = 16;
 /// Metres in 10⁻⁷ degrees of latitude, on ArduPilot's sphere (`LATLON_TO_M`).
@@ -35,7 +35,7 @@ fn longitude_scale(lat_deg: f64) -> f64 {
     lat_deg.to_radians().cos().max(0.01)
 }
 
-/// A block of 4 × 4 heights that a vehicle wants.
+/// A block of 4 × 4 heights that a vehicle requests.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct TerrainBlock {
     /// South-west corner of its grid, 10⁻⁷ degrees.
@@ -48,10 +48,11 @@ pub struct TerrainBlock {
 }
 
 impl TerrainBlock {
-    /// Latitude and longitude of its heights, degrees, in the order of the answer. They are where ArduPilot reads them: metres north
-    /// and east of the whole degree south-west of the grid, a degree of longitude being as long as half-way north from there
-    /// (`AP_Terrain::calculate_grid_info`, `Location::get_distance_NE`). Counted from the grid's own corner they would lie up to
-    /// 24 m farther east or west. A grid that is none of that lattice counts from its corner.
+    /// Latitude and longitude of its heights, degrees, in the order of the answer. They are where ArduPilot reads them:
+    /// metres north and east of the whole degree south-west of the grid, a degree of longitude being as long as
+    /// half-way north from there (`AP_Terrain::calculate_grid_info`, `Location::get_distance_NE`). Counted from the
+    /// grid's own corner they would lie up to 24 m farther east or west. A grid that does not lie on that lattice
+    /// counts from its corner.
     pub fn places(&self) -> [(f64, f64); 16] {
         let (lat_deg, lon_deg, north_m, east_m) = self.lattice();
         std::array::from_fn(|index| {
@@ -84,8 +85,8 @@ impl TerrainBlock {
             .unwrap_or((lat_deg, lon_deg, 0.0, 0.0))
     }
 
-    /// The answer, with heights above mean sea level in the order of [`Self::places`]; `None` when one of them is not known, or
-    /// is none that the message can hold.
+    /// The answer, with heights above mean sea level in the order of [`Self::places`]; `None` when one of them is
+    /// unknown or does not fit the message.
     pub fn answer(&self, alt_amsl_m: impl IntoIterator<Item = Option<f64>>) -> Option<Message> {
         let whole = |alt_m: f64| {
             let rounded = alt_m.round();
@@ -102,15 +103,15 @@ impl TerrainBlock {
     }
 }
 
-/// What one vehicle has asked for and was not answered yet.
+/// The unanswered terrain requests of one vehicle.
 #[derive(Debug, Default)]
 pub struct TerrainRequests {
     open: VecDeque<TERRAIN_REQUEST_DATA>,
 }
 
 impl TerrainRequests {
-    /// Takes in a TERRAIN_REQUEST: its mask is all that the vehicle still lacks of the grid. Other messages, and grids that are
-    /// nowhere on Earth, are passed over.
+    /// Takes in a TERRAIN_REQUEST: its mask is all that the vehicle still lacks of the grid. Other messages, and grids
+    /// that are not on Earth, are ignored.
     pub fn ask(&mut self, message: &Message) {
         let Message::Dialect(MavMessage::TERRAIN_REQUEST(asked)) = message else { return };
         let is_place = asked.lat.unsigned_abs() < 900_000_000 && asked.lon.unsigned_abs() <= 1_800_000_000;
@@ -130,7 +131,7 @@ impl TerrainRequests {
 impl Iterator for TerrainRequests {
     type Item = TerrainBlock;
 
-    /// The next block to answer, of the grid that was asked for first.
+    /// The next block to answer, of the grid that was requested first.
     fn next(&mut self) -> Option<TerrainBlock> {
         while self.open.front().is_some_and(|grid| grid.mask == 0) {
             self.open.pop_front();
@@ -201,7 +202,8 @@ mod tests {
         assert!(over_the_date_line < -179.9);
     }
 
-    /// `AP_Terrain::calculate_grid_info` for a place: the grid's corner as it is sent, and rows and columns in it with their fractions.
+    /// `AP_Terrain::calculate_grid_info` for a place: the grid's corner as it is sent, and rows and columns in it with
+    /// their fractions.
     fn grid_of(lat_e7: i64, lon_e7: i64, spacing_m: f64) -> ((i32, i32), [f64; 2]) {
         let degree = |e7: i64| e7.div_euclid(10_000_000) * 10_000_000;
         let (south, west) = (degree(lat_e7), degree(lon_e7));

@@ -1,7 +1,7 @@
 //! TIMESYNC both ways: answers the vehicle's, and measures round trip and clock offset with ours.
 //!
-//! Protocol: mavlink.io, "Time Synchronization Protocol v2". A request has `tc1` 0 and our time in `ts1`; the answer has the
-//! vehicle's time in `tc1` and our `ts1` back. Times are nanoseconds.
+//! Protocol: mavlink.io, "Time Synchronization Protocol v2". A request has `tc1` 0 and our time in `ts1`; the answer
+//! has the vehicle's time in `tc1` and our `ts1` back. Times are nanoseconds.
 
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -11,19 +11,19 @@ use vencejo_proto::{Address, Message, MonoTime};
 
 /// How often the round trip is measured.
 pub const TIMESYNC_PERIOD: Duration = Duration::from_secs(2);
-/// Requests whose answers are still awaited; older ones are given up. As many as are sent within [`MAX_ROUND_TRIP`] when answers
-/// are late ([`crate::UNREACHED_AFTER`]).
+/// Requests whose answers are still awaited; older ones are given up. As many as are sent within [`MAX_ROUND_TRIP`]
+/// when answers are late ([`crate::UNREACHED_AFTER`]).
 const MAX_OUTSTANDING: usize = 64;
-/// An answer that took longer is no answer.
+/// An answer that took longer is ignored.
 const MAX_ROUND_TRIP: Duration = Duration::from_secs(10);
-/// How far the vehicle's clock may go back between two answers by rounding.
+/// How far rounding may set the vehicle's clock back between two answers.
 const BACK_TOLERANCE_NS: i64 = 500_000_000;
 
-/// What a TIMESYNC message meant.
+/// The meaning of a TIMESYNC message.
 #[derive(Debug, Clone, PartialEq)]
 #[allow(clippy::large_enum_variant, reason = "moved once, from the queue to the link")]
 pub enum TimeSyncEvent {
-    /// The vehicle asked: send this.
+    /// A request of the vehicle: send this.
     Answer(Message),
     /// The vehicle answered.
     Measured {
@@ -70,7 +70,7 @@ impl TimeSync {
         self.offset_ns
     }
 
-    /// Reads a message. `None`: it was not for us.
+    /// Reads a message. `None`: it is not for us.
     pub fn on_message(&mut self, message: &TIMESYNC_DATA, now: MonoTime) -> Option<TimeSyncEvent> {
         let is_for_us = (message.target_system == 0 || message.target_system == self.our.system.0)
             && (message.target_component == 0 || message.target_component == self.our.component.0);
@@ -82,7 +82,7 @@ impl TimeSync {
         }
         let index = self.outstanding.iter().position(|sent_ns| *sent_ns == message.ts1)?;
         let sent_ns = self.outstanding[index];
-        // Answers to older requests are of no use any more.
+        // Answers to older requests are obsolete.
         self.outstanding.drain(..=index);
         let round_trip = Duration::from_nanos(u64::try_from(our_ns(now) - sent_ns).ok()?);
         if round_trip > MAX_ROUND_TRIP {

@@ -1,4 +1,5 @@
-//! Reads messages into [`Telemetry`]. Field meanings, units and "unknown" numbers: mavlink.io, common.xml and ardupilotmega.xml.
+//! Reads messages into [`Telemetry`]. Field meanings, units and "unknown" numbers: mavlink.io, common.xml and
+//! ardupilotmega.xml.
 //!
 //! Nothing here allocates: it runs for every message of every vehicle.
 
@@ -33,8 +34,9 @@ macro_rules! scaled_imu {
     };
 }
 
-/// Whether a position, degE7, is one of an ArduPilot that has no origin yet: it counts from 0/0 then, metres off by what its estimate drifts
-/// (recorded, and `AP_AHRS::get_location`). Nobody flies in the open Atlantic within a kilometre of that.
+/// Whether a position, degE7, is one of an ArduPilot that has no origin yet: it counts from 0/0 then, metres off by
+/// what its estimate drifts (recorded, and `AP_AHRS::get_location`). Nobody flies in the open Atlantic within a
+/// kilometre of that.
 const fn is_without_origin(lat: i32, lon: i32) -> bool {
     const NEAR: u32 = 100_000;
     lat.unsigned_abs() < NEAR && lon.unsigned_abs() < NEAR
@@ -57,14 +59,15 @@ impl Telemetry {
         Some(group)
     }
 
-    /// Whether the newest heartbeat is that of an ArduPilot, whose missions begin with home as item 0. Those of others, and of what
-    /// has not told yet what it is, do not.
+    /// Whether the newest heartbeat is that of an ArduPilot, whose missions begin with home as item 0. Those of others,
+    /// and of what has not told yet what it is, do not.
     pub fn is_ardupilot(&self) -> bool {
         self.heartbeat.is_some_and(|heartbeat| heartbeat.value.autopilot == AUTOPILOT_ARDUPILOT)
     }
 
-    /// Whether both heights of a position count from where an ArduPilot was switched on: it knows no home yet, and tells the one for the other, cut
-    /// to whole centimetres (recorded: also with a right place, for 0.8 s before home). On a coast the receiver says the same.
+    /// Whether both heights of a position count from where an ArduPilot was switched on: it knows no home yet, and
+    /// tells the one for the other, cut to whole centimetres (recorded: also with a right place, for 0.8 s before
+    /// home). On a coast the receiver says the same.
     fn counts_from_start(&self, m: &GLOBAL_POSITION_INT_DATA, now: MonoTime) -> bool {
         const CENTIMETRE_MM: u32 = 10;
         const APART_M: f64 = 20.0;
@@ -367,8 +370,8 @@ impl Telemetry {
                 Group::SystemTime
             }
             MavMessage::TERRAIN_REPORT(m) => {
-                // Without data the spacing is 0, and the heights are 0 or those of somewhere else (AP_Terrain::send_terrain_report);
-                // without a position it reports 0 m at 0/0.
+                // Without data the spacing is 0, and the heights are 0 or those of somewhere else
+                // (AP_Terrain::send_terrain_report); without a position it reports 0 m at 0/0.
                 let is_known = m.spacing != 0 && check.lat_lon(m.lat, m.lon).is_some();
                 let mut height = |raw: f32| is_known.then(|| check.float(raw, HEIGHT_M)).flatten();
                 let value = Terrain {

@@ -6,7 +6,8 @@ use vencejo_proto::MonoTime;
 
 /// Messages overtake each other on their way by up to this much of the vehicle's time.
 const REORDER_MS: u32 = 500;
-/// Messages in a row, each newer than the one before, that prove that the clock went back: a repeated old datagram does not.
+/// Messages in a row, each newer than the one before, that prove that the clock went back: a repeated old datagram does
+/// not.
 const PROOFS: u32 = 3;
 /// The 32-bit counter wraps after 49.7 days.
 const WRAP_ZONE_MS: u32 = 60_000;
@@ -25,8 +26,8 @@ pub enum BootEvent {
         /// When the first message of the new life arrived.
         since: MonoTime,
     },
-    /// After a silence it is ahead of the time that has passed, by more than 1 s: another autopilot may be there, which has been up for
-    /// longer. So is a simulator that is faster than time, and a link that was late before.
+    /// After a silence it is ahead of the time that has passed, by more than 1 s: another autopilot may be there, which
+    /// has been up for longer. So is a simulator that is faster than time, and a link that was late before.
     RanAhead,
 }
 
@@ -56,10 +57,10 @@ struct Lag {
 impl BootClock {
     /// Reads the time since boot of a message.
     ///
-    /// A restart shows in two ways: the time goes back for several messages in a row (one old datagram that was
-    /// delayed is no restart), or, after a silence, it stays behind by more than 1 s. The second is for a restart soon after
-    /// boot, whose time has grown past the old one when it is heard: that takes a silence as long as the old life was, so no
-    /// silence, pause or delay makes a vehicle that has been up for longer look restarted.
+    /// A restart shows in two ways: the time goes back for several messages in a row (one old datagram that was delayed
+    /// is no restart), or, after a silence, it stays behind by more than 1 s. The second is for a restart soon after
+    /// boot, whose time has grown past the old one when it is heard: that takes a silence as long as the old life was,
+    /// so no silence, pause or delay makes a vehicle that has been up for longer look restarted.
     pub fn observe(&mut self, boot_ms: u32, now: MonoTime) -> Option<BootEvent> {
         let Some((newest_ms, newest_at)) = self.newest else {
             self.newest = Some((boot_ms, now));

@@ -1,12 +1,14 @@
-//! The groups of values that a vehicle reports, one for each message: a field is declared here once, with its unit and range, and read in
-//! `apply.rs`. Behind the feature `describe` each describes itself: its JSON, and the schema from which the types of the web app and of the
-//! Python package are generated. What is kept for the state machines alone says `serde(skip)`.
+//! The groups of values that a vehicle reports, one for each message: a field is declared here once, with its unit and
+//! range, and read in `apply.rs`. Behind the feature `describe` each describes itself: its JSON, and the schema from
+//! which the types of the web app and of the Python package are generated. What is kept for the state machines alone
+//! says `serde(skip)`.
 
 #[cfg(feature = "describe")]
 use super::kinds::exact;
 use super::{FlightMode, GitHash, GpsFix, LandedState, MissionState, Sensors, SoftwareVersion, SystemStatus};
 
-/// Derives what all groups have in common. What is `None` is null in JSON, and in the schema's descriptions: its key is always there.
+/// Derives what all groups have in common. What is `None` is null in JSON, and in the schema's descriptions: its key is
+/// always there.
 macro_rules! groups {
     ($($(#[$meta:meta])* pub struct $name:ident {
         $($(#[$field_meta:meta])* pub $field:ident: $kind:ty,)*
@@ -224,7 +226,8 @@ groups! {
         pub seq: u16,
         /// Items on board, home not counted, 0 where there is no mission; `None` when the vehicle does not say.
         pub total: Option<u16>,
-        /// `"no mission"`, `"not started"`, `"active"`, `"paused"` or `"complete"`; `None` when the vehicle does not say.
+        /// `"no mission"`, `"not started"`, `"active"`, `"paused"` or `"complete"`; `None` when the vehicle does not
+        /// say.
         #[cfg_attr(feature = "describe", schema(value_type = Option<String>))]
         pub state: Option<MissionState>,
         /// Whether the vehicle is in a mode that follows the mission; `None` when it does not say.
@@ -447,7 +450,8 @@ groups! {
 
     /// TERRAIN_REPORT: what the vehicle knows of the ground.
     pub struct Terrain {
-        /// Ground above mean sea level under the vehicle (or where TERRAIN_CHECK asked); `None` as long as it does not know it.
+        /// Ground above mean sea level under the vehicle (or where TERRAIN_CHECK asked); `None` as long as it does not
+        /// know it.
         pub ground_amsl_m: Option<f64>,
         /// Altitude of the vehicle above that ground.
         pub alt_terrain_m: Option<f64>,

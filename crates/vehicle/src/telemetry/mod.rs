@@ -40,7 +40,8 @@ pub use texts::{CHUNK_TIMEOUT, MAX_TEXTS, Severity, StatusLog, Text};
 pub const STALE_AFTER: Duration = Duration::from_millis(3_500);
 /// A value older than this is lost: it says nothing about the vehicle any more.
 pub const LOST_AFTER: Duration = Duration::from_secs(5);
-/// A battery with less left wants to be looked at, percent. What the vehicle itself does then is in its parameters (`BATT_LOW_*`).
+/// A battery with less left wants to be looked at, percent. What the vehicle itself does then is in its parameters
+/// (`BATT_LOW_*`).
 pub const BATTERY_LOW_PCT: f64 = 30.0;
 /// A battery with less left is an alarm, percent.
 pub const BATTERY_CRITICAL_PCT: f64 = 15.0;
@@ -142,7 +143,8 @@ pub enum Group {
     Engine,
 }
 
-/// The groups by name, what each is read from, and the name of its schema where that is not the type's. Each list of them is made from this.
+/// The groups by name, what each is read from, and the name of its schema where that is not the type's. Each list of
+/// them is made from this.
 macro_rules! for_each_group {
     ($make:ident) => {
         $make! {
@@ -250,8 +252,8 @@ impl Telemetry {
         Self::default()
     }
 
-    /// The moment that a position has just told, for learning the plane from its flight; `None` while attitude or airspeed are not known
-    /// now.
+    /// The moment that a position has just told, for learning the plane from its flight; `None` while attitude or
+    /// airspeed are not known now.
     pub fn recorded(&self, now: MonoTime) -> Option<Recorded> {
         const SAME: Duration = Duration::from_secs(1);
         fn fresh<T: Copy>(sampled: Option<&Sampled<T>>, now: MonoTime) -> Option<T> {

@@ -1,4 +1,5 @@
-//! Telemetry as front doors report it: each group with its age, what changed since a client heard it last, and the schema of both.
+//! Telemetry as front doors report it: each group with its age, what changed since a client heard it last, and the
+//! schema of both.
 
 use std::borrow::Cow;
 
@@ -78,8 +79,8 @@ macro_rules! title {
 
 macro_rules! report {
     (reported { $($(#[doc = $doc:literal])* $field:ident: $value:ident $(as $title:literal)?,)* } kept $kept:tt) => {
-        /// The newest values by group. A group that was never heard is absent. In a WebSocket message a group that did not
-        /// change is absent, and one that the vehicle's restart made void is null.
+        /// The newest values by group. A group that was never heard is absent. In a WebSocket message a group that did
+        /// not change is absent, and one that the vehicle's restart made void is null.
         #[derive(Debug, Clone, PartialEq, Serialize, Default)]
         pub struct TelemetryGroups {
             $($(#[doc = $doc])*

@@ -40,8 +40,8 @@ pub struct TransferConfig {
     pub param_encoding: Option<ParamEncoding>,
     /// Round trip to the vehicle, where it is known (TIMESYNC). Default `None`: found out on the way.
     pub round_trip: Option<Duration>,
-    /// Items sent ahead of the vehicle's requests in an item-by-item upload to ArduPilot, 1 to 64. Default 1: an item is
-    /// sent when it is asked for, as the protocol says.
+    /// Items sent ahead of the vehicle's requests in an item-by-item upload to ArduPilot, 1 to 64. Default 1: an item
+    /// is sent when it is asked for, as the protocol says.
     pub item_window: u16,
     /// Where MAVFTP sessions get their numbers: one for each vehicle, kept as long as the vehicle is.
     pub ftp_sessions: FtpSessions,

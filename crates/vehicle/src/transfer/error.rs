@@ -21,7 +21,8 @@ pub const FTP_OPEN: &str = "opening a file by MAVFTP";
 pub enum NoPlanKinds {
     /// The firmware is from before fences and rally points went by it (ArduPilot before 4.0 had messages of their own).
     OldFirmware,
-    /// The vehicle speaks MAVLink 1, whose messages do not say which plan they are about: it would take them for the mission.
+    /// The vehicle speaks MAVLink 1, whose messages do not say which plan they are about: it would take them for the
+    /// mission.
     Mavlink1,
 }
 

@@ -29,12 +29,13 @@ const OVERTAKEN: u32 = 3;
 /// A vehicle that goes back to an earlier item more often gets nowhere.
 const INSISTENCE: u32 = 20;
 
-/// ArduPilot answers an item that comes when it expects none with [`MissionResult::ERROR`] (`GCS_MAVLINK::handle_mission_item`),
-/// so late copies of the last item bring some of them after an upload. This many of our questions may be answered so.
+/// ArduPilot answers an item that comes when it expects none with [`MissionResult::ERROR`]
+/// (`GCS_MAVLINK::handle_mission_item`), so late copies of the last item bring some of them after an upload. This many
+/// of our questions may be answered so.
 const LATE_ERRORS: u32 = 3;
 
-/// [`MissionResult::ERROR`]s that may be about an upload before. Late copies come in any number, but together: of those between two
-/// questions of ours one counts. A vehicle that means it says it to each.
+/// [`MissionResult::ERROR`]s that may be about an upload before. Late copies come in any number, but together: of those
+/// between two questions of ours one counts. A vehicle that means it says it to each.
 #[derive(Debug, Default)]
 struct LateErrors {
     questions: u32,
@@ -54,7 +55,8 @@ impl LateErrors {
     }
 }
 
-/// What a machine puts out. Bounded by its owner, who drains it after every call: a call adds at most a window of items.
+/// What a machine puts out. Bounded by its owner, who drains it after every call: a call adds at most a window of
+/// items.
 pub(crate) type Outbox = VecDeque<TransferOutput>;
 
 pub(crate) fn mav_mission_type(kind: PlanKind) -> MavMissionType {
@@ -78,7 +80,8 @@ pub(crate) fn ack(config: &TransferConfig, kind: PlanKind, result: MissionResult
 /// How an item upload ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct ItemsSent {
-    /// Whether the vehicle's final MISSION_ACK came. Without it, every item was sent and the vehicle asks for none again.
+    /// Whether the vehicle's final MISSION_ACK came. Without it, every item was sent and the vehicle asks for none
+    /// again.
     pub acknowledged: bool,
     /// What the vehicle calls the list since then, where it says so (MISSION_ACK.opaque_id).
     pub plan_id: Option<u32>,
@@ -610,7 +613,8 @@ impl ItemDownload {
         reading.have += 1;
         if let Some(place) = reading.asked.iter().position(|asked| asked.seq == item.seq) {
             let answered = reading.asked.remove(place).expect("invariant: the place was just found");
-            // What was asked for twice may answer either question: it tells neither a round trip nor that others were overtaken.
+            // What was asked for twice may answer either question: it tells neither a round trip nor that others were
+            // overtaken.
             if !answered.again {
                 self.round_trip.sample(now.since(answered.at));
                 for earlier in reading.asked.iter_mut().take(place) {

@@ -14,8 +14,8 @@
 //! | [`ParamSet`] | writes one parameter, checked by what the vehicle then says it has | [`Param`] |
 //! | [`FtpGet`] | reads a file | `Vec<u8>` |
 //!
-//! [`PlanRoute`] is the policy between MAVFTP, the item protocol and its older form. ArduPilot has a single MAVFTP session for all
-//! channels, so an owner runs **one transfer at a time** per vehicle.
+//! [`PlanRoute`] is the policy between MAVFTP, the item protocol and its older form. ArduPilot has a single MAVFTP
+//! session for all channels, so an owner runs **one transfer at a time** per vehicle.
 //!
 //! ```text
 //! PlanUpload ─┬─ ftp::write (mission.dat) ─┐            PlanDownload ─┬─ ftp::read
@@ -82,7 +82,8 @@ pub trait Transfer {
     /// When [`Transfer::on_time`] is wanted next; `None` when the transfer is over.
     fn deadline(&self) -> Option<MonoTime>;
 
-    /// The next thing to do. Drain it after every call, also after the result is there: a last message may say good-bye.
+    /// The next thing to do. Drain it after every call, also after the result is there: a last message may say
+    /// good-bye.
     fn poll_output(&mut self) -> Option<TransferOutput>;
 
     /// The result, once; `None` before, and after it was taken.

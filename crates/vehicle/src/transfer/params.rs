@@ -53,7 +53,8 @@ impl Heard {
         shown.only()
     }
 
-    /// Its value, in the encoding that is known or else in the one that it shows; one that shows none is taken for a number. `None` when the value cannot be.
+    /// Its value, in the encoding that is known or else in the one that it shows; one that shows none is taken for a
+    /// number. `None` when the value cannot be.
     fn read(self, known: Option<ParamEncoding>) -> Option<Param> {
         let encoding = known.or_else(|| self.shown()).unwrap_or(ParamEncoding::CCast);
         let value = ParamValue::from_wire(self.raw, self.param_type, encoding)?;
@@ -75,8 +76,8 @@ fn request_read(config: &TransferConfig, name: Option<ParamName>, index: i16) ->
     })))
 }
 
-/// Reads all parameters: over MAVFTP as one packed file where the vehicle is an ArduPilot that has it, else as a stream of
-/// PARAM_VALUE whose gaps are asked for again. Its value is in the vehicle's order.
+/// Reads all parameters: over MAVFTP as one packed file where the vehicle is an ArduPilot that has it, else as a stream
+/// of PARAM_VALUE whose gaps are asked for again. Its value is in the vehicle's order.
 #[derive(Debug)]
 pub struct ParamList {
     config: TransferConfig,
@@ -483,8 +484,8 @@ impl Transfer for ParamRead {
     }
 }
 
-/// Sets one parameter: reads it, so that its type is known and the value can be checked; sends the value; and is done when
-/// the vehicle then says that it has it.
+/// Sets one parameter: reads it, so that its type is known and the value can be checked; sends the value; and is done
+/// when the vehicle then says that it has it.
 #[derive(Debug)]
 pub struct ParamSet {
     config: TransferConfig,

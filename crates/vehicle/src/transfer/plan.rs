@@ -26,9 +26,9 @@ pub struct VerifiedPlan {
     pub items: Vec<MissionItemInt>,
     /// How it was sent.
     pub route: PlanRoute,
-    /// How far the farthest position is from where it was sent to be, metres, home of an ArduPilot aside; `None` when all
-    /// are exact. Only [`PlanRoute::FloatItems`] moves positions, by what 32-bit floats cannot hold: up to 0.8 m at latitude
-    /// 40°, 3.6 m at longitude 180°.
+    /// How far the farthest position is from where it was sent to be, metres, home of an ArduPilot aside; `None` when
+    /// all are exact. Only [`PlanRoute::FloatItems`] moves positions, by what 32-bit floats cannot hold: up to 0.8 m at
+    /// latitude 40°, 3.6 m at longitude 180°.
     pub position_error_m: Option<f64>,
 }
 
@@ -304,7 +304,8 @@ impl Transfer for PlanUpload {
     }
 }
 
-/// Whether the list read back is the list sent, as the vehicle stores it; how far positions are off where they were rounded.
+/// Whether the list read back is the list sent, as the vehicle stores it; how far positions are off where they were
+/// rounded.
 fn compare(
     config: &TransferConfig,
     kind: PlanKind,

@@ -399,7 +399,8 @@ const FTP_KILL: Duration = Duration::from_secs(20);
 const PARAMS_PER_TICK: usize = 40;
 
 /// The plan, file and parameter services of an ArduPlane, as read in captures/*.tlog and in ArduPilot's
-/// `MissionItemProtocol`, `GCS_FTP` (as up to 4.7, or as from 4.8 on), `AP_Filesystem_Mission` and `AP_Filesystem_Param`.
+/// `MissionItemProtocol`, `GCS_FTP` (as up to 4.7, or as from 4.8 on), `AP_Filesystem_Mission` and
+/// `AP_Filesystem_Param`.
 pub(crate) struct MockPlane {
     inbox: Vec<(Address, Message)>,
     out: VecDeque<Message>,
@@ -777,7 +778,8 @@ impl MockPlane {
         self.ftp.last = Some((to, answer));
     }
 
-    /// The session that a request is of; `None` when all are in use. Where there are several, one that is idle is taken.
+    /// The session that a request is of; `None` when all are in use. Where there are several, one that is idle is
+    /// taken.
     fn ftp_session(&mut self, from: Address, id: u8, now: MonoTime) -> Option<usize> {
         if !self.ftp.has_several() {
             return Some(0);

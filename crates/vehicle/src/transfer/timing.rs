@@ -10,15 +10,16 @@ pub(crate) const MESSAGE_TIMEOUT: Duration = Duration::from_millis(1500);
 pub(crate) const ITEM_TIMEOUT: Duration = Duration::from_millis(250);
 
 /// A vehicle from which nothing that concerns the transfer came for this long is gone. The mission protocol gives up
-/// after 5 retries of 1500 ms (7.5 s); ArduPilot ends an upload 8 s after the last item. A bit longer than both, so that
-/// it is the vehicle that ends first, and short enough to fail cleanly within 15 s (tests/faults, row 3).
+/// after 5 retries of 1500 ms (7.5 s); ArduPilot ends an upload 8 s after the last item. A bit longer than both, so
+/// that it is the vehicle that ends first, and short enough to fail cleanly within 15 s (tests/faults, row 3).
 pub(crate) const SILENCE_LIMIT: Duration = Duration::from_secs(10);
 
-/// Another station's upload of which nothing is heard for this long has ended: ArduPilot gives one up 8 s after its last item.
+/// Another station's upload of which nothing is heard for this long has ended: ArduPilot gives one up 8 s after its
+/// last item.
 pub(crate) const UPLOAD_REST: Duration = Duration::from_secs(10);
 
-/// A transfer that hears the vehicle but gets no further for this long is given up. With 30 % of all packets lost each way
-/// ArduPilot's repeated requests (each second) get through with an item about every second time.
+/// A transfer that hears the vehicle but gets no further for this long is given up. With 30 % of all packets lost each
+/// way ArduPilot's repeated requests (each second) get through with an item about every second time.
 pub(crate) const PROGRESS_LIMIT: Duration = Duration::from_secs(30);
 
 /// How often a transfer is begun anew before it is given up (tests/faults, row 1: at most 3).
@@ -30,27 +31,29 @@ pub(crate) const VEHICLE_TICK: Duration = Duration::from_millis(20);
 /// ArduPilot asks again for an item that does not come after 1 s (`MissionItemProtocol::update`;
 /// captures/mission-upload-abandoned.tlog).
 ///
-/// It is this that makes an upload item by item slow on a bad link: each lost item or request costs the second, 36 % of the
-/// items with 20 % loss each way. Sending an item again before it is asked for again would save half of that and is not done:
-/// the copies that turn out to be needless are answered by MISSION_ACK with an error, in which a real refusal would be lost,
-/// and one that is late enough is taken for an item of the next upload, that of another station included. Plans go by file
-/// where they can, which is not slowed; `TransferConfig::item_window` is for who wants to take that risk.
+/// It is this that makes an upload item by item slow on a bad link: each lost item or request costs the second, 36 % of
+/// the items with 20 % loss each way. Sending an item again before it is asked for again would save half of that and is
+/// not done: the copies that turn out to be needless are answered by MISSION_ACK with an error, in which a real refusal
+/// would be lost, and one that is late enough is taken for an item of the next upload, that of another station
+/// included. Plans go by file where they can, which is not slowed; `TransferConfig::item_window` is for who wants to
+/// take that risk.
 pub(crate) const REQUEST_REPEAT: Duration = Duration::from_millis(1000);
 
 /// An upload in which the vehicle asks for nothing more is begun anew after this: six of ArduPilot's repeated requests
-/// must have been lost, and the vehicle itself still waits (8 s). With 30 % lost each way four are lost once in 250 items, which
-/// took four attempts in one upload of 70; six once in 2,700.
+/// must have been lost, and the vehicle itself still waits (8 s). With 30 % lost each way four are lost once in 250
+/// items, which took four attempts in one upload of 70; six once in 2,700.
 pub(crate) const STALL_LIMIT: Duration = Duration::from_millis(7000);
 
 /// The same request again within this time is a duplicate made by the link: no vehicle asks again as fast
 /// (PX4 after 250 ms, ArduPilot after 1 s).
 pub(crate) const DUPLICATE_WINDOW: Duration = Duration::from_millis(100);
 
-/// A vehicle that answered MISSION_REQUEST_LIST but for this long no MISSION_REQUEST_INT, asked at least twice, does not know
-/// it. Less than [`SILENCE_LIMIT`] leaves time for the older request.
+/// A vehicle that answered MISSION_REQUEST_LIST but for this long no MISSION_REQUEST_INT, asked at least twice, does
+/// not know it. Less than [`SILENCE_LIMIT`] leaves time for the older request.
 pub(crate) const INTEGERS_IGNORED_AFTER: Duration = Duration::from_secs(2);
 
-/// How often the first item must have been asked for before MISSION_ITEM_INT counts as not understood. ArduPlane 3.x asks each second and gives up after 6 s.
+/// How often the first item must have been asked for before MISSION_ITEM_INT counts as not understood. ArduPlane 3.x
+/// asks each second and gives up after 6 s.
 pub(crate) const INTEGERS_IGNORED: u32 = 3;
 
 /// Wait before asking again when another station is uploading.
@@ -67,7 +70,8 @@ pub(crate) const FTP_BUSY_WAIT: Duration = Duration::from_millis(3200);
 pub(crate) const FTP_FIRST_TIMEOUT: Duration = Duration::from_millis(500);
 
 /// ArduPlane works off a MAVFTP request in 4 ms: its main loop runs each 20 ms and queues 5. A little slower, so that
-/// jitter does not put a sixth into one turn: on ArduPlane 4.6.3 with 200 ms of delay, 4.0 ms lost up to 10 of 109 writes,
+/// jitter does not put a sixth into one turn: on ArduPlane 4.6.3 with 200 ms of delay, 4.0 ms lost up to 10 of 109
+/// writes,
 /// 4.4 ms two.
 pub(crate) const FTP_REQUEST_SPACING: Duration = Duration::from_micros(4400);
 

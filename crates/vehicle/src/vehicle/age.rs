@@ -1,9 +1,9 @@
-//! What a vehicle's firmware is too old for, by what it says of itself.
+//! Limits of old firmware, by what the vehicle reports of itself.
 //!
-//! The old one meant is ArduPlane 3.x as it runs on the APM 2: MAVLink 1 alone; mission items as floats (MISSION_ITEM), fences
-//! and rally points by messages of their own; commands by COMMAND_LONG only; rates by REQUEST_DATA_STREAM; modes by SET_MODE
-//! (its DO_SET_MODE takes `MAV_MODE`); a guided target as a mission item with `current` = 2, a guided height with 3; no
-//! TIMESYNC, HOME_POSITION or MAVFTP. It either tells no AUTOPILOT_VERSION or one without the capabilities below.
+//! The reference is ArduPlane 3.x on the APM 2: MAVLink 1 only; mission items as floats (MISSION_ITEM), fences and
+//! rally points by messages of their own; commands by COMMAND_LONG only; rates by REQUEST_DATA_STREAM; modes by
+//! SET_MODE (its DO_SET_MODE takes `MAV_MODE`); a guided target as a mission item with `current` = 2, a guided height
+//! with 3; no TIMESYNC, HOME_POSITION or MAVFTP. It sends no AUTOPILOT_VERSION, or one without the capabilities below.
 
 use vencejo_flight::plan::Keeping;
 use vencejo_proto::MavVersion;
@@ -13,10 +13,10 @@ use crate::telemetry::AutopilotVersion;
 use crate::transfer::{ItemForm, NoPlanKinds};
 
 impl Vehicle {
-    /// Whether it says of itself that it has one of these capabilities; `None` when nothing can be concluded.
+    /// Whether it reports one of these capabilities; `None` when nothing can be concluded.
     ///
-    /// MAVFTP (2019) is younger than all the capabilities that are asked for here. Other autopilots than ArduPilot leave bits
-    /// away that they should set.
+    /// MAVFTP (2019) is newer than all capabilities queried here. Autopilots other than ArduPilot omit bits that they
+    /// should set.
     fn says_it_has(&self, capability: u64) -> Option<bool> {
         let Some(version) = self.telemetry.version.map(|version| version.value) else {
             let is_old = self.is_ardupilot() && self.protocol == MavVersion::V1;
@@ -31,7 +31,7 @@ impl Vehicle {
         self.says_it_has(AutopilotVersion::COMMAND_INT) != Some(false)
     }
 
-    /// In which message plan items go.
+    /// The message that carries plan items.
     pub(super) fn item_form(&self) -> ItemForm {
         match self.says_it_has(AutopilotVersion::MISSION_INT) {
             Some(true) => ItemForm::Integer,
@@ -40,7 +40,7 @@ impl Vehicle {
         }
     }
 
-    /// How it keeps the items that it is sent.
+    /// How it stores items.
     pub fn keeping(&self) -> Keeping {
         Keeping { is_ardupilot: self.is_ardupilot(), in_floats: self.item_form() == ItemForm::Float }
     }
@@ -54,7 +54,8 @@ impl Vehicle {
         }
     }
 
-    /// Whether MAVFTP is worth trying: every ArduPilot since 2021 has it; one that does not answer is served item by item.
+    /// Whether MAVFTP is worth trying: every ArduPilot since 2021 has it; one that does not answer is served item by
+    /// item.
     pub(super) fn may_have_ftp(&self) -> bool {
         match self.telemetry.version {
             Some(version) => version.value.has_ftp(),

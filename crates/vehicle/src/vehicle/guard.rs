@@ -1,5 +1,5 @@
-//! The guard against flying a mission that may be a mixture: which messages arm, start a mission or jump in it, and whether they
-//! may go out. Every message that a request or a caller sends to a vehicle passes here, whatever it was asked by.
+//! The guard against flying a mission that may be a mixture: which messages arm, start a mission or jump in it, and
+//! whether they may be sent. Every message of a request or a caller to a vehicle passes here.
 
 use vencejo_flight::plan::PlanKind;
 use vencejo_proto::dialect::MavMessage;
@@ -14,7 +14,7 @@ use crate::modes::{FlightMode, ModeFamily};
 use crate::telemetry::Severity;
 use vencejo_proto::ComponentId;
 
-/// What a message makes a vehicle do that a mixed mission makes dangerous.
+/// An act that is dangerous with a mixed mission.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Act {
     Arm,
@@ -32,7 +32,7 @@ impl Act {
     }
 }
 
-/// `MAV_MODE_FLAG_AUTO_ENABLED`, of vehicles that are not told a mode of their own.
+/// `MAV_MODE_FLAG_AUTO_ENABLED`, for modes without a custom mode.
 const AUTO_FLAG: u32 = 4;
 /// `MAV_MODE_FLAG_CUSTOM_MODE_ENABLED`.
 const CUSTOM_FLAG: u32 = 1;
@@ -124,11 +124,12 @@ impl Vehicle {
         self.guard(act, despite, now)
     }
 
-    /// Whether a message that a caller wants to send as it is may go out to this vehicle; what it does to plans on board is noted.
+    /// Checks a raw message of a caller to this vehicle, and notes its effect on the plans on board.
     ///
     /// # Errors
-    /// [`VehicleError::PlanUnknown`] for one that arms, starts the mission or jumps in it while that may be a mixture, unless it is
-    /// `despite_mixed_plan`; [`VehicleError::Landing`] for a new altitude for a plane that lands; [`VehicleError::InvalidValue`] for a number that an autopilot cannot take.
+    /// [`VehicleError::PlanUnknown`] for one that arms, starts the mission or jumps in it while that may be a mixture,
+    /// unless it is `despite_mixed_plan`; [`VehicleError::Landing`] for a new altitude for a plane that lands;
+    /// [`VehicleError::InvalidValue`] for a number that an autopilot cannot take.
     pub fn on_sending(
         &mut self,
         message: &Message,
@@ -160,7 +161,7 @@ impl Vehicle {
         Ok(())
     }
 
-    /// Puts a text of ours beside those of the vehicle.
+    /// Adds a text of ours to those of the vehicle.
     pub(super) fn note(&mut self, severity: Severity, text: String, now: MonoTime) {
         let text = StatusText { severity: severity.0, text, id: 0, chunk_seq: 0 };
         self.on_text(ComponentId::GROUND_STATION, &text, now);

@@ -1,4 +1,4 @@
-//! Whether the vehicle hears us: what of its messages is an answer to us, what is asked when none comes, and what then ends.
+//! Whether the vehicle hears us: which of its messages are answers, what is asked when none comes, and what then ends.
 
 use vencejo_proto::dialect::MavMessage;
 use vencejo_proto::{Message, MonoTime};
@@ -9,7 +9,7 @@ use crate::reach::Probe;
 use crate::request::{Output, VehicleEvent};
 use crate::transfer::{ItemForm, TransferError, TransferOutput};
 
-/// Whether a message is a step of a conversation, about a command, a plan, parameters or files.
+/// Whether a message is an answer about a command, a plan, parameters or files.
 pub(crate) fn is_answer(message: &Message) -> bool {
     matches!(
         message,
@@ -29,12 +29,12 @@ pub(crate) fn is_answer(message: &Message) -> bool {
 }
 
 impl Vehicle {
-    /// Whether it says of itself that it is too old to answer TIMESYNC.
+    /// Whether its firmware is too old to answer TIMESYNC.
     fn is_of_old(&self) -> bool {
         self.item_form() == ItemForm::Float
     }
 
-    /// When [`Self::look_whether_reached`] or [`Self::end_unreached`] is wanted.
+    /// When to call [`Self::look_whether_reached`] or [`Self::end_unreached`] next.
     pub(super) fn reach_deadline(&self) -> Option<MonoTime> {
         let of_old = self.is_of_old();
         let lanes = [&self.transfer, &self.param].into_iter().flatten().filter(|lane| !lane.is_answered);
@@ -42,12 +42,12 @@ impl Vehicle {
         [self.reach.probe_at(of_old), self.reach.verdict_at(of_old)].into_iter().flatten().chain(given_up).min()
     }
 
-    /// Asks again when an answer is late, and says so when none came for long.
+    /// Asks again when an answer is late, and reports when none has come for long.
     pub(super) fn look_whether_reached(&mut self, now: MonoTime) {
         let of_old = self.is_of_old();
         let question = match self.reach.due_probe(of_old, now) {
             Some(Probe::TimeSync) => Some(self.timesync.ask(now)),
-            // Each version acknowledges it, also one that does not know it; it changes nothing.
+            // Every version acknowledges it, even without supporting it; it changes nothing.
             Some(Probe::Command) => {
                 let params = [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
                 let command = CommandMessage::long(self.address, cmd::REQUEST_AUTOPILOT_CAPABILITIES, params);
@@ -61,14 +61,14 @@ impl Vehicle {
         }
     }
 
-    /// Notes what shows that we are heard. TIMESYNC is known by its own time and noted where that is read.
+    /// Notes answers to us. TIMESYNC is matched by its own time, where it is read.
     pub(super) fn note_answer(&mut self, message: &Message, now: MonoTime) {
         if !is_answer(message) || !message.target().includes(self.our) {
             return;
         }
         let is_command = matches!(message, Message::CommandAck(_));
         let is_param = matches!(message, Message::Dialect(MavMessage::PARAM_VALUE(_)));
-        // Parameters go to everybody, also what others asked for.
+        // Parameters are broadcast, also when others requested them.
         if is_param && self.transfer.is_none() && self.param.is_none() {
             return;
         }
@@ -87,14 +87,14 @@ impl Vehicle {
         }
     }
 
-    /// Ends transfers of which the vehicle has answered nothing, once it is known that it does not hear us. One that is in its
-    /// middle goes on: the vehicle may hold half of it.
+    /// Ends transfers that the vehicle has not answered at all, once it is known not to hear us. A transfer in progress
+    /// goes on: the vehicle may hold half of it.
     pub(super) fn end_unreached(&mut self, now: MonoTime) {
         for is_single in [false, true] {
             let slot = if is_single { &mut self.param } else { &mut self.transfer };
             let is_over = |began| self.reach.gives_up_at(began).is_some_and(|at| now >= at);
             let Some(mut lane) = slot.take_if(|lane| !lane.is_answered && is_over(lane.began)) else { continue };
-            // Should it hear us after all, it is not to wait for the rest.
+            // In case it hears us after all, it must not wait for the rest.
             lane.machine.cancel(now);
             while let Some(output) = lane.machine.poll_output() {
                 if let TransferOutput::Send(message) = output {

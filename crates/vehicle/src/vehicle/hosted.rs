@@ -1,4 +1,4 @@
-//! A vehicle that no link reaches: what a station on board tells of its plans, its parameters and what it wrote before.
+//! A remote vehicle: reports of its station on board about plans, parameters and earlier texts.
 
 use std::sync::Arc;
 
@@ -10,8 +10,8 @@ use crate::plan_state::PlanState;
 use crate::transfer::Param;
 
 impl Vehicle {
-    /// What is known on board of a plan, and its list where that is known and not empty. Only of one that is hosted
-    /// ([`crate::VehicleConfig::is_hosted`]).
+    /// The state of a plan as known on board, and its items where they are known and not empty. Only for a hosted
+    /// vehicle ([`crate::VehicleConfig::is_hosted`]).
     pub fn on_plan_told(&mut self, kind: PlanKind, state: PlanState, list: Option<Mission>) {
         let is_read = matches!(state, PlanState::Verified { .. } | PlanState::Differs { .. });
         self.copies[kind as usize] = list.filter(|_| is_read).map(Arc::new);
@@ -30,7 +30,7 @@ impl Vehicle {
         params.iter().for_each(|param| self.learn(param));
     }
 
-    /// Its autopilot wrote this at some moment before, which tells nothing of what holds now.
+    /// A text that its autopilot wrote at an earlier time, which says nothing about the present.
     pub fn on_text_told(&mut self, text: &StatusText, at: MonoTime, now: MonoTime) {
         self.on_text_of(self.address.component, text, at, now);
     }

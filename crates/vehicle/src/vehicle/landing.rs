@@ -1,4 +1,5 @@
-//! What an ArduPlane that lands must not be sent: a new altitude, from which it would flare, and another start of the landing.
+//! What an ArduPlane that lands must not be sent: a new altitude, from which it would flare, and another start of the
+//! landing.
 
 use vencejo_flight::plan::Command;
 use vencejo_proto::{Message, MonoTime};
@@ -14,8 +15,8 @@ use crate::telemetry::Freshness;
 /// `current` of a mission item that is a new altitude for the present target.
 const NEW_ALTITUDE: u8 = 3;
 
-/// Whether a message gives the present target another altitude, in any mode that navigates. ArduPlane takes the other ways to
-/// change it in GUIDED only.
+/// Whether a message gives the present target another altitude, in any mode that navigates. ArduPlane takes the other
+/// ways to change it in GUIDED only.
 fn changes_altitude(message: &Message) -> bool {
     match message {
         Message::CommandLong(long) => long.command == Command::DO_CHANGE_ALTITUDE.0,
@@ -29,8 +30,9 @@ fn changes_altitude(message: &Message) -> bool {
 impl Vehicle {
     /// Whether a message may go out while the vehicle lands, or may land.
     ///
-    /// ArduPlane changes `next_WP_loc`, whatever the mode (`handle_command_int_DO_CHANGE_ALTITUDE`). On final that is the landing
-    /// point, and the height above it decides on the flare, in which the motor stops (`type_slope_verify_land`).
+    /// ArduPlane changes `next_WP_loc`, whatever the mode (`handle_command_int_DO_CHANGE_ALTITUDE`). On final that is
+    /// the landing point, and the height above it decides on the flare, in which the motor stops
+    /// (`type_slope_verify_land`).
     ///
     /// # Errors
     /// [`VehicleError::Landing`] for a new altitude.
@@ -65,8 +67,8 @@ impl Vehicle {
         }
     }
 
-    /// Whether it flies a landing of its mission already, approach included: another `DO_LAND_START` would break that off and turn
-    /// away without climbing, however low it is (`AP_Mission::jump_to_landing_sequence`).
+    /// Whether it flies a landing of its mission already, approach included: another `DO_LAND_START` would break that
+    /// off and turn away without climbing, however low it is (`AP_Mission::jump_to_landing_sequence`).
     pub(super) fn is_landing_already(&self, now: MonoTime) -> bool {
         let is_fresh = |freshness| freshness == Freshness::Fresh;
         let Some(heartbeat) = self.telemetry.heartbeat.filter(|told| is_fresh(told.freshness(now))) else {

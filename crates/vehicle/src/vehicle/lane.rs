@@ -1,4 +1,4 @@
-//! The transfer that runs: one machine of [`crate::transfer`] behind one face.
+//! The running transfer: any machine of [`crate::transfer`] behind one interface.
 
 use vencejo_flight::plan::PlanKind;
 use vencejo_proto::{Address, Message, MissionItemInt, MonoTime};
@@ -12,7 +12,7 @@ use crate::transfer::{
     TransferOutput,
 };
 
-/// What was known of a plan before a transfer of it.
+/// The state of a plan before a transfer of it.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct PlanBefore {
     pub kind: PlanKind,
@@ -26,7 +26,7 @@ pub(super) struct PlanBefore {
 pub(super) struct Lane {
     pub id: RequestId,
     pub machine: Machine,
-    /// Which plan it is about, and what was known of it before.
+    /// The plan it is about, and its state before.
     pub plan_before: Option<PlanBefore>,
     /// Another station changed the plan while it was read.
     pub is_disturbed: bool,
@@ -34,7 +34,7 @@ pub(super) struct Lane {
     pub is_followed: bool,
     /// The mission that it had all of then, of another station.
     pub theirs: Option<Incoming>,
-    /// How it ended, while it is not known which vehicle that tells something of.
+    /// Its result, while the identity of the vehicle is not confirmed.
     pub ended: Option<Result<Yield, TransferError>>,
     pub began: MonoTime,
     /// Whether the vehicle has answered anything of it.
@@ -42,14 +42,14 @@ pub(super) struct Lane {
 }
 
 impl Lane {
-    /// How it ended, once: what a mission is that was read stays here while `is_held`.
+    /// Its result, once; that of a downloaded mission stays here while `is_held`.
     pub fn end(&mut self, is_held: bool) -> Option<Result<Yield, TransferError>> {
         self.ended = self.ended.take().or_else(|| self.machine.result());
         let is_judged = matches!(self.machine, Machine::Download(_)) && self.is_about(PlanKind::Mission);
         self.ended.take_if(|ended| !(is_held && is_judged && ended.is_ok()))
     }
 
-    /// Gives it up.
+    /// Cancels it.
     pub fn cancel(&mut self, now: MonoTime) {
         self.machine.cancel(now);
         if let Some(ended) = &mut self.ended {
@@ -73,10 +73,10 @@ pub(super) enum Machine {
     Set(Box<ParamSet>),
 }
 
-/// What a transfer yielded.
+/// The result of a transfer.
 #[derive(Debug)]
 pub(super) enum Yield {
-    /// With how far its positions are off by rounding, where they are.
+    /// With the rounding error of its positions, if any.
     Plan {
         kind: PlanKind,
         wire: Vec<MissionItemInt>,
@@ -100,7 +100,7 @@ macro_rules! each {
 }
 
 impl Machine {
-    /// What runs, in words.
+    /// Its name for people.
     pub fn name(&self) -> &'static str {
         match self {
             Self::Upload(_) => "plan upload",
@@ -112,7 +112,7 @@ impl Machine {
         }
     }
 
-    /// Whether it changes what the vehicle holds, so that its failure leaves a plan unknown.
+    /// Whether it changes the plan on board, so that its failure leaves that unknown.
     pub fn writes_plan(&self) -> bool {
         matches!(self, Self::Upload(_) | Self::Clear(..))
     }
@@ -126,8 +126,8 @@ impl Machine {
         }
     }
 
-    /// How many items the vehicle has when it has what was written, where it has said so and that is only looked at yet, and how it calls
-    /// them, where it says so. `home` is what it keeps of a mission that was removed.
+    /// How many items the vehicle has when it has what was written, where it has said so and that is only looked at
+    /// yet, and how it calls them, where it says so. `home` is what it keeps of a mission that was removed.
     pub fn written(&self, home: u16) -> Option<(usize, Option<u32>)> {
         match self {
             Self::Upload(machine) => machine.is_sent().then(|| (machine.count(), machine.plan_id())),

@@ -1,4 +1,4 @@
-//! What comes from the vehicle: telemetry into its groups, changes into events, protocols to their machines.
+//! Received messages: telemetry into its groups, changes into events, protocol messages to their machines.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -46,8 +46,8 @@ impl Vehicle {
         self.take(message, now)
     }
 
-    /// A message of the autopilot over another link than the one over which it is followed. That link may be seconds later, so the time
-    /// since boot tells nothing of a restart.
+    /// A message of the autopilot over another link than the followed one. That link may be seconds late, so the time
+    /// since boot does not indicate a restart.
     pub fn on_beside(&mut self, message: &Message, now: MonoTime) -> Option<Group> {
         self.hear(now);
         self.note_answer(message, now);
@@ -59,7 +59,7 @@ impl Vehicle {
         match group {
             Some(Group::Heartbeat) => self.on_heartbeat(now),
             Some(group) => {
-                // These come when they are asked for.
+                // These come on request.
                 if !matches!(group, Group::Version | Group::Home) {
                     self.streams.on_telemetry();
                 }
@@ -100,14 +100,16 @@ impl Vehicle {
         }
     }
 
-    /// After a silence: another one with the same system id may have come to the link, which [`Self::on_version`] finds out.
+    /// After a silence: another one with the same system id may have come to the link, which [`Self::on_version`] finds
+    /// out.
     fn ask_who_it_is(&mut self, now: MonoTime) {
         self.on_board_may_be_anothers();
         self.streams.ask_version(&mut self.commands, now);
         self.pump(now);
     }
 
-    /// Gimbals, radios, batteries, on-board computers: they share the system's id, but only the autopilot is the vehicle.
+    /// Messages of gimbals, radios, batteries, on-board computers: they share the system's id, but only the autopilot
+    /// is the vehicle.
     pub(super) fn on_other_component(&mut self, from: ComponentId, message: &Message, now: MonoTime) -> Option<Group> {
         match message {
             Message::StatusText(text) => {
@@ -127,7 +129,7 @@ impl Vehicle {
         }
     }
 
-    /// The state of the radio that this vehicle is reached by; radios speak under a system id of their own.
+    /// The state of the radio to this vehicle; radios have a system id of their own.
     pub fn on_radio(&mut self, message: &Message, now: MonoTime) -> Option<Group> {
         match message {
             Message::Dialect(MavMessage::RADIO_STATUS(_) | MavMessage::RADIO(_)) => self.telemetry.apply(message, now),
@@ -135,7 +137,7 @@ impl Vehicle {
         }
     }
 
-    /// A message that another system sent to the vehicle and that passed by us: it may change a plan.
+    /// A message of another system to the vehicle, overheard by us: it may change a plan.
     pub fn on_foreign(&mut self, from: Address, message: &Message, now: MonoTime) {
         if from == self.our || from.system == self.address.system && from.component == self.address.component {
             return;
@@ -148,7 +150,7 @@ impl Vehicle {
         match message {
             Message::StatusText(text) => self.on_text(self.address.component, text, now),
             Message::CommandAck(ack) => {
-                // Whoever has asked for it.
+                // From any station.
                 let is_jump = matches!(
                     ack.command,
                     cmd::DO_SET_MISSION_CURRENT
@@ -210,7 +212,7 @@ impl Vehicle {
         self.on_text_of(from, text, now, now);
     }
 
-    /// The text of a moment before.
+    /// A text written at an earlier time.
     pub(super) fn on_text_of(&mut self, from: ComponentId, text: &StatusText, at: MonoTime, now: MonoTime) {
         if let Some(text) = self.texts.push(from, text, at, now) {
             let text = text.clone();
@@ -283,7 +285,7 @@ impl Vehicle {
         }
         // Without the number of items it is an old message, which has no room for names either.
         let Some(total) = current.total else { return };
-        // PX4 names its plans, and one that is not there has no name; another name is another plan.
+        // PX4 gives its plans ids, and none to a missing one; another id is another plan.
         let ids = [current.mission_id, current.fence_id, current.rally_points_id];
         let before = self.mission_ids.replace(ids).unwrap_or(ids);
         for (kind, (before, id)) in PlanKind::ALL.into_iter().zip(before.into_iter().zip(ids)) {
@@ -346,8 +348,9 @@ impl Vehicle {
         }
     }
 
-    /// Another vehicle has taken this one's place: nothing that is known holds any more. Of the mission of the one before it is
-    /// remembered what is known, should it come back, unless that `was_recording`: then it is not what the aircraft holds.
+    /// Another vehicle has taken this one's place: nothing that is known holds any more. Of the mission of the one
+    /// before it is remembered what is known, should it come back, unless that `was_recording`: then it is not what the
+    /// aircraft holds.
     pub fn on_replaced(&mut self, was_recording: bool, now: MonoTime) {
         self.boot.reset();
         self.timesync.forget_clock();

@@ -2,23 +2,23 @@
 //!
 //! | file | owns |
 //! |---|---|
-//! | `listen` | what comes in: telemetry, events, restarts, other stations |
-//! | `steps` | what a request comes down to; the checks of its values |
-//! | `raw` | the numbers of commands and messages that go out as their caller made them |
-//! | `operation` | a request under way, and the state of its present step |
-//! | `ops` | what is done with those: commands, the effects that prove them, results |
+//! | `listen` | received messages: telemetry, events, restarts, other stations |
+//! | `steps` | the steps of a request; the checks of its values |
+//! | `raw` | checks of the numbers in raw commands and messages |
+//! | `operation` | a request in progress, and the state of its present step |
+//! | `ops` | running requests: commands, the effects that prove them, results |
 //! | `transfers` | requests that move plans and parameters |
-//! | `board` | what is known of plans beyond that |
-//! | `onboard` | what is done with it: the doubt whether a mission is mixed, its record, reading back by itself |
-//! | `others` | what other stations do to plans, beside ours too |
-//! | `guard` | what may not go out while the mission may be mixed |
-//! | `landing` | what an ArduPlane that lands must not be sent |
-//! | `target` | whether the plane flies to where its plan says |
-//! | `lane` | the transfer that runs |
-//! | `hearing` | whether it hears us: what is an answer, and what ends when nothing is |
-//! | `hosted` | what a station on board tells of one that no link reaches |
-//! | `tell` | messages without COMMAND_ACK that stand in for a command on old firmware |
-//! | `age` | what the firmware is too old for |
+//! | `board` | knowledge of the plans on board beyond their states |
+//! | `onboard` | its use: the doubt whether a mission is mixed, its record, reading back |
+//! | `others` | changes of plans by other stations, also during our own transfers |
+//! | `guard` | messages refused while the mission may be mixed |
+//! | `landing` | messages refused while an ArduPlane lands |
+//! | `target` | whether the plane's target is that of its plan |
+//! | `lane` | the running transfer |
+//! | `hearing` | whether it hears us: which messages are answers, and what ends without any |
+//! | `hosted` | reports of a station on board about a remote vehicle |
+//! | `tell` | messages without COMMAND_ACK in place of commands, for old firmware |
+//! | `age` | limits of old firmware |
 
 mod age;
 mod board;
@@ -80,21 +80,21 @@ use steps::Context;
 pub struct VehicleConfig {
     /// Waiting for and repeating commands.
     pub commands: CommandConfig,
-    /// Which messages to ask for.
+    /// Which messages to request.
     pub streams: StreamConfig,
     /// Items sent ahead of the vehicle's requests in an item-by-item upload to ArduPilot, 1 to 64. Default 1.
     pub item_window: u16,
     /// Where MAVFTP session numbers begin; a different one each time the program starts. Default 0.
     pub seed: u32,
-    /// Whether plans that are not known, and the [`FlightParameters`] of an ArduPlane, are read without being asked for. Default no.
+    /// Whether unknown plans, and the [`FlightParameters`] of an ArduPlane, are read without a request. Default no.
     pub reads_back: bool,
-    /// Whether no link reaches it: what is known of its plans is what a station on board tells ([`Vehicle::on_plan_told`]), whatever its own
-    /// messages seem to say. Default no.
+    /// Whether it is remote: the states of its plans are those that its station on board reports
+    /// ([`Vehicle::on_plan_told`]), whatever its own messages imply. Default no.
     pub is_hosted: bool,
-    /// Whether nothing is sent to it by itself, not even TIMESYNC or the answer to one, until something is asked of it: whether it hears us
-    /// and the round trip stay unknown until then. Default no.
+    /// Whether nothing is sent to it, not even TIMESYNC or the answer to one, before the first request: whether it
+    /// hears us and the round trip stay unknown until then. Default no.
     pub only_listens: bool,
-    /// Whether the owner writes down what [`Output::Keep`] asks for, and answers with [`Vehicle::on_kept`]. Default no.
+    /// Whether the owner stores the records of [`Output::Keep`], and answers with [`Vehicle::on_kept`]. Default no.
     pub keeps_records: bool,
 }
 
@@ -122,40 +122,40 @@ struct Told {
     home: Option<Home>,
 }
 
-/// What an ArduPlane's parameters say of how it flies. `None`: not read. The vehicle reads them by itself where it reads plans
-/// ([`VehicleConfig::reads_back`]), and takes over what a request reads or sets.
+/// Parameters of an ArduPlane's flight. `None`: not read. They are read without a request where plans are
+/// ([`VehicleConfig::reads_back`]), and updated by requests that read or set parameters.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[non_exhaustive]
 pub struct FlightParameters {
-    /// Radius of circles that give none, metres; negative where they turn anticlockwise (`WP_LOITER_RAD`).
+    /// Default radius of circles, metres; negative for anticlockwise (`WP_LOITER_RAD`).
     pub loiter_radius_m: Option<f64>,
-    /// Airspeed that it flies by itself, m/s (`AIRSPEED_CRUISE`, before 4.5 `TRIM_ARSPD_CM`).
+    /// Cruise airspeed, m/s (`AIRSPEED_CRUISE`, before 4.5 `TRIM_ARSPD_CM`).
     pub airspeed_m_s: Option<f64>,
-    /// Whether a return looks for the mission's landing (`RTL_AUTOLAND` is not 0); where it does not, an ArduPlane does not arm
-    /// with a `DO_LAND_START`.
+    /// Whether a return uses the mission's landing (`RTL_AUTOLAND` is not 0); if not, an ArduPlane does not arm with a
+    /// `DO_LAND_START` in its mission.
     pub finds_landing: Option<bool>,
 }
 
-/// What the watch over the plane's target remembers; see `target`.
+/// State of the check of the plane's target; see `target`.
 #[derive(Debug, Default)]
 struct TargetWatch {
     /// When POSITION_TARGET_GLOBAL_INT came last.
     told_at: Option<MonoTime>,
     /// The item that the reports below are about.
     seq: Option<u16>,
-    /// Since when, and in how many reports, the target is elsewhere.
+    /// Since when, and in how many reports, the target has differed.
     elsewhere: Option<(MonoTime, u32)>,
     /// The item whose alarm was given, and how far from it the target is.
     alarmed: Option<(u16, f64)>,
 }
 
-/// One vehicle: a state machine that takes messages and moments in and puts [`Output`]s out. See the [crate](crate).
+/// One vehicle: a state machine that takes messages and times in and puts [`Output`]s out. See the [crate](crate).
 #[derive(Debug)]
 pub struct Vehicle {
     address: Address,
     our: Address,
     config: VehicleConfig,
-    /// The protocol version that it speaks.
+    /// Its protocol version.
     protocol: MavVersion,
     telemetry: Telemetry,
     texts: StatusLog,
@@ -168,18 +168,18 @@ pub struct Vehicle {
     plans: PlanStates,
     on_board: OnBoard,
     target: TargetWatch,
-    /// The plans on board by kind, while they are known and there are any.
+    /// The plans on board by kind, while they are known and not empty.
     copies: [Option<Arc<Mission>>; 3],
-    /// What the vehicle calls its plans by kind, as MISSION_CURRENT told last; `None` before the first.
+    /// The vehicle's ids of its plans by kind, from the last MISSION_CURRENT; `None` before the first.
     mission_ids: Option<[Option<u32>; 3]>,
     flight_parameters: FlightParameters,
-    /// What it flew of late, to learn the plane from.
+    /// Its recent flight, for learning its performance.
     learner: Learner,
     /// Every parameter that was read or set, by name.
     parameters: Arc<BTreeMap<ParamName, f64>>,
-    /// How the values of its parameters came, whoever asked for them.
+    /// The encodings of received parameter values, requested by any station.
     shown_encodings: ShownEncodings,
-    /// What its other parameters say of what it can, as far as they were heard.
+    /// Its limits by its other parameters, as far as they were received.
     limits: CheckContext,
     ops: Vec<Op>,
     /// Plans and the list of parameters: one at a time.
@@ -191,16 +191,16 @@ pub struct Vehicle {
     ftp_sessions: FtpSessions,
     told: Told,
     has_asked: bool,
-    /// Whether its owner asked something of it.
+    /// Whether its owner has made a request.
     has_requested: bool,
     heard_at: MonoTime,
-    /// When its last heartbeat came; before the first, when anything did.
+    /// When its last heartbeat came; before the first, when anything was received.
     heartbeat_at: MonoTime,
     is_lost: bool,
     restarted_at: Option<MonoTime>,
     next_request: u64,
-    /// Grows only between two calls; the owner drains it after each. What one call puts in is bounded by the machines'
-    /// own bounds (requests, attempts, windows).
+    /// Drained by the owner after each call. The outputs of one call are bounded by the machines' own bounds (requests,
+    /// attempts, windows).
     outputs: VecDeque<Output>,
 }
 impl Vehicle {
@@ -256,29 +256,29 @@ impl Vehicle {
         self.protocol
     }
 
-    /// In which version the autopilot's frames come. MAVLink 1 has no plan kinds, and an ArduPilot that speaks it and tells no
-    /// AUTOPILOT_VERSION is an old one.
+    /// Notes the protocol version of the autopilot's frames. MAVLink 1 has no plan kinds, and an ArduPilot that uses it
+    /// without sending AUTOPILOT_VERSION has old firmware.
     pub fn on_protocol_version(&mut self, version: MavVersion) {
         self.protocol = version;
     }
 
-    /// What it says about itself.
+    /// Its telemetry.
     pub fn telemetry(&self) -> &Telemetry {
         &self.telemetry
     }
 
-    /// What it wrote.
+    /// Its STATUSTEXT messages.
     pub fn texts(&self) -> &StatusLog {
         &self.texts
     }
 
-    /// What is known of a plan on board.
+    /// The state of a plan on board.
     pub fn plan_state(&self, kind: PlanKind) -> PlanState {
         self.plans.get(kind)
     }
 
-    /// The list of a plan on board as it was read from there, a fence's and rally points' too; `None` while it is not known,
-    /// and when there is none. Nothing is asked of the vehicle.
+    /// The items of a plan on board as they were read, also of the fence and rally points; `None` while they are
+    /// unknown, and when there are none. Sends nothing.
     pub fn plan_on_board(&self, kind: PlanKind) -> Option<&Arc<Mission>> {
         self.copies[kind as usize].as_ref()
     }
@@ -288,7 +288,7 @@ impl Vehicle {
         self.plan_on_board(PlanKind::Mission)
     }
 
-    /// Where it stands in its mission.
+    /// Its progress in the mission.
     pub fn progress(&self) -> MissionProgress {
         let options = self.progress_options();
         let progress =
@@ -296,13 +296,13 @@ impl Vehicle {
         MissionProgress { target_off_m: self.target_off_m(), ..progress }
     }
 
-    /// What it does by itself now.
+    /// Its present conduct.
     pub fn conduct(&self) -> Conduct {
         let current = self.telemetry.mission.and_then(|mission| mission.value.seq.checked_sub(self.first_seq()));
         Conduct::of(&self.telemetry, self.mission().map(Arc::as_ref), current.map(usize::from))
     }
 
-    /// What decides where a mission takes it: its airspeed, and the rest.
+    /// The terms of its progress: its airspeed, and the options.
     pub fn progress_terms(&self) -> (f64, ProgressOptions) {
         (self.check_context().airspeed_m_s, self.progress_options())
     }
@@ -314,23 +314,23 @@ impl Vehicle {
         ProgressOptions { loiter_radius_m, flies_arcs: self.flies_arcs(), own_speed_m_s, ..default }
     }
 
-    /// What its parameters say of how it flies, as far as they were read.
+    /// Its flight parameters, as far as they were read.
     pub fn flight_parameters(&self) -> FlightParameters {
         self.flight_parameters
     }
 
-    /// The last ten minutes of its flight, as far as it was followed, to learn the plane from. Learning takes milliseconds: copy it first
-    /// where others wait for the vehicle.
+    /// The last ten minutes of its flight, for learning its performance. Learning takes milliseconds: copy it first if
+    /// the vehicle is locked.
     pub fn learner(&self) -> &Learner {
         &self.learner
     }
 
-    /// Its parameters as far as they were read or set since it is heard, by name.
+    /// Its parameters by name, as far as they were read or set since it was first heard.
     pub fn parameters(&self) -> Arc<BTreeMap<ParamName, f64>> {
         Arc::clone(&self.parameters)
     }
 
-    /// When anything of its autopilot was heard last.
+    /// When its autopilot was last heard.
     pub fn heard_at(&self) -> MonoTime {
         self.heard_at
     }
@@ -340,8 +340,8 @@ impl Vehicle {
         now.since(self.heard_at) <= LOST_AFTER
     }
 
-    /// Whether it hears us. `false`: it is heard, but has answered nothing of ours for [`crate::UNREACHED_AFTER`]. `None`: not
-    /// known, because it is not heard, or was asked nothing that it answers.
+    /// Whether it hears us. `false`: it is heard, but has not answered for [`crate::UNREACHED_AFTER`]. `None`: unknown,
+    /// because it is not heard, or was asked nothing that it answers.
     pub fn is_reached(&self, now: MonoTime) -> Option<bool> {
         self.reach.is_reached(now).filter(|_| self.is_heard(now))
     }
@@ -366,7 +366,7 @@ impl Vehicle {
         self.outputs.pop_front()
     }
 
-    /// When [`Self::on_time`] is wanted.
+    /// When to call [`Self::on_time`] next.
     pub fn deadline(&self) -> Option<MonoTime> {
         let ops = self.ops.iter().filter_map(|op| match &op.state {
             State::Refused { until, .. } | State::Awaiting { until, .. } => Some(*until),
@@ -387,7 +387,7 @@ impl Vehicle {
             .min()
     }
 
-    /// Whether anything of ours goes to it by itself: where not, no answer is awaited.
+    /// Whether we send to it without a request: if not, no answer is awaited.
     fn speaks(&self) -> bool {
         !self.config.is_hosted && (!self.config.only_listens || self.has_requested)
     }
@@ -410,11 +410,11 @@ impl Vehicle {
         self.telemetry.is_ardupilot()
     }
 
-    /// What the checks of a plan need to know of it, as it is now. What was not heard has the default of an ArduPlane.
+    /// Context for plan checks; unknown values default to ArduPlane's.
     pub fn check_context(&self) -> CheckContext {
         let position = self.telemetry.position.map(|position| position.value);
         let mav_type = self.telemetry.heartbeat.map(|heartbeat| heartbeat.value.mav_type);
-        // A quadplane may call itself a fixed wing, and tells a VTOL state nevertheless.
+        // A quadplane may report itself as a fixed wing, but then reports a VTOL state.
         let tells_vtol = self.telemetry.extended.is_some_and(|extended| extended.value.vtol.is_some());
         CheckContext {
             home: self.telemetry.home.map(|home| home.value),
@@ -440,10 +440,10 @@ impl Vehicle {
         u16::from(self.is_ardupilot())
     }
 
-    /// Seq of the last item at which the mission stands; what follows it are actions.
+    /// Seq of the last navigation item; only actions follow it.
     fn last_nav(&self) -> Option<u16> {
         let Some(mission) = self.mission() else {
-            // Without items there is no last one, and none that is reached.
+            // Without items there is no last one.
             let total = self.telemetry.mission?.value.total.filter(|total| *total > 0)?;
             return (total + self.first_seq()).checked_sub(1);
         };
@@ -451,14 +451,14 @@ impl Vehicle {
         u16::try_from(index).ok()?.checked_add(self.first_seq())
     }
 
-    /// What a flight needs first, as the vehicle is now; `None` before its first heartbeat. Whether it may be done now,
-    /// [`crate::Request::PrepareFlight`] finds out.
+    /// What a flight needs first in the vehicle's present state; `None` before its first heartbeat. Whether it is
+    /// possible now is checked by [`crate::Request::PrepareFlight`].
     pub fn flight_preparation(&self) -> Option<FlightPreparation> {
         let plan = self.plan_state(PlanKind::Mission);
         FlightPreparation::of(self.telemetry(), plan, self.first_nav())
     }
 
-    /// Seq of the first item at which the mission stands; actions before it are passed over when it is looked for.
+    /// Seq of the first navigation item, after any leading actions.
     pub(crate) fn first_nav(&self) -> u16 {
         let index = self.mission().and_then(|mission| mission.items.iter().position(|item| item.command.is_nav()));
         u16::try_from(index.unwrap_or_default()).unwrap_or(u16::MAX).saturating_add(self.first_seq())
@@ -499,7 +499,7 @@ impl Vehicle {
         }
     }
 
-    /// Lets time pass; call it at [`Self::deadline`] or later.
+    /// Advances time; call it at [`Self::deadline`] or later.
     pub fn on_time(&mut self, now: MonoTime) {
         if !self.is_lost && now >= self.lost_at() {
             self.is_lost = true;
@@ -511,7 +511,7 @@ impl Vehicle {
             self.event(VehicleEvent::Text(text));
         }
         if self.speaks() {
-            // A lost vehicle is asked too: its answer is the first sign of life on a silent link.
+            // A lost vehicle is asked too: its answer may be the first sign of life on a silent link.
             if let Some(request) = self.timesync.on_time(now) {
                 self.reach.on_timesync_asked(now);
                 self.outputs.push_back(Output::Send(request));
@@ -537,7 +537,7 @@ impl Vehicle {
         self.pump(now);
     }
 
-    /// Moves what the machines put out, until they rest.
+    /// Processes the outputs of the machines until there are none.
     fn pump(&mut self, now: MonoTime) {
         loop {
             while let Some(output) = self.commands.poll_output() {

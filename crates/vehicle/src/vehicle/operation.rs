@@ -1,4 +1,4 @@
-//! A request under way: its steps, and the state of the one that is being done.
+//! A running request: its steps, and the state of the present one.
 
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -11,13 +11,13 @@ use crate::command::{CommandId, CommandMessage, CommandName, CommandResult};
 use crate::modes::FlightMode;
 use crate::request::RequestId;
 
-/// How long an effect may take to show after the command was accepted: several heartbeats.
+/// How long an effect may take to be shown after the command was accepted: several heartbeats.
 pub(super) const EFFECT_WITHIN: Duration = Duration::from_secs(5);
-/// And how long when the vehicle has said nothing since that speaks for it or against it: where every second heartbeat is lost, one in thirty
-/// commands has no word within five seconds.
+/// The same without any report for or against it: with every second heartbeat lost, one in thirty commands has no
+/// report within five seconds.
 pub(super) const WORD_WITHIN: Duration = Duration::from_secs(10);
 
-/// A request under way.
+/// A running request.
 #[derive(Debug)]
 pub(super) struct Op {
     pub id: RequestId,
@@ -36,17 +36,17 @@ impl Op {
 
 #[derive(Debug)]
 pub(super) enum State {
-    /// The next step is to begin.
+    /// The next step can begin.
     Ready,
-    /// A command is under way.
+    /// A command is in flight.
     Commanding { command: Commanding, id: CommandId, asked: bool },
-    /// It was refused; the vehicle may write why.
+    /// It was refused; the vehicle may send texts about it.
     Refused { command: Commanding, result: CommandResult, until: MonoTime },
-    /// It was accepted; its effect has to show. Once it is overdue the next word about it decides.
+    /// It was accepted; its effect has to be shown. Once overdue, the next report decides.
     Awaiting { command: Commanding, until: MonoTime, is_overdue: bool },
-    /// A message without acknowledgement was sent; its effect has to show.
+    /// A message without acknowledgement was sent; its effect has to be shown.
     Telling(Box<Telling>),
-    /// A transfer waits until it is written down that it begins.
+    /// A transfer waits until its beginning is recorded.
     Recording { step: Step, before: PlanBefore, ticket: u64, until: MonoTime },
     /// A transfer runs in a lane.
     Transferring,
@@ -54,7 +54,7 @@ pub(super) enum State {
     WaitingForLane(Step),
 }
 
-/// A command and what proves it.
+/// A command and its proof.
 #[derive(Debug, Clone)]
 pub(super) struct Commanding {
     pub message: CommandMessage,
@@ -71,23 +71,23 @@ impl Commanding {
     }
 }
 
-/// How an effect looks from here.
+/// Whether an effect is shown.
 #[derive(Debug, PartialEq)]
 pub(super) enum Seen {
-    /// It is there.
+    /// The vehicle shows it.
     Shown,
-    /// The vehicle has said since that it is not.
+    /// The vehicle has since reported otherwise.
     NotShown,
-    /// Somebody else did something else.
+    /// Another station or the pilot has intervened.
     Overtaken(String),
-    /// Nothing has been said since.
+    /// No report since.
     NotYet,
 }
 
-/// A message of which the effect is waited for. Once it is overdue it is not sent again, and the next word about it decides.
+/// A message without COMMAND_ACK, awaiting its effect. Once overdue it is not sent again, and the next report decides.
 #[derive(Debug)]
 pub(super) struct Telling {
-    /// What it stands for, and its effect.
+    /// The command that it stands for, and its effect.
     pub command: Commanding,
     pub message: Message,
     /// Whether MISSION_ACK answers it.
@@ -104,7 +104,7 @@ impl Telling {
         if self.is_overdue { self.until } else { self.retry_at.min(self.until) }
     }
 
-    /// Whether it waits for its answer, and not for its effect.
+    /// Whether it waits for its answer rather than its effect.
     pub(super) fn waits_for_ack(&self) -> bool {
         self.wants_ack && !self.has_ack
     }

@@ -1,4 +1,4 @@
-//! Requests under way: their commands, the effects that prove them, their results.
+//! Running requests: their commands, the effects that prove them, their results.
 
 use std::time::Duration;
 
@@ -13,23 +13,23 @@ use crate::modes::FlightMode;
 use crate::request::{Output, Reply, Request, RequestId};
 use crate::telemetry::{LOST_AFTER, LandedState, MissionState, Severity, Text};
 
-/// Requests that may be under way or waiting at once. More are refused.
+/// Most requests running or waiting at once; more are refused.
 pub(super) const MAX_REQUESTS: usize = 64;
-/// How long a message that was asked for may take.
+/// How long a requested message may take.
 const MESSAGE_WITHIN: Duration = Duration::from_secs(2);
-/// How long to wait for what the vehicle writes about a refusal; arming fails with a list.
+/// How long to wait for the vehicle's texts about a refusal; for arming they are a list.
 const REASONS_AFTER: Duration = Duration::from_millis(400);
 const ARM_REASONS_AFTER: Duration = Duration::from_millis(1_000);
-/// ArduPilot repeats failing pre-arm checks every 30 s; those are taken when it is silent at the refusal.
+/// ArduPilot repeats failing pre-arm checks every 30 s; those are used when it is silent at the refusal.
 const PREARM_REPEATED: Duration = Duration::from_secs(35);
-/// Words of a NOTICE or INFO by which ArduPilot says why it does not do what was asked ("Mode change to LOITER denied, in fence
-/// recovery", "Parachute not enabled", "Disarm to allow calibration"); such texts are no warnings.
+/// Words of a NOTICE or INFO by which ArduPilot says why it does not do what was asked ("Mode change to LOITER denied,
+/// in fence recovery", "Parachute not enabled", "Disarm to allow calibration"); such texts are no warnings.
 const DENIALS: [&str; 7] = ["denied", "disabled", "not enabled", "failed", "unable", "q_enable", "disarm to"];
 /// Most reasons that an error carries.
 const MAX_REASONS: usize = 16;
 
 impl Vehicle {
-    /// Ends the waits whose time is over.
+    /// Ends waits that have timed out.
     pub(super) fn end_waits(&mut self, now: MonoTime) {
         for index in 0..self.ops.len() {
             self.wait_for_a_word(index, now);
@@ -103,8 +103,9 @@ impl Vehicle {
         }
     }
 
-    /// What the vehicle wrote about a command: failing checks for arming, else warnings and worse since it was sent, and what says as
-    /// a notice or information that something was denied. Why it does not send a message so often ArduPilot tells as information too.
+    /// What the vehicle wrote about a command: failing checks for arming, else warnings and worse since it was sent,
+    /// and what says as a notice or information that something was denied. Why it does not send a message so often
+    /// ArduPilot tells as information too.
     pub(super) fn reasons(&self, command: &Commanding, now: MonoTime) -> Vec<String> {
         let is_check = |text: &&Text| text.text.starts_with("PreArm: ") || text.text.starts_with("Arm: ");
         let is_of_rate = command.message.command() == cmd::SET_MESSAGE_INTERVAL;
@@ -138,7 +139,7 @@ impl Vehicle {
         reasons
     }
 
-    /// Starts a request. Its result comes as [`Output::Finished`], also when it is refused at once.
+    /// Starts a request. Its result comes as [`Output::Finished`], also for an immediate refusal.
     pub fn request(&mut self, request: Request, now: MonoTime) -> RequestId {
         let id = RequestId(self.next_request);
         self.next_request += 1;
@@ -174,7 +175,7 @@ impl Vehicle {
         }
         let is_transfer =
             |step: &Step| matches!(step, Step::Upload(..) | Step::Download(_) | Step::Clear(_) | Step::ParamList);
-        // MISSION_ACK answers a guided target too; two of them could not be told apart, nor one from a plan's.
+        // MISSION_ACK answers a guided target too: it could not be distinguished from another's or a plan's.
         let is_guided = |step: &Step| matches!(step, Step::Tell { message: Message::MissionItemFloat(_), .. });
         let needs_lane = steps.iter().any(|step| is_transfer(step) || is_guided(step));
         if self.make_room(id, steps.make_contiguous(), needs_lane, now) {
@@ -202,7 +203,7 @@ impl Vehicle {
         Ok(())
     }
 
-    /// Gives a request up; its result is [`VehicleError::Cancelled`]. A command that was sent may still be executed.
+    /// Cancels a request; its result is [`VehicleError::Cancelled`]. A command that was sent may still be executed.
     pub fn cancel(&mut self, id: RequestId, now: MonoTime) {
         let Some(index) = self.ops.iter().position(|op| op.id == id) else { return };
         match &self.ops[index].state {
@@ -227,7 +228,7 @@ impl Vehicle {
         self.pump(now);
     }
 
-    /// Gives all requests up: the vehicle or its owner goes away. Each result still comes as [`Output::Finished`].
+    /// Cancels all requests: the vehicle or its owner goes away. Each result still comes as [`Output::Finished`].
     pub fn close(&mut self, now: MonoTime) {
         let ids: Vec<_> = self.ops.iter().map(|op| op.id).collect();
         for id in ids {
@@ -352,7 +353,8 @@ impl Vehicle {
         self.ops.iter().position(|op| matches!(op.state, State::Commanding { id, .. } if id == command))
     }
 
-    /// A vehicle that has not said a word about an effect since does not show that it is missing.
+    /// Extends the wait for an effect about which the vehicle has reported nothing yet: that does not show that it is
+    /// missing.
     fn wait_for_a_word(&mut self, index: usize, now: MonoTime) {
         let (command, until) = match &self.ops[index].state {
             State::Awaiting { command, until, is_overdue: false } => (command, *until),
@@ -434,7 +436,7 @@ impl Vehicle {
         }
     }
 
-    /// Looks whether the effects that are waited for show.
+    /// Checks whether awaited effects are shown.
     pub(super) fn check_effects(&mut self, now: MonoTime) {
         let mut index = 0;
         while index < self.ops.len() {
@@ -457,7 +459,7 @@ impl Vehicle {
         let op = self.ops[index].id;
         match (seen, under_way) {
             (Seen::Shown, Some((id, asked))) => {
-                // Without an answer only what the vehicle reports in as many words counts, or what follows a silence.
+                // Without an answer only an explicit report counts, or one after the answer was overdue.
                 let is_reported = matches!(command.effect, Effect::Armed(_)) || command.effect.mode().is_some();
                 let is_proof = is_reported || asked;
                 if is_proof {
@@ -501,12 +503,12 @@ impl Vehicle {
         }
     }
 
-    /// From when on what the vehicle says counts against a command: what was on its way when it was sent proves nothing.
+    /// From when reports count against a command: those on their way when it was sent prove nothing.
     fn telling_from(&self, command: &Commanding) -> MonoTime {
         command.last_sent + self.config.commands.timeout / 2
     }
 
-    /// How the effect of a command looks by what the vehicle has said since it was sent.
+    /// The state of a command's effect by the vehicle's reports since it was sent.
     pub(super) fn seen(&self, command: &Commanding) -> Seen {
         let fresh = self.telling_from(command);
         let by_heartbeat = |is_shown: bool, at: MonoTime| {
@@ -559,8 +561,8 @@ impl Vehicle {
         }
     }
 
-    /// Whether MISSION_CURRENT has shown since then what a change to a mission's mode brings about. A vehicle that does not send it, or
-    /// without a state, is believed.
+    /// Whether MISSION_CURRENT has shown since then what a change to a mission's mode brings about. A vehicle that does
+    /// not send it, or without a state, is believed.
     fn shows_mission(&self, effect: Effect, since: MonoTime) -> bool {
         let Effect::MissionMode { has_begun, .. } = effect else { return true };
         let Some(mission) = self.telemetry.mission.filter(|mission| since.since(mission.at) <= LOST_AFTER) else {
@@ -574,14 +576,14 @@ impl Vehicle {
         is_shown && mission.at >= since
     }
 
-    /// Hands a message to the request that asked for it.
+    /// Passes a message to the request that awaits it.
     pub(super) fn on_awaited(&mut self, message: &Message, now: MonoTime) {
         let wants = |command: &Commanding| command.effect == Effect::Received(message.id());
         let mut index = 0;
         while index < self.ops.len() {
             match &self.ops[index].state {
                 State::Commanding { command, id, .. } if wants(command) => {
-                    // It may overtake the acknowledgement; it is what was wanted.
+                    // The message may overtake the acknowledgement.
                     self.commands.forget(*id, now);
                 }
                 State::Awaiting { command, .. } if wants(command) => {}

@@ -1,8 +1,8 @@
-//! The numbers of what goes out as its caller made it: raw commands and raw messages.
+//! Checks of the numbers in raw commands and raw messages.
 //!
-//! ArduPilot makes whole numbers of 32 bits of many of them without looking (`convert_COMMAND_LONG_loc_param`,
-//! `handle_set_position_target_global_int` and the handlers behind them), which C++ leaves undefined for what does not fit: in its
-//! simulator, where such faults are trapped, that ends the autopilot.
+//! ArduPilot converts many of them to 32-bit integers unchecked (`convert_COMMAND_LONG_loc_param`,
+//! `handle_set_position_target_global_int` and the handlers behind them), which is undefined behaviour in C++ for
+//! values out of range: in its simulator, where such faults are trapped, it ends the autopilot.
 
 use std::ops::RangeInclusive;
 
@@ -30,8 +30,8 @@ pub(super) fn invalid(field: &'static str, value: impl ToString, expected: &'sta
     VehicleError::InvalidValue { field, value: value.to_string(), expected }
 }
 
-/// Checks the numbers of a message. Parameters and debug values are excepted: any number may be one, and some are no numbers but
-/// whole numbers in the bytes of one.
+/// Checks the numbers of a message. Parameters and debug values are excepted: any number is valid there, and some hold
+/// the bytes of an integer.
 pub(super) fn check_message(message: &Message, is_ardupilot: bool) -> Result<(), VehicleError> {
     let alt_m = match message {
         Message::CommandLong(long) => return check_command(&CommandMessage::Long(*long), is_ardupilot),
@@ -71,7 +71,7 @@ fn float(field: &'static str, value: &FieldValue) -> Result<(), VehicleError> {
     if let FieldValue::Float(value) = value { number(field, *value) } else { Ok(()) }
 }
 
-/// A command as it was given, its numbers checked.
+/// The command, if its numbers are valid.
 pub(super) fn checked(command: CommandMessage, is_ardupilot: bool) -> Result<CommandMessage, VehicleError> {
     check_command(&command, is_ardupilot).map(|()| command)
 }
@@ -93,7 +93,7 @@ pub(super) fn check_command(command: &CommandMessage, is_ardupilot: bool) -> Res
     for (index, param) in numbers {
         let field = if params.len() == 4 && index == 6 { "z" } else { PARAMS[index] };
         if param.is_nan() && is_ardupilot && !may_be_none(code, index) {
-            return Err(invalid(field, param, "a number, for ArduPilot makes a whole one of it"));
+            return Err(invalid(field, param, "a number: ArduPilot converts it to an integer"));
         }
         number(field, (*param).into())?;
         if infos.is_some_and(|infos| !infos[index].takes((*param).into())) {
@@ -113,7 +113,7 @@ pub(super) fn check_command(command: &CommandMessage, is_ardupilot: bool) -> Res
     }
 }
 
-/// Whether ArduPilot asks if a parameter is a number before it takes it for one (`handle_command_int_do_reposition`,
+/// Whether ArduPilot accepts NaN for a parameter (`handle_command_int_do_reposition`,
 /// `handle_command_do_gimbal_manager_pitchyaw`).
 fn may_be_none(code: u16, index: usize) -> bool {
     matches!((code, index), (cmd::DO_REPOSITION, 3) | (1000, 0..4)) || Command(code).param_may_be_unset(index)
@@ -122,7 +122,7 @@ fn may_be_none(code: u16, index: usize) -> bool {
 /// Names of a command's parameters.
 const PARAMS: [&str; 7] = ["param1", "param2", "param3", "param4", "param5", "param6", "param7"];
 
-/// A number that fits 32 bits as a whole one. The least is a whole 32-bit float, the largest is not.
+/// Checks that a number fits a 32-bit integer. The minimum is exact as a 32-bit float, the maximum is not.
 fn number(field: &'static str, value: f64) -> Result<(), VehicleError> {
     if value.is_nan() || (f64::from(i32::MIN)..-f64::from(i32::MIN)).contains(&value) {
         return Ok(());
@@ -143,7 +143,7 @@ fn place(lat_deg: f64, lon_deg: f64) -> Result<(), VehicleError> {
     Ok(())
 }
 
-/// Degrees of a whole number of 1e-7 degrees, of which the largest means that there is none.
+/// Degrees of an integer of 1e-7 degrees, whose maximum means "none".
 fn degrees(scaled: i64) -> f64 {
     if scaled == i64::from(i32::MAX) { f64::NAN } else { scaled as f64 / 1e7 }
 }
@@ -152,9 +152,9 @@ fn height_or_none(alt_m: f32) -> Result<(), VehicleError> {
     if alt_m.is_nan() { Ok(()) } else { height("alt_m", alt_m.into()).map(drop) }
 }
 
-/// A height that an ArduPlane in flight is to take without a position: one of 0 cm it reads as no place at all, which its simulator
-/// does not survive (`Location::get_alt_cm`; ArduPlane 4.6.3), and GUIDED_CHANGE_ALTITUDE refuses it as dangerous. A position 0 cm
-/// above home has no altitude either (`Location::sanitize`).
+/// A new altitude for an ArduPlane in flight: it reads 0 cm without a position as an unset location, which ends its
+/// simulator (`Location::get_alt_cm`; ArduPlane 4.6.3), and GUIDED_CHANGE_ALTITUDE refuses it as dangerous. A position
+/// 0 cm above home has no altitude either (`Location::sanitize`).
 pub(super) fn new_height(alt_m: f64) -> Result<f32, VehicleError> {
     if alt_m.abs() < 0.01 {
         return Err(invalid("alt_m", alt_m, "a height that ArduPlane takes; it takes 0 for none"));

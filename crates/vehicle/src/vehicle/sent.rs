@@ -1,4 +1,4 @@
-//! What a request sends, told without a vehicle: its danger and its name in reports are known by it.
+//! The commands of a request, determined without a vehicle: for its danger and its name in reports.
 
 use std::collections::VecDeque;
 
@@ -14,8 +14,8 @@ use crate::telemetry::Telemetry;
 /// `MAV_TYPE_FIXED_WING`.
 const FIXED_WING: u8 = 1;
 
-/// The commands that an ArduPlane gets for a request that stands disarmed in GUIDED; none for what is not done by commands, or holds values
-/// that may not be sent.
+/// The commands of a request to an ArduPlane that is disarmed in GUIDED; empty for requests without commands, or with
+/// invalid values.
 pub(crate) fn commands_of(request: &Request) -> Vec<CommandMessage> {
     let steps = steps_of(request, ModeFamily::ArduPlane, FIXED_WING).unwrap_or_default();
     let commands = steps.into_iter().filter_map(|step| match step {
@@ -25,7 +25,7 @@ pub(crate) fn commands_of(request: &Request) -> Vec<CommandMessage> {
     commands.collect()
 }
 
-/// What is done for a request to an ArduPilot of this kind that stands disarmed in GUIDED.
+/// The steps of a request to an ArduPilot of this kind that is disarmed in GUIDED.
 fn steps_of(request: &Request, family: ModeFamily, mav_type: u8) -> Result<VecDeque<Step>, VehicleError> {
     let custom_mode = Action::Guided.mode(family).map_or(0, |mode| mode.custom_mode);
     let heartbeat = Heartbeat { mav_type, autopilot: 3, custom_mode, ..Heartbeat::default() };
@@ -45,7 +45,7 @@ fn steps_of(request: &Request, family: ModeFamily, mav_type: u8) -> Result<VecDe
     context.steps(request.clone())
 }
 
-/// Why neither a plane nor a copter is sent a request; `None` where one of them is.
+/// The error of a request that neither a plane nor a copter takes; `None` if one of them does.
 #[cfg(all(test, feature = "describe"))]
 pub(crate) fn refusal_of(request: &Request) -> Option<VehicleError> {
     const QUADROTOR: u8 = 2;
@@ -54,7 +54,7 @@ pub(crate) fn refusal_of(request: &Request) -> Option<VehicleError> {
 }
 
 impl Request {
-    /// The command that stands for it where nobody knows what became of it: the last that it sends, else one that changes the mode.
+    /// The command that stands for it when its result is unknown: the last that it sends, else DO_SET_MODE.
     pub fn command(&self) -> CommandName {
         CommandName(commands_of(self).last().map_or(cmd::DO_SET_MODE, CommandMessage::command))
     }

@@ -1,4 +1,4 @@
-//! What a request comes down to: commands with the effect that proves them, parameters, transfers. Values are checked here.
+//! The steps of a request: commands with the effect that proves them, parameters, transfers. Values are checked here.
 
 use std::collections::VecDeque;
 
@@ -26,22 +26,22 @@ pub(super) use self::step::{Effect, Fallback, Step};
 const FORCE_MAGIC: f32 = 21_196.0;
 /// `MAV_DO_REPOSITION_FLAGS_CHANGE_MODE`.
 const REPOSITION_CHANGE_MODE: f32 = 1.0;
-/// ArduPlane's height of an automatic take-off in mode TAKEOFF, metres above home.
+/// Altitude of ArduPlane's take-off in mode TAKEOFF, metres above home.
 const TAKEOFF_ALT_PARAM: &str = "TKOFF_ALT";
 
-/// Characters of a text of ours.
+/// Most characters of a note.
 const MAX_NOTE: usize = 500;
 
-/// What is known of the vehicle when a request is made.
+/// The state of the vehicle when a request is made.
 pub(super) struct Context<'a> {
     pub vehicle: Address,
     pub telemetry: &'a Telemetry,
-    /// What it is, by its last heartbeat, also by one from before a restart.
+    /// Its family by the last heartbeat, also one from before a restart.
     pub family: Option<ModeFamily>,
-    /// When that was heard; before the first, when anything was.
+    /// When its last heartbeat came; before the first, when anything was received.
     pub heartbeat_at: MonoTime,
     pub preparation: Option<FlightPreparation>,
-    /// Seq of the first item at which the mission stands, however briefly (`Vehicle::first_nav`).
+    /// Seq of the first navigation item (`Vehicle::first_nav`).
     pub first_nav: u16,
     /// Whether it flies a landing of its mission already (`Vehicle::is_landing_already`).
     pub is_landing: bool,
@@ -76,7 +76,7 @@ impl Context<'_> {
         let (main, sub) = mode.command_params();
         let custom_flag = MavModeFlag::MAV_MODE_FLAG_CUSTOM_MODE_ENABLED;
         let command = self.long(cmd::DO_SET_MODE, [f32::from(custom_flag.bits()), main, sub, 0.0, 0.0, 0.0, 0.0]);
-        // Vehicles from before DO_SET_MODE take the message of that name.
+        // Vehicles from before DO_SET_MODE take the message SET_MODE.
         let message = Message::Dialect(MavMessage::SET_MODE(SET_MODE_DATA {
             custom_mode: mode.custom_mode,
             target_system: self.vehicle.system.0,
@@ -111,7 +111,7 @@ impl Context<'_> {
         Step::command(command).or(Fallback::Message(message, Effect::Current(seq)))
     }
 
-    /// Sets the mission back to its beginning. 0 is what ArduPilot takes for that: it sets the jump counters back too.
+    /// Sets the mission back to its beginning: for ArduPilot 0, which resets the jump counters too.
     fn rewind(&self) -> Step {
         let command = self.long(cmd::DO_SET_MISSION_CURRENT, [0.0; 7]);
         let message = Message::Dialect(MavMessage::MISSION_SET_CURRENT(MISSION_SET_CURRENT_DATA {
@@ -122,14 +122,14 @@ impl Context<'_> {
         Step::command(command).or(Fallback::Message(message, Effect::AtBeginning(self.first_nav)))
     }
 
-    /// What follows the change to AUTO where the mission is to go on from an item: with MIS_RESTART 1 an ArduPlane begins its mission
-    /// anew at each change to AUTO, whatever item it was set to before.
+    /// What follows the change to AUTO where the mission is to go on from an item: with MIS_RESTART 1 an ArduPlane
+    /// begins its mission anew at each change to AUTO, whatever item it was set to before.
     fn go_on_from(&self, seq: u16) -> Option<Step> {
         let is_plane = self.family == Some(ModeFamily::ArduPlane);
         (is_plane && seq > self.first_nav).then_some(Step::GoOnFrom(seq))
     }
 
-    /// Number on the wire of the mission's item with this number, which counts from 1: an ArduPilot's missions begin with home.
+    /// Seq on the wire of an item counted from 1: an ArduPilot's missions begin with home as item 0.
     fn seq_of(&self, field: &'static str, item: u16) -> Result<u16, VehicleError> {
         if !(1..=65_534).contains(&item) {
             return Err(invalid(field, item, "1 to 65,534; the items of a mission are counted from 1"));
@@ -137,7 +137,7 @@ impl Context<'_> {
         Ok(item - u16::from(!self.is_ardupilot()))
     }
 
-    /// Home to a position, or to where the vehicle is.
+    /// Sets home to a position, or to the vehicle's own.
     fn set_home(
         &self,
         lat_deg: Option<f64>,
@@ -158,12 +158,12 @@ impl Context<'_> {
         if self.has_command_int {
             return Ok(command);
         }
-        // Older firmware reads the position from floats; it is off by up to a metre or so.
+        // Older firmware reads the position from floats, with an error of about a metre.
         let position = [lat_deg as f32, lon_deg as f32, alt_m as f32];
         Ok(self.long(cmd::DO_SET_HOME, [params[0], 0.0, 0.0, 0.0, position[0], position[1], position[2]]))
     }
 
-    /// A fresh heartbeat that shows it disarmed.
+    /// Requires a fresh heartbeat that shows it disarmed.
     fn require_disarmed(&self, action: &'static str) -> Result<(), VehicleError> {
         let heartbeat = self.telemetry.heartbeat.filter(|heartbeat| heartbeat.freshness(self.now) == Freshness::Fresh);
         let heartbeat = heartbeat.ok_or_else(|| self.unheard())?;
@@ -235,7 +235,7 @@ impl Context<'_> {
                     Turn::Clockwise => (radius, f32::NAN),
                     Turn::CounterClockwise => (-radius, f32::NAN),
                 };
-                // Who is in GUIDED needs no leave to enter it: what is repeated then takes the vehicle from no pilot.
+                // In GUIDED the change of mode is not requested: a repetition cannot take the vehicle from a pilot.
                 let guided = Action::Guided.mode(self.family()?);
                 let enters = change_mode && guided.is_none_or(|guided| self.telemetry.mode() != Some(guided));
                 let flags = if enters { REPOSITION_CHANGE_MODE } else { 0.0 };
@@ -257,7 +257,7 @@ impl Context<'_> {
                     SpeedKind::Airspeed => 0.0,
                     SpeedKind::Groundspeed => 1.0,
                 };
-                // −1: throttle as it is.
+                // −1: throttle unchanged.
                 Step::command(self.long(cmd::DO_CHANGE_SPEED, [kind, speed, -1.0, 0.0, 0.0, 0.0, 0.0]))
             }
             Request::ChangeAltitude { alt_m, alt_frame } => {
@@ -286,7 +286,7 @@ impl Context<'_> {
                     return Err(invalid("course_deg", course_deg, "a course, 0 to below 360 degrees from true north"));
                 }
                 let accel = in_range("accel_m_s2", accel_m_s2, 0.05..=20.0, "an acceleration, 0.05 to 20 m/s²")?;
-                // HEADING_TYPE_COURSE_OVER_GROUND. Rounding to 32 bits must not make 360 of it.
+                // HEADING_TYPE_COURSE_OVER_GROUND. Rounding to 32 bits must not reach 360.
                 let course = (course_deg as f32).min(359.999);
                 self.in_guided(cmd::GUIDED_CHANGE_HEADING, 0, [0.0, course, accel, 0.0], 0.0)?
             }
@@ -329,7 +329,7 @@ impl Context<'_> {
                 steps.push_back(self.mode_for(Action::Mission)?);
                 steps.extend(seq.and_then(|seq| self.go_on_from(seq)));
                 if self.family()? == ModeFamily::ArduCopter {
-                    // A copter on the ground waits in AUTO for this.
+                    // A copter on the ground waits for this in AUTO.
                     let start = Step::command(self.long(cmd::MISSION_START, [0.0; 7]));
                     steps.push_back(start.proved_by(Effect::Airborne));
                 }
@@ -379,7 +379,7 @@ impl Context<'_> {
                 if !value.is_finite() {
                     return Err(invalid("value", value, "a finite number"));
                 }
-                // How integers go depends on what it is.
+                // The encoding of integers depends on the family.
                 self.family()?;
                 Step::ParamSet(param_name(&name)?, value)
             }

@@ -1,11 +1,11 @@
-//! Whether the plane flies to where its plan says: the target that it tells, against the current item of the plan that was read
-//! from it. A mission that was read back can still not be the one that is flown, and one that another station changed unseen is
-//! another one.
+//! Whether the plane's target is that of its plan: the reported target against the current item of the plan read from
+//! it. A mission that was read back may still not be the one that is flown, for example after another station has
+//! changed it unseen.
 //!
-//! Only an ArduPlane that is armed and in AUTO, and only items whose target is their own position: waypoints, loiters and the
-//! landing point. Its POSITION_TARGET_GLOBAL_INT names that position exactly, in the same moment as MISSION_CURRENT (recorded
-//! flights: take-off, waypoints, loiters, a jump, landing). Where that message does not come, distance and bearing of
-//! NAV_CONTROLLER_OUTPUT say it less well, for waypoints alone.
+//! Only an ArduPlane that is armed and in AUTO, and only items whose target is their own position: waypoints, loiters
+//! and the landing point. Its POSITION_TARGET_GLOBAL_INT gives that position exactly, at the same time as
+//! MISSION_CURRENT (recorded flights: take-off, waypoints, loiters, a jump, landing). Without that message, distance
+//! and bearing of NAV_CONTROLLER_OUTPUT give it less accurately, for waypoints only.
 
 use std::time::Duration;
 
@@ -19,21 +19,18 @@ use crate::modes::ModeFamily;
 use crate::request::VehicleEvent;
 use crate::telemetry::{MissionState, Severity};
 
-/// A target that is farther than this from the item's position is another one, metres.
+/// Distance of the target from the item's position above which it counts as different, metres.
 const ELSEWHERE_M: f64 = 50.0;
-/// How long it must be so. The target is told twice a second, MISSION_CURRENT too: the alarm comes within 3 s.
+/// How long it must differ. The target is reported twice a second, as is MISSION_CURRENT: the alarm comes within 3 s.
 const FOR_AT_LEAST: Duration = Duration::from_millis(1_400);
-/// Reports that must say so.
+/// Number of reports that must show it.
 const REPORTS: u32 = 3;
-/// What was said this long ago says nothing of now.
+/// Age above which a report is outdated.
 const OUTDATED: Duration = Duration::from_secs(3);
-/// Share of the distance by which a target of NAV_CONTROLLER_OUTPUT may be off: bearings are whole degrees, and the position and
-/// the distance are of different moments.
+/// Error of a target from NAV_CONTROLLER_OUTPUT as a share of the distance: bearings are whole degrees, and position
+/// and distance are of different times.
 const BEARING_ERROR: f64 = 0.05;
-/// DO_SET_RESUME_REPEAT_DIST: after an interruption the plane flies a part of its way once more, to where no item is.
-const REPEATS_WAY: Command = Command(215);
-
-/// Items that a plane flies to as they are.
+/// The target of an item that a plane flies to directly.
 fn target_of(item: &MissionItem) -> Option<GeoPoint> {
     let is_own_position = matches!(
         item.command,
@@ -48,7 +45,7 @@ fn target_of(item: &MissionItem) -> Option<GeoPoint> {
 }
 
 impl Vehicle {
-    /// The plane tells its target.
+    /// The plane reports its target.
     pub(super) fn on_target(&mut self, target: &POSITION_TARGET_GLOBAL_INT_DATA, now: MonoTime) {
         self.target.told_at = Some(now);
         let (lat_deg, lon_deg) = (f64::from(target.lat_int) / 1e7, f64::from(target.lon_int) / 1e7);
@@ -58,7 +55,7 @@ impl Vehicle {
         }
     }
 
-    /// It tells how far and in which direction its target is.
+    /// The plane reports distance and bearing of its target.
     pub(super) fn on_nav(&mut self, now: MonoTime) {
         if self.target.told_at.is_some_and(|at| now.since(at) < OUTDATED) {
             return;
@@ -69,7 +66,7 @@ impl Vehicle {
         };
         let (Some(lat_deg), Some(lon_deg)) = (position.value.lat_deg, position.value.lon_deg) else { return };
         let Ok(here) = GeoPoint::new(lat_deg, lon_deg) else { return };
-        // 65,535 m is "that far or farther".
+        // 65,535 m stands for this distance or more.
         if now.since(position.at) > Duration::from_secs(1) || wp_distance_m >= 65_535.0 {
             return;
         }
@@ -110,17 +107,17 @@ impl Vehicle {
         }
     }
 
-    /// How far the plane's target is from the current item of its plan, while that is an alarm, metres.
+    /// Distance of the plane's target from the current item of its plan, while that is an alarm, metres.
     pub(super) fn target_off_m(&self) -> Option<f64> {
         self.target.alarmed.map(|(_, distance_m)| distance_m)
     }
 
-    /// The mission is not flown (any more): where it leads to concerns nobody.
+    /// The mission is not flown: its target is not checked.
     pub(super) fn forget_target(&mut self) {
         self.target = TargetWatch { told_at: self.target.told_at, ..TargetWatch::default() };
     }
 
-    /// The current item and where the plane must be flying to; `None` where nothing can be said.
+    /// The current item and the target it implies; `None` where that is unknown.
     fn expected_target(&self, is_by_bearing: bool, now: MonoTime) -> Option<(u16, GeoPoint)> {
         let heartbeat = self.telemetry.heartbeat.map(|heartbeat| heartbeat.value)?;
         let is_flown = heartbeat.is_armed && heartbeat.mode.follows_mission();
@@ -132,11 +129,12 @@ impl Vehicle {
             return None;
         }
         let mission = self.mission()?;
-        if mission.items.iter().any(|item| item.command == REPEATS_WAY) {
+        // After an interruption the plane repeats a part of its way, where no item is.
+        if mission.items.iter().any(|item| item.command == Command::DO_SET_RESUME_REPEAT_DIST) {
             return None;
         }
         let item = mission.items.get(usize::from(current.seq.checked_sub(self.first_seq())?))?;
-        // In a landing approach the controller aims beyond the point; around a loiter at its circle.
+        // On a landing approach the controller aims beyond the point; in a loiter, at its circle.
         let is_comparable = !is_by_bearing || item.command == Command::NAV_WAYPOINT;
         Some((current.seq, target_of(item).filter(|_| is_comparable)?))
     }

@@ -1,8 +1,8 @@
-//! Messages that stand in for a command on old firmware: SET_MODE, MISSION_SET_CURRENT, and MISSION_ITEM for a guided target.
-//! They have no COMMAND_ACK; what proves them is their effect, or MISSION_ACK.
+//! Messages in place of commands, for old firmware: SET_MODE, MISSION_SET_CURRENT, and MISSION_ITEM for a guided
+//! target. They have no COMMAND_ACK; their effect, or MISSION_ACK, proves them.
 //!
-//! Like a command without answer they are repeated only when the vehicle's own reports show that they had no effect and
-//! nobody else has changed the mode meanwhile.
+//! Like an unanswered command they are repeated only when the vehicle's own reports show that they had no effect and
+//! the mode was not changed by others meanwhile.
 
 use std::time::Duration;
 
@@ -31,7 +31,7 @@ impl Vehicle {
         self.ops[index].state = State::Telling(Box::new(telling));
     }
 
-    /// Whether a MISSION_ACK answered a guided target or height; then it is about no plan.
+    /// Whether a MISSION_ACK answers a guided target or altitude, and not a plan.
     pub(super) fn on_guided_ack(&mut self, ack: &MissionAck, now: MonoTime) -> bool {
         let is_waiting = |state: &State| matches!(state, State::Telling(telling) if telling.waits_for_ack());
         let Some(index) = self.ops.iter().position(|op| is_waiting(&op.state)) else { return false };
@@ -43,7 +43,7 @@ impl Vehicle {
             telling.has_ack = true;
             self.check_telling(index, now);
         } else {
-            // MAV_MISSION_RESULT has no place in a command's refusal; its words go with the reasons.
+            // A command's refusal has no MAV_MISSION_RESULT; its text goes with the reasons.
             let reasons = vec![crate::transfer::MissionResult(ack.result).to_string()];
             let error = VehicleError::CommandRefused {
                 target: self.address,
@@ -57,7 +57,7 @@ impl Vehicle {
         true
     }
 
-    /// Looks whether what was told has had its effect.
+    /// Checks whether the sent message has taken effect.
     pub(super) fn check_telling(&mut self, index: usize, now: MonoTime) {
         let State::Telling(telling) = &self.ops[index].state else { return };
         let command = &telling.command;
@@ -78,7 +78,7 @@ impl Vehicle {
         }
     }
 
-    /// Sends what had no effect once more, or gives it up.
+    /// Repeats messages without effect, or gives them up.
     pub(super) fn tell_again(&mut self, now: MonoTime) {
         let mut index = 0;
         while index < self.ops.len() {
@@ -95,7 +95,7 @@ impl Vehicle {
             }
             let again = self.tell_again_after();
             let State::Telling(telling) = &self.ops[index].state else { continue };
-            // Without a report since the last sending nothing is known.
+            // Without a report since the last transmission nothing is known.
             let is_silent =
                 telling.command.effect != Effect::Acknowledged && self.seen(&telling.command) == Seen::NotYet;
             let State::Telling(telling) = &mut self.ops[index].state else { continue };
@@ -109,7 +109,7 @@ impl Vehicle {
         }
     }
 
-    /// Why something is not told again.
+    /// Why a message is not repeated.
     fn retold(&self, telling: &Telling, now: MonoTime) -> Option<VehicleError> {
         let command = &telling.command;
         if matches!(self.seen(command), Seen::Overtaken(_)) {

@@ -614,8 +614,8 @@ fn a_go_to_that_is_denied_without_a_word_has_a_remedy() {
     assert_eq!(world.plane.ints.len(), 1);
 }
 
-/// Whose heartbeats fail to come says nothing against what it accepted, or was told by a message that it does not answer: the next
-/// one decides, and without one nothing is known.
+/// Whose heartbeats fail to come says nothing against what it accepted, or was told by a message that it does not
+/// answer: the next one decides, and without one nothing is known.
 #[test]
 fn an_effect_is_missing_when_the_vehicle_says_so() {
     let unheard_for = |request: Request, ms: u64, is_lazy: bool| {
@@ -676,7 +676,8 @@ fn an_old_vehicle_takes_the_older_messages() {
     assert_eq!((older.command, older.frame, older.z), (cmd::GUIDED_CHANGE_ALTITUDE, 3, 90.0));
 }
 
-/// Set to the circle that it flies, an autopilot begins it once more. What stands in for the command is shown to have come.
+/// Set to the circle that it flies, an autopilot begins it once more. What stands in for the command is shown to have
+/// come.
 #[test]
 fn a_circle_that_it_is_set_to_again_counts_anew() {
     for is_old in [false, true] {
@@ -881,7 +882,8 @@ fn another_stations_plan_makes_ours_unknown() {
         let at = world.now + Duration::from_millis(10);
         world.inject(at, true, RIVAL, &Message::Dialect(MavMessage::MISSION_COUNT(count)));
     };
-    // A number of items that moves is an upload under way until it rests, and MISSION_COUNT is one until its end is heard.
+    // A number of items that moves is an upload under way until it rests, and MISSION_COUNT is one until its end is
+    // heard.
     for (change, told) in [(by_total as fn(&mut Pair), half), (by_ack, changed), (by_count, half)] {
         let told = PlanState::Unknown(told);
         let mut world = connected();

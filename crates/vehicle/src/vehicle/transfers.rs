@@ -1,4 +1,4 @@
-//! Requests that move plans and parameters: which transfer runs, and what is known when it ends.
+//! Requests that move plans and parameters: which transfer runs, and the state after it ends.
 
 use std::sync::Arc;
 
@@ -33,7 +33,7 @@ enum LaneName {
 
 impl Vehicle {
     pub(super) fn param_lane_is_busy(&self) -> bool {
-        // A list of parameters would be taken for the answer to a single one.
+        // A parameter of a running list would be taken for the answer to a single read.
         let is_listing = self.transfer.as_ref().is_some_and(|lane| matches!(lane.machine, Machine::List(_)));
         self.param.is_some() || is_listing
     }
@@ -54,8 +54,8 @@ impl Vehicle {
         }
     }
 
-    /// How it puts integers into PARAM_VALUE: as its capabilities say; those of a PX4 byte by byte and those of an ArduPilot as numbers, told or
-    /// not; else as its values have shown.
+    /// How it puts integers into PARAM_VALUE: as its capabilities say; those of a PX4 byte by byte and those of an
+    /// ArduPilot as numbers, told or not; else as its values have shown.
     fn param_encoding(&self) -> Option<ParamEncoding> {
         let capabilities = self.telemetry.version.map_or(0, |version| version.value.capabilities);
         let is_px4 = self.family() == Some(ModeFamily::Px4);
@@ -87,7 +87,7 @@ impl Vehicle {
         }
     }
 
-    /// Nothing of an upload has gone out: everything is as it was.
+    /// Nothing of an upload was sent: restores the state before.
     pub(super) fn take_back(&mut self, before: PlanBefore) {
         if before.kind == PlanKind::Mission {
             self.on_board.set_doubt(before.doubt);
@@ -221,7 +221,7 @@ impl Vehicle {
         }
     }
 
-    /// Parameters that our own reckoning needs.
+    /// Takes over parameters that our own calculations need.
     pub(super) fn learn(&mut self, param: &Param) {
         Arc::make_mut(&mut self.parameters).insert(param.name, param.value.as_f64());
         let signed = param.value.as_f64();
@@ -240,15 +240,15 @@ impl Vehicle {
         }
     }
 
-    /// System id of the ground stations whose heartbeats its failsafe counts (`MAV_GCS_SYSID`, before ArduPilot 4.7 `SYSID_MYGCS`).
-    /// `None`: not read.
+    /// System id of the ground stations whose heartbeats its failsafe counts (`MAV_GCS_SYSID`, before ArduPilot 4.7
+    /// `SYSID_MYGCS`). `None`: not read.
     pub fn counted_station(&self) -> Option<SystemId> {
         let read = |name| self.parameters.get(&ParamName::new(name).ok()?).map(|value| *value as u8);
         STATION_PARAMETERS.into_iter().find_map(read).filter(|number| *number > 0).map(SystemId)
     }
 
-    /// A plan was read from the vehicle: now it is known, unless it was `changed` meanwhile. `is_ours` is one that we have just
-    /// sent.
+    /// A plan was read from the vehicle: now it is known, unless it was `changed` meanwhile. `is_ours` is one that we
+    /// have just sent.
     pub(super) fn on_plan(
         &mut self,
         kind: PlanKind,

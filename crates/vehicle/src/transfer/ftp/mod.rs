@@ -206,8 +206,8 @@ impl Session {
     }
 
     /// The file is open. Before an upload is known to have ended that is too early: what would be read may be what was
-    /// there before. Then the upload is ended first, and the file opened anew, in a session with which no late answer can
-    /// be confused.
+    /// there before. Then the upload is ended first, and the file opened anew, in a session with which no late answer
+    /// can be confused.
     fn opened(&mut self, now: MonoTime) -> Event {
         self.busy = 0;
         self.progress(now);
@@ -303,8 +303,8 @@ impl Session {
     fn on_busy(&mut self, now: MonoTime) -> Event {
         self.busy += 1;
         let retry_at = if self.busy <= EVICTIONS {
-            // Most likely it is ours: its end was lost, or overtaken by this open, or a late duplicate has opened it again.
-            // Once that is ended, it is free.
+            // Most likely it is ours: its end was lost, or overtaken by this open, or a late duplicate has opened it
+            // again. Once that is ended, it is free.
             self.closing.get_or_insert(Closing::Stale(self.lease.previous));
             if self.busy == 1 { now } else { now + self.round_trip.timeout() }
         } else if self.has_waited {

@@ -16,8 +16,9 @@ const QUEUEING: Duration = Duration::from_millis(60);
 /// Paces requests to one that works off five in each turn of a 20 ms loop and drops a sixth.
 ///
 /// Up to five are sent at once: with no delay on the link their answers let the next five go, right in time for the
-/// next turn. With a delay, as many more as the vehicle works off in that time, evenly spaced. When round trips grow, the
-/// line is the bottleneck and fewer are kept on the way (as in delay-based congestion control; loss says nothing here).
+/// next turn. With a delay, as many more as the vehicle works off in that time, evenly spaced. When round trips grow,
+/// the line is the bottleneck and fewer are kept on the way (as in delay-based congestion control; loss says nothing
+/// here).
 #[derive(Debug)]
 pub(super) struct Pace {
     /// Requests at once, if the line is thinner than the vehicle is fast.

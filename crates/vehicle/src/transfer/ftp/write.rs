@@ -9,8 +9,8 @@ use super::pace::Pace;
 use super::{Event, Session, abandon};
 use crate::transfer::{Transfer, TransferConfig, TransferError, TransferOutput};
 
-/// Writes a file and leaves it open: its value is the session, which whoever reads the file back ends first. An ArduPilot
-/// makes an uploaded plan its plan when the session ends.
+/// Writes a file and leaves it open: its value is the session, which whoever reads the file back ends first. An
+/// ArduPilot makes an uploaded plan its plan when the session ends.
 #[derive(Debug)]
 pub(crate) struct FileWrite {
     session: Session,

@@ -143,8 +143,8 @@ fn feed<T: Transfer>(mut transfer: T, messages: &[(u16, Message)]) {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 400, ..ProptestConfig::default() })]
 
-    // fault 20 (400 cases): any refusals, offsets and sizes
-    // fault 16 (400 cases): any messages to 8 transfers, also of a vehicle that is no ArduPilot: each ends, never more than 80 messages at once
+    // fault 20 (400 cases): any refusals, offsets and sizes fault 16 (400 cases): any messages to 8 transfers, also of
+    // a vehicle that is no ArduPilot: each ends, never more than 80 messages at once
     #[test]
     fn no_message_upsets_a_transfer(
         messages in proptest::collection::vec((0u16..400, message()), 0..120),

@@ -1,7 +1,7 @@
 //! Transfers over links that lose, double, reorder, delay and go dark, and with others who meddle.
 //!
-//! Everywhere: a success is true (the plane has the plan, also after all late frames have come), and a failure is told in
-//! time.
+//! Everywhere: a success is true (the plane has the plan, also after all late frames have come), and a failure is told
+//! in time.
 
 use std::collections::BTreeSet;
 use std::time::Duration;
@@ -59,8 +59,8 @@ fn bad_link(loss: f64) -> Faults {
     Faults { loss, duplicates: 0.1, reorder: 0.1, jitter: ms(3), ..Faults::default() }
 }
 
-/// How often an upload began anew: a count after items had gone out, or another creation of the file. (One that is asked for again by
-/// its number was lost or overtaken.)
+/// How often an upload began anew: a count after items had gone out, or another creation of the file. (One that is
+/// asked for again by its number was lost or overtaken.)
 fn restarts(log: &[(MonoTime, Message)]) -> usize {
     let (mut counts, mut is_under_way, mut creations) = (0, false, BTreeSet::new());
     for (_, message) in log {
@@ -104,7 +104,8 @@ fn bar(loss: f64) -> f64 {
     if loss > 0.2 { 0.99 } else { 0.999 }
 }
 
-// fault 1 (200 seeds each): by file: ≥ 99.9 % (≥ 99 % at 30 %) of 50 items at 0, 5, 10, 20 and 30 % lost, begun anew at most 3 times, 0 false successes
+// fault 1 (200 seeds each): by file: ≥ 99.9 % (≥ 99 % at 30 %) of 50 items at 0, 5, 10, 20 and 30 % lost, begun anew at
+// most 3 times, 0 false successes
 #[test]
 fn uploads_by_file_succeed_on_any_bad_link() {
     for loss in [0.0, 0.05, 0.1, 0.2, 0.3] {
@@ -114,8 +115,9 @@ fn uploads_by_file_succeed_on_any_bad_link() {
     }
 }
 
-// fault 5 (200 seeds each): uploads with 10 % of frames up to 60 ms late, doubled and lost too: exact
-// fault 1 (200 seeds each): item by item: ≥ 99.9 % (≥ 99 % at 30 %) of 50 items at 0, 5, 10, 20 and 30 % lost, begun anew at most 3 times, 0 false successes
+// fault 5 (200 seeds each): uploads with 10 % of frames up to 60 ms late, doubled and lost too: exact fault 1 (200
+// seeds each): item by item: ≥ 99.9 % (≥ 99 % at 30 %) of 50 items at 0, 5, 10, 20 and 30 % lost, begun anew at most 3
+// times, 0 false successes
 #[test]
 fn uploads_by_items_succeed_on_any_bad_link() {
     for loss in [0.0, 0.05, 0.1, 0.2, 0.3] {
@@ -125,7 +127,8 @@ fn uploads_by_items_succeed_on_any_bad_link() {
     }
 }
 
-// fault 1 (200 seeds each): 64 items ahead: ≥ 99.9 % (≥ 99 % at 30 %) of 50 items at 0, 5, 10, 20 and 30 % lost, begun anew at most 3 times, 0 false successes
+// fault 1 (200 seeds each): 64 items ahead: ≥ 99.9 % (≥ 99 % at 30 %) of 50 items at 0, 5, 10, 20 and 30 % lost, begun
+// anew at most 3 times, 0 false successes
 #[test]
 fn items_sent_ahead_succeed_on_any_bad_link() {
     for loss in [0.0, 0.05, 0.1, 0.2, 0.3] {
@@ -151,7 +154,8 @@ fn a_vehicle_that_gives_up_at_an_item_out_of_order_gets_the_list_again() {
     assert!(good as f64 >= 0.99 * seeds as f64, "{good}");
 }
 
-// fault 4 (50 seeds each): 10 % of frames three times, three routes: exact; items out of order were refused and survived
+// fault 4 (50 seeds each): 10 % of frames three times, three routes: exact; items out of order were refused and
+// survived
 #[test]
 fn frames_that_come_three_times_change_nothing() {
     let items = mission(50);
@@ -273,7 +277,8 @@ fn a_link_that_goes_dark_is_survived_or_told_in_time() {
     }
 }
 
-/// A transfer over a link that is dark for some seconds, from each of some steps of it on: it ends well, or says so in time.
+/// A transfer over a link that is dark for some seconds, from each of some steps of it on: it ends well, or says so in
+/// time.
 fn darkened<T: Transfer>(
     what: &str,
     mut begin: impl FnMut(u32) -> (T, MockPlane),
@@ -430,7 +435,8 @@ fn a_link_cut_at_any_frame_is_never_a_success() {
 
 #[test]
 fn a_file_left_half_never_becomes_the_plan() {
-    // Whatever got through, the session is closed by the next that comes: the old plan must stand, or the whole new one.
+    // Whatever got through, the session is closed by the next that comes: the old plan must stand, or the whole new
+    // one.
     let items = mission(40);
     for cut in 0..12 {
         let faults = Faults { cut_after: Some(cut), loss: 0.2, ..Faults::default() };

@@ -1,5 +1,5 @@
-//! Vehicles that misbehave at one step of a transfer, as ground stations are tested with elsewhere: silent, with the wrong item, with an
-//! error, too early, to somebody else. For each it is said how the transfer has to end.
+//! Vehicles that misbehave at one step of a transfer, as ground stations are tested with elsewhere: silent, with the
+//! wrong item, with an error, too early, to somebody else. For each it is said how the transfer has to end.
 
 use std::time::Duration;
 
@@ -11,7 +11,8 @@ use super::{LIMIT, by_items, has};
 use crate::transfer::testing::{Endpoint, Faults, MockPlane, PLANE, RIVAL, Running, STATION, World, run};
 use crate::transfer::{PlanDownload, PlanUpload, TransferConfig, TransferError};
 
-/// What is done to a message that the vehicle says: nothing, something else, or it is not said. The number counts those changed so far.
+/// What is done to a message that the vehicle says: nothing, something else, or it is not said. The number counts those
+/// changed so far.
 type Twist = fn(&mut Message, usize) -> Said;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -231,7 +232,8 @@ fn check<T>(what: &str, end: End, result: &Result<T, TransferError>, took: Durat
     assert!(took <= Duration::from_secs(60), "{what}: {took:?}");
 }
 
-// fault 16: 30 misbehaviours of ArduPilot's and PX4's kind at each step of reading and writing: each ends as it has to, no success that is none
+// fault 16: 30 misbehaviours of ArduPilot's and PX4's kind at each step of reading and writing: each ends as it has to,
+// no success that is none
 #[test]
 fn each_misbehaviour_ends_as_it_has_to() {
     let items = plain(6);

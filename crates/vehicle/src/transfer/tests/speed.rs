@@ -119,7 +119,8 @@ fn no_transfer_takes_long_where_a_fifth_is_lost() {
     }
 }
 
-// fault 10: 1,399 parameters by both routes over 1.2 kB/s each way: nothing of ours waits for more than 200 ms, so the heartbeat keeps 1 Hz ± 20 %
+// fault 10: 1,399 parameters by both routes over 1.2 kB/s each way: nothing of ours waits for more than 200 ms, so the
+// heartbeat keeps 1 Hz ± 20 %
 #[test]
 fn parameters_over_a_thin_line_leave_room_for_our_heartbeat() {
     for (name, config) in [("by file", by_ftp(ms(100), 1)), ("one by one", by_items(ms(100)))] {

@@ -1,4 +1,4 @@
-//! Targets that a vehicle in guided flight is given: places, heights, courses, velocities; and what stands for them on old firmware.
+//! Targets for guided flight: positions, altitudes, courses, velocities; and their substitutes on old firmware.
 
 use std::collections::VecDeque;
 
@@ -14,8 +14,9 @@ use crate::modes::{Action, FlightMode, ModeFamily};
 use crate::vehicle::raw::{height, in_range, invalid};
 
 impl Context<'_> {
-    /// A height and its frame as the vehicle counts them in a command. PX4 counts from mean sea level whatever the frame, and accepts what
-    /// it misreads: its receiver drops the frame, its navigator knows none (`handle_message_command_int`, PX4 issue 10246).
+    /// An altitude and its frame as the vehicle reads them in a command. PX4 reads altitudes above mean sea level
+    /// whatever the frame, and accepts what it misreads: its receiver drops the frame (`handle_message_command_int`,
+    /// PX4 issue 10246).
     pub(super) fn as_counted(&self, alt_m: f64, alt_frame: AltFrame) -> Result<(f64, AltFrame), VehicleError> {
         match alt_frame {
             _ if self.family()? != ModeFamily::Px4 => Ok((alt_m, alt_frame)),
@@ -55,8 +56,8 @@ impl Context<'_> {
         }))
     }
 
-    /// A mission item that old ArduPlanes take as a guided target (`current` = 2) or height (3). In MISSION_ITEM it goes through
-    /// all versions up to today's, but it is repeated less safely than a command, so it is only for those without COMMAND_INT.
+    /// A mission item that ArduPlane takes as a guided target (`current` = 2) or altitude (3). All versions take
+    /// MISSION_ITEM, but it is less safe to repeat than a command, so it is used only for those without COMMAND_INT.
     fn guided(
         &self,
         (lat_deg, lon_deg, alt_m): (f64, f64, f64),
@@ -84,8 +85,8 @@ impl Context<'_> {
         }))
     }
 
-    /// Go-to for firmware without COMMAND_INT. It enters GUIDED by itself, so without `change_mode` it must be there already;
-    /// it loiters its own way round with its own radius.
+    /// Go-to for firmware without COMMAND_INT. It enters GUIDED by itself, so without `change_mode` it must be there
+    /// already; it circles in its default sense and radius.
     pub(super) fn guided_item(
         &self,
         place: (f64, f64, f64),
@@ -112,14 +113,15 @@ impl Context<'_> {
         Ok([Step::Tell { command, message, effect: Effect::Mode(guided) }].into())
     }
 
-    /// Change of height for firmware without DO_CHANGE_ALTITUDE.
+    /// Change of altitude for firmware without DO_CHANGE_ALTITUDE.
     pub(super) fn guided_height(&self, alt_m: f64, alt_frame: AltFrame) -> Result<VecDeque<Step>, VehicleError> {
         let message = self.guided((0.0, 0.0, alt_m), alt_frame, 3)?;
         let command = self.long(cmd::DO_CHANGE_ALTITUDE, [0.0; 7]);
         Ok([Step::Tell { command, message, effect: Effect::Acknowledged }].into())
     }
 
-    /// A target that only exists in ArduPlane's GUIDED. Checked here, because ArduPlane's answer in another mode says only FAILED.
+    /// A target that only exists in ArduPlane's GUIDED. Checked here, because ArduPlane's answer in another mode says
+    /// only FAILED.
     pub(super) fn in_guided(&self, command: u16, frame: u8, params: [f32; 4], z: f32) -> Result<Step, VehicleError> {
         let guided = Action::Guided.mode(ModeFamily::ArduPlane);
         self.require_mode(guided, "GUIDED, of an ArduPlane, for a course or climb; enter it first")?;
@@ -151,7 +153,7 @@ impl Context<'_> {
     pub(super) fn velocity(&self, body_m_s: [f64; 3], yaw_rate_rad_s: f64) -> Result<Step, VehicleError> {
         let family = self.family()?;
         let (mode, frame) = match family {
-            // ArduCopter turns this frame by the heading alone, so that "down" is down at any tilt.
+            // ArduCopter rotates this frame by the heading alone, so that "down" is vertical at any tilt.
             ModeFamily::ArduCopter => (Action::Guided.mode(family), MavFrame::MAV_FRAME_BODY_OFFSET_NED),
             ModeFamily::Px4 => (family.parse("OFFBOARD").ok(), MavFrame::MAV_FRAME_BODY_NED),
             _ => (None, MavFrame::MAV_FRAME_BODY_NED),

@@ -1,4 +1,4 @@
-//! One thing to do for a request: a command with what proves it and what stands in for it, a message, a transfer.
+//! One step of a request: a command with its proof and fallback, a message, a transfer.
 
 use vencejo_flight::plan::PlanKind;
 use vencejo_proto::{Message, MissionItemInt};
@@ -8,31 +8,31 @@ use crate::modes::FlightMode;
 use crate::telemetry::Severity;
 use crate::transfer::ParamName;
 
-/// What shows that a command had its effect.
+/// The effect that proves a command.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Effect {
-    /// Its acknowledgement is all there is.
+    /// The acknowledgement alone.
     Acknowledged,
     /// HEARTBEAT shows armed, or not.
     Armed(bool),
     /// HEARTBEAT shows the mode.
     Mode(FlightMode),
-    /// HEARTBEAT shows the mode, and MISSION_CURRENT, where it comes, a mission that runs in it, or that waits for home unless it
-    /// `has_begun`. An ArduPlane without a mission shows AUTO for a moment, and returns.
+    /// HEARTBEAT shows the mode, and MISSION_CURRENT, where it comes, a mission that runs in it, or that waits for home
+    /// unless it `has_begun`. An ArduPlane without a mission shows AUTO for a moment, and returns.
     MissionMode { mode: FlightMode, has_begun: bool },
-    /// The vehicle leaves the ground. Acknowledged is enough; this is read only when nobody answered.
+    /// The vehicle leaves the ground. An acknowledgement is enough; this is checked only without one.
     Airborne,
-    /// The current mission item is another one than this. As above.
+    /// The current mission item has changed from this one. As above.
     JumpedFrom(Option<u16>),
     /// MISSION_CURRENT shows the item.
     Current(u16),
     /// MISSION_CURRENT shows the item or a later one.
     NotBefore(u16),
-    /// MISSION_CURRENT shows no item after this one, the first that is flown to.
+    /// MISSION_CURRENT shows this item, the first navigation item, or an earlier one.
     AtBeginning(u16),
     /// The message arrives.
     Received(u32),
-    /// The vehicle restarts. Acknowledged is enough.
+    /// The vehicle restarts. An acknowledgement is enough.
     Restarted,
 }
 
@@ -46,17 +46,17 @@ impl Effect {
     }
 }
 
-/// What to do when the vehicle does not know a command.
+/// What to do when the vehicle does not support a command.
 #[derive(Debug, Clone, PartialEq)]
 #[allow(clippy::large_enum_variant, reason = "a few live for the length of a request")]
 pub(crate) enum Fallback {
-    /// Send another one.
+    /// Send another command.
     Command(CommandMessage),
     /// Send a message that is not acknowledged, and wait for the effect.
     Message(Message, Effect),
 }
 
-/// One thing to do.
+/// One step.
 #[derive(Debug, Clone, PartialEq)]
 #[allow(clippy::large_enum_variant, reason = "a few live for the length of a request")]
 pub(crate) enum Step {
@@ -73,11 +73,11 @@ pub(crate) enum Step {
         message: Message,
         effect: Effect,
     },
-    /// A message that nothing answers: done when it is sent.
+    /// A message without an answer: done when it is sent.
     Send(Message),
     /// Sets the mission to this item where it shows an earlier one.
     GoOnFrom(u16),
-    /// A text of ours.
+    /// A note among the vehicle's texts.
     Note(Severity, String),
     Upload(PlanKind, Vec<MissionItemInt>),
     Download(PlanKind),
@@ -98,7 +98,7 @@ impl Step {
         }
     }
 
-    /// Repeats only after reading that the effect is not there.
+    /// Proved by an effect; repeated only after the vehicle shows that the effect is missing.
     pub(in crate::vehicle) fn proved_by(self, proof: Effect) -> Self {
         match self {
             Self::Command { message, when_busy, fallback, .. } => {

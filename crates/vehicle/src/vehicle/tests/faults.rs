@@ -1,5 +1,5 @@
-//! Figures of faults that concern a whole vehicle: when a loss, a way back and a restart are noticed, what a dead uplink costs, and
-//! what becomes of two people who want the same at once.
+//! Figures of faults that concern a whole vehicle: when a loss, a way back and a restart are noticed, what a dead
+//! uplink costs, and what becomes of two people who want the same at once.
 
 use super::*;
 use crate::telemetry::Freshness;
@@ -50,7 +50,8 @@ fn told_after(world: &mut Pair, from: MonoTime) -> Duration {
     world.now.since(from)
 }
 
-// fault 11: arm, mode, RTL and a jump at 9 phases of the questions: told ≤ 5 s that the vehicle is not reached, failed ≤ 5.3 s; nothing is called refused
+// fault 11: arm, mode, RTL and a jump at 9 phases of the questions: told ≤ 5 s that the vehicle is not reached, failed
+// ≤ 5.3 s; nothing is called refused
 #[test]
 fn an_uplink_that_is_dead_is_told_within_five_seconds() {
     // What is heard is heard on; nothing that is sent arrives.
@@ -156,7 +157,8 @@ fn a_dead_uplink_is_told_when_nobody_asks_anything_too() {
     assert!(took <= Duration::from_secs(5), "{took:?}");
 }
 
-// fault 11 (40 seeds): 19 minutes each at 20 and 30 % lost each way and at a round trip of 1 s without and with 20 % lost, with uploads: no false alarm
+// fault 11 (40 seeds): 19 minutes each at 20 and 30 % lost each way and at a round trip of 1 s without and with 20 %
+// lost, with uploads: no false alarm
 #[test]
 fn a_bad_or_slow_link_is_not_taken_for_a_dead_one() {
     let slow = Faults::round_trip(Duration::from_secs(1));
@@ -199,7 +201,8 @@ fn a_link_that_is_dark_both_ways_is_not_a_dead_uplink() {
     }
 }
 
-// fault 15: 6 transfers by 2 routes, a restart at 15 steps each: seen ≤ 2 s after the first word, plan unknown, each transfer ends
+// fault 15: 6 transfers by 2 routes, a restart at 15 steps each: seen ≤ 2 s after the first word, plan unknown, each
+// transfer ends
 #[test]
 fn a_restart_at_any_step_of_any_transfer_is_seen_and_voids_the_plan() {
     let (mut latest, mut interrupted) = (Duration::ZERO, 0);
@@ -235,7 +238,8 @@ fn a_restart_at_any_step_of_any_transfer_is_seen_and_voids_the_plan() {
     assert!(interrupted >= 40, "{interrupted}");
 }
 
-// fault 31 (500 races): 500 races of two, either of whom begins, at once or one behind the other: one whole plan, whoever came second told; each parameter told as written, the last one on board
+// fault 31 (500 races): 500 races of two, either of whom begins, at once or one behind the other: one whole plan,
+// whoever came second told; each parameter told as written, the last one on board
 #[test]
 fn of_two_who_send_at_once_one_has_a_whole_plan_on_board_and_the_other_is_told() {
     let route = |north_deg: f64, count: usize| -> Vec<MissionItem> {

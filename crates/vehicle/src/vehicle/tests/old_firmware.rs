@@ -341,7 +341,8 @@ fn mavlink_1_alone_is_no_reason_for_floats_but_one_against_fences() {
     assert_eq!(station.vehicle.no_plan_kinds(), None);
 }
 
-// fault 11: ArduPlane 3.x, which knows no TIMESYNC: not called unreached while it answers other things; told ≤ 5 s when it does not, and back at the next answer
+// fault 11: ArduPlane 3.x, which knows no TIMESYNC: not called unreached while it answers other things; told ≤ 5 s when
+// it does not, and back at the next answer
 #[test]
 fn an_old_plane_that_knows_no_timesync_is_reached_while_it_answers_anything() {
     for (faults, seed) in

@@ -1,5 +1,5 @@
-//! What a PX4 takes otherwise than an ArduPilot: read in its source and its issues, not tried on one. And what is asked of an autopilot that
-//! is neither.
+//! What a PX4 takes otherwise than an ArduPilot: read in its source and its issues, not tried on one. And what is asked
+//! of an autopilot that is neither.
 
 use vencejo_proto::dialect::MISSION_REQUEST_INT_DATA;
 use vencejo_proto::param::ParamEncoding;
@@ -42,8 +42,8 @@ fn go_to(alt_m: f64, alt_frame: AltFrame) -> Request {
     }
 }
 
-// Its MAVLink receiver drops the frame of a COMMAND_INT, and its navigator takes the height as one above mean sea level (PX4 issues
-// 8502, 10246, 28257).
+// Its MAVLink receiver drops the frame of a COMMAND_INT, and its navigator takes the height as one above mean sea level
+// (PX4 issues 8502, 10246, 28257).
 #[test]
 fn it_is_sent_heights_above_mean_sea_level() {
     let mut world = flying(VehicleConfig::default());
