@@ -11,6 +11,8 @@ use crate::settings::Encoding;
 pub const LOWEST_LAND_M: f64 = -500.0;
 /// Nor higher: Mount Everest's top is at 8,849 m.
 pub const HIGHEST_LAND_M: f64 = 9_000.0;
+/// How rasters mark ground that is not known, whether or not they say so.
+const USUAL_VOIDS: [f64; 3] = [-9_999.0, -32_767.0, -32_768.0];
 /// Pixels of a tile of heights at most.
 const MAX_PX: u64 = 2048 * 2048;
 
@@ -29,6 +31,16 @@ pub struct ElevationPoint {
     /// What heights are above: the geoid model of mean sea level.
     #[schema(required = true)]
     pub datum: Option<String>,
+}
+
+/// Whether a number of a raster marks ground that is not known.
+pub fn is_usual_void(number: f64) -> bool {
+    USUAL_VOIDS.contains(&number)
+}
+
+/// A height above mean sea level, where there can be land: what lies outside is a void.
+pub fn land_m(alt_amsl_m: f64) -> Option<f64> {
+    (LOWEST_LAND_M..=HIGHEST_LAND_M).contains(&alt_amsl_m).then_some(alt_amsl_m)
 }
 
 /// The ground below who flies, by a height of a model that may have the floor of the sea in it: over water the water's surface.

@@ -13,6 +13,7 @@ use tokio::sync::{Semaphore, SemaphorePermit};
 use tokio::task::JoinSet;
 
 use super::file::GeoTiff;
+use super::input::Input;
 use crate::aside::Asides;
 use crate::crs::Crs;
 use crate::error::{MapError, Result};
@@ -338,7 +339,7 @@ impl Remote<'_> {
             let tiff = blocking(move || {
                 let _reading = reading;
                 let input = opened.clone();
-                let open = move || Ok(Box::new(Reader { blocks: input.clone(), at: 0 }) as Box<dyn super::file::Input>);
+                let open = move || Ok(Box::new(Reader { blocks: input.clone(), at: 0 }) as Box<dyn Input>);
                 Ok(GeoTiff::read(name, Box::new(open)))
             });
             let reason = match tiff.await? {

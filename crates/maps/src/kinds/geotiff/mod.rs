@@ -3,6 +3,9 @@
 
 pub(crate) mod cog;
 pub mod file;
+mod georef;
+mod image;
+mod input;
 mod lzw;
 mod tags;
 
