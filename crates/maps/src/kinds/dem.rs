@@ -9,6 +9,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use flate2::read::GzDecoder;
 
 use super::geotiff::file::GeoTiff;
+use crate::elevation;
 use crate::error::{MapError, Result};
 use crate::geo::Bounds;
 use crate::kind::{Kind, Opened, Opening, Shelf, check_path};
@@ -21,8 +22,6 @@ use crate::stamp::{REPLACED, Stamp};
 const MAX_FILES: usize = 20_000;
 /// Bytes of the largest SRTM tile: 3601 × 3601 heights of two bytes.
 const MAX_HGT: u64 = 3601 * 3601 * 2;
-/// SRTM's "unknown".
-const VOID: i16 = -32_768;
 
 /// How sources of the kind are read.
 pub(crate) struct Way;
@@ -100,12 +99,17 @@ impl HeightFile for Dem {
     }
 
     fn height(&self, lat_deg: f64, lon_deg: f64) -> Result<Option<Height>> {
+        // A file that cannot be read keeps nobody from the heights of another.
+        let mut fault = None;
         let mut best: Option<Height> = None;
         for raster in &self.rasters {
-            if best.is_none_or(|best| raster.resolution_m() < best.resolution_m)
-                && let Some(alt_m) = raster.height_m(lat_deg, lon_deg, self.has_land_below_sea)?
-            {
-                best = Some(Height { alt_m, resolution_m: raster.resolution_m() });
+            if best.is_some_and(|best| raster.resolution_m() >= best.resolution_m) {
+                continue;
+            }
+            match raster.height_m(lat_deg, lon_deg, self.has_land_below_sea) {
+                Ok(Some(alt_m)) => best = Some(Height { alt_m, resolution_m: raster.resolution_m() }),
+                Ok(None) => {}
+                Err(error) => fault = Some(error),
             }
         }
         if best.is_some() {
@@ -127,12 +131,14 @@ impl HeightFile for Dem {
             };
             let Some(tile) = self.tiles.get(&(south as i16, west as i16)) else { continue };
             let steps = f64::from(tile.side - 1);
-            if let Some(alt_m) = self.between(tile, right * steps, down * steps)? {
-                let resolution_m = crate::crs::METRES_PER_DEGREE / steps;
-                return Ok(Some(Height { alt_m, resolution_m }));
+            let resolution_m = crate::crs::METRES_PER_DEGREE / steps;
+            match self.between(tile, right * steps, down * steps) {
+                Ok(Some(alt_m)) => return Ok(Some(Height { alt_m, resolution_m })),
+                Ok(None) => {}
+                Err(error) => fault = Some(error),
             }
         }
-        Ok(None)
+        fault.map_or(Ok(None), Err)
     }
 }
 
@@ -212,7 +218,7 @@ impl Dem {
         }
         let unpacked = if tile.is_packed { Some(self.unpacked(tile, &file).map_err(broken)?) } else { None };
         let mut sum = 0.0;
-        for (weight, [column, row]) in crate::elevation::corners(column, row) {
+        for (weight, [column, row]) in elevation::corners(column, row) {
             if weight == 0.0 {
                 continue;
             }
@@ -226,10 +232,8 @@ impl Dem {
                 read.map_err(|error| broken(error.to_string()))?;
             }
             let height = i16::from_be_bytes(bytes);
-            if height == VOID {
-                return Ok(None);
-            }
-            sum += weight * f64::from(height);
+            let Some(alt_m) = elevation::land_m(height.into()) else { return Ok(None) };
+            sum += weight * alt_m;
         }
         Ok(Some(sum))
     }
@@ -302,7 +306,7 @@ mod tests {
 
     /// Heights that grow by 1 a row to the south and 0.. a column to the east, so that every place is known.
     fn hgt(void_at: Option<usize>) -> Vec<u8> {
-        let height = |i: usize| if Some(i) == void_at { VOID } else { (i / 1201 + 2 * (i % 1201)) as i16 };
+        let height = |i: usize| if Some(i) == void_at { i16::MIN } else { (i / 1201 + 2 * (i % 1201)) as i16 };
         (0..1201 * 1201).flat_map(|i| height(i).to_be_bytes()).collect()
     }
 
@@ -328,6 +332,35 @@ mod tests {
         assert_eq!(height(-0.5, 179.5).map(f64::round), Some(600.0 + 1200.0));
         assert!((dem.height(41.0, -4.0).expect("read").expect("known").resolution_m - 92.8).abs() < 0.1);
         assert_eq!(dem.bounds().expect("known").east_deg, 180.0);
+    }
+
+    #[test]
+    fn what_cannot_be_land_is_void() {
+        let folder = Folder::new();
+        let path = folder.path().join("N40W004.hgt");
+        for void in [-9_999, -32_767, 9_999, i16::MAX] {
+            let heights = (0..601 * 601).flat_map(|i| if i == 300 * 601 + 300 { void } else { 500_i16 }.to_be_bytes());
+            std::fs::write(&path, heights.collect::<Vec<u8>>()).expect("written");
+            let dem = Dem::open(&path, false).expect("heights");
+            let height = |lat: f64| dem.height(lat, -3.5).expect("read").map(|height| height.alt_m);
+            assert_eq!((height(40.5), height(40.5 + 0.5 / 600.0), height(40.6)), (None, None, Some(500.0)), "{void}");
+        }
+    }
+
+    #[test]
+    fn a_damaged_file_takes_no_heights_of_others_away() {
+        let folder = Folder::new();
+        let mut packed = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+        packed.write_all(&hgt(None)).expect("packed");
+        let mut damaged = packed.finish().expect("packed");
+        let middle = damaged.len() / 2;
+        damaged[middle..middle + 200].fill(0);
+        std::fs::write(folder.path().join("N41W004.hgt.gz"), damaged).expect("written");
+        std::fs::write(folder.path().join("N40W004.hgt"), hgt(None)).expect("written");
+        let dem = Dem::open(folder.path(), false).expect("heights");
+        assert!(dem.height(41.5, -3.5).is_err());
+        // Both have the parallel between them.
+        assert_eq!(dem.height(41.0, -4.0).expect("read").map(|height| height.alt_m), Some(0.0));
     }
 
     #[test]
