@@ -36,7 +36,16 @@ impl Maps {
     /// [`MapError`] of nearly every kind; [`MapError::NoTile`] where nothing is to be drawn.
     pub async fn tile(&self, id: &str, tile: TileId) -> Result<Tile> {
         let source = self.source(id)?;
-        self.serve(&source, tile).await
+        let served = self.serve(&source, tile).await;
+        // A file that was replaced is opened anew by whoever meets it first, at most once every few seconds.
+        if matches!(&source.live, Live::File(..)) && served.as_ref().is_err_and(|error| *error != MapError::NoTile) {
+            self.refresh().await?;
+            let anew = self.source(id)?;
+            if !Arc::ptr_eq(&anew, &source) {
+                return self.serve(&anew, tile).await;
+            }
+        }
+        served
     }
 
     pub(crate) async fn serve(&self, source: &Arc<Source>, tile: TileId) -> Result<Tile> {
@@ -313,7 +322,7 @@ impl Maps {
         let read = read.map_err(|error| source.unusable(error.to_string()))?;
         let data = bytes::Bytes::from(read.ok_or_else(|| source.unusable("it is no picture with corners"))?);
         let kind = Picture::of(&data).ok_or_else(|| source.unusable(format!("it is {}", sniff::describe(&data))))?;
-        Ok(Tile { hash: sniff::hash(&data), data, picture: kind, origin: Origin::File, max_age_s: 60 })
+        Ok(Tile { hash: sniff::hash(&data), data, picture: kind, origin: Origin::File, max_age_s: FILE_S })
     }
 }
 

@@ -145,6 +145,24 @@ async fn a_cog_is_asked_whether_it_changed_and_kept_for_the_field() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_file_that_is_replaced_meanwhile_is_opened_anew_for_its_tiles() {
+    let world = world().await;
+    let path = world.folder.join("files/f.tif");
+    std::fs::write(&path, fixture("cog-deflate.tif")).expect("written");
+    let local =
+        SourceSettings { path: Some("files/f.tif".into()), ..SourceSettings::new("f", "F", SourceKind::Geotiff) };
+    world.put(local).await;
+    world.maps.list(false).await.expect("listed");
+    std::fs::write(&path, fixture("cog-none.tif")).expect("written");
+    let tile = TileId { level: 1, column: 0, row: 0 };
+    let error = world.maps.tile("f", tile).await.expect_err("another file");
+    assert!(error.to_string().contains("replaced"), "{error}");
+    // Nobody lists the sources; after some seconds it is looked at for a tile.
+    world.pass(5);
+    world.maps.tile("f", tile).await.expect("opened anew");
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_cog_that_is_replaced_meanwhile_is_read_anew() {
     let file = fixture("cog-deflate.tif");
     let (world, service) = serving(file.clone()).await;

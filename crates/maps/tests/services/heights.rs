@@ -38,6 +38,11 @@ async fn a_file_of_heights_is_read_as_it_is_now() {
     let (found, fault) = at(&world, 40.5, -3.5).await;
     assert_eq!(found, None);
     assert!(fault.expect("why").contains("replaced"));
+    // What the other file has is known all the same, in one question too.
+    let both = [-3.5, -4.5].map(|lon_deg| Corner { lat_deg: 40.5, lon_deg });
+    let (found, fault) = world.maps.heights(&both).await.expect("asked");
+    assert_eq!(found.iter().map(|point| point.alt_amsl_m).collect::<Vec<_>>(), [None, Some(200.0)]);
+    assert!(fault.expect("why").contains("replaced"));
     world.pass(5);
     assert_eq!(at(&world, 40.5, -3.5).await, (Some(400.0), None));
     std::fs::write(world.folder.join("files/heights/N40W004.hgt"), level(1201, 500)).expect("written");
@@ -79,6 +84,24 @@ async fn over_water_the_ground_is_the_waters_surface() {
             assert!((found - expected).abs() < 1e-6, "{lon_deg}: {found} {expected} {below_sea_level}");
         }
     }
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn without_the_finest_level_a_coarser_one_that_is_there_is_taken() {
+    let service = Service::start(|head| {
+        let is_coarse = head.starts_with("GET /2/");
+        Some(if is_coarse { answer("200 OK", "", &terrarium(0, 0)) } else { answer("500 No", "", b"broken") })
+    })
+    .await;
+    let world = world().await;
+    world.put(SourceSettings { min_zoom: Some(1), ..terrarium_at(&service) }).await;
+    // As an area has it that ends at level 2.
+    world.maps.tile("a", TileId { level: 2, column: 1, row: 1 }).await.expect("a tile");
+    let (found, fault) = world.maps.heights(&[Corner { lat_deg: 40.0, lon_deg: -45.0 }]).await.expect("asked");
+    assert!(found[0].alt_amsl_m.is_some(), "{found:?}");
+    // Level 2 has pixels of 39,136 m at the equator.
+    assert!((found[0].resolution_m.expect("known") - 39_136.0 * 40.0_f64.to_radians().cos()).abs() < 10.0);
+    assert!(fault.expect("why the finest is missing").contains("broken"));
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
