@@ -342,7 +342,8 @@ impl PyVehicle {
     /// What is wrong or doubtful in a plan that it is to fly now, or that is to wait on board until it flies.
     fn check_plan(&self, py: Python<'_>, plan: PlanTuple, waits: bool) -> PyResult<Vec<FindingTuple>> {
         let plan = plan_from_tuple(plan)?;
-        let found = py.detach(|| if waits { self.vehicle.check_upload(&plan) } else { self.vehicle.check_plan(&plan) });
+        let found =
+            py.detach(|| if waits { self.vehicle.check_upload(&plan, None) } else { self.vehicle.check_plan(&plan) });
         Ok(findings(found))
     }
 

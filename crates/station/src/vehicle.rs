@@ -131,8 +131,8 @@ impl VehicleHandle {
 
     /// The same before an upload: the plan may wait on board until the plane flies, so it need not begin with a
     /// take-off. A plan without errors is rehearsed too, where the plane's parameters were read: in the wind that it
-    /// estimates, or in calm air. That may take some tenths of a second.
-    pub fn check_upload(&self, plan: &Plan) -> Vec<Finding> {
+    /// estimates, or in calm air, over `ground` as far as that is known. That may take some tenths of a second.
+    pub fn check_upload(&self, plan: &Plan, ground: Option<&Ground<'_>>) -> Vec<Finding> {
         let context = CheckContext { on_ground: None, ..self.check_context() };
         let mut found = check_plan(plan, &context);
         let is_sound = found.iter().all(|finding| finding.severity != Severity::Error);
@@ -140,7 +140,7 @@ impl VehicleHandle {
             let told = self.telemetry().0.wind.map(|wind| wind.value);
             let wind = told.and_then(|wind| Some(Wind { from_deg: wind.from_deg?, speed_m_s: wind.speed_m_s? }));
             let wind = wind.unwrap_or_default();
-            if let Some((_, flown)) = self.rehearse(plan, &self.flies_in(wind), None, CLEARANCE_M) {
+            if let Some((_, flown)) = self.rehearse(plan, &self.flies_in(wind), ground, CLEARANCE_M) {
                 found = with_flown(found, flown);
             }
         }

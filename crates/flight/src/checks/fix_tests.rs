@@ -92,12 +92,6 @@ fn what_is_told_resolves_the_finding_and_brings_no_error() {
         (Code::LandStartDisabled, with(landing(270.0, wind)), wind, disabled),
         (Code::HeightNotReached, vec![waypoint(0.0, 800.0, 70.0), waypoint(0.0, 1_200.0, 300.0)], CALM, any),
         (Code::WaypointMissed, missed, Wind { from_deg: 270.0, speed_m_s: 9.0 }, any),
-        (
-            Code::FliesIntoGround,
-            vec![waypoint(0.0, 1_000.0, 50.0), waypoint(0.0, 2_000.0, -40.0), waypoint(90.0, 2_000.0, 60.0)],
-            CALM,
-            any,
-        ),
         (Code::ParamOutOfRange, with(vec![many]), CALM, any),
     ];
     for (code, items, wind, context) in cases {
@@ -107,6 +101,12 @@ fn what_is_told_resolves_the_finding_and_brings_no_error() {
             assert_eq!(fix.message(), "set RTL_AUTOLAND to 2");
         }
     }
+    let deep = vec![waypoint(0.0, 1_000.0, 50.0), waypoint(0.0, 2_000.0, -40.0), waypoint(90.0, 2_000.0, 60.0)];
+    let flat = |_: GeoPoint| Some(600.0);
+    fixed(Code::FliesIntoGround, deep, CALM, any, Some(&flat));
+    let narrow = CheckContext { airspeed_min_m_s: Some(12.0), airspeed_max_m_s: Some(30.0), ..any };
+    let (after, _) = fixed(Code::SpeedNotTaken, with(vec![MissionItem::change_airspeed(8.0)]), CALM, narrow, None);
+    assert_eq!(after.mission.items[3].param(2), Some(12.0));
     // A hill of 60 m under the second leg.
     let top = direct(home(), 0.0, 2_000.0);
     let hill = |point: GeoPoint| Some(600.0 + if inverse(top, point).distance_m < 300.0 { 60.0 } else { 0.0 });

@@ -55,16 +55,35 @@ fn what_the_lines_do_not_show_is_found() {
     let near = vec![waypoint(0.0, 1_000.0, 60.0), waypoint(-10.0, 990.0, 60.0)];
     let fast = Wind { from_deg: 180.0, speed_m_s: 9.0 };
     assert_eq!(found(near, fence, fast), [(FindingCode::LeavesFence, Some(3))]);
-    assert_eq!(
-        found(vec![waypoint(0.0, 2_000.0, -40.0)], Fence::default(), calm),
-        [(FindingCode::FliesIntoGround, Some(2))]
-    );
     let gale = Wind { from_deg: 0.0, speed_m_s: 30.0 };
     assert_eq!(found(vec![waypoint(0.0, 2_000.0, 60.0)], Fence::default(), gale), [(FindingCode::HeldByWind, Some(2))]);
     let land = MissionItem::land(HOME.lat_deg, HOME.lon_deg, 0.0);
     let steep = vec![waypoint(90.0, 1_500.0, 60.0), waypoint(90.0, 350.0, 60.0), land];
     let codes = found(steep, Fence::default(), Wind { from_deg: 90.0, speed_m_s: 6.0 });
     assert_eq!(codes, [(FindingCode::LandsOff, Some(4)), (FindingCode::LandsDownwind, Some(4))]);
+}
+
+#[test]
+fn a_plan_from_a_hill_into_the_valley_meets_no_ground_that_is_not_known() {
+    let valley = direct(HOME.point().unwrap(), 0.0, 3_000.0);
+    let options = LandingOptions { course_deg: Some(0.0), ground_rel_home_m: Some(-80.0), ..LandingOptions::default() };
+    let landing = design_landing(valley, &options).unwrap().items;
+    let takeoff = MissionItem::takeoff(HOME.lat_deg, HOME.lon_deg, 50.0, 12.0);
+    let items: Vec<_> = [takeoff, waypoint(0.0, 2_000.0, -40.0)].into_iter().chain(landing).collect();
+    let plan = Plan::from_mission(Mission { home: Some(HOME), items });
+    let plane = Aircraft::default();
+    let over = |ground: Option<&crate::rehearsal::Ground<'_>>| {
+        let conditions = Conditions { ground, ..Conditions::new(&plane, Air::default()) };
+        let (flown, found) = rehearse_and_check(&plan, &conditions, CLEARANCE_M).unwrap();
+        let errors = found.into_iter().filter(|finding| finding.severity == Severity::Error);
+        (flown.ending, errors.map(|finding| (finding.code(), finding.item)).collect::<Vec<_>>())
+    };
+    assert_eq!(over(None), (Ending::Landed, vec![]));
+    let flat = |_: GeoPoint| Some(600.0);
+    assert_eq!(over(Some(&flat)), (Ending::Ground, vec![(FindingCode::FliesIntoGround, Some(2))]));
+    let away_m = |point: GeoPoint| inverse(HOME.point().unwrap(), point).distance_m;
+    let deep = |point: GeoPoint| Some(600.0 - (0.2 * (away_m(point) - 100.0)).clamp(0.0, 80.0));
+    assert_eq!(over(Some(&deep)), (Ending::Landed, vec![]));
 }
 
 #[test]

@@ -56,7 +56,7 @@ impl Air {
         }
     }
 
-    /// Velocity of the steady wind at a height above home, m/s: where it goes to.
+    /// Velocity of the steady wind at a height above home, or above the ground where that lies lower, m/s: where it goes to.
     pub fn steady(&self, height_m: f64) -> NorthEast {
         let part = (height_m / self.full_height_m.max(1.0)).clamp(0.0, 1.0);
         let part = if part < 1.0 { part.powf(self.exponent.clamp(0.0, 2.0)) } else { 1.0 };

@@ -16,6 +16,8 @@ const EARTH_M: f64 = 6_371_009.0;
 /// mostly within 8 m (Rodríguez et al. 2006), and a plane rolls on what is there, not on what a map has.
 const FIELD_M: f64 = 300.0;
 const FIELD_OFF_M: f64 = 10.0;
+/// How far below a place of the plan that lies below home the ground is assumed where it is not known, m.
+const UNKNOWN_BELOW_M: f64 = 30.0;
 
 /// A place and a height.
 #[derive(Debug, Clone, Copy)]
@@ -57,6 +59,8 @@ pub(super) struct Course<'a> {
     rally: Vec<Spot>,
     ground: Option<&'a Ground<'a>>,
     home_ground_m: Option<f64>,
+    /// Level of the ground where it is not known, m above home: on the field of home, and elsewhere.
+    level_m: (f64, f64),
 }
 
 impl<'a> Course<'a> {
@@ -67,14 +71,34 @@ impl<'a> Course<'a> {
         let places = items.iter().map(|item| item.point().map(|point| place(origin, point))).collect();
         let frame = LocalFrame::new(origin, 0.0);
         let home_ground_m = ground.and_then(|ground| ground(origin));
-        let mut course = Self { home, origin, frame, items, places, rally: Vec::new(), ground, home_ground_m };
+        let mut course =
+            Self { home, origin, frame, items, places, rally: Vec::new(), ground, home_ground_m, level_m: (0.0, 0.0) };
         course.rally = plan
             .rally
             .points
             .iter()
             .map(|rally| course.spot_at(place(origin, rally.point), rally.alt_m, rally.frame))
             .collect();
+        course.level_m.1 = course.below_plan_m();
         Some(course)
+    }
+
+    /// Sets the level of the ground where it is not known, m above home.
+    pub const fn set_level(&mut self, level_m: f64) {
+        self.level_m = (level_m, level_m);
+    }
+
+    /// Home's level, or below the lowest place of a plan that leads below home: what the plan flies over there is not known, but it is
+    /// not a plain at home's level.
+    fn below_plan_m(&self) -> f64 {
+        let flown = self.items.iter().zip(&self.places).filter(|(item, _)| is_flown(item));
+        let grounds = flown.filter_map(|(item, at)| {
+            let height_m = self.resolved_m(self.spot_at((*at)?, item.alt_m()?, item.frame));
+            Some((height_m, if item.command == Command::NAV_LAND { 0.0 } else { UNKNOWN_BELOW_M }))
+        });
+        let rally = self.rally.iter().map(|rally| (self.resolved_m(*rally), UNKNOWN_BELOW_M));
+        let below = grounds.chain(rally).filter(|(height_m, _)| *height_m < 0.0);
+        below.map(|(height_m, below_m)| height_m - below_m).fold(0.0, f64::min)
     }
 
     /// How far home lies above the ground that is known there, m.
@@ -114,9 +138,15 @@ impl<'a> Course<'a> {
         Some(amsl_m - self.home_ground_m.unwrap_or(self.home.alt_amsl_m))
     }
 
-    /// The same; home's height where it is not known.
-    pub fn ground_or_home_m(&self, at: NorthEast) -> f64 {
-        self.ground_m(at).unwrap_or(0.0)
+    /// The same; where it is not known, home's level on the field, and elsewhere a level below the whole plan.
+    pub fn assumed_ground_m(&self, at: NorthEast) -> f64 {
+        let (field_m, elsewhere_m) = self.level_m;
+        self.ground_m(at).unwrap_or(if at.length() > FIELD_M { elsewhere_m } else { field_m })
+    }
+
+    /// A height above home, m, counted from the ground where that lies below home: in a valley the wind's profile begins at its ground.
+    pub fn above_level_m(&self, at: NorthEast, height_m: f64) -> f64 {
+        height_m - self.assumed_ground_m(at).min(0.0)
     }
 
     /// The ground as an autopilot knows it, which needs the ground at home too (`AP_Terrain::height_relative_home_equivalent`).
@@ -124,16 +154,18 @@ impl<'a> Course<'a> {
         self.home_ground_m.and_then(|_| self.ground_m(at))
     }
 
-    /// Height of the ground that stops the plane, m above home: the known one; home's, or that of the landing that it flies, where
-    /// none is known and on the field itself.
+    /// Height of the ground that stops the plane, m above home: the known or assumed one; on the field itself, and where none is known
+    /// on the way to a landing, the level of home or of that landing.
     pub fn stopping_ground_m(&self, item: Option<usize>, at: NorthEast) -> f64 {
         let item = item.and_then(|index| self.items.get(index)).filter(|item| item.command == Command::NAV_LAND);
         let field = item.and_then(MissionItem::point).map_or(NorthEast::default(), |point| place(self.origin, point));
-        let level_m =
-            item.map_or(0.0, |item| self.resolved_m(self.spot_at(field, item.alt_m().unwrap_or(0.0), item.frame)));
-        self.ground_m(at)
-            .filter(|ground_m| (at - field).length() > FIELD_M || (ground_m - level_m).abs() > FIELD_OFF_M)
-            .unwrap_or(level_m)
+        let land_m = item.map(|item| self.resolved_m(self.spot_at(field, item.alt_m().unwrap_or(0.0), item.frame)));
+        let level_m = land_m.unwrap_or(0.0);
+        match self.ground_m(at) {
+            Some(ground_m) if (at - field).length() > FIELD_M || (ground_m - level_m).abs() > FIELD_OFF_M => ground_m,
+            Some(_) => level_m,
+            None => land_m.unwrap_or_else(|| self.assumed_ground_m(at)),
+        }
     }
 
     fn spot_at(&self, at: NorthEast, alt_m: f64, frame: MavFrame) -> Spot {

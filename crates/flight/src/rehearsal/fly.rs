@@ -64,8 +64,10 @@ pub struct Conditions<'a> {
     pub home: Option<Home>,
     /// Where it begins.
     pub start: Start,
-    /// The ground; `None`: level, at home's height and at each landing's.
+    /// The ground; `None`: level, at home's height and at each landing's, and away from them below a plan that leads below home.
     pub ground: Option<&'a Ground<'a>>,
+    /// Level of the ground where it is not known, m above home, in place of what is said there.
+    pub level_m: Option<f64>,
     /// Longest flight that is rehearsed, s; default and most: six hours.
     pub longest_s: f64,
 }
@@ -73,7 +75,8 @@ pub struct Conditions<'a> {
 impl<'a> Conditions<'a> {
     /// From the ground at the plan's home.
     pub const fn new(plane: &'a Aircraft, air: Air) -> Self {
-        Self { plane, air, home: None, start: Start::Ground { heading_deg: None }, ground: None, longest_s: LONGEST_S }
+        let start = Start::Ground { heading_deg: None };
+        Self { plane, air, home: None, start, ground: None, level_m: None, longest_s: LONGEST_S }
     }
 }
 
@@ -87,7 +90,11 @@ pub fn rehearse(plan: &Plan, conditions: &Conditions<'_>) -> Option<Rehearsal> {
 
 /// The plan around the home that it is flown from; `None` as [`rehearse`].
 pub(super) fn laid_out<'a>(plan: &Plan, conditions: &Conditions<'a>) -> Option<Course<'a>> {
-    Course::new(plan, conditions.home.or(plan.mission.home)?, conditions.ground)
+    let mut course = Course::new(plan, conditions.home.or(plan.mission.home)?, conditions.ground)?;
+    if let Some(level_m) = conditions.level_m {
+        course.set_level(level_m);
+    }
+    Some(course)
 }
 
 /// A rehearsal under way. A copy of it goes on as the same flight would, or as another one from there.
@@ -191,7 +198,7 @@ impl<'a> Flight<'a> {
 
     fn fly_on(&mut self) {
         let time_s = self.time_s();
-        let steady = self.air.steady(self.body.height_m);
+        let steady = self.air.steady(self.course.above_level_m(self.body.position, self.body.height_m));
         let wind = steady + self.gusts.step(self.body.airspeed_m_s, STEP_S);
         let was_flying = self.is_in_the_air();
         let mut controls = self.autopilot.decide(&self.body, time_s, steady);
@@ -270,7 +277,8 @@ impl<'a> Flight<'a> {
 fn begin(course: &Course<'_>, conditions: &Conditions<'_>) -> (Body, usize, Doing) {
     let Conditions { plane, air, .. } = *conditions;
     let flying = |at: NorthEast, height_m: f64, heading: f64, airspeed_m_s: f64| {
-        Body::flying(at, height_m, heading, airspeed_m_s, air.steady(height_m), course.home.alt_amsl_m, plane)
+        let wind = air.steady(course.above_level_m(at, height_m));
+        Body::flying(at, height_m, heading, airspeed_m_s, wind, course.home.alt_amsl_m, plane)
     };
     match conditions.start {
         Start::Ground { heading_deg } => {

@@ -27,7 +27,7 @@ const LONGEST_S: f64 = 3_600.0;
 pub fn glide_range(plan: &Plan, conditions: &Conditions<'_>, from: &Sample) -> Option<Vec<GeoPoint>> {
     let course = laid_out(plan, conditions)?;
     let start = course.position(from.point);
-    if from.height_m <= course.ground_or_home_m(start) {
+    if from.height_m <= course.assumed_ground_m(start) {
         return Some(Vec::new());
     }
     let directions = (0..DIRECTIONS).map(|index| f64::from(index) * 360.0 / f64::from(DIRECTIONS));
@@ -48,7 +48,7 @@ fn comes_down(
     let (mut at, mut height_m, mut heading_deg) = (start, from.height_m, from.heading_deg);
     let mut time_s = 0.0;
     while time_s < LONGEST_S {
-        let wind = air.steady(height_m);
+        let wind = air.steady(course.above_level_m(at, height_m));
         let eas_to_tas = eas_to_tas(course.home.alt_amsl_m + height_m);
         let factor = plane.airframe.true_over_indicated(eas_to_tas);
         let speed_m_s = airspeed_m_s * factor;
@@ -63,9 +63,9 @@ fn comes_down(
         let sink_m_s = speed_m_s * plane.airframe.drag(airspeed_m_s, load) / GRAVITY_M_S2;
         let moved = (middle * speed_m_s + wind) * STEP_S;
         let next_height_m = height_m - sink_m_s * STEP_S;
-        let ground_m = course.ground_or_home_m(at + moved);
+        let ground_m = course.assumed_ground_m(at + moved);
         if next_height_m <= ground_m {
-            let above_m = height_m - course.ground_or_home_m(at);
+            let above_m = height_m - course.assumed_ground_m(at);
             let below_m = ground_m - next_height_m;
             return at + moved * bound(above_m / (above_m + below_m).max(0.01), 0.0, 1.0);
         }

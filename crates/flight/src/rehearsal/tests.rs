@@ -238,7 +238,9 @@ fn each_end_is_told() {
     let plane = Aircraft { takeoff_throttle: 0.0, ..Aircraft::default() };
     let stays = rehearse(&plan(vec![takeoff(50.0)]), &Conditions::new(&plane, Air::default())).unwrap();
     assert_eq!(stays.ending, Ending::Grounded);
-    let deep = fly(vec![takeoff(50.0), waypoint(0.0, 2_000.0, -40.0)], Air::default());
+    let (usual, flat) = (Aircraft::default(), |_: GeoPoint| Some(HOME.alt_amsl_m));
+    let over = Conditions { ground: Some(&flat), ..Conditions::new(&usual, Air::default()) };
+    let deep = rehearse(&plan(vec![takeoff(50.0), waypoint(0.0, 2_000.0, -40.0)]), &over).unwrap();
     assert_eq!(deep.ending, Ending::Ground);
     let nowhere = Plan::from_mission(Mission { home: None, items: vec![takeoff(50.0)] });
     assert!(rehearse(&nowhere, &Conditions::new(&plane, Air::default())).is_none());

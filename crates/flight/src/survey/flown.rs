@@ -242,7 +242,8 @@ pub fn rehearse_survey(
         circled: Circled::Nothing,
     };
     let plan = Plan::from_mission(Mission { home: Some(home), items: survey.items.clone() });
-    let flown = rehearse(&plan, &Conditions { start, ground, ..Conditions::new(plane, air) })?;
+    let level_m = survey.options.ground_rel_home_m;
+    let flown = rehearse(&plan, &Conditions { start, ground, level_m, ..Conditions::new(plane, air) })?;
     let coverage = coverage(survey, 0, &flown, plane, ground.map(|ground| (ground, home.alt_amsl_m)));
     Some((flown, coverage))
 }

@@ -89,6 +89,10 @@ fn a_field_is_covered_in_race_track_order() {
     let coverage = is_flown(&survey, &plane, 3.0);
     assert_eq!((coverage.covered, coverage.holes.len(), coverage.views_promised), (Some(1.0), 0, 6));
     assert!(coverage.overlapped.unwrap() > 0.999, "{:?}", coverage.overlapped);
+    // In a valley below home it is flown as well.
+    let low = SurveyOptions { ground_rel_home_m: Some(-150.0), ..options };
+    let low = is_flown(&design_survey(&field, &low, &plane).unwrap(), &plane, 3.0);
+    assert_eq!((low.covered, low.photos.len()), (Some(1.0), coverage.photos.len()));
     // The checks of a plan find nothing in it that an aeroplane would not do.
     let mission = Mission { home: Some(HOME), items: survey.items.clone() };
     let context = CheckContext { far_from_home_m: f64::MAX, ..CheckContext::default() };

@@ -107,12 +107,13 @@ struct Checked {
 }
 
 /// Refuses a mission that would fail. A fence or rally points are refused by their own rules.
-async fn require_sound(vehicle: &VehicleHandle, kind: PlanKind, plan: &Plan) -> Result<(), Problem> {
+async fn require_sound(app: &App, vehicle: &VehicleHandle, kind: PlanKind, plan: &Plan) -> Result<(), Problem> {
     if kind != PlanKind::Mission || plan.items.is_empty() {
         return Ok(());
     }
     let (vehicle, plan) = (vehicle.clone(), convert::core_plan(plan)?);
-    let found = in_turn(move || Ok(vehicle.check_upload(&plan))).await?;
+    let (map, _) = app.ground_around(&plan, vehicle.home());
+    let found = in_turn(move || Ok(vehicle.check_upload(&plan, Some(&|point| map.height_m(point))))).await?;
     let errors: Vec<_> = found
         .into_iter()
         .filter(|finding| finding.severity == Severity::Error)
@@ -151,7 +152,7 @@ macro_rules! plan_routes {
         ) -> Result<Accepted, Problem> {
             let check = asked?.check.unwrap_or(true);
             if check {
-                require_sound(&vehicle, PlanKind::$kind, &plan).await?;
+                require_sound(&app, &vehicle, PlanKind::$kind, &plan).await?;
             }
             let pending = pilot.request(&vehicle, upload(PlanKind::$kind, &plan, !check)?);
             start(&app, pilot.session, &vehicle, OperationKind::$upload_kind, pending)
