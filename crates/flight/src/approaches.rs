@@ -10,6 +10,7 @@ pub(crate) use moved::designed_items;
 pub use moved::{LandingPart, move_landing};
 pub use reason::{LandingReason, Verdict};
 
+use crate::checks::CLEARANCE_M;
 use crate::error::{FlightError, LandingProblem, Result};
 use crate::geodesy::{GeoPoint, direct, distance_m, inverse, wrap_180_deg, wrap_360_deg};
 use crate::guidance::GRAVITY_M_S2;
@@ -27,8 +28,11 @@ const AIM_M: f64 = 150.0;
 const FAN_DEG: f64 = 30.0;
 /// How far above the beginning of the final leg a rehearsed approach begins, m.
 const ABOVE_FINAL_M: f64 = 30.0;
-/// How far from its circle a rehearsed approach begins at most, m: a way across the Earth says nothing of a landing, and takes hours.
-const FLOWN_FROM_M: f64 = 10_000.0;
+/// How far outside its circle a rehearsed approach begins at most, m: enough to join the circle from that side. The way there belongs to
+/// the plan, not to the landing, and is flown at heights that the landing does not know.
+const FLOWN_FROM_M: f64 = 1_000.0;
+/// Places at which the ground is looked up on the way to the circle.
+const GROUND_PLACES: u32 = 20;
 /// How long it may take from there, s: what takes longer does not come down.
 const LONGEST_S: f64 = 3_600.0;
 /// Crosswind that is worth a word, m/s.
@@ -373,10 +377,16 @@ fn flown(way: &Way, landing: &Landing, options: &LandingOptions, conditions: &Co
     let index = usize::from(options.has_land_start);
     let circle = landing.items.get(index).and_then(MissionItem::point).unwrap_or(way.point);
     let away = inverse(circle, from);
-    let from = if away.distance_m > FLOWN_FROM_M { direct(circle, away.bearing_start_deg, FLOWN_FROM_M) } else { from };
+    let far_m = away.distance_m.min(FLOWN_FROM_M + options.radius_m);
+    let from = direct(circle, away.bearing_start_deg, far_m);
+    let ground_m = |place: GeoPoint| conditions.ground.and_then(|ground| ground(place));
+    let home_ground_m = home.point().ok().and_then(ground_m).unwrap_or(home.alt_amsl_m);
+    let way_there = (0..=GROUND_PLACES).map(|n| far_m * f64::from(n) / f64::from(GROUND_PLACES));
+    let grounds = way_there.filter_map(|from_m| ground_m(direct(circle, away.bearing_start_deg, from_m)));
+    let free_m = grounds.map(|amsl_m| amsl_m - home_ground_m + CLEARANCE_M).fold(f64::NEG_INFINITY, f64::max);
     let start = Start::Air {
         point: from,
-        height_m: landing.leaves_alt_rel_home_m + ABOVE_FINAL_M,
+        height_m: free_m.max(landing.leaves_alt_rel_home_m + ABOVE_FINAL_M),
         heading_deg: inverse(from, circle).bearing_start_deg,
         airspeed_m_s: conditions.plane.airspeed_cruise_m_s,
         index,
@@ -487,6 +497,31 @@ mod tests {
         for one in landing_alternatives(site, &options_of(&plane, None), &conditions).unwrap() {
             assert!(one.flown.duration_s <= LONGEST_S + 1.0 && one.flown.rest_m.is_none(), "{:?}", one.flown);
         }
+    }
+
+    #[test]
+    fn higher_ground_where_the_plane_comes_from_is_no_fault_of_a_landing() {
+        // Level for 1.7 km around the field, 150 m higher beyond; at 900 m a hill of 60 m.
+        let far = |at: GeoPoint| {
+            let away_m = distance_m(here(), at);
+            let north_m = inverse(here(), at).bearing_start_deg.to_radians().cos() * away_m;
+            Some(
+                600.0
+                    + if away_m > 1_700.0 {
+                        150.0
+                    } else if north_m > 1_100.0 {
+                        60.0
+                    } else {
+                        0.0
+                    },
+            )
+        };
+        let plane = Aircraft::default();
+        let conditions = Conditions { home: Some(HOME), ground: Some(&far), ..Conditions::new(&plane, Air::default()) };
+        let options = LandingOptions { coming_from: Some(direct(here(), 0.0, 2_500.0)), ..options_of(&plane, None) };
+        let found = landing_alternatives(Site::Point(here()), &options, &conditions).unwrap();
+        let lands = found.iter().filter(|one| one.flown.rest_m.is_some()).count();
+        assert_eq!((found.len(), lands), (24, 24));
     }
 
     #[test]
