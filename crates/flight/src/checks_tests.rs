@@ -121,6 +121,22 @@ fn values_and_commands() {
     check(|items| items[1].params[1] = Some(2.5), ParamChanged, Warning, Some(1));
     check(|items| items[1].params[0] = Some(10.0), ParamChanged, Warning, Some(1));
     check(|items| items[1].params[6] = None, MissingPosition, Error, Some(1));
+    // What the vehicle does itself is nothing to delete.
+    for command in [Command::DO_GIMBAL_MANAGER_PITCHYAW, Command::DO_GO_AROUND] {
+        let mut items = sound();
+        items.insert(2, MissionItem::action(command, [0.0; 4]));
+        assert_eq!(found(&plan(items)), []);
+    }
+    let limits = CheckContext { airspeed_min_m_s: Some(12.0), airspeed_max_m_s: Some(30.0), ..context() };
+    for (kind, speed_m_s, is_taken) in
+        [(0.0, 12.0, true), (0.0, 8.0, false), (0.0, 30.5, false), (0.0, -2.0, true), (1.0, 8.0, true)]
+    {
+        let mut items = sound();
+        items.insert(2, MissionItem::action(Command::DO_CHANGE_SPEED, [kind, speed_m_s, -1.0, 0.0]));
+        assert_eq!(found(&plan(items.clone())), [], "limits that are not known");
+        let codes: Vec<_> = check_plan(&plan(items), &limits).iter().map(Finding::code).collect();
+        assert_eq!(codes, if is_taken { vec![] } else { vec![SpeedNotTaken] }, "{kind} {speed_m_s}");
+    }
 }
 
 #[test]

@@ -392,7 +392,7 @@ impl<'a> Autopilot<'a> {
                 self.leave_mission(Mode::Auto(self.left_at), body);
                 self.start_from(self.left_at, time_s, body);
             }
-            Reaction::GoesAround => self.go_around(time_s),
+            Reaction::GoesAround => self.go_around(body, time_s),
             Reaction::Returns => self.return_home(body, time_s),
             Reaction::Lands => match self.course.nearest_landing(body) {
                 Some(index) => {

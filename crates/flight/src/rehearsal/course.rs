@@ -269,6 +269,13 @@ impl<'a> Course<'a> {
         distances.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(index, _)| index)
     }
 
+    /// Index of the nearest start of a planned abort pattern (`AP_Mission::jump_to_abort_landing_sequence`).
+    pub fn nearest_abort(&self, body: &Body) -> Option<usize> {
+        let starts = self.items.iter().enumerate().filter(|(_, item)| item.command == Command::DO_GO_AROUND);
+        let away_m = |index: usize| self.places[index].map_or(f64::MAX, |at| (at - body.position).length());
+        starts.map(|(index, _)| (index, away_m(index))).min_by(|a, b| a.1.total_cmp(&b.1)).map(|(index, _)| index)
+    }
+
     /// Index of the item whose leg from the one before lies nearest, between a DO_RETURN_PATH_START and the landing after it
     /// (`AP_Mission::jump_to_closest_mission_leg`; jumps on the way are not followed).
     pub fn nearest_on_return_path(&self, body: &Body) -> Option<usize> {

@@ -711,6 +711,24 @@ fn a_landing_that_is_broken_off_climbs_and_is_flown_again() {
     let last = items.len() - 1;
     items[last].params[0] = Some(90.0);
     let higher = what_ifs(
+    // A planned abort pattern is flown instead: of two the nearest.
+    let mut items = with_landing();
+    let marked = |bearing_deg, distance_m| MissionItem {
+        command: Command::DO_GO_AROUND,
+        ..waypoint(bearing_deg, distance_m, 0.0)
+    };
+    let first = items.len();
+    items.extend([
+        marked(0.0, 9_000.0),
+        waypoint(0.0, 9_000.0, 60.0),
+        marked(0.0, 300.0),
+        waypoint(0.0, 1_500.0, 70.0),
+    ]);
+    let patterned = Plan::from_mission(Mission { home: Some(HOME), items });
+    let asked = what_ifs(&patterned, &conditions, &[Trigger::GoAround], &moments[1..2]).unwrap();
+    let flown = asked[0].flown.as_ref().unwrap();
+    let then = flown.passages[landed.passages.len()..].iter().map(|passage| passage.item).collect::<Vec<_>>();
+    assert_eq!((then, flown.ending), (vec![first + 3], Ending::Returned));
         &Plan::from_mission(Mission { home: Some(HOME), items }),
         &conditions,
         &[Trigger::GoAround],

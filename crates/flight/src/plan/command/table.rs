@@ -258,7 +258,7 @@ commands! {
     ],
     DO_RETURN_PATH_START = 188, "Start of return path", Do, Flown, OTHER: [NONE, NONE, NONE, NONE, LAT, LON, ALT],
     DO_LAND_START = 189, "Start of landing sequence", Do, Flown, OTHER: [NONE, NONE, NONE, NONE, LAT, LON, ALT],
-    DO_GO_AROUND = 191, "Go around", Do, Ignored, OTHER: [
+    DO_GO_AROUND = 191, "Go around", Do, Flown, OTHER: [
         p("Height", Unit::Metres, Storage::Dropped),
         NONE, NONE, NONE, LAT, LON, ALT,
     ],
@@ -310,7 +310,7 @@ commands! {
         p("Trigger at once", Unit::Flag, Storage::U8).within(0.0, 1.0),
     ],
     DO_FENCE_ENABLE = 207, "Switch fence", Do, Flown, OTHER: [
-        p("Action", Unit::Choice, Storage::U16).within(0.0, 3.0).one_of(FENCE_ACTIONS),
+        p("Action", Unit::Choice, Storage::U16).within(0.0, 2.0).one_of(FENCE_ACTIONS),
     ],
     DO_PARACHUTE = 208, "Parachute", Do, Flown, OTHER: [
         p("Action", Unit::Choice, Storage::U16).within(0.0, 2.0).one_of(PARACHUTE_ACTIONS),
@@ -333,7 +333,7 @@ commands! {
     DO_SET_RESUME_REPEAT_DIST = 215, "Distance to repeat on resume", Do, Flown, OTHER: [
         p("Distance", Unit::Metres, Storage::U16).within(0.0, 65535.0),
     ],
-    DO_SPRAYER = 216, "Switch sprayer", Do, Flown, OTHER: [p("On", Unit::Flag, Storage::U16).within(0.0, 1.0)],
+    DO_SPRAYER = 216, "Switch sprayer", Do, Ignored, OTHER: [p("On", Unit::Flag, Storage::U16).within(0.0, 1.0)],
     DO_SEND_SCRIPT_MESSAGE = 217, "Message to script", Do, Flown, OTHER: [
         p("Message", Unit::Number, Storage::U16).within(0.0, 65535.0),
         p("Value 1", Unit::None, Storage::Float),
@@ -374,7 +374,7 @@ commands! {
         p("Label", Unit::Number, Storage::U16).within(0.0, 65535.0),
         p("Repeats", Unit::Count, Storage::I16).within(-1.0, 32767.0).default(1.0),
     ],
-    DO_GIMBAL_MANAGER_PITCHYAW = 1000, "Gimbal pitch and yaw", Do, Ignored, OTHER: [
+    DO_GIMBAL_MANAGER_PITCHYAW = 1000, "Gimbal pitch and yaw", Do, Flown, OTHER: [
         p("Pitch", Unit::Degrees, Storage::I8).within(-128.0, 127.0),
         p("Yaw", Unit::Degrees, Storage::I16).within(-32768.0, 32767.0),
         p("Pitch rate", Unit::DegreesPerSecond, Storage::I8).within(-128.0, 127.0),

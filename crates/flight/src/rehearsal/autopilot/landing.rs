@@ -141,11 +141,17 @@ impl Autopilot<'_> {
         Track::Leg { from: self.previous.at, to: self.next.at + along * ahead_m }
     }
 
-    /// Breaks a landing off: full throttle, wings level, up to the height that the landing gives in its first parameter, else that of the
+    /// Breaks a landing off: by the abort pattern of the mission, if it has one (`Plane::trigger_land_abort`); else full throttle, wings level, up to the height that the landing gives in its first parameter, else that of the
     /// last take-off (`Plane::do_land`, `AP_Landing::verify_abort_landing`). The course of the approach is asked for but not flown: the bank
     /// of a climb-out waits for that of a take-off run, which is forgotten by then (`Plane::takeoff_calc_roll`). Nor does the nose come down
     /// before the height is there (`Plane::get_takeoff_pitch_min_cd`).
-    pub(super) fn go_around(&mut self, time_s: f64) {
+    pub(super) fn go_around(&mut self, body: &Body, time_s: f64) {
+        if let Some(index) = self.course.nearest_abort(body) {
+            self.is_in_landing_sequence = false;
+            self.next_has_crosstrack = false;
+            self.join(Some(index), body, time_s);
+            return;
+        }
         let Some(item) = self.item().and_then(|index| self.course.items.get(index)) else { return };
         let given_m = item.param(1).filter(|height_m| *height_m > 0.0);
         let (height_m, pitch_rad) =
