@@ -175,9 +175,7 @@ impl GroundMap {
 pub fn squares_around(plan: &Plan, home: Option<Home>) -> Vec<SquareId> {
     let home = home.or(plan.mission.home).and_then(|home| home.point().ok());
     let mut line: Vec<GeoPoint> = home.into_iter().collect();
-    line.extend(
-        plan.mission.items.iter().filter(|item| item.command != Command::DO_SET_ROI).filter_map(|item| item.point()),
-    );
+    line.extend(plan.mission.items.iter().filter(|item| leads_somewhere(item.command)).filter_map(|item| item.point()));
     line.extend(home);
     for rally in &plan.rally.points {
         line.extend([Some(rally.point), home].into_iter().flatten());
@@ -192,6 +190,13 @@ pub fn squares_around(plan: &Plan, home: Option<Home>) -> Vec<SquareId> {
     let Some(whole) = finest(|level| between(&line, margin_m, level)) else { return fine };
     let is_same = fine.first().map(|id| id.level) == whole.first().map(|id| id.level);
     if is_same { whole } else { fine.into_iter().chain(whole).collect() }
+}
+
+/// Whether a plane may fly to the place of a command: not what is looked at, or becomes home.
+fn leads_somewhere(command: Command) -> bool {
+    let begins_sequence =
+        [Command::DO_LAND_START, Command::DO_RETURN_PATH_START, Command::DO_GO_AROUND].contains(&command);
+    command.is_destination() || command.is_takeoff() || begins_sequence
 }
 
 /// The squares of the finest level that needs not too many of them.
@@ -283,6 +288,13 @@ mod tests {
         assert_eq!(GroundMap::new(&ids, |_| None).height_m(home), None);
         assert_eq!(GroundMap::default().height_m(home), None);
         assert!(squares_around(&Plan::default(), None).is_empty());
+        // What is looked at is not flown to.
+        let mut looking = plan(home, &[far]);
+        let (lat_deg, lon_deg) = (far.lat_deg() + 0.5, far.lon_deg());
+        for command in [Command::DO_SET_ROI, Command::DO_SET_ROI_LOCATION, Command::DO_SET_HOME] {
+            looking.mission.items.push(MissionItem::at(command, [0.0; 4], lat_deg, lon_deg, 0.0));
+        }
+        assert_eq!(squares_around(&looking, None), ids);
     }
 
     #[test]

@@ -41,7 +41,8 @@ struct Row {
 ///
 /// Columns may be separated by tabs or spaces, lines end with LF or CRLF; empty lines and what follows a `#` are
 /// skipped. The altitude frame of each item is kept. "NaN" in parameters 1 to 4 means unset.
-/// The first line is home when its index is 0 and it is a waypoint; else there is none in the file. The order of the lines
+/// The first line is home when its index is 0 and it is a waypoint, not known where its height does not count from mean sea level
+/// (frame 0); else there is none in the file. The order of the lines
 /// counts; a `DO_JUMP` goes to the line with the index that it names, though numbers between may be missing.
 ///
 /// # Errors
@@ -75,13 +76,11 @@ pub fn read_waypoints(bytes: &[u8]) -> Result<Plan> {
     };
 
     let mut rows: Vec<Row> = Vec::new();
-    let mut home = None;
-    let mut is_home_in_file = false;
+    let mut home: Option<MissionItem> = None;
     for (place, (line, text)) in lines.enumerate() {
         let row = read_row(line, text, may_have_home && place == 0).map_err(|problem| bad(line, problem))?;
         if may_have_home && place == 0 && row.index == 0 && row.item.command == Command::NAV_WAYPOINT {
-            home = Home::from_item(&row.item);
-            is_home_in_file = true;
+            home = Some(row.item);
             continue;
         }
         rows.push(row);
@@ -89,8 +88,11 @@ pub fn read_waypoints(bytes: &[u8]) -> Result<Plan> {
             return Err(bad(line, problem));
         }
     }
-    drop_second_home(&mut rows, home);
+    let is_home_in_file = home.is_some();
+    drop_second_home(&mut rows, home.as_ref().and_then(Home::from_item));
     follow_jumps(&mut rows, is_home_in_file)?;
+    // A height that does not count from the sea says nothing of home's.
+    let home = home.filter(|item| item.frame == MavFrame::Global).as_ref().and_then(Home::from_item);
     let mut plan = Plan::from_mission(Mission { home, items: Vec::new() });
     let (mut fence, mut rally) = (List::default(), List::default());
     for row in rows {
@@ -328,6 +330,10 @@ pub(crate) mod tests {
         assert_eq!(mission.items.len(), 3);
         assert_eq!(mission.items[0], MissionItem::takeoff(40.3332, -3.801_335_2, 60.0, 12.0));
         assert_eq!(mission.items[1].frame, MavFrame::GlobalTerrainAlt);
+        // Home's height has to count from the sea.
+        let relative = SAMPLE.replacen("0\t1\t0\t16", "0\t1\t3\t16", 1);
+        let mission = read_waypoints(relative.as_bytes()).unwrap().mission;
+        assert_eq!((mission.home, mission.items.len()), (None, 3));
         assert_eq!(mission.items[1].params[3], None);
         assert_eq!(mission.items[2].command, Command::DO_CHANGE_SPEED);
     }

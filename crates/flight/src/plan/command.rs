@@ -315,14 +315,11 @@ impl Command {
         )
     }
 
-    /// `true` when ArduPilot takes NaN in `params[index]` (the heading, mostly); it refuses others.
+    /// `true` when every ArduPilot takes NaN in `params[index]` (the heading, mostly); it refuses others. That of NAV_LOITER_UNLIM is taken
+    /// from 4.6 on, and kept by none.
     pub const fn param_may_be_unset(self, index: usize) -> bool {
         match self {
-            Self::NAV_WAYPOINT
-            | Self::NAV_LOITER_UNLIM
-            | Self::NAV_LAND
-            | Self::NAV_TAKEOFF
-            | Self::NAV_VTOL_TAKEOFF => index == 3,
+            Self::NAV_WAYPOINT | Self::NAV_LAND | Self::NAV_TAKEOFF | Self::NAV_VTOL_TAKEOFF => index == 3,
             Self::NAV_VTOL_LAND => index == 2 || index == 3,
             _ => false,
         }

@@ -472,6 +472,9 @@ mod tests {
         let sent = item.to_wire(MissionSeq(1), TARGET, PlanKind::Mission, true);
         assert_eq!(sent.params[0], 0.0);
         assert!(sent.params[3].is_nan());
+        // An ArduPlane before 4.6 refuses it there.
+        let circle = MissionItem { params: item.params, ..MissionItem::loiter_unlimited(40.0, -3.0, 80.0, 0.0) };
+        assert_eq!(circle.to_wire(MissionSeq(1), TARGET, PlanKind::Mission, true).params[3], 0.0);
         assert_eq!(sent.current, 1);
         assert_eq!(MissionItem::from_wire(&sent).unwrap().params[3], None);
     }

@@ -242,6 +242,11 @@ fn each_end_is_told() {
     let over = Conditions { ground: Some(&flat), ..Conditions::new(&usual, Air::default()) };
     let deep = rehearse(&plan(vec![takeoff(50.0), waypoint(0.0, 2_000.0, -40.0)]), &over).unwrap();
     assert_eq!(deep.ending, Ending::Ground);
+    // What ArduPlane passes over ends nothing.
+    let passed = [Command::NAV_GUIDED_ENABLE, Command::NAV_SET_YAW_SPEED, Command::NAV_DELAY]
+        .map(|command| MissionItem::action(command, [1.0, 5.0, 0.0, 0.0]));
+    let items = [&[takeoff(50.0)], &passed[..], &[MissionItem::return_to_launch()]].concat();
+    assert_eq!(fly(items, Air::default()).ending, Ending::Returned);
     let nowhere = Plan::from_mission(Mission { home: None, items: vec![takeoff(50.0)] });
     assert!(rehearse(&nowhere, &Conditions::new(&plane, Air::default())).is_none());
 }
@@ -706,11 +711,6 @@ fn a_landing_that_is_broken_off_climbs_and_is_flown_again() {
         assert_eq!(again, [4, 5], "the circle down and the landing");
         assert_eq!(flown.ending, Ending::Landed);
     }
-    // The landing's own first parameter is how high it climbs.
-    let mut items = with_landing();
-    let last = items.len() - 1;
-    items[last].params[0] = Some(90.0);
-    let higher = what_ifs(
     // A planned abort pattern is flown instead: of two the nearest.
     let mut items = with_landing();
     let marked = |bearing_deg, distance_m| MissionItem {
@@ -729,6 +729,11 @@ fn a_landing_that_is_broken_off_climbs_and_is_flown_again() {
     let flown = asked[0].flown.as_ref().unwrap();
     let then = flown.passages[landed.passages.len()..].iter().map(|passage| passage.item).collect::<Vec<_>>();
     assert_eq!((then, flown.ending), (vec![first + 3], Ending::Returned));
+    // The landing's own first parameter is how high it climbs.
+    let mut items = with_landing();
+    let last = items.len() - 1;
+    items[last].params[0] = Some(90.0);
+    let higher = what_ifs(
         &Plan::from_mission(Mission { home: Some(HOME), items }),
         &conditions,
         &[Trigger::GoAround],

@@ -144,9 +144,6 @@ impl<'a> Autopilot<'a> {
             }
             Command::NAV_ALTITUDE_WAIT
             | Command::NAV_SCRIPT_TIME
-            | Command::NAV_GUIDED_ENABLE
-            | Command::NAV_ATTITUDE_TIME
-            | Command::NAV_SET_YAW_SPEED
             | Command::NAV_VTOL_TAKEOFF
             | Command::NAV_VTOL_LAND
             | Command::NAV_PAYLOAD_PLACE => {
