@@ -5,7 +5,7 @@ use axum::extract::State;
 use axum::http::StatusCode;
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
-use vencejo_link::{LinkId, LinkOptions, UnsignedPolicy};
+use vencejo_link::{LinkAddress, LinkId, LinkOptions, UnsignedPolicy};
 use vencejo_station::StationError;
 
 use crate::convert;
@@ -34,8 +34,8 @@ async fn open_link(
     Body(new): Body<NewLink>,
 ) -> Result<(StatusCode, Json<LinkInfo>), Problem> {
     pilot.still_in_control(&app)?;
-    // A recording is a file, and what a network may not name is a path.
-    if new.address.trim_start().to_ascii_lowercase().starts_with("tlog") {
+    // A recording is a file, however its address is spelt, and a path is not named over the network.
+    if matches!(new.address.parse(), Ok(LinkAddress::Tlog { .. })) {
         return Err(Problem::new(
             Cause::RecordingAsLink,
             "recordings are opened on the server's own command line, not over the network",
