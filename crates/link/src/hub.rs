@@ -16,7 +16,7 @@ use vencejo_proto::{
 use crate::address::LinkAddress;
 use crate::clock::Clock;
 use crate::onward::Onward;
-use crate::outlet::{Outlet, PeerId, To};
+use crate::outlet::{Outlet, Peer, PeerId, To};
 use crate::port::{LinkId, LinkOptions, LinkState, Port};
 use crate::recorder::RecorderHandle;
 use crate::router::{MAX_LINKS, Router, SETUP_SIGNING_ID, Slot, SlotSet, Verdict};
@@ -42,6 +42,8 @@ pub enum Route {
     System(SystemId),
     /// To this link alone.
     Link(LinkId),
+    /// To this peer of a link alone; nowhere when it has gone.
+    Peer(Origin),
     /// To all links.
     All,
 }
@@ -153,7 +155,24 @@ impl Inner {
     }
 
     fn open_slots(&self) -> SlotSet {
-        self.links.iter().enumerate().filter(|(_, link)| link.is_some()).map(|(slot, _)| slot as Slot).collect()
+        self.slots_where(|_| true)
+    }
+
+    fn slots_where(&self, is_it: impl Fn(&Port) -> bool) -> SlotSet {
+        self.links.iter().flatten().map(|link| &link.port).filter(|port| is_it(port)).map(|port| port.slot).collect()
+    }
+
+    /// The links to which a frame of a recording goes: the tees, also what was said to the recorded ground station, which the rules of
+    /// routing would not pass on. Nothing of it is addressed to a system that is heard live: a recorded command would fly it.
+    fn viewers_of_replay(&self, frame: &Frame) -> SlotSet {
+        let tees = self.slots_where(|port| port.forwards && !port.is_replay());
+        let Some(target) = frame.target().system else { return tees };
+        let live = self.router.slots_of(target).without(self.slots_where(Port::is_replay));
+        match target {
+            SystemId::BROADCAST => tees.without(live),
+            _ if live.is_empty() => tees,
+            _ => SlotSet::EMPTY,
+        }
     }
 
     fn link(&self, slot: Slot) -> Option<&OpenLink> {
@@ -523,7 +542,7 @@ impl Hub {
 
     /// Takes in a frame that a link's task has read; the whole way of a frame through the hub. Other links have it at
     /// [`Self::end_reading`] at the latest.
-    pub(crate) fn receive(&self, port: &Port, peer: PeerId, frame: &Frame, now: MonoTime, onward: &mut Onward) {
+    pub(crate) fn receive(&self, port: &Port, peer: Peer<'_>, frame: &Frame, now: MonoTime, onward: &mut Onward) {
         let known = frame.is_known();
         let mut to = To::target_of(frame);
         let (verdict, ports, sinks, recorder) = {
@@ -537,7 +556,9 @@ impl Hub {
             if frame.message_id() == SETUP_SIGNING_ID {
                 return link.meter.on_refused();
             }
-            let admission = if inner.signing.is_empty() || port.is_replay() {
+            // A signature is valid once. What was admitted and comes over a second link is a copy, not a replay attack.
+            let is_copy = !inner.signing.is_empty() && frame.is_signed() && inner.router.is_copy(port.slot, frame, now);
+            let admission = if inner.signing.is_empty() || port.is_replay() || is_copy {
                 Admission::Unverified
             } else {
                 let unix_us = self.shared.clock.unix_us();
@@ -547,14 +568,20 @@ impl Hub {
             if admission == Admission::Refused {
                 return link.meter.on_refused();
             }
-            link.meter.on_frame(frame, known, now);
-            let verdict = inner.router.on_received(port.slot, frame, known, all, now);
+            link.meter.on_frame(peer.id, frame, known, now);
+            if let Some(systems) = peer.systems.filter(|_| known) {
+                systems.insert(frame.source().system);
+            }
+            let verdict = if is_copy {
+                inner.router.on_copy(port.slot, frame, known, now)
+            } else {
+                inner.router.on_received(port.slot, frame, known, all, now)
+            };
             let mut ports: SmallVec<[Arc<Port>; 8]> = SmallVec::new();
             match verdict {
                 Verdict::Handle { forward, .. } => {
-                    // A recording plays both sides of a conversation back: everything in it goes everywhere.
                     let forward = match inner.chosen_for(frame) {
-                        _ if port.is_replay() => all.without(SlotSet::one(port.slot)),
+                        _ if port.is_replay() => inner.viewers_of_replay(frame),
                         Some((slot, peer)) if slot != port.slot && !forward.is_empty() => {
                             to.peer = Some(peer);
                             SlotSet::one(slot)
@@ -585,7 +612,7 @@ impl Hub {
         let Verdict::Handle { for_us, .. } = verdict else { return };
         for (_, scope, sink) in sinks.iter() {
             if for_us || *scope == SinkScope::All {
-                sink(Origin { link: port.id, peer }, frame, now);
+                sink(Origin { link: port.id, peer: peer.id }, frame, now);
             }
         }
         onward.add(frame, to, ports);
@@ -622,6 +649,10 @@ fn own_ports(inner: &mut Inner, frame: &Frame, route: Route, now: MonoTime) -> (
             to.system = Some(system);
             inner.chosen_of(system, None)
         }
+        Route::Peer(origin) => {
+            to = To { system: None, peer: Some(origin.peer) };
+            None
+        }
         Route::All | Route::Link(_) => None,
     };
     let slots = match (route, chosen) {
@@ -634,7 +665,9 @@ fn own_ports(inner: &mut Inner, frame: &Frame, route: Route, now: MonoTime) -> (
             inner.router.links_of(system, now).first().map_or_else(SlotSet::default, |(slot, _)| SlotSet::one(*slot))
         }
         (Route::All, _) => all,
-        (Route::Link(id), _) => return (inner.find(id).map(|link| link.port.clone()).into_iter().collect(), to),
+        (Route::Link(id) | Route::Peer(Origin { link: id, .. }), _) => {
+            return (inner.find(id).map(|link| link.port.clone()).into_iter().collect(), to);
+        }
     };
     (slots.iter().filter_map(|slot| inner.link(slot)).map(|link| link.port.clone()).collect(), to)
 }

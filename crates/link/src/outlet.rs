@@ -7,6 +7,8 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use tokio::sync::Notify;
 use vencejo_proto::{Frame, SystemId};
 
+use crate::systems::SystemSet;
+
 /// Bytes that may wait for a stream in each class, frames of our own and forwarded ones.
 const QUEUE_BYTES: usize = 64 * 1024;
 
@@ -25,12 +27,20 @@ pub(crate) enum Sent {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 pub struct PeerId(pub u32);
 
+/// One of those at the other end of a link, as the task that reads it knows it.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Peer<'a> {
+    pub(crate) id: PeerId,
+    /// Where the systems heard from it are noted, for links that have several peers.
+    pub(crate) systems: Option<&'a SystemSet>,
+}
+
 /// Whom a frame is for, among those at the other end of a link.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(crate) struct To {
     /// Those behind whom this system was heard; all when it was heard behind none.
     pub(crate) system: Option<SystemId>,
-    /// This one alone.
+    /// This one alone. When it has gone: the others as `system` says; without `system` nobody.
     pub(crate) peer: Option<PeerId>,
 }
 
@@ -38,6 +48,11 @@ impl To {
     /// By the system that a frame is addressed to, if it names one.
     pub(crate) fn target_of(frame: &Frame) -> Self {
         Self { system: frame.target().named_system(), peer: None }
+    }
+
+    /// Whether nobody else is meant when the peer has gone.
+    pub(crate) fn is_strict(self) -> bool {
+        self.peer.is_some() && self.system.is_none()
     }
 }
 

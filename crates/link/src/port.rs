@@ -140,8 +140,6 @@ impl Port {
 pub(crate) struct Intake {
     decoder: FrameDecoder,
     counted: DecoderStats,
-    /// Bytes of the frames that the decoder handed out.
-    framed_bytes: u64,
 }
 
 impl Intake {
@@ -149,11 +147,21 @@ impl Intake {
         Self::default()
     }
 
-    /// Takes in bytes; calls `each` with every frame in them, which is counted by then.
-    pub(crate) fn feed(&mut self, port: &Port, bytes: &[u8], mut each: impl FnMut(&Frame)) {
+    /// Takes in bytes of a stream; calls `each` with every frame in them, which is counted by then.
+    pub(crate) fn feed(&mut self, port: &Port, bytes: &[u8], each: impl FnMut(&Frame)) {
         self.decoder.push(bytes);
+        self.hand_out(port, each);
+    }
+
+    /// Takes in a datagram. Some bridges cut frames anywhere, so a beginning that an earlier datagram left behind is kept, until a
+    /// datagram begins with a whole frame of its own.
+    pub(crate) fn feed_datagram(&mut self, port: &Port, bytes: &[u8], each: impl FnMut(&Frame)) {
+        self.decoder.push_datagram(bytes);
+        self.hand_out(port, each);
+    }
+
+    fn hand_out(&mut self, port: &Port, mut each: impl FnMut(&Frame)) {
         while let Some(frame) = self.decoder.next_frame() {
-            self.framed_bytes += frame.bytes().len() as u64;
             self.count(port);
             each(&frame);
         }
@@ -166,33 +174,40 @@ impl Intake {
         self.counted = stats;
     }
 
-    /// Takes in a datagram. Normally it holds whole frames: when it does, a beginning that an earlier, damaged one left
-    /// behind is given up at once instead of swallowing what follows.
-    pub(crate) fn feed_datagram(&mut self, port: &Port, bytes: &[u8], each: impl FnMut(&Frame)) {
-        let held_back = self.counted.bytes - self.counted.garbage_bytes - self.framed_bytes;
-        if held_back > 0 && is_all_frames(bytes) {
-            port.counters.add_garbage(0, held_back);
-            *self = Self::new();
-        }
-        self.feed(port, bytes, each);
-    }
-
-    /// Bytes that came from somebody to whom we do not listen.
+    /// Counts bytes from somebody to whom we do not listen.
     pub(crate) fn ignore(port: &Port, bytes: usize) {
-        port.counters.add_garbage(bytes as u64, bytes as u64);
+        port.counters.add_ignored(bytes as u64);
     }
 }
 
-/// Whether bytes are whole frames that the dialect knows, from the first byte to the last.
-fn is_all_frames(bytes: &[u8]) -> bool {
-    let mut decoder = FrameDecoder::new();
-    decoder.push(bytes);
-    let mut framed = 0;
-    while let Some(frame) = decoder.next_frame() {
-        if !frame.is_known() {
-            return false;
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use rand::rngs::StdRng;
+    use rand::{Rng, SeedableRng};
+
+    use super::*;
+    use crate::testing::{Listening, heartbeat, unknown};
+
+    #[test]
+    fn messages_that_the_dialect_does_not_have_come_whole_and_at_once() {
+        let (listening, mut rng) = (Listening::new(), StdRng::seed_from_u64(1));
+        let (_, state) = watch::channel(LinkState::Down);
+        let outlet = Arc::new(crate::outlet::NoOutlet);
+        let port = listening.hub.attach("udpin:".parse().unwrap(), LinkOptions::default(), outlet, state).unwrap();
+        let mut intake = Intake::new();
+        for n in 0..1000 {
+            let sequence = n as u8;
+            // As a vendor's message of which any byte may look like the beginning of a frame.
+            let mut bytes = unknown(1, 1, sequence).bytes()[..10].to_vec();
+            bytes[1] = 60;
+            bytes.extend((0..62).map(|_| rng.random::<u8>()));
+            for datagram in [bytes.as_slice(), heartbeat(1, 1, sequence).bytes()] {
+                let mut framed = Vec::new();
+                intake.feed_datagram(&port, datagram, |frame| framed.extend_from_slice(frame.bytes()));
+                assert_eq!(framed, datagram, "{n}");
+            }
         }
-        framed += frame.bytes().len();
     }
-    framed == bytes.len()
 }

@@ -106,7 +106,7 @@ pub(crate) enum Verdict {
 /// A frame that was handled lately. The checksum tells frames of one sender and one number apart.
 #[derive(Debug, Clone, Copy)]
 struct Recent {
-    identity: u32,
+    identity: u64,
     at_ms: u32,
     progress: u16,
     slot: Slot,
@@ -162,7 +162,7 @@ pub(crate) struct Router {
     /// Recent frames of senders that are in no table: unknown messages, floods.
     strays: Box<[Recent; 256]>,
     /// Our own newest frames and when they went.
-    own: VecDeque<(u32, u8, u32)>,
+    own: VecDeque<(u64, u8, u32)>,
 }
 
 impl Router {
@@ -195,17 +195,13 @@ impl Router {
         all: SlotSet,
         now: MonoTime,
     ) -> Verdict {
-        let id = frame.message_id();
-        let is_radio = matches!(id, RADIO_STATUS_ID | RADIO_ID);
-        let source = frame.source();
-        // 0 is nobody's address; our own coming back teaches nothing.
-        if known && !is_radio && source.system != SystemId::BROADCAST && !self.is_own_echo(frame, now) {
-            self.learn(origin, source, frame.sequence(), now);
-        }
+        self.learn_from(origin, frame, known, now);
         if self.is_copy(origin, frame, now) {
             return Verdict::Copy;
         }
-        if is_radio || id == SETUP_SIGNING_ID {
+        self.remember(origin, frame, now);
+        let id = frame.message_id();
+        if matches!(id, RADIO_STATUS_ID | RADIO_ID | SETUP_SIGNING_ID) {
             return Verdict::Handle {
                 forward: SlotSet::EMPTY,
                 for_us: frame.target().named_system().is_none_or(|system| self.is_our_system(system)),
@@ -215,9 +211,17 @@ impl Router {
         Verdict::Handle { forward: forward.without(SlotSet::one(origin)), for_us }
     }
 
+    /// Learns from a frame for which [`Self::is_copy`] holds.
+    pub(crate) fn on_copy(&mut self, origin: Slot, frame: &Frame, known: bool, now: MonoTime) -> Verdict {
+        self.learn_from(origin, frame, known, now);
+        Verdict::Copy
+    }
+
     /// Remembers a frame that we send, so that it is known when it comes back.
     pub(crate) fn on_sent(&mut self, frame: &Frame, now: MonoTime) {
-        self.is_copy(OURSELVES, frame, now);
+        if !self.is_copy(OURSELVES, frame, now) {
+            self.remember(OURSELVES, frame, now);
+        }
         if self.own.len() >= OWN_FRAMES {
             self.own.pop_front();
         }
@@ -275,6 +279,14 @@ impl Router {
         self.heard_ms[heard..heard + 256].fill(0);
     }
 
+    /// The links on which a system was heard; of every system for [`SystemId::BROADCAST`].
+    pub(crate) fn slots_of(&self, system: SystemId) -> SlotSet {
+        match system {
+            SystemId::BROADCAST => SlotSet(self.systems.iter().fold(0, |all, routes| all | routes.slots.0)),
+            SystemId(system) => self.systems[usize::from(system)].slots,
+        }
+    }
+
     fn source(&self, address: Address) -> Option<&Source> {
         self.index.get(address).map(|number| &self.sources[number])
     }
@@ -294,6 +306,15 @@ impl Router {
         let address = Address { system, component };
         let of_component = self.source(address).map_or(SlotSet::EMPTY, |source| SlotSet(source.slots.0 & all.0));
         (of_component, self.locals.contains(&address) || of_component.is_empty())
+    }
+
+    fn learn_from(&mut self, origin: Slot, frame: &Frame, known: bool, now: MonoTime) {
+        let is_radio = matches!(frame.message_id(), RADIO_STATUS_ID | RADIO_ID);
+        let source = frame.source();
+        // 0 is nobody's address; our own coming back teaches nothing.
+        if known && !is_radio && source.system != SystemId::BROADCAST && !self.is_own_echo(frame, now) {
+            self.learn(origin, source, frame.sequence(), now);
+        }
     }
 
     fn learn(&mut self, origin: Slot, address: Address, sequence: u8, now: MonoTime) {
@@ -347,21 +368,25 @@ impl Router {
         recent.slot == OURSELVES && is_same(recent, frame, progress, now)
     }
 
-    /// Whether the frame was handled lately; remembers it when not.
-    fn is_copy(&mut self, origin: Slot, frame: &Frame, now: MonoTime) -> bool {
-        let (recent, progress, counts) = match self.index.get(frame.source()) {
-            Some(number) => {
-                let source = &mut self.sources[number];
-                (&mut source.recent[usize::from(frame.sequence())], source.progress, source.counts)
-            }
-            None => (&mut self.strays[stray_index(frame)], 0, true),
+    /// Whether the frame was handled lately.
+    pub(crate) fn is_copy(&self, origin: Slot, frame: &Frame, now: MonoTime) -> bool {
+        let (recent, progress, counts) = match self.source(frame.source()) {
+            Some(source) => (&source.recent[usize::from(frame.sequence())], source.progress, source.counts),
+            None => (&self.strays[stray_index(frame)], 0, true),
         };
         let may_repeat = recent.slot == origin && !counts;
-        if !may_repeat && is_same(recent, frame, progress, now) {
-            return true;
-        }
+        !may_repeat && is_same(recent, frame, progress, now)
+    }
+
+    fn remember(&mut self, origin: Slot, frame: &Frame, now: MonoTime) {
+        let (recent, progress) = match self.index.get(frame.source()) {
+            Some(number) => {
+                let source = &mut self.sources[number];
+                (&mut source.recent[usize::from(frame.sequence())], source.progress)
+            }
+            None => (&mut self.strays[stray_index(frame)], 0),
+        };
         *recent = Recent { identity: identity(frame), at_ms: now_ms(now), progress, slot: origin, used: true };
-        false
     }
 }
 
@@ -385,13 +410,16 @@ fn stray_index(frame: &Frame) -> usize {
     usize::from(frame.sequence() ^ source.system.0.wrapping_mul(31) ^ source.component.0.wrapping_mul(101))
 }
 
-/// Tells frames of one sender with one number apart: the checksum, which covers header and payload, and the message id.
-fn identity(frame: &Frame) -> u32 {
+/// Tells frames of one sender with one number apart: the checksum, which covers header and payload, the message id, and the end of the
+/// signature.
+fn identity(frame: &Frame) -> u64 {
     let bytes = frame.bytes();
     let header = if frame.version() == MavVersion::V1 { 6 } else { 10 };
     let at = header + usize::from(bytes[1]);
     let checksum = u16::from_le_bytes([bytes[at], bytes[at + 1]]);
-    u32::from(checksum) | (frame.message_id() << 16) ^ (u32::from(bytes[1]) << 24)
+    let signature = bytes.last_chunk().filter(|_| frame.is_signed()).map_or(0, |end| u32::from_le_bytes(*end));
+    let frame = u32::from(checksum) | (frame.message_id() << 16) ^ (u32::from(bytes[1]) << 24);
+    u64::from(frame) | u64::from(signature) << 32
 }
 
 #[cfg(test)]

@@ -1,18 +1,23 @@
 //! Owns what is counted about a link and about each system and component heard on it.
 //!
-//! Loss comes from the frame counter that each MAVLink sender puts into its frames (mavlink.io, "Packet Loss
-//! Detection"): a gap counts as lost until the missing frame arrives late. It is a lower bound: a gap of 256 frames
+//! Loss comes from the frame counter that each MAVLink sender puts into the frames of each of its channels (mavlink.io, "Packet Loss
+//! Detection"), so it is followed for each source and peer: a gap counts as lost until the missing frame arrives late. It is a lower bound: a gap of 256 frames
 //! looks like none.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
+use smallvec::SmallVec;
 use vencejo_proto::{Address, DecoderStats, Frame, MonoTime};
 
 use crate::address_index::AddressIndex;
+use crate::outlet::PeerId;
 
 /// Sources counted one by one on each link; frames of further ones only count together.
 pub const MAX_SOURCES_PER_LINK: usize = 256;
+
+/// Peers of a link whose frame counters are followed for one source.
+const MAX_CHANNELS: usize = 8;
 
 /// Seconds over which rates are averaged.
 const RATE_WINDOW_S: u64 = 4;
@@ -179,6 +184,16 @@ impl SequenceTracker {
         0
     }
 
+    /// Takes in the number of a frame whose checksum cannot be verified. It counts when it is the very next, so that messages which the
+    /// dialect does not have are not missed; a forged one can hide no more than one lost frame.
+    fn on_unverified(&mut self, sequence: u8) {
+        if self.started && sequence == self.last.wrapping_add(1) {
+            self.window = (self.window << 1) | 1;
+            self.last = sequence;
+            self.moves = true;
+        }
+    }
+
     /// Forgets the last number: what comes next starts anew, without loss. For a link that was connected again.
     pub(crate) fn interrupt(&mut self) {
         self.started = false;
@@ -252,13 +267,46 @@ fn ratio(lost: u64, received: u64) -> Option<f64> {
     (sent > 0).then(|| lost as f64 / sent as f64)
 }
 
+/// The frame counter of a source as it comes from one peer: a sender counts on each of its channels by itself, and two vehicles may use
+/// one address.
+#[derive(Debug)]
+struct Channel {
+    peer: PeerId,
+    sequence: SequenceTracker,
+    last_seen: MonoTime,
+}
+
 #[derive(Debug)]
 struct SourceMeter {
     source: Address,
     received: Traffic,
-    sequence: SequenceTracker,
+    /// At most [`MAX_CHANNELS`].
+    channels: SmallVec<[Channel; 1]>,
     last_seen: MonoTime,
     rates: RateMeter,
+}
+
+impl SourceMeter {
+    /// The channel of a peer; where there is no room, in place of the one that was heard longest ago.
+    fn channel(&mut self, peer: PeerId, now: MonoTime) -> &mut Channel {
+        let known = self.channels.iter().position(|channel| channel.peer == peer);
+        let index = known.unwrap_or_else(|| {
+            if self.channels.len() < MAX_CHANNELS {
+                self.channels.push(Channel { peer, sequence: SequenceTracker::default(), last_seen: now });
+                return self.channels.len() - 1;
+            }
+            let oldest = self.channels.iter().enumerate().min_by_key(|(_, channel)| channel.last_seen);
+            let index = oldest.map_or(0, |(index, _)| index);
+            self.channels[index].peer = peer;
+            self.channels[index].sequence.interrupt();
+            index
+        });
+        &mut self.channels[index]
+    }
+
+    fn sum(&self, count: impl Fn(&SequenceTracker) -> u64) -> u64 {
+        self.channels.iter().map(|channel| count(&channel.sequence)).sum()
+    }
 }
 
 /// The counters of one link that the hub keeps under its lock.
@@ -296,8 +344,8 @@ impl LinkMeter {
         self.refused += 1;
     }
 
-    /// Counts a frame. Only frames whose checksum could be checked count for their source.
-    pub(crate) fn on_frame(&mut self, frame: &Frame, known: bool, now: MonoTime) {
+    /// Counts a frame. Only frames whose checksum could be verified count for their source.
+    pub(crate) fn on_frame(&mut self, peer: PeerId, frame: &Frame, known: bool, now: MonoTime) {
         self.frames += 1;
         let bytes = frame.bytes().len();
         let mut lost = 0;
@@ -307,15 +355,22 @@ impl LinkMeter {
             let number = self.index.get(source).or_else(|| self.add_source(source, now));
             match number.map(|number| &mut self.sources[number]) {
                 Some(meter) => {
-                    let lost_before = meter.sequence.lost;
-                    lost = meter.sequence.on_frame(frame.sequence(), now.since(meter.last_seen));
-                    self.lost = (self.lost + meter.sequence.lost).saturating_sub(lost_before);
+                    let channel = meter.channel(peer, now);
+                    let lost_before = channel.sequence.lost;
+                    lost = channel.sequence.on_frame(frame.sequence(), now.since(channel.last_seen));
+                    channel.last_seen = now;
+                    self.lost = (self.lost + channel.sequence.lost).saturating_sub(lost_before);
                     meter.received.frames += 1;
                     meter.received.bytes += bytes as u64;
                     meter.last_seen = now;
                     meter.rates.on_frame(bytes, lost, now);
                 }
                 None => self.overflow_frames += 1,
+            }
+        } else if let Some(number) = self.index.get(frame.source()) {
+            let mut channels = self.sources[number].channels.iter_mut();
+            if let Some(channel) = channels.find(|channel| channel.peer == peer) {
+                channel.sequence.on_unverified(frame.sequence());
             }
         }
         self.rates.on_frame(bytes, lost, now);
@@ -329,7 +384,7 @@ impl LinkMeter {
         self.sources.push(SourceMeter {
             source,
             received: Traffic::default(),
-            sequence: SequenceTracker::default(),
+            channels: SmallVec::new(),
             last_seen: now,
             rates: RateMeter::default(),
         });
@@ -355,8 +410,8 @@ impl LinkMeter {
 
     /// The connection was made anew: numbers may start anywhere.
     pub(crate) fn on_connected(&mut self) {
-        for source in &mut self.sources {
-            source.sequence.interrupt();
+        for channel in self.sources.iter_mut().flat_map(|source| &mut source.channels) {
+            channel.sequence.interrupt();
         }
     }
 
@@ -367,10 +422,10 @@ impl LinkMeter {
             .map(|meter| SourceStats {
                 source: meter.source,
                 received: meter.received,
-                lost: meter.sequence.lost,
-                duplicates: meter.sequence.duplicates,
-                reordered: meter.sequence.reordered,
-                restarts: meter.sequence.restarts,
+                lost: meter.sum(|sequence| sequence.lost),
+                duplicates: meter.sum(|sequence| sequence.duplicates),
+                reordered: meter.sum(|sequence| sequence.reordered),
+                restarts: meter.sum(|sequence| sequence.restarts),
                 last_seen: meter.last_seen,
                 rates: meter.rates.rates(now),
             })
@@ -423,10 +478,10 @@ impl PortCounters {
         add(&self.unknown_ids, before.unknown_id, after.unknown_id);
     }
 
-    /// Bytes that came in, and bytes that turned out to be garbage, beside what a decoder counts.
-    pub(crate) fn add_garbage(&self, came: u64, garbage: u64) {
-        self.bytes_in.fetch_add(came, Ordering::Relaxed);
-        self.garbage_bytes.fetch_add(garbage, Ordering::Relaxed);
+    /// Bytes that came in and that no decoder looks at.
+    pub(crate) fn add_ignored(&self, bytes: u64) {
+        self.bytes_in.fetch_add(bytes, Ordering::Relaxed);
+        self.garbage_bytes.fetch_add(bytes, Ordering::Relaxed);
     }
 
     pub(crate) fn add_sent(&self, bytes: usize) {
@@ -444,7 +499,7 @@ impl PortCounters {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::heartbeat;
+    use crate::testing::{heartbeat, unknown};
 
     const TICK: Duration = Duration::from_millis(20);
 
@@ -507,7 +562,7 @@ mod tests {
             let now = MonoTime::from_millis(u64::from(n) * 20);
             // Every fifth frame is missing.
             if n % 5 != 4 {
-                meter.on_frame(&heartbeat(1, 1, n as u8), true, now);
+                meter.on_frame(PeerId::default(), &heartbeat(1, 1, n as u8), true, now);
             }
         }
         let stats = meter.snapshot(&counters, MonoTime::from_millis(10_000));
@@ -522,11 +577,40 @@ mod tests {
     }
 
     #[test]
+    fn each_peer_has_its_own_counter() {
+        let mut meter = LinkMeter::new();
+        for n in 0..200u32 {
+            let now = MonoTime::from_millis(u64::from(n) * 20);
+            for (peer, first) in [(1, 10), (2, 100), (3 + n / 10, 200)] {
+                meter.on_frame(PeerId(peer), &heartbeat(1, 1, (first + n) as u8), true, now);
+            }
+        }
+        let stats = meter.snapshot(&PortCounters::default(), MonoTime::from_millis(4_000));
+        assert_eq!((stats.received.frames, stats.lost, stats.sources.len()), (600, 0, 1));
+        assert_eq!((stats.sources[0].received.frames, stats.sources[0].restarts), (600, 0));
+    }
+
+    #[test]
+    fn messages_that_the_dialect_does_not_have_are_not_missed() {
+        let mut meter = LinkMeter::new();
+        let mut hears = |frame: &Frame| {
+            meter.on_frame(PeerId::default(), frame, frame.is_known(), MonoTime::ZERO);
+            meter.snapshot(&PortCounters::default(), MonoTime::ZERO).lost
+        };
+        for n in (0..=252).step_by(3) {
+            let frames = [heartbeat(1, 1, n), unknown(1, 1, n + 1), unknown(1, 1, n + 2)];
+            assert_eq!(frames.map(|frame| hears(&frame)), [0; 3]);
+        }
+        let frames = [heartbeat(1, 1, 255), unknown(1, 1, 99), heartbeat(1, 1, 1)];
+        assert_eq!(frames.map(|frame| hears(&frame)), [0, 0, 1], "one that is not the next may be noise");
+    }
+
+    #[test]
     fn a_flood_of_sources_is_bounded() {
         let mut meter = LinkMeter::new();
         for system in 1..=255u8 {
             for component in 1..=255u8 {
-                meter.on_frame(&heartbeat(system, component, 0), true, MonoTime::ZERO);
+                meter.on_frame(PeerId::default(), &heartbeat(system, component, 0), true, MonoTime::ZERO);
             }
         }
         let stats = meter.snapshot(&PortCounters::default(), MonoTime::ZERO);

@@ -33,7 +33,7 @@ pub(crate) fn setup_signing(source: (u8, u8), target: (u8, u8), sequence: u8) ->
 /// A MAVLink 2 frame of a message that no dialect has.
 pub(crate) fn unknown(system: u8, component: u8, sequence: u8) -> Frame {
     let mut decoder = FrameDecoder::new();
-    decoder.push(&[0xfd, 3, 0, 0, sequence, system, component, 0x10, 0xf0, 0xf0, 1, 2, 3, sequence, 0xab]);
+    decoder.push_datagram(&[0xfd, 3, 0, 0, sequence, system, component, 0x10, 0xf0, 0xf0, 1, 2, 3, sequence, 0xab]);
     decoder.next_frame().expect("an unknown message is a frame")
 }
 

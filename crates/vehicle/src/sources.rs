@@ -295,6 +295,13 @@ impl Sources {
         self.list.first().map(|source| source.id)
     }
 
+    /// The sources known to be the vehicle that is followed and heard lately, the followed one first.
+    pub fn proven(&self, now: MonoTime) -> impl Iterator<Item = SourceId> {
+        let is_heard = move |source: &&Source| now.since(source.heard_at) <= LOST_AFTER;
+        let others = self.list.iter().skip(1).filter(|source| source.standing == Standing::Same).filter(is_heard);
+        self.list.first().into_iter().chain(others).map(|source| source.id)
+    }
+
     /// The source of another vehicle with the same id, if one was heard lately.
     pub fn rival(&self, now: MonoTime) -> Option<SourceId> {
         let is_rival = |source: &&Source| source.standing == Standing::Other && now.since(source.heard_at) <= OVER;
@@ -366,6 +373,9 @@ mod tests {
                 assert_eq!(sources.rival(at(ms)), None, "{rate} {ms}");
             }
             assert_eq!((sources.followed(), sources.rival(at(10_000))), (Some(A), None));
+            assert_eq!(sources.proven(at(10_000)).collect::<Vec<_>>(), [A, B]);
+            sources.on_message(A_MOVED, &heartbeat(), at(10_000));
+            assert_eq!(sources.proven(at(10_000)).count(), 2, "one that has shown nothing is not known to be it");
             assert_eq!(sources.on_message(B, &heartbeat(), at(10_000)), Taken::Beside, "the first brings none");
             let mut over = None;
             for ms in (10_000..20_000).step_by(100) {

@@ -7,7 +7,7 @@ use serial2_tokio::SerialPort;
 
 use super::{Context, End, stream};
 use crate::fault::{FaultKind, LinkFault};
-use crate::outlet::{PeerId, StreamQueue};
+use crate::outlet::{Peer, StreamQueue};
 
 /// What is handed to the system at once: some 40 ms on a 57,600 baud line.
 const BATCH_BYTES: usize = 256;
@@ -37,7 +37,7 @@ impl Serial {
         let (reader, writer) = tokio::io::split(port);
         self.queue.open();
         context.up(None, 1);
-        let end = stream::serve(context, PeerId::default(), reader, writer, &self.queue, BATCH_BYTES, |_| {}).await;
+        let end = stream::serve(context, Peer::default(), reader, writer, &self.queue, BATCH_BYTES).await;
         self.queue.close();
         match end {
             End::Broken(fault) => End::Broken(LinkFault::new(fault.kind, format!("{}: {fault}", self.path))),

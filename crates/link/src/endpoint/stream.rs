@@ -7,7 +7,7 @@ use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
 use super::{Context, End};
 use crate::fault::{FaultKind, LinkFault};
 use crate::onward::Onward;
-use crate::outlet::{PeerId, StreamQueue};
+use crate::outlet::{Peer, StreamQueue};
 use crate::port::Intake;
 
 /// What one read takes at most.
@@ -16,20 +16,19 @@ const READ_BYTES: usize = 16 * 1024;
 pub(super) const GOOD_BYE: Duration = Duration::from_millis(500);
 
 /// Serves a stream until it breaks. `batch_bytes` is what is handed to the system at once: little on a thin line, so
-/// that what we say ourselves does not wait behind much. `heard` is called with every frame, which comes from `peer`.
+/// that what we say ourselves does not wait behind much. Every frame comes from `peer`.
 pub(super) async fn serve(
     context: &Context,
-    peer: PeerId,
+    peer: Peer<'_>,
     mut reader: impl AsyncRead + Unpin,
     mut writer: impl AsyncWrite + Unpin,
     queue: &StreamQueue,
     batch_bytes: usize,
-    heard: impl FnMut(&vencejo_proto::Frame),
 ) -> End {
     let end = tokio::select! {
         biased;
         () = context.cancel.cancelled() => End::Closed,
-        end = read(context, peer, &mut reader, heard) => end,
+        end = read(context, peer, &mut reader) => end,
         end = write(&mut writer, queue, batch_bytes) => end,
     };
     if matches!(end, End::Closed) {
@@ -56,12 +55,7 @@ async fn good_bye(
     Ok(())
 }
 
-async fn read(
-    context: &Context,
-    peer: PeerId,
-    reader: &mut (impl AsyncRead + Unpin),
-    mut heard: impl FnMut(&vencejo_proto::Frame),
-) -> End {
+async fn read(context: &Context, peer: Peer<'_>, reader: &mut (impl AsyncRead + Unpin)) -> End {
     let (mut intake, mut onward) = (Intake::new(), Onward::default());
     let mut buffer = vec![0; READ_BYTES];
     loop {
@@ -72,7 +66,6 @@ async fn read(
             Ok(count) => {
                 let now = context.hub.clock().now();
                 intake.feed(&context.port, &buffer[..count], |frame| {
-                    heard(frame);
                     context.hub.receive(&context.port, peer, frame, now, &mut onward);
                 });
                 context.hub.end_reading(&mut onward);

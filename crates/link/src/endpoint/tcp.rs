@@ -12,7 +12,7 @@ use vencejo_proto::Frame;
 use super::{CONNECT_TIMEOUT, Context, End, bind_error, resolve, stream};
 use crate::address::HostPort;
 use crate::fault::{FaultKind, LinkFault};
-use crate::outlet::{Class, Outlet, PeerId, Sent, StreamQueue, To};
+use crate::outlet::{Class, Outlet, Peer, PeerId, Sent, StreamQueue, To};
 use crate::systems::SystemSet;
 
 /// Clients of one server; more are turned away.
@@ -55,7 +55,7 @@ impl Client {
         let (reader, writer) = stream.into_split();
         self.queue.open();
         context.up(local, 1);
-        let end = stream::serve(context, PeerId::default(), reader, writer, &self.queue, BATCH_BYTES, |_| {}).await;
+        let end = stream::serve(context, Peer::default(), reader, writer, &self.queue, BATCH_BYTES).await;
         self.queue.close();
         end
     }
@@ -120,6 +120,9 @@ impl Outlet for Clients {
         let joined = self.joined();
         if let Some(client) = joined.iter().find(|client| Some(client.number) == to.peer) {
             return client.queue.push(frame, class);
+        }
+        if to.is_strict() {
+            return Sent::NobodyThere;
         }
         let knows = |client: &&Joined| to.system.is_some_and(|system| client.systems.contains(system));
         let narrowed = joined.iter().any(|client| knows(&client));
@@ -220,12 +223,8 @@ async fn serve_client(
     };
     context.peers(count);
     let (reader, writer) = stream.into_split();
-    let heard = |frame: &Frame| {
-        if frame.is_known() {
-            systems.insert(frame.source().system);
-        }
-    };
-    let end = stream::serve(&context, number, reader, writer, &queue, BATCH_BYTES, heard).await;
+    let peer = Peer { id: number, systems: Some(&systems) };
+    let end = stream::serve(&context, peer, reader, writer, &queue, BATCH_BYTES).await;
     tracing::debug!(link = %context.port.id, %place, ?end, "a client left");
     context.peers(clients.remove(&queue));
 }

@@ -9,7 +9,7 @@ use tokio::time::Instant;
 
 use super::{Context, End};
 use crate::onward::Onward;
-use crate::outlet::PeerId;
+use crate::outlet::Peer;
 use crate::tlog::{SkippedBytes, TlogDecoder};
 
 /// What one read takes.
@@ -68,7 +68,7 @@ impl Replay {
             while let Some(entry) = decoder.next_entry() {
                 pace.wait_for(entry.unix_us).await;
                 let now = context.hub.clock().now();
-                context.hub.receive(&context.port, PeerId::default(), &entry.frame, now, &mut onward);
+                context.hub.receive(&context.port, Peer::default(), &entry.frame, now, &mut onward);
                 context.hub.end_reading(&mut onward);
             }
             if count == 0 {

@@ -9,6 +9,7 @@
 
 use std::io::ErrorKind;
 use std::net::{IpAddr, SocketAddr};
+use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Arc, PoisonError, RwLock};
 use std::time::Duration;
 
@@ -20,8 +21,9 @@ use super::datagrams::{Datagram, Datagrams, send_all};
 use super::reader::{Listener, Paced, Reader};
 use super::{Context, End, bind_error, resolve};
 use crate::address::HostPort;
+use crate::fault::{FaultKind, LinkFault};
 use crate::onward::Onward;
-use crate::outlet::{Class, Outlet, PeerId, Sent, To};
+use crate::outlet::{self, Class, Outlet, PeerId, Sent, To};
 use crate::port::Intake;
 use crate::systems::SystemSet;
 
@@ -46,6 +48,16 @@ enum Mode {
     Call { bind: Option<HostPort>, remote: HostPort, broadcast: bool },
     /// One place and no other.
     Connect { remote: HostPort },
+}
+
+impl Mode {
+    /// Whether what comes from outside the private networks is ignored.
+    fn hears_near_only(&self) -> bool {
+        match self {
+            Self::Listen { bind } | Self::Call { bind: Some(bind), .. } => bind.is_lan(),
+            Self::Call { bind: None, .. } | Self::Connect { .. } => false,
+        }
+    }
 }
 
 /// Somebody at the other end.
@@ -89,6 +101,9 @@ impl Door {
         places.extend(self.peers.iter().find(|peer| Some(peer.number) == to.peer).map(|peer| Some(peer.place)));
         if let (true, Some(system)) = (places.is_empty(), to.system) {
             places.extend(self.peers.iter().filter(|peer| peer.systems.contains(system)).map(|peer| Some(peer.place)));
+        }
+        if places.is_empty() && to.is_strict() {
+            return places;
         }
         if places.is_empty() {
             places.extend(self.peers.iter().map(|peer| Some(peer.place)));
@@ -145,6 +160,8 @@ impl Outlet for UdpOutlet {
 pub(super) struct Udp {
     mode: Mode,
     outlet: Arc<UdpOutlet>,
+    /// The number of the newest peer, over all openings of the socket.
+    numbers: Arc<AtomicU32>,
     /// What reads when much comes.
     paced: Option<Paced<Ear>>,
 }
@@ -167,7 +184,7 @@ impl Udp {
     }
 
     fn new(mode: Mode) -> Self {
-        Self { mode, outlet: Arc::default(), paced: None }
+        Self { mode, outlet: Arc::default(), numbers: Arc::default(), paced: None }
     }
 
     pub(super) fn outlet(&self) -> Arc<dyn Outlet> {
@@ -179,10 +196,11 @@ impl Udp {
             Ok(socket) => socket,
             Err(end) => return end,
         };
+        let callers = Callers::numbered_by(self.numbers.clone());
         let heard = match &self.mode {
             Mode::Connect { .. } => Heard::One(Intake::new()),
-            Mode::Listen { bind } if bind.is_lan() => Heard::Near(Callers::default()),
-            Mode::Listen { .. } | Mode::Call { .. } => Heard::All(Callers::default()),
+            Mode::Listen { .. } | Mode::Call { .. } if self.mode.hears_near_only() => Heard::Near(callers),
+            Mode::Listen { .. } | Mode::Call { .. } => Heard::All(callers),
         };
         context.up(socket.local_addr().ok(), usize::from(matches!(heard, Heard::One(_))));
         let ear = Ear::new(context.clone(), self.outlet.clone(), heard);
@@ -205,15 +223,20 @@ impl Udp {
             Mode::Call { bind, remote, .. } => (bind.as_ref(), Some(remote)),
             Mode::Connect { remote } => (None, Some(remote)),
         };
-        let remote = match remote {
-            Some(remote) => Some(resolve(remote).await?[0]),
-            None => None,
+        let mut place = match bind {
+            Some(bind) if !bind.is_lan() => resolve(bind).await?[0],
+            bind => SocketAddr::from(([0u8; 4], bind.map_or(0, |bind| bind.port))),
         };
-        let place = match bind {
-            Some(bind) if bind.is_lan() => SocketAddr::from(([0; 4], bind.port)),
-            Some(bind) => resolve(bind).await?[0],
-            None if remote.is_some_and(|remote| remote.is_ipv6()) => SocketAddr::from(([0u16; 8], 0)),
-            None => SocketAddr::from(([0u8; 4], 0)),
+        let remote = match remote {
+            Some(name) => {
+                let (to, from) = pair_of(&resolve(name).await?, place).ok_or_else(|| {
+                    let detail = format!("cannot send from {place} to {name}: one is IPv4, the other IPv6");
+                    End::Broken(LinkFault::new(FaultKind::NotOurAddress, detail))
+                })?;
+                place = from;
+                Some(to)
+            }
+            None => None,
         };
         let socket = Socket::new(Domain::for_address(place), Type::DGRAM, Some(Protocol::UDP))?;
         socket.set_nonblocking(true)?;
@@ -280,7 +303,7 @@ impl Listener for Ear {
             Heard::One(intake) => {
                 let count = socket.recv(buffer)?;
                 intake.feed_datagram(&context.port, &buffer[..count], |frame| {
-                    context.hub.receive(&context.port, PeerId::default(), frame, *now, onward);
+                    context.hub.receive(&context.port, outlet::Peer::default(), frame, *now, onward);
                 });
                 return Ok(());
             }
@@ -337,7 +360,6 @@ fn hear(
     // The place must be known before the hub answers what it hears.
     intake.feed_datagram(&context.port, datagram, |frame| {
         if frame.is_known() {
-            systems.insert(frame.source().system);
             if *frames == 0 {
                 is_new = true;
                 outlet.change(|door| {
@@ -346,11 +368,22 @@ fn hear(
             }
             *frames = frames.saturating_add(1);
         }
-        context.hub.receive(&context.port, number, frame, now, onward);
+        context.hub.receive(&context.port, outlet::Peer { id: number, systems: Some(systems) }, frame, now, onward);
     });
     if is_new || std::mem::take(&mut callers.has_dropped_a_peer) {
         publish(context, outlet, callers);
     }
+}
+
+/// The first of the remote addresses that can be reached from `bind`, and the address to bind for it: where every address of this machine is
+/// meant, those of the remote's IP version.
+fn pair_of(remotes: &[SocketAddr], bind: SocketAddr) -> Option<(SocketAddr, SocketAddr)> {
+    if let Some(remote) = remotes.iter().find(|remote| remote.is_ipv4() == bind.is_ipv4()) {
+        return Some((*remote, bind));
+    }
+    let remote = *remotes.first().filter(|_| bind.ip().is_unspecified())?;
+    let every = if remote.is_ipv4() { IpAddr::from([0u8; 4]) } else { IpAddr::from([0u16; 8]) };
+    Some((remote, SocketAddr::new(every, bind.port())))
 }
 
 /// Whether this machine still has the address that a socket has: after a change of network or an ended lease it does not, and
@@ -399,13 +432,17 @@ struct Callers {
     list: Vec<Caller>,
     /// The one who sent last will probably send next.
     last: usize,
-    /// Callers so far.
-    numbered: u32,
+    /// The number of the newest one.
+    numbers: Arc<AtomicU32>,
     /// One who spoke has lost its place since this was looked at.
     has_dropped_a_peer: bool,
 }
 
 impl Callers {
+    fn numbered_by(numbers: Arc<AtomicU32>) -> Self {
+        Self { numbers, ..Self::default() }
+    }
+
     fn find_or_add(&mut self, place: SocketAddr, now: MonoTime) -> Option<&mut Caller> {
         let found = match self.list.get(self.last) {
             Some(caller) if caller.place == place => Some(self.last),
@@ -419,9 +456,9 @@ impl Callers {
                     let gone = self.list.swap_remove(index);
                     self.has_dropped_a_peer |= gone.frames > 0;
                 }
-                self.numbered = self.numbered.wrapping_add(1);
+                let number = self.numbers.fetch_add(1, Ordering::Relaxed).wrapping_add(1);
                 self.list.push(Caller {
-                    number: PeerId(self.numbered),
+                    number: PeerId(number),
                     place,
                     intake: Intake::new(),
                     systems: Arc::default(),
@@ -480,7 +517,7 @@ mod tests {
 
     use super::*;
     use crate::testing::{Listening, US, command_to, heartbeat, in_time, say_something};
-    use crate::{LinkOptions, LinkState, Route};
+    use crate::{LinkOptions, LinkState, Origin, Route};
     use vencejo_proto::{FrameDecoder, MavVersion};
 
     async fn peer() -> UdpSocket {
@@ -530,6 +567,55 @@ mod tests {
         assert_eq!(stats.garbage_bytes, 18);
         assert_eq!(stats.sources.len(), 2);
         link.close().await;
+    }
+
+    #[tokio::test]
+    async fn what_is_for_one_peer_goes_to_no_other_of_its_system() {
+        let mut listening = Listening::new();
+        let link = listening.open("udpin:127.0.0.1:0").await;
+        let (one, two) = (peer().await, peer().await);
+        for (sequence, socket) in [(0, &one), (1, &two)] {
+            socket.send_to(heartbeat(1, 1, sequence).bytes(), link.local_address().unwrap()).await.unwrap();
+            listening.next().await;
+        }
+        let send = |number| {
+            let route = Route::Peer(Origin { link: link.id(), peer: PeerId(number) });
+            listening.hub.send_message(&command_to(1, 400), US, MavVersion::V2, route)
+        };
+        assert!(send(1).is_sent());
+        assert_eq!(hears(&one).await.message_id(), 76);
+        assert!(!send(3).is_sent(), "there is no such peer");
+        say_something(&listening.hub);
+        assert_eq!((hears(&one).await.message_id(), hears(&two).await.message_id()), (0, 0));
+        link.close().await;
+    }
+
+    #[test]
+    fn a_socket_that_was_opened_anew_gives_no_number_again() {
+        let udp = Udp::listen(HostPort::new("127.0.0.1", 0));
+        let mut numbers = Vec::new();
+        for _ in 0..3 {
+            let mut callers = Callers::numbered_by(udp.numbers.clone());
+            numbers.extend([1, 2].map(|port| callers.find_or_add(place(port), MonoTime::ZERO).unwrap().number.0));
+        }
+        assert_eq!(numbers, [1, 2, 3, 4, 5, 6]);
+    }
+
+    #[test]
+    fn the_socket_has_the_ip_version_of_the_remote() {
+        let address = |text: &str| text.parse::<SocketAddr>().unwrap();
+        let pair = |remotes: &[&str], bind| {
+            let remotes: Vec<_> = remotes.iter().map(|remote| address(remote)).collect();
+            pair_of(&remotes, address(bind)).map(|(remote, bind)| (remote.to_string(), bind.to_string()))
+        };
+        let (four, six) = ("10.0.0.1:9", "[2001:db8::1]:9");
+        let some = |remote: &str, bind: &str| Some((remote.to_owned(), bind.to_owned()));
+        assert_eq!(pair(&[four, six], "0.0.0.0:14550"), some(four, "0.0.0.0:14550"));
+        assert_eq!(pair(&[four, six], "[::]:14550"), some(six, "[::]:14550"));
+        assert_eq!(pair(&[six], "0.0.0.0:14550"), some(six, "[::]:14550"));
+        assert_eq!(pair(&[four], "[::]:14550"), some(four, "0.0.0.0:14550"));
+        assert_eq!(pair(&[four, six], "[::1]:14550"), some(six, "[::1]:14550"));
+        assert_eq!(pair(&[six], "127.0.0.1:14550"), None);
     }
 
     // fault 13: a socket whose address this machine has no more is given up, and opened anew
@@ -719,12 +805,25 @@ mod tests {
     #[tokio::test]
     async fn a_link_of_the_private_networks_hears_them() {
         let mut listening = Listening::new();
-        let link = listening.open("udpin:lan:0").await;
-        assert_eq!(link.address().to_string(), "udpin:lan:0");
-        let there = SocketAddr::from(([127, 0, 0, 1], link.local_address().unwrap().port()));
-        peer().await.send_to(heartbeat(1, 1, 0).bytes(), there).await.unwrap();
-        assert_eq!(listening.next().await, heartbeat(1, 1, 0));
-        link.close().await;
+        for address in ["udpin:lan:0", "udp://lan:0@127.0.0.1:9"] {
+            let link = listening.open(address).await;
+            assert_eq!(link.address().to_string(), address);
+            let there = SocketAddr::from(([127, 0, 0, 1], link.local_address().unwrap().port()));
+            peer().await.send_to(heartbeat(1, 1, 0).bytes(), there).await.unwrap();
+            assert_eq!(listening.next().await, heartbeat(1, 1, 0));
+            link.close().await;
+            listening = Listening::new();
+        }
+    }
+
+    #[test]
+    fn lan_hears_the_private_networks_alone_in_each_form() {
+        let [lan, all, remote] = ["lan", "0.0.0.0", "10.9.9.9"].map(|host| HostPort::new(host, 14550));
+        for (bind, is_near_only) in [(&lan, true), (&all, false)] {
+            let call = Mode::Call { bind: Some(bind.clone()), remote: remote.clone(), broadcast: false };
+            let modes = [Mode::Listen { bind: bind.clone() }, call];
+            assert_eq!(modes.each_ref().map(Mode::hears_near_only), [is_near_only; 2], "{bind}");
+        }
     }
 
     fn place(port: u16) -> SocketAddr {

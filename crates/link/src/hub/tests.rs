@@ -58,9 +58,19 @@ impl Bench {
         self.outlets.push(outlet);
     }
 
+    /// A link that plays a recording.
+    fn replay(&mut self, forwards: bool) {
+        let (_, state) = watch::channel(LinkState::Down);
+        let options = LinkOptions { forwards, ..LinkOptions::default() };
+        let outlet = Arc::new(Kept::with_room(0));
+        let port = self.hub.attach("tlog:flight.tlog".parse().unwrap(), options, outlet.clone(), state).unwrap();
+        self.ports.push(port);
+        self.outlets.push(outlet);
+    }
+
     fn receive(&self, link: usize, frame: &Frame) {
         let mut onward = Onward::default();
-        self.hub.receive(&self.ports[link], PeerId::default(), frame, self.clock.now(), &mut onward);
+        self.hub.receive(&self.ports[link], Peer::default(), frame, self.clock.now(), &mut onward);
         self.hub.end_reading(&mut onward);
     }
 
@@ -213,6 +223,28 @@ fn each_link_has_its_own_frame_counter() {
 }
 
 #[test]
+fn what_a_recording_holds_is_shown_to_tees_and_flies_nothing() {
+    // A plane at a link of its own, one behind a tee, and a tee for another ground station.
+    let mut bench = Bench::new(&[false, true, true]);
+    bench.replay(true);
+    let header = |sequence| Header { sequence, source: Address::new(255, 200), version: MavVersion::V2 };
+    let order = |system, sequence| command_to(system, 400).encode(header(sequence));
+    bench.receive(3, &heartbeat(1, 1, 0));
+    bench.receive(3, &order(1, 0));
+    let (seen, at_tee) = (bench.given(), [heartbeat(1, 1, 0), order(1, 0)]);
+    assert_eq!(seen, [vec![], at_tee.to_vec(), at_tee.to_vec(), vec![]], "both sides of the conversation");
+    bench.receive(0, &heartbeat(1, 1, 1));
+    bench.receive(1, &heartbeat(2, 1, 0));
+    bench.given();
+    for (system, sequence) in [(1, 1), (2, 2), (0, 3)] {
+        bench.receive(3, &order(system, sequence));
+    }
+    assert_eq!(bench.given(), [vec![], vec![], vec![order(0, 3)], vec![]], "none that a live vehicle would follow");
+    bench.receive(3, &heartbeat(1, 1, 2));
+    assert_eq!(bench.given().iter().map(Vec::len).collect::<Vec<_>>(), [0, 1, 1, 0]);
+}
+
+#[test]
 fn refusals_are_reported_and_counted() {
     let mut bench = Bench::new(&[false]);
     bench.add(false, 0);
@@ -231,7 +263,7 @@ fn what_is_read_together_is_passed_on_together_as_far_as_there_is_room() {
     let frames: Vec<_> = (0..5).map(|sequence| heartbeat(1, 1, sequence)).collect();
     let mut onward = Onward::default();
     for frame in &frames {
-        bench.hub.receive(&bench.ports[0], PeerId::default(), frame, bench.clock.now(), &mut onward);
+        bench.hub.receive(&bench.ports[0], Peer::default(), frame, bench.clock.now(), &mut onward);
     }
     assert_eq!(bench.given(), [vec![], vec![], vec![]], "not before all of it is read");
     bench.hub.end_reading(&mut onward);
@@ -244,9 +276,7 @@ fn what_is_read_together_is_passed_on_together_as_far_as_there_is_room() {
     assert_eq!((counted(1), counted(2)), ((5, 0), (3, 2)));
     // Much of it does not wait for the end.
     let flood = (0..200).map(|n| heartbeat(2, 1, n));
-    flood.for_each(|frame| {
-        bench.hub.receive(&bench.ports[0], PeerId::default(), &frame, bench.clock.now(), &mut onward)
-    });
+    flood.for_each(|frame| bench.hub.receive(&bench.ports[0], Peer::default(), &frame, bench.clock.now(), &mut onward));
     assert!(bench.given()[1].len() > 150);
 }
 

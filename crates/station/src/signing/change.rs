@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use vencejo_link::{KeyId, Route};
+use vencejo_link::{KeyId, Origin, Route};
 use vencejo_proto::{MavVersion, MonoTime, SigningKey, SystemId};
 use vencejo_vehicle::Reply;
 use vencejo_vehicle::signing::{KeyChange, KeyEnd, KeyGoal, KeyStep, Shown, setup_message};
@@ -192,12 +192,13 @@ async fn change_key(vehicle: &VehicleHandle, change: SigningChange, any_link: bo
     let (Some(false), Some(target)) = (armed, vehicle.address()) else {
         return Err(SigningError::NotDisarmed { armed }.into());
     };
-    let ways = shared.hub().links_of(system);
+    // Where the vehicle itself was heard, not where its system id was used: another one there would take the key.
     let links = shared.hub().links();
-    let ways: Vec<_> = ways.iter().filter_map(|(id, _)| links.iter().find(|link| link.id == *id)).collect();
-    let private = ways.iter().find(|link| link.accepts_unsigned);
-    let Some(link) = private.or(ways.first().filter(|_| any_link)) else {
-        let link = ways.first().map_or_else(|| "no link".to_owned(), |link| link.address.to_string());
+    let find = |origin: Origin| Some((origin, links.iter().find(|link| link.id == origin.link)?));
+    let ways: Vec<_> = shared.core().origins_of(vehicle.id(), now).into_iter().filter_map(find).collect();
+    let private = ways.iter().find(|(_, link)| link.accepts_unsigned);
+    let Some((way, _)) = private.or(ways.first().filter(|_| any_link)) else {
+        let link = ways.first().map_or_else(|| "no link".to_owned(), |(_, link)| link.address.to_string());
         return Err(SigningError::NotPrivate { link }.into());
     };
 
@@ -238,7 +239,7 @@ async fn change_key(vehicle: &VehicleHandle, change: SigningChange, any_link: bo
         ),
     };
     let began = station.now();
-    let end = send_until_shown(vehicle, system, goal, new.as_ref(), link.id, target, began).await;
+    let end = send_until_shown(vehicle, system, goal, new.as_ref(), *way, target, began).await;
     match end {
         KeyEnd::Proven => {}
         KeyEnd::Refused(text) => return Err(SigningError::Refused { text }.into()),
@@ -267,7 +268,7 @@ async fn send_until_shown(
     system: SystemId,
     goal: KeyGoal,
     new: Option<&(KeyId, SigningKey)>,
-    link: vencejo_link::LinkId,
+    way: Origin,
     target: vencejo_proto::Address,
     began: MonoTime,
 ) -> KeyEnd {
@@ -293,7 +294,7 @@ async fn send_until_shown(
                 }
                 let message = setup_message(target, key);
                 let report =
-                    shared.hub().send_message(&message, shared.our_address(), MavVersion::V2, Route::Link(link));
+                    shared.hub().send_message(&message, shared.our_address(), MavVersion::V2, Route::Peer(way));
                 if !report.is_sent() {
                     tracing::warn!(vehicle = %system, "the signing key did not leave: the link is not open");
                 }

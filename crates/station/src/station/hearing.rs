@@ -20,6 +20,11 @@ impl Core {
         is_played(self.watchers.get(&system).and_then(|watchers| watchers.sources.followed()))
     }
 
+    /// Where a vehicle is heard, and no other that uses its id: first where it is followed.
+    pub(crate) fn origins_of(&self, id: VehicleId, now: MonoTime) -> Vec<Origin> {
+        self.watchers.get(&id).map(|watchers| watchers.sources.proven(now).map(origin_of).collect()).unwrap_or_default()
+    }
+
     /// Admits a message to a vehicle. A recording is refused: its recorded messages would be taken for answers.
     pub(crate) fn admit(&self, id: VehicleId) -> Result<(), StationError> {
         let vehicle = match self.adopted.get(&id) {
@@ -139,7 +144,7 @@ impl Shared {
                 VehicleEvent::Contested
             }
             Some(Rival::Far(place)) => {
-                tracing::warn!(vehicle = %system, %place, "two computers speak by one name: nothing is sent to either");
+                tracing::warn!(vehicle = %system, %place, "two computers use one aircraft name: the one heard first is shown, and orders go to it alone");
                 VehicleEvent::Contested
             }
             None => {

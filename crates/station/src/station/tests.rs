@@ -390,7 +390,9 @@ impl Autopilot {
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn of_two_autopilots_with_one_id_the_first_is_followed_and_commanded() {
-    let station = start();
+    let folder = std::env::temp_dir().join(format!("vencejo-station-two-{}", std::process::id()));
+    let config = StationConfig { signing_dir: Some(folder.join("signing")), ..StationConfig::default() };
+    let station = Station::start(config, Handle::current()).expect("a station starts");
     let there = listening(&station).await;
     let (mut first, mut second) = (Autopilot::new(there, 600_000), Autopilot::new(there, 90_000));
     first.speak();
@@ -425,6 +427,16 @@ async fn of_two_autopilots_with_one_id_the_first_is_followed_and_commanded() {
     })
     .await;
     assert_eq!(second.heard(76) + second.heard(75), 0, "not to the other");
+    let _change = vehicle.change_signing(SigningChange::SetUp { key: None }, false);
+    in_time(async {
+        while first.heard(256) == 0 {
+            first.speak();
+            second.speak();
+            tokio::time::sleep(Duration::from_millis(20)).await;
+        }
+    })
+    .await;
+    assert_eq!(second.heard(256), 0, "nor the key");
     // A person chooses the other one.
     assert_eq!(vehicle.follow_rival(), Ok(true));
     assert!(matches!(vehicle.plan_state(PlanKind::Mission), Some(vencejo_vehicle::PlanState::Unknown(_))));
@@ -437,6 +449,7 @@ async fn of_two_autopilots_with_one_id_the_first_is_followed_and_commanded() {
     })
     .await;
     station.close().await;
+    let _ = std::fs::remove_dir_all(&folder);
 }
 
 fn roll(vehicle: &VehicleHandle) -> Option<f64> {

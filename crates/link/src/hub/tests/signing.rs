@@ -114,6 +114,44 @@ fn repetition_and_poison_harm_nobody() {
     assert_eq!(links, [bench.ports[0].id], "the attacker's link is not the way to the vehicle");
 }
 
+#[test]
+fn a_signed_frame_over_a_second_link_is_a_copy_and_teaches_its_route() {
+    let (bench, mut vehicle) = Bench::signing(&[false, false]);
+    let heard = bench.listen(SinkScope::All);
+    for sequence in 0..100 {
+        bench.clock.advance_ms(10);
+        let frame = vehicle.sign(&heartbeat(1, 1, sequence));
+        bench.receive(usize::from(sequence % 3 == 0), &frame);
+        bench.receive(usize::from(sequence % 3 != 0), &frame);
+    }
+    assert_eq!((heard.lock().unwrap().len(), bench.counts().verified, bench.counts().refused()), (100, 100, 0));
+    let stats = |port: &Arc<Port>| bench.hub.stats(port.id).unwrap();
+    assert_eq!(bench.ports.iter().map(|port| stats(port).copies).sum::<u64>(), 100);
+    assert!(bench.ports.iter().all(|port| (stats(port).received.frames, stats(port).lost) == (100, 0)));
+    assert_eq!(bench.hub.links_of(VEHICLE).len(), 2);
+    let frame = vehicle.sign(&heartbeat(1, 1, 100));
+    bench.receive(0, &frame);
+    let mut forged = frame.bytes().to_vec();
+    *forged.last_mut().unwrap() ^= 1;
+    let mut decoder = FrameDecoder::new();
+    decoder.push(&forged);
+    bench.receive(1, &decoder.next_frame().unwrap());
+    assert_eq!(bench.counts().wrong_key, 1, "with another signature it is no copy");
+}
+
+#[test]
+fn a_peer_is_known_by_admitted_frames_alone() {
+    let (bench, mut vehicle) = Bench::signing(&[false]);
+    let systems = crate::systems::SystemSet::default();
+    let hears = |frame: &Frame| {
+        let peer = Peer { id: PeerId(1), systems: Some(&systems) };
+        bench.hub.receive(&bench.ports[0], peer, frame, bench.clock.now(), &mut Onward::default());
+        systems.contains(VEHICLE)
+    };
+    assert!(!hears(&heartbeat(1, 1, 0)), "anybody may say so");
+    assert!(hears(&vehicle.sign(&heartbeat(1, 1, 1))));
+}
+
 #[cfg(unix)]
 #[test]
 fn a_device_is_looked_at_anew_at_each_connection() {
@@ -155,7 +193,7 @@ fn a_link_that_nobody_else_can_reach_is_believed() {
         let port = bench.hub.attach(text.parse().unwrap(), options, Arc::new(Kept::with_room(0)), state).unwrap();
         assert_eq!(bench.hub.links().last().unwrap().accepts_unsigned, believed, "{text}");
         let before = bench.counts();
-        bench.hub.receive(&port, PeerId::default(), &heartbeat(1, 1, 0), bench.clock.now(), &mut Onward::default());
+        bench.hub.receive(&port, Peer::default(), &heartbeat(1, 1, 0), bench.clock.now(), &mut Onward::default());
         let after = bench.counts();
         assert_eq!(after.unsigned_accepted - before.unsigned_accepted, u64::from(believed), "{text}");
         assert_eq!(after.refused() - before.refused(), u64::from(!believed), "{text}");
