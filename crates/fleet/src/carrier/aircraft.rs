@@ -209,6 +209,14 @@ struct Acting {
     operator: Arc<Operator>,
 }
 
+/// A list of parameters that is being read.
+struct Reading {
+    /// The order for which it was begun.
+    id: u128,
+    /// The orders that it answers.
+    claims: Vec<Claim>,
+}
+
 /// What is done for those far away, from session to session.
 struct Post<'a> {
     station: &'a Station,
@@ -225,8 +233,8 @@ struct Post<'a> {
     order_key: String,
     under_way: HashMap<u128, UnderWay>,
     holdings: Holdings,
-    /// The order for which the parameters are being read, and those that wait for the same.
-    reading: Option<(u128, Vec<Claim>)>,
+    /// The parameters that are being read.
+    reading: Option<Reading>,
     ended: mpsc::Sender<(Claim, RequestResult)>,
     ends: mpsc::Receiver<(Claim, RequestResult)>,
     /// In whose name orders are done here: whoever has the lease.

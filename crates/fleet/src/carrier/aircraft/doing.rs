@@ -1,12 +1,12 @@
 //! Doing orders on board: begun, told of while they go on, answered at their end.
 
 use vencejo_station::RequestResult;
-use vencejo_vehicle::{Reply, Request};
+use vencejo_vehicle::{Reply, Request, VehicleError};
 use zenoh::query::Query;
 
 use super::super::history::Told;
-use super::Post;
 use super::work::UnderWay;
+use super::{Post, Reading};
 use crate::act;
 use crate::authority::{Authority, Claim};
 use crate::judge::ToDo;
@@ -36,8 +36,15 @@ impl Post<'_> {
             let known = self.holdings.known_params(self.station.now());
             match &mut self.reading {
                 _ if known.is_some() => {}
-                Some((_, others)) => return others.push(claim),
-                none => *none = Some((claim.id, Vec::new())),
+                Some(reading) => {
+                    let begun = self.under_way.get(&reading.claims[0].id).map(UnderWay::slot);
+                    reading.claims.push(claim);
+                    if let (Some(under_way), Some(begun)) = (self.under_way.get_mut(&claim.id), begun) {
+                        under_way.join(begun);
+                    }
+                    return;
+                }
+                none => *none = Some(Reading { id: claim.id, claims: vec![claim] }),
             }
             slot.end_with(known);
         }
@@ -50,10 +57,22 @@ impl Post<'_> {
         });
     }
 
+    /// Its sender gives an order up. What others wait for as well goes on.
+    pub(super) fn recall(&mut self, id: u128, authority: &mut Authority) {
+        if let Some(reading) = self.reading.as_mut().filter(|reading| reading.claims.len() > 1)
+            && let Some(index) = reading.claims.iter().position(|claim| claim.id == id)
+        {
+            let claim = reading.claims.remove(index);
+            self.finish(&claim, &Err(VehicleError::Cancelled.into()), authority);
+        } else if let Some(under_way) = self.under_way.get(&id) {
+            under_way.cancel();
+        }
+    }
+
     pub(super) fn on_end(&mut self, claim: &Claim, result: &RequestResult, authority: &mut Authority) {
         let mut ended = vec![*claim];
-        if let Some((_, others)) = self.reading.take_if(|(id, _)| *id == claim.id) {
-            ended.extend(others);
+        if let Some(reading) = self.reading.take_if(|reading| reading.id == claim.id) {
+            ended = reading.claims;
             if let Ok(Reply::Parameters(params)) = result {
                 self.holdings.on_params_read(params, self.station.now());
             }
@@ -64,16 +83,20 @@ impl Post<'_> {
         }
         self.holdings.look(self.vehicle);
         for claim in ended {
-            let under_way = self.under_way.remove(&claim.id);
-            let plan = under_way.as_ref().and_then(|under_way| under_way.plan);
-            let answer = self.holdings.complete(act::answer_of(&claim, result), plan);
-            authority.on_ended(claim.id, answer.clone(), self.station.now());
-            if let Some((key, order)) = under_way.as_ref().map(|under_way| &under_way.order) {
-                self.keep(&Told::Order(&key.0, Some(order), &answer));
-            }
-            for query in under_way.into_iter().flat_map(|under_way| under_way.queries) {
-                self.answer(query, &answer);
-            }
+            self.finish(&claim, result, authority);
+        }
+    }
+
+    fn finish(&mut self, claim: &Claim, result: &RequestResult, authority: &mut Authority) {
+        let under_way = self.under_way.remove(&claim.id);
+        let plan = under_way.as_ref().and_then(|under_way| under_way.plan);
+        let answer = self.holdings.complete(act::answer_of(claim, result), plan);
+        authority.on_ended(claim.id, answer.clone(), self.station.now());
+        if let Some((key, order)) = under_way.as_ref().map(|under_way| &under_way.order) {
+            self.keep(&Told::Order(&key.0, Some(order), &answer));
+        }
+        for query in under_way.into_iter().flat_map(|under_way| under_way.queries) {
+            self.answer(query, &answer);
         }
     }
 }

@@ -9,7 +9,6 @@ use zenoh::query::Query;
 use super::super::history::Told;
 use super::super::network;
 use super::holdings::Holdings;
-use super::work::UnderWay;
 use super::{AGAIN, Acting, Post};
 use crate::act;
 use crate::authority::Authority;
@@ -53,11 +52,12 @@ impl Post<'_> {
         }
         // Who came for one act alone is not waited for: the failsafe would follow upon the act.
         self.station.set_heartbeat(authority.lease().is_some() || self.station.control().is_attended());
-        let recalled = authority.take_recalled();
-        for id in recalled.iter().chain(&authority.take_fenced()) {
+        for id in authority.take_recalled() {
+            self.recall(id, authority);
+        }
+        for id in authority.take_fenced() {
             // A plan that is being written is written to its end, unless its sender gives it up: half of it would be worse.
-            let may_stop = |under_way: &&UnderWay| !under_way.writes_plan() || recalled.contains(id);
-            if let Some(under_way) = self.under_way.get(id).filter(may_stop) {
+            if let Some(under_way) = self.under_way.get(&id).filter(|under_way| !under_way.writes_plan()) {
                 under_way.cancel();
             }
         }

@@ -7,7 +7,8 @@ use tokio::runtime::Handle;
 use tokio::time::timeout;
 use vencejo_flight::plan::{Mission, MissionItem};
 use vencejo_link::LinkOptions;
-use vencejo_proto::{Address, Header, Heartbeat, MavVersion, Message};
+use vencejo_proto::dialect::{MavMessage, MavParamType, PARAM_VALUE_DATA};
+use vencejo_proto::{Address, FrameDecoder, Header, Heartbeat, MavVersion, Message};
 use vencejo_station::StationConfig;
 use zenoh::Session;
 
@@ -115,6 +116,32 @@ impl Plane {
     pub(in super::super) async fn say(&self, message: &Message) {
         let frame = message.encode(Header { sequence: 0, source: Address::new(1, 1), version: MavVersion::V2 });
         self.0.send(frame.bytes()).await.expect("sent");
+    }
+
+    /// Waits until the station on board has sent it a message of this id.
+    pub(in super::super) async fn hears(&self, id: u32) {
+        let heard = timeout(WAIT, async {
+            let (mut decoder, mut buffer) = (FrameDecoder::new(), [0; 2048]);
+            loop {
+                let count = self.0.recv(&mut buffer).await.expect("received");
+                decoder.push_datagram(&buffer[..count]);
+                while let Some(frame) = decoder.next_frame() {
+                    if frame.message_id() == id {
+                        return;
+                    }
+                }
+            }
+        });
+        heard.await.unwrap_or_else(|_| panic!("no message {id}"));
+    }
+
+    /// Whether it was sent a message of this id since this was asked last.
+    pub(in super::super) fn has_heard(&self, id: u32) -> bool {
+        let (mut decoder, mut buffer) = (FrameDecoder::new(), [0; 2048]);
+        while let Ok(count) = self.0.try_recv(&mut buffer) {
+            decoder.push_datagram(&buffer[..count]);
+        }
+        std::iter::from_fn(|| decoder.next_frame()).any(|frame| frame.message_id() == id)
     }
 }
 
@@ -245,5 +272,47 @@ async fn a_list_arrives_in_parts_and_an_order_that_is_about_another_plan_is_refu
     assert!(read.why.contains("no parameter name"), "{}", read.why);
     aircraft.close().await;
     bench.session.close().await.expect("closed");
+    station.close().await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_reading_that_one_gives_up_goes_on_for_the_others() {
+    const PARAM_REQUEST_LIST: u32 = 21;
+    let (station, plane) = beside_plane().await;
+    let signers = [1, 2].map(|seed| Signer::from_seed(&[seed; 32]));
+    let (session, at) = router().await;
+    let trust = signers.iter().map(|signer| (signer.public(), Role::Observer)).collect();
+    let aircraft = Aircraft::start(station.clone(), plane7(vec![at], trust), &Handle::current()).expect("an aircraft");
+    let value = PARAM_VALUE_DATA {
+        param_id: (*b"WP_RADIUS\0\0\0\0\0\0\0").into(),
+        param_value: 90.0,
+        param_type: MavParamType::MAV_PARAM_TYPE_REAL32,
+        param_count: 1,
+        ..PARAM_VALUE_DATA::default()
+    };
+    let read = || Want::Act(Act { deed: Some(Deed::ParamList(Nothing {})), ..Act::default() });
+    let mut benches = Vec::new();
+    for next in [100, 200, 300] {
+        let mut bench = Bench { session: session.clone(), state: State::default(), operator: "", epoch: 0, next };
+        bench.look().await;
+        benches.push(bench);
+    }
+    let [first, second, recalling] = &mut benches[..] else { panic!("three") };
+    let (asked, asked_too, recalled) = {
+        let [one, two] = &signers;
+        (first.tell(one, read()), second.tell(two, read()), async {
+            plane.hears(PARAM_REQUEST_LIST).await;
+            recalling.tell(one, Want::Recall(101_u128.to_be_bytes().to_vec())).await
+        })
+    };
+    let ended = async {
+        let (answer, recalled) = tokio::join!(asked, recalled);
+        assert_eq!((answer.end(), recalled.end()), (End::Unknown, End::Done));
+        plane.say(&Message::Dialect(MavMessage::PARAM_VALUE(value))).await;
+    };
+    let (answer, ()) = timeout(WAIT, async { tokio::join!(asked_too, ended) }).await.expect("both end");
+    assert_eq!(answer.end(), End::Done, "{}", answer.why);
+    aircraft.close().await;
+    session.close().await.expect("closed");
     station.close().await;
 }

@@ -41,6 +41,11 @@ impl UnderWay {
         self.slot.clone()
     }
 
+    /// It waits for the end of what was begun for another order.
+    pub(super) fn join(&mut self, slot: Slot) {
+        self.slot = slot;
+    }
+
     pub(super) fn writes_plan(&self) -> bool {
         self.plan.is_some() && self.is_act
     }
@@ -53,14 +58,7 @@ impl UnderWay {
 
     /// Gives it up; it still ends.
     pub(super) fn cancel(&self) {
-        let pending = {
-            let mut state = self.slot.lock();
-            state.is_cancelled = true;
-            state.pending.clone()
-        };
-        if let Some(pending) = pending {
-            pending.cancel();
-        }
+        self.slot.cancel();
     }
 }
 
@@ -78,6 +76,17 @@ struct State {
 impl Slot {
     fn lock(&self) -> MutexGuard<'_, State> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn cancel(&self) {
+        let pending = {
+            let mut state = self.lock();
+            state.is_cancelled = true;
+            state.pending.clone()
+        };
+        if let Some(pending) = pending {
+            pending.cancel();
+        }
     }
 
     /// It is known already, if it is.
