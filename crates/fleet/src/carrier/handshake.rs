@@ -96,7 +96,11 @@ fn of_quic(error: &quinn::ConnectionError) -> Fault {
     let told = match error {
         quinn::ConnectionError::TimedOut => return Fault::SilentUdp,
         quinn::ConnectionError::TransportError(ours) => alert(ours.code).map(|alert| (alert, Side::Ours(&ours.reason))),
-        quinn::ConnectionError::ConnectionClosed(theirs) => alert(theirs.error_code).map(|alert| (alert, Side::Theirs)),
+        quinn::ConnectionError::ConnectionClosed(theirs) => match theirs.error_code {
+            quinn::TransportErrorCode::APPLICATION_ERROR => return Fault::HangsUp,
+            code => alert(code).map(|alert| (alert, Side::Theirs)),
+        },
+        quinn::ConnectionError::ApplicationClosed(_) | quinn::ConnectionError::Reset => return Fault::HangsUp,
         _ => None,
     };
     told.map_or_else(|| Fault::Other(error.to_string()), |(alert, side)| Fault::of_alert(alert, side))

@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 use std::io;
 use std::path::Path;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -31,6 +31,10 @@ use crate::papers::wire::{Asked, BAD_REQUEST, Given};
 use crate::payload::VERSION;
 use crate::signature::PublicKey;
 
+/// How long a router may hang up: a ground station opens its router anew when somebody was enrolled or revoked.
+const RESTART: Duration = Duration::from_secs(3);
+/// The pause before it is tried again.
+const AGAIN: Duration = Duration::from_millis(50);
 /// The version of the file.
 const FILE_VERSION: u32 = 2;
 
@@ -457,6 +461,14 @@ pub(super) async fn refusal(
     wait: Duration,
 ) -> Result<(), String> {
     let config = tls::client(known, identity).map_err(|error| error.to_string())?;
-    let tried = handshake::refusal(router.way(), &router.authority(), config, wait).await;
-    tried.map_err(|fault| fault.in_a_fleet(router.host(), unix_now()))
+    let (began, mut hung_up) = (Instant::now(), false);
+    loop {
+        let tried = handshake::refusal(router.way(), &router.authority(), config.clone(), wait).await;
+        hung_up |= tried == Err(Fault::HangsUp);
+        let may_restart = hung_up && matches!(tried, Err(Fault::HangsUp | Fault::NobodyListens));
+        if !may_restart || began.elapsed() >= RESTART {
+            return tried.map_err(|fault| fault.in_a_fleet(router.host(), unix_now()));
+        }
+        tokio::time::sleep(AGAIN).await;
+    }
 }

@@ -14,7 +14,7 @@ use super::endpoint::Endpoint;
 use super::membership::{Membership, join, refusal, renew, standing, try_address};
 use super::network::{self, Heard, Part};
 use super::organisation::Organisation;
-use super::tls::Known;
+use super::tls::{self, Known};
 use super::unix_now;
 use crate::authority::Role;
 use crate::deed::Nothing;
@@ -282,6 +282,30 @@ async fn whoever_has_no_good_certificate_is_not_let_in_and_told_why() {
         network::open(Part::Client(std::slice::from_ref(&at), WAIT), Some(&good)).await.map(drop).expect_err("refused");
     assert!(error.to_string().contains("no ground station's or router's"), "{error}");
     session.close().await.expect("closed");
+}
+
+/// As a ground station's router when somebody was enrolled or revoked: it ends its sessions, and is there again.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_router_that_hangs_up_because_it_starts_again_is_tried_again() {
+    let scratch = Scratch::new();
+    let organisation = scratch.organisation("acme");
+    let seven = enter(&organisation, "plane7");
+    let identity = organisation.identity(unix_now()).expect("read");
+    let mut config = rustls::ServerConfig::clone(&tls::server(&identity).expect("usable"));
+    config.alpn_protocols = vec![b"zenoh".to_vec()];
+    let config = quinn::crypto::rustls::QuicServerConfig::try_from(config).expect("usable");
+    let config = quinn::ServerConfig::with_crypto(Arc::new(config));
+    let router = quinn::Endpoint::server(config, ([127, 0, 0, 1], 0).into()).expect("a port");
+    let at = endpoint(&format!("quic/{}", router.local_addr().expect("bound")));
+    let serving = tokio::spawn(async move {
+        let comes = || async { router.accept().await.expect("open").accept().expect("whole") };
+        // The first is given up in the handshake, the second after it.
+        drop(comes().await);
+        drop(comes().await.await.expect("a handshake"));
+        comes().await.await.expect("a handshake").closed().await
+    });
+    assert_eq!(try_address(&at, &seven).await, Ok(()));
+    serving.await.expect("it was tried three times");
 }
 
 async fn door_of(organisation: &Organisation) -> (Door, String) {

@@ -165,7 +165,7 @@ pub(super) enum Fault {
     SilentUdp,
     /// The same at this address, the first of several of a name.
     SilentUdpAt(SocketAddr),
-    /// It hangs up before it says anything.
+    /// It ends the connection without a reason.
     HangsUp,
     /// It says something else than TLS.
     NoTls,
@@ -267,7 +267,7 @@ impl Fault {
             Self::Silent => "no answer: is the address right, and does a firewall let it through?".to_owned(),
             Self::SilentUdp => "no answer over UDP: is the address right, is it a router with QUIC, and does a firewall let UDP through?".to_owned(),
             Self::SilentUdpAt(at) => format!("no answer over UDP at {at}, the first of several addresses of {host}, and with QUIC no other is tried: give the address in place of the name, or tls/ in place of quic/"),
-            Self::HangsUp => "it hung up before it said anything: it may not speak TLS there".to_owned(),
+            Self::HangsUp => "it hung up without a reason: it may be starting again, or not speak TLS there".to_owned(),
             Self::NoTls => "it does not speak TLS there: is the port right?".to_owned(),
             Self::Stranger | Self::OtherAuthority => "its certificate is of another authority".to_owned(),
             Self::Ended => format!("its certificate has ended, or {} and is ahead", clock(now)),
@@ -332,7 +332,7 @@ mod tests {
             ),
             (said(&io::ErrorKind::ConnectionRefused.into(), ""), "nobody listens there"),
             (said(&io::ErrorKind::TimedOut.into(), ""), "firewall"),
-            (said(&io::ErrorKind::UnexpectedEof.into(), ""), "may not speak TLS"),
+            (said(&io::ErrorKind::UnexpectedEof.into(), ""), "or not speak TLS there"),
         ] {
             assert!(told.contains(says), "{told}");
         }
