@@ -6,7 +6,7 @@ use std::time::Duration;
 use vencejo_proto::{Address, Frame, Message, MonoTime};
 
 use crate::payload::{Event, Held, MAX_MESSAGES, Said, State, VERSION};
-use crate::rivals::{Rivals, THERE_FOR};
+use crate::rivals::{Rivals, Speaks, THERE_FOR};
 use crate::seal::{Picture, Seal};
 
 /// Messages of which the newest is told: what a ground station shows. HEARTBEAT, SYS_STATUS, GPS_RAW_INT, ATTITUDE,
@@ -141,7 +141,7 @@ pub struct Listener {
     run: Option<(u64, u64)>,
     /// The number of the sample up to which everything was told at once, and when.
     told: Option<(u64, MonoTime)>,
-    /// The boots before.
+    /// The other boots.
     rivals: Rivals,
 }
 
@@ -172,18 +172,19 @@ impl Listener {
         news
     }
 
-    /// Another boot than the one that is believed says something; whether it is believed from now on. A new one is, and an earlier one when
-    /// the one after it is not there any more.
+    /// A state of another boot than the one that is followed came; whether that boot is followed from now on.
     fn turns_to(&mut self, state: &State, now: MonoTime) -> bool {
-        let mut next_event = 1;
-        if self.rivals.on_state(state.boot, state.clock_ms, now) {
-            let is_alone = self.age(now) >= THERE_FOR;
-            let Some(next) = is_alone.then(|| self.rivals.take(state.boot)).flatten() else { return false };
-            next_event = next;
+        let speaks = self.rivals.on_state(state.boot, state.clock_ms, now);
+        match speaks {
+            Speaks::New | Speaks::First => {}
+            Speaks::Rival if self.age(now) >= THERE_FOR => {}
+            Speaks::Rival | Speaks::Late => return false,
         }
         let mut rivals = std::mem::take(&mut self.rivals);
+        let next_event = rivals.take(state.boot).unwrap_or(1);
         if let Some(boot) = self.boot {
-            rivals.put(boot, self.clock_ms.saturating_add(millis(self.age(now))), self.at, self.next_event);
+            let clock_ms = self.clock_ms.saturating_add(millis(self.age(now)));
+            rivals.put(boot, clock_ms, self.at, speaks != Speaks::New, self.next_event);
         }
         *self = Self { boot: Some(state.boot), next_event, rivals, ..Self::default() };
         true

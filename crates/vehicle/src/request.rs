@@ -455,8 +455,8 @@ pub enum VehicleEvent {
     HomeChanged,
     /// The vehicle does not know SET_MESSAGE_INTERVAL; its data streams were asked for instead.
     StreamsFellBack,
-    /// Another vehicle uses the same system id: it is not followed, and nothing is sent to it. Or two remote computers
-    /// use one name: nothing is sent to either.
+    /// Another vehicle uses the same system id, or another remote computer the same name: it is not followed, and nothing
+    /// is sent to it.
     Contested,
     /// The other is not heard any more.
     Uncontested,

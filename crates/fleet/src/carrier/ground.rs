@@ -244,7 +244,7 @@ impl Ground {
             // A join error would be its panic, which has been reported already.
             let _ = task.await;
             let aircraft: Vec<_> = self.fleet.aircraft().values().cloned().collect();
-            let held = aircraft.into_iter().filter(|aircraft| aircraft.known().lease.is_some());
+            let held = aircraft.into_iter().filter(|aircraft| !aircraft.known().leases.is_empty());
             let releases: Vec<_> = held
                 .map(|aircraft| tokio::spawn(async move { aircraft.release(Duration::from_millis(500)).await }))
                 .collect();
@@ -466,7 +466,7 @@ impl Fleet {
             let now = self.station.now();
             let age = |far: &Arc<FarAircraft>| {
                 let known = far.known();
-                (!known.is_present && known.lease.is_none()).then(|| known.listener.age(now))
+                (!known.is_present && known.leases.is_empty()).then(|| known.listener.age(now))
             };
             let silent = all.iter().filter_map(|(name, far)| Some((age(far).filter(|age| *age > LOST_AFTER)?, name)));
             let Some(gone) = silent.max().map(|(_, name)| name.clone()) else {

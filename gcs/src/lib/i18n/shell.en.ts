@@ -41,7 +41,7 @@ export const shellEn = {
   'bar.followRival': 'Follow that one',
   'bar.farRival': 'Two computers speak as {name}',
   'bar.farRivalDetail':
-    'Nobody can tell which of them an order would reach, so none is sent. Switch one off, or have it join the fleet by another name.',
+    'The one that was heard first is shown, and orders go to it alone. Switch the other off, or have it join the fleet by another name.',
   'bar.namesake': 'Another station with our address',
   'bar.namesakeDetail':
     'It is heard at {place}. The vehicle cannot tell it from us: give one of the two another system id.',

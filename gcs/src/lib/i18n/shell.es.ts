@@ -43,7 +43,7 @@ export const shellEs: Record<keyof typeof shellEn, string> = {
   'bar.followRival': 'Seguir a ese otro',
   'bar.farRival': 'Dos ordenadores hablan como {name}',
   'bar.farRivalDetail':
-    'Nadie puede saber a cuál de los dos llegaría una orden, así que no se envía ninguna. Apaga uno, o haz que entre en la flota con otro nombre.',
+    'Se muestra el que se oyó primero, y las órdenes van solo a ese. Apaga el otro, o haz que entre en la flota con otro nombre.',
   'bar.namesake': 'Otra estación con nuestra dirección',
   'bar.namesakeDetail':
     'Se oye en {place}. El vehículo no la distingue de nosotros: da a una de las dos otro identificador de sistema.',

@@ -59,9 +59,7 @@ impl FarAircraft {
             let system = u8::try_from(state.system).map_or(SystemId::BROADCAST, SystemId);
             let component = u8::try_from(state.component).map_or(ComponentId::AUTOPILOT, ComponentId);
             known.autopilot = Some(Address { system, component });
-            if known.lease.is_some_and(|(boot, _)| boot != state.boot) {
-                known.lease = None;
-            }
+            known.forget_leases(now);
             known.follow(&state.under_way, now);
             (news, known.plans.on_state(state.boot, state.plans_version, &state.plans))
         };

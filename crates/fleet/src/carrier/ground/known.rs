@@ -6,6 +6,7 @@ use vencejo_proto::{Address, MonoTime};
 use vencejo_station::Telling;
 use vencejo_vehicle::VehicleId;
 
+use crate::authority::LEASE;
 use crate::payload::UnderWay;
 use crate::plans::{PlanTold, PlansHeard};
 use crate::signature::PublicKey;
@@ -21,8 +22,8 @@ pub(super) struct Known {
     pub(super) id: Option<VehicleId>,
     /// Its autopilot's own address, on board.
     pub(super) autopilot: Option<Address>,
-    /// The boot and the epoch in which we have control.
-    pub(super) lease: Option<(u64, u64)>,
+    /// The epoch in which we have control, by boot. One that is not followed may be again, when the other one was no restart.
+    pub(super) leases: BTreeMap<u64, u64>,
     /// Whether its missed events are being asked for.
     pub(super) is_catching_up: bool,
     /// What it told of its plans, and what of that is shown here.
@@ -42,12 +43,38 @@ pub(super) struct Followed {
 }
 
 impl Known {
+    /// The boot that is followed.
+    fn boot(&self) -> Option<u64> {
+        self.listener.picture().map(|(boot, _)| boot)
+    }
+
     /// The epoch in which we have control with this key, as far as is known: a grant and its key are shown together, so what shows that epoch
     /// without our key, or a later one, is newer than the grant.
     pub(super) fn epoch(&mut self, own: &PublicKey) -> Option<u64> {
-        let held = self.listener.held();
-        self.lease.take_if(|(_, epoch)| held.epoch > *epoch || (held.epoch == *epoch && held.key != own.0));
-        self.lease.map(|(_, epoch)| epoch)
+        let (boot, held) = (self.boot()?, self.listener.held());
+        let epoch = *self.leases.get(&boot)?;
+        if held.epoch > epoch || (held.epoch == epoch && held.key != own.0) {
+            self.leases.remove(&boot);
+            return None;
+        }
+        Some(epoch)
+    }
+
+    /// Control ended that we had in this epoch of the boot that is followed.
+    pub(super) fn on_lost(&mut self, epoch: u64) {
+        let boot = self.boot();
+        self.leases.retain(|of, held| (Some(*of), *held) != (boot, epoch));
+    }
+
+    /// Control of the boot that is followed is given up: the epoch in which we had it.
+    pub(super) fn give_up(&mut self) -> Option<u64> {
+        self.leases.remove(&self.boot()?)
+    }
+
+    /// Forgets the leases that ran out on board, unheard.
+    pub(super) fn forget_leases(&mut self, now: MonoTime) {
+        let listener = &self.listener;
+        self.leases.retain(|boot, _| listener.heard_at(*boot).is_some_and(|at| now.since(at) < LEASE));
     }
 
     /// Whether who is shown to have control is us.
@@ -77,7 +104,7 @@ mod tests {
         let shown = |key: u8, epoch| {
             let held = Held { epoch, holder: "somebody".into(), key: vec![key; 32], ..Held::default() };
             let state = State { boot: 7, held: Some(held), ..State::default() };
-            let mut known = Known { lease: Some((7, 3)), ..Known::default() };
+            let mut known = Known { leases: BTreeMap::from([(7, 3)]), ..Known::default() };
             known.listener.on_state(&state, MonoTime::ZERO);
             (known.is_ours(&own), known.epoch(&own))
         };
@@ -87,5 +114,24 @@ mod tests {
         assert_eq!(shown(2, 4), (false, None), "another has it since");
         assert_eq!(shown(1, 4), (false, None), "in an epoch of which we have no answer");
         assert_eq!(shown(2, 3), (false, None), "ours ran out");
+    }
+    #[test]
+    fn control_of_a_computer_outlives_another_one_of_its_name() {
+        let own = PublicKey([1; 32]);
+        let mut known = Known { leases: BTreeMap::from([(7, 3)]), ..Known::default() };
+        let mut says = |boot, clock_ms, now_ms| {
+            let now = MonoTime::from_millis(now_ms);
+            let held =
+                if boot == 7 { Held { epoch: 3, key: own.0.to_vec(), ..Held::default() } } else { Held::default() };
+            known.listener.on_state(&State { boot, clock_ms, held: Some(held), ..State::default() }, now);
+            known.forget_leases(now);
+            known.epoch(&own)
+        };
+        assert_eq!(says(7, 50_000, 1_000), Some(3));
+        assert_eq!(says(8, 9_000, 1_500), None, "no order to the one is meant for the other");
+        assert_eq!(says(7, 52_000, 3_000), Some(3), "it never went");
+        assert_eq!(says(9, 1_000, 3_500), None);
+        assert_eq!((says(9, 9_000, 11_500), says(9, 10_500, 13_000)), (None, None));
+        assert!(known.leases.is_empty(), "it ran out");
     }
 }

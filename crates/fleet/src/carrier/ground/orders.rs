@@ -19,7 +19,7 @@ use crate::authority::FRESH;
 use crate::content::{MAX_WITH_ORDER, Part, unpack_items, unpack_params};
 use crate::deed::{Act, Deed, Nothing};
 use crate::errand::{self, AGAIN_AFTER, Errand, Step};
-use crate::key::{Kind, Name, key_of};
+use crate::key::{Kind, key_of};
 use crate::operator::random;
 use crate::outcome::{Outcome, PlanOutcome};
 use crate::payload::{Answer, BadPayload, End, Order, Signed, VERSION, Want};
@@ -65,14 +65,6 @@ impl Drop for Waited {
     }
 }
 
-/// Why nothing is ordered of an aircraft as which two computers speak.
-fn contested(name: &Name) -> String {
-    format!(
-        "two computers speak as {name}, and nobody can tell which of them would do it: switch one off, or have it join the fleet by another \
-         name"
-    )
-}
-
 fn is_transfer(request: &Request) -> bool {
     matches!(
         request,
@@ -85,7 +77,8 @@ impl FarAircraft {
         random::<16>().map_err(|error| self.refused(&error.to_string()))
     }
 
-    /// Does one errand: the same order until it is answered, or given up.
+    /// Sends an order to the boot that is shown until it is answered or given up. Another computer of that name does not do it: the order
+    /// names the boot.
     pub(super) async fn send(
         &self,
         want: Want,
@@ -108,11 +101,6 @@ impl FarAircraft {
         let now = fleet.station.now();
         let (boot, based_on) = {
             let known = self.known();
-            // What gives something up goes to the one that is shown; all else might be meant for the other.
-            let gives_up = matches!(want, Want::Release(_) | Want::Recall(_));
-            if !gives_up && known.listener.contested_until(now).is_some() {
-                return Err(self.refused(&contested(&self.name)));
-            }
             let age = known.listener.age(now);
             let picture = known.listener.picture().filter(|_| age < FRESH);
             picture.ok_or(StationError::Vehicle(VehicleError::NotHeard { age }))?
@@ -138,7 +126,14 @@ impl FarAircraft {
         loop {
             let (after, wait) = match step {
                 Step::Send { after, wait } => (after, wait),
-                Step::End(outcome) => return Ok(outcome),
+                Step::End(outcome) => {
+                    if let errand::Outcome::Answered(answer) = &outcome
+                        && answer.end() == End::Granted
+                    {
+                        self.known().leases.insert(boot, answer.epoch);
+                    }
+                    return Ok(outcome);
+                }
             };
             tokio::time::sleep(after).await;
             let was_present = self.known().is_present;
@@ -190,12 +185,7 @@ impl FarAircraft {
             return Ok(epoch);
         }
         match self.send(Want::Ask(Nothing {}), operator, 0, CONTROL_PATIENCE).await? {
-            errand::Outcome::Answered(answer) if answer.end() == End::Granted => {
-                let mut known = self.known();
-                let boot = known.listener.picture().map_or(0, |(boot, _)| boot);
-                known.lease = Some((boot, answer.epoch));
-                Ok(answer.epoch)
-            }
+            errand::Outcome::Answered(answer) if answer.end() == End::Granted => Ok(answer.epoch),
             outcome => Err(self.not_done(outcome)),
         }
     }
@@ -257,7 +247,7 @@ impl FarAircraft {
             };
             match answer.end() {
                 End::Held => {
-                    self.known().lease.take_if(|(_, held)| *held == epoch);
+                    self.known().on_lost(epoch);
                     // The lease ran out, and nobody has taken it since.
                     if answer.holder.is_empty() && !std::mem::replace(&mut has_asked_again, true) {
                         continue;
@@ -391,12 +381,12 @@ impl FarAircraft {
         if let Ok(errand::Outcome::Answered(answer)) = renewed
             && answer.end() == End::Held
         {
-            self.known().lease.take_if(|(_, held)| *held == epoch);
+            self.known().on_lost(epoch);
         }
     }
 
     pub(super) async fn release(&self, patience: Duration) {
-        let Some((_, epoch)) = self.known().lease.take() else { return };
+        let Some(epoch) = self.known().give_up() else { return };
         // Unheard, it ends by itself.
         let _ = self.send(Want::Release(Nothing {}), "", epoch, patience).await;
     }
@@ -406,7 +396,7 @@ impl Fleet {
     /// Keeps the control that we have of aircraft, while an operator of ours is there; gives it up otherwise.
     pub(super) fn renew(&self) {
         let is_manned = self.station.control().holder().is_some();
-        let aircraft: Vec<_> = self.aircraft().values().filter(|far| far.known().lease.is_some()).cloned().collect();
+        let aircraft: Vec<_> = self.aircraft().values().filter(|far| !far.known().leases.is_empty()).cloned().collect();
         for far in aircraft {
             tokio::spawn(
                 async move { if is_manned { far.renew().await } else { far.release(CONTROL_PATIENCE).await } },

@@ -171,23 +171,29 @@ async fn whoever_comes_late_hears_all_that_was_said() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn two_computers_that_speak_as_one_aircraft_are_shown_and_given_no_orders() {
+async fn of_two_computers_that_speak_as_one_aircraft_the_first_stays_under_control() {
+    const HEARTBEAT: u32 = 0;
+    const COMMAND_LONG: u32 = 76;
     let (station, ground) = in_the_clear(Some(endpoint("tcp/127.0.0.1:0")), Vec::new()).await;
-    let (one, other) = (on_board().await, on_board().await);
+    let ((one, flying), (other, bench)) = (beside_plane().await, beside_plane().await);
     let first = plane7(&one, ground.endpoint());
     until("it is seen", || shows(&ground, "plane7")).await;
     let vehicle = station.vehicles().into_iter().next().expect("it is there");
     assert_eq!(vehicle.rival(), None);
+    let asked = vehicle.request(Request::ReturnToLaunch);
+    flying.hears(COMMAND_LONG).await;
+    flying.hears(HEARTBEAT).await;
     let second = plane7(&other, ground.endpoint());
     until("both are noticed", || vehicle.rival().is_some()).await;
     assert_eq!(vehicle.rival().as_deref(), Some("the fleet acme"));
-    for request in [Request::ReturnToLaunch, Request::ParamRead { name: "WP_RADIUS".into() }] {
-        let ended =
-            timeout(WAIT, vehicle.request(request).wait()).await.expect("it ends").expect("it was not given up");
-        let why = ended.expect_err("nobody knows whose it is").to_string();
-        assert!(why.contains("two computers speak as plane7"), "{why}");
-    }
-    assert_eq!((first.status().holder, second.status().holder), (None, None), "not even control was asked for");
+    // The autopilot answered nothing.
+    assert!(timeout(WAIT, asked.wait()).await.expect("it ends").expect("it was not given up").is_err());
+    flying.has_heard(COMMAND_LONG);
+    let _asked = vehicle.request(Request::ReturnToLaunch);
+    flying.hears(COMMAND_LONG).await;
+    flying.hears(HEARTBEAT).await;
+    assert_eq!((first.status().holder.is_some(), second.status().holder), (true, None));
+    assert!(!bench.has_heard(COMMAND_LONG) && !bench.has_heard(HEARTBEAT), "it is not the one that is shown");
     for (station, aircraft) in [(&one, &first), (&other, &second)] {
         aircraft.close().await;
         station.close().await;
