@@ -122,6 +122,15 @@ def test_pictures_come_no_faster_than_the_rate_that_is_set(client: Client, camer
     assert client.camera.getImageData("RGB8").timeStamp != shown
 
 
+def test_viewers_of_a_camera_that_is_slow_hold_up_no_command(client: Client, cameras: list[Source]) -> None:
+    gate = threading.Event()
+    cameras[0].latest = lambda: gate.wait(30.0) and None  # type: ignore[method-assign]
+    waiting = [client.camera.getImageDataAsync("RGB8") for _ in range(20)]
+    assert client.pose.setPose3DData(client.jderobot.Pose3DData(x=40.0, y=-3.0, z=700.0)) == 2, "no vehicle is heard"
+    assert not any(call.done() for call in waiting), "the viewers still wait"
+    gate.set()
+
+
 def test_no_picture_and_a_dead_camera_are_told_apart(client: Client, cameras: list[Source]) -> None:
     missing, dead = client.jderobot.DataNotExistException, client.jderobot.HardwareFailedException
     with pytest.raises(missing) as caught:
@@ -520,6 +529,16 @@ def test_each_precise_act_takes_the_leave_from_its_context() -> None:
             act(0, *arguments, current).result(30.0)
             assert seen == [leave], act.__name__
     workers.close()
+
+
+def test_a_vehicle_that_is_asked_for_by_its_id_does_not_become_the_default() -> None:
+    station = cast(
+        "vencejo.Station", SimpleNamespace(vehicles=[SimpleNamespace(system_id=1), SimpleNamespace(system_id=2)])
+    )
+    subject = Subject(station)
+    assert [subject.need(2).system_id, subject.need().system_id, subject.need(2).system_id] == [2, 1, 2]
+    chosen = Subject(station, 2)
+    assert [chosen.need(1).system_id, chosen.need().system_id] == [1, 2]
 
 
 def test_a_lost_vehicle_is_answered_at_once_and_gets_nothing() -> None:

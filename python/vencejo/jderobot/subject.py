@@ -24,7 +24,8 @@ class Subject:
     ----------
     station : Station
     system_id : int, optional
-        Which one by default; the first that was heard when not given. That stays the one.
+        The default vehicle. If not given, the first that was heard, and of several heard by the first call that needs it
+        the one with the lowest system id; it then stays the default, whichever vehicles are asked for by their ids.
     operator : Operator, optional
         In whose name they are acted on; the program's own when not given.
     """
@@ -53,7 +54,8 @@ class Subject:
                 return self._vehicles[wanted]
             for vehicle in self._station.vehicles:
                 if wanted is None or vehicle.system_id == wanted:
-                    self._system_id = self._system_id or vehicle.system_id
+                    if wanted is None:
+                        self._system_id = vehicle.system_id
                     if self._operator is not None:
                         vehicle = self._operator.vehicle(vehicle)
                     self._vehicles[vehicle.system_id] = vehicle
