@@ -8,15 +8,18 @@ import random
 import re
 import shutil
 import subprocess
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
 from vencejo import Command, GeoPoint, InvalidRequest, MissionItem, Plan, _native, errors
+from vencejo.control import Operator
 from vencejo.geodesy import bearing_deg
 from vencejo.jderobot import IceSettings, read_cfg, read_config, runtime
-from vencejo.jderobot.access import READS, Gate
+from vencejo.jderobot.access import READS, Gate, Presence
 from vencejo.jderobot.answers import ANSWERS, answer_of
 from vencejo.jderobot.camera import _shrunk
 from vencejo.jderobot.cmdvel import PlaneTargets, Targets, Velocity
@@ -453,6 +456,44 @@ def test_a_token_that_was_replaced_is_refused_from_then_on_and_the_new_one_is_ta
     assert [may("o" * 32), may("n" * 32)] == [False, True]
     held[0] = None
     assert not may("n" * 32), "without tokens nobody else is let in"
+
+
+def test_a_connection_whose_token_was_replaced_no_longer_keeps_control() -> None:
+    held = [Tokens(viewer="v" * 32, operator="o" * 32)]
+    gate, counts = Gate(lambda: held[0]), [0]
+
+    class Present:
+        def attach(self) -> None:
+            counts[0] += 1
+
+        def detach(self) -> None:
+            counts[0] -= 1
+
+    class Connection:
+        def getInfo(self) -> object:
+            return SimpleNamespace(remoteAddress="203.0.113.1", remotePort=1)
+
+        def setCloseCallback(self, call: Callable[[object], None]) -> None:
+            closing.append(call)
+
+    closing: list[Callable[[object], None]] = []
+    connection = Connection()
+    presence = Presence(cast("Operator", Present()))
+    try:
+        presence.acts(connection, gate.standing(connection, "setMissionData", "o" * 32))
+        presence.recheck()
+        assert counts == [1]
+        held[0] = Tokens(viewer="v" * 32, operator="n" * 32)
+        presence.recheck()
+        assert counts == [0]
+        presence.acts(connection, gate.standing(connection, "setMissionData", "n" * 32))
+        presence.recheck()
+        assert counts == [1], "with the new token it is there again"
+        closing[-1](connection)
+        closing[0](connection)
+        assert counts == [0], "and leaves once"
+    finally:
+        presence.close()
 
 
 @pytest.mark.fault(44, figure="what a viewer may call over Ice commands nothing")

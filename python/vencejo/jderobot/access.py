@@ -33,6 +33,8 @@ __all__ = [
 
 _DESCRIPTORS: Final = Path("/proc/self/fd")
 _LOOK_S: Final = 0.5
+_RECHECK_S: Final = 1.0
+"""How often the tokens of connections that have acted are checked."""
 _SPARE_FILES: Final = 512
 """Descriptors for everything but Ice's connections."""
 READS: Final = frozenset(
@@ -127,28 +129,57 @@ class Gate:
 
 
 class Presence:
-    """Shows the station that whoever acted over Ice is still there: control ends soon after the last such connection."""
+    """Keeps the Ice operator present in the station while a connection that has acted is open and still authorised.
+
+    Control ends within 5 s of the last such connection's end, or of its token's replacement, as sessions over HTTP do.
+    """
 
     def __init__(self, operator: Operator) -> None:
         self._operator = operator
         self._lock = threading.Lock()
-        self._known: set[Any] = set()
+        self._known: dict[Any, Callable[[], str | None]] = {}
+        """Connection → why its newest request that acted would be refused by now."""
+        self._closed = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="vencejo-ice-presence", daemon=True)
+        self._thread.start()
 
-    def acts(self, connection: Any) -> None:
-        """A request came that is not only a look."""
+    def close(self) -> None:
+        """Stop checking tokens."""
+        self._closed.set()
+        self._thread.join(timeout=5.0)
+
+    def _run(self) -> None:
+        while not self._closed.wait(_RECHECK_S):
+            self.recheck()
+
+    def recheck(self) -> None:
+        """Detach connections whose token has been replaced. Each attaches again when it acts with a new one."""
         with self._lock:
-            if connection is None or connection in self._known:
+            known = list(self._known.items())
+        for connection, refusal in known:
+            if refusal() is not None:
+                self._gone(connection, refusal)
+
+    def acts(self, connection: Any, refusal: Callable[[], str | None]) -> None:
+        """A request that is not a mere read was let through; `refusal` tells why it would no longer be."""
+        with self._lock:
+            if connection is None:
                 return
-            self._known.add(connection)
+            is_known = connection in self._known
+            self._known[connection] = refusal
+        if is_known:
+            return
         self._operator.attach()
         # Ice takes a function, which a bound method is not, and calls it at once for a connection that is closed already.
         connection.setCloseCallback(lambda gone: self._gone(gone))
 
-    def _gone(self, connection: Any) -> None:
+    def _gone(self, connection: Any, refusal: Callable[[], str | None] | None = None) -> None:
+        """Detach a connection; if `refusal` is given, only while that is still its newest."""
         with self._lock:
-            if connection not in self._known:
+            newest = self._known.get(connection)
+            if newest is None or refusal not in (None, newest):
                 return
-            self._known.discard(connection)
+            del self._known[connection]
         self._operator.detach()
 
 

@@ -214,11 +214,12 @@ class Locator:
         Ice.UnknownException
             With the reason.
         """
-        refusal = self._gate.standing(connection, operation, token)()
+        standing = self._gate.standing(connection, operation, token)
+        refusal = standing()
         if refusal is not None:
             raise self._ice.UnknownException(refusal)
         if operation not in READS:
-            self._presence.acts(connection)
+            self._presence.acts(connection, standing)
 
     def finished(self, current: Any, servant: object, cookie: None) -> None:
         """Nothing is held for a request."""
