@@ -102,15 +102,15 @@ class FrameSource:
             now = self._monotonic_s()
             if self._frame is not None and now - self._frame[0] < self._period_s:
                 return self._frame[1]
-            frame = self.camera.latest(timeout_s)
-            if frame is None:
-                self._frame = None
-                return None
+        # Waited for outside the lock, so that callers wait beside each other.
+        frame = self.camera.latest(timeout_s)
+        if frame is not None:
             size = self._fitted(frame.width, frame.height)
             if size != (frame.width, frame.height):
                 frame = Frame(bgr=_resized(frame.bgr, size), captured_unix_s=frame.captured_unix_s)
-            self._frame = (now, frame)
-            return frame
+        with self._lock:
+            self._frame = None if frame is None else (now, frame)
+        return frame
 
     def latest_jpeg(self, timeout_s: float = 1.0) -> EncodedFrame | None:
         """The newest picture as JPEG, the source's own where that is one and fits; ``None`` when there was none in time.

@@ -99,12 +99,13 @@ class IceServer(Closing):
         operator = station.add_operator(OPERATOR, transient=True)
         closing.callback(operator.close)
         presence = Presence(operator)
+        closing.callback(presence.close)
         subject = Subject(station, settings.system_id, operator)
-        workers = Workers()
+        workers, pictures = Workers(), Workers()
         marks = Marks(settings.alone_after_s)
         jderobot, precise = slices.jderobot, slices.precise
         # Each servant is a class of ours with the skeleton of the Slice file behind it.
-        camera = slices.servant(Camera, jderobot.Camera)(slices, cameras, settings, workers, jpeg)
+        camera = slices.servant(Camera, jderobot.Camera)(slices, cameras, settings, pictures, jpeg)
         extra = slices.servant(Extra, jderobot.ArDroneExtra)(subject, workers, marks, settings, camera)
         closing.callback(extra.close)
         velocity = slices.servant(CMDVel, jderobot.CMDVel)(subject, settings.watchdog_s)
@@ -114,6 +115,7 @@ class IceServer(Closing):
         closing.callback(feed.close)
         # Ended before the others: what is under way begins no act any more while they close.
         closing.callback(workers.close)
+        closing.callback(pictures.close)
         faults = Faults(slices, workers)
         mission = slices.servant(Mission, jderobot.Mission)(slices, subject, workers, marks, settings.missions)
         bare = slices.servant(MissionOfPoses, jderobot.MissionOfPoses)(mission)

@@ -1,4 +1,4 @@
-"""Threads for what takes long, so that a mission under way holds up no other call, and no call holds up the driver's end."""
+"""Thread pools for slow operations: a mission under way delays no other call, and no call delays the driver's end."""
 
 from __future__ import annotations
 
@@ -21,7 +21,10 @@ _ENDING: Final = "the driver is ending"
 
 
 class Workers:
-    """Runs operations beside the threads that dispatch requests. Ice answers when the future is done."""
+    """Runs operations outside the dispatch threads. Ice answers when the future is done.
+
+    What commands the vehicle and what waits for pictures have a pool each: viewers of a slow camera delay no command.
+    """
 
     def __init__(self) -> None:
         self._pool = ThreadPoolExecutor(_THREADS, thread_name_prefix="vencejo-ice")
