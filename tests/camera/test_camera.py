@@ -343,6 +343,28 @@ def test_no_still_is_made_of_an_old_picture(server: MjpegServer) -> None:
             still_picture(camera, unix_s=taken + 60.0)
 
 
+def test_a_stream_that_is_joined_between_key_frames_is_recorded_from_the_next_one_on(tmp_path: Path) -> None:
+    frames = coded(VIDEO / "small-h264.mp4")
+    keys = [number for number, frame in enumerate(frames) if frame.is_key]
+    go = threading.Event()
+
+    class Joined(Scripted):
+        def frames(self) -> Iterator[EncodedFrame]:
+            yield from frames[1 : keys[1]]
+            assert go.wait(30.0)
+            yield from frames[keys[1] :]
+            self._closed.wait()
+
+    with Camera("rtsp://camera/", open=lambda _: Joined([]), recording_dir=tmp_path) as camera:
+        wait_for(lambda: camera.status.frames == keys[1] - 1, "live, without a key frame")
+        camera.start_recording()
+        go.set()
+        wait_for(lambda: camera.status.frames == len(frames) - 1, "the rest")
+        ended = camera.stop_recording()
+    assert ended is not None
+    assert sum(1 for _ in raw_packets(ended.path)) == len(frames) - keys[1]
+
+
 def test_a_recording_holds_what_the_source_sent(tmp_path: Path) -> None:
     with Camera(str(VIDEO / "small-h264.mp4"), name="nose", recording_dir=tmp_path) as camera:
         wait_for(lambda: camera.status.frames > 3, "pictures")

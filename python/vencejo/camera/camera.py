@@ -346,7 +346,8 @@ class Camera(Closing):
     def start_recording(self) -> Recording:
         """Begin to record; the recording that is under way when there is one.
 
-        A source that is read on demand is waited for: 8 s at most.
+        A source that is read on demand is waited for: 8 s at most. H.264 is written from a key frame on: the last one if its
+        group of pictures is at hand, else the next.
 
         Raises
         ------
@@ -357,7 +358,7 @@ class Camera(Closing):
             if (recording := self._recording()) is not None:
                 return recording
             self._wait_for_pictures(WAKE_S if self._state is CameraState.STANDBY else 0.0)
-            if not self._has_pictures() or self._state is not CameraState.LIVE:
+            if self._state is not CameraState.LIVE:
                 raise CameraError(f"no pictures come from {self.source}, so there is nothing to record")
         with self._beginning:
             with self._lock:
