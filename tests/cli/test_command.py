@@ -24,6 +24,7 @@ from typer.testing import CliRunner, Result
 from vencejo.cli import app, common
 from vencejo.cli.common import EXIT_CODES, Exit, clean, describe_error
 from vencejo.cli.demo import demo_mission
+from vencejo.cli.map_areas import _wanted
 from vencejo.cli.onboard import tell_status
 from vencejo.cli.params import Change, compare, same, write_all
 from vencejo.cli.record import _watch_recording
@@ -263,6 +264,19 @@ def test_a_mission_is_given_the_best_landing_of_a_runway(tmp_path: Path) -> None
     assert [one["verdict"] for one in found] == ["good", "good", "doubtful", "doubtful"]
     for wrong in (("--runway", "1,2"), ("--at", "40,-3", "--runway", "1,2,3,4"), ("--choice", "99")):
         assert run("plan", "land", str(mission), *wrong).exit_code != 0, wrong
+
+
+def test_offline_maps_around_a_plan_leave_out_what_is_not_flown_to(tmp_path: Path) -> None:
+    home = vencejo.Home(40.33, -3.79, 600.0)
+    items = (
+        vencejo.MissionItem.takeoff(0.0, 0.0, alt_rel_home_m=40.0),
+        vencejo.MissionItem.waypoint(40.34, -3.80, alt_rel_home_m=60.0),
+        vencejo.MissionItem.land_start(0.0, 0.0, alt_rel_home_m=40.0),
+    )
+    file = tmp_path / "field.plan"
+    vencejo.Plan(items=items, home=home).save(file)
+    shape = _wanted("pnoa", "Field", file, 500.0, None, "8-17")["shape"]
+    assert shape["points"] == [{"lat_deg": 40.33, "lon_deg": -3.79}, {"lat_deg": 40.34, "lon_deg": -3.80}]
 
 
 def test_a_plan_that_cannot_be_read(tmp_path: Path) -> None:

@@ -136,7 +136,7 @@ def site_of(plan: Plan, at: str | None, runway: str | None) -> GeoPoint | Runway
 
 
 def place_of(item: MissionItem) -> GeoPoint | None:
-    """Where an item is; ``None`` without a place."""
+    """Where an item has the plane fly; ``None`` for an action, and for 0/0, which is "here" to ArduPilot."""
     from vencejo.plan import GeoPoint
 
     if not item.is_nav or item.lat_deg is None or item.lon_deg is None or (item.lat_deg == 0.0 and item.lon_deg == 0.0):

@@ -25,6 +25,7 @@ from vencejo.cli.common import (
     stdout,
     table,
 )
+from vencejo.cli.landing import place_of
 from vencejo.cli.map_service import FolderOption, MapService, StationOption, TokenOption, map_service, opened, quoted
 
 areas_app = typer.Typer(
@@ -255,8 +256,8 @@ def _wanted(source: str, name: str, around: Path | None, buffer_m: float, box: s
 
         plan = Plan.load(around)
         points = [] if plan.home is None else [{"lat_deg": plan.home.lat_deg, "lon_deg": plan.home.lon_deg}]
-        places = ((item.lat_deg, item.lon_deg) for item in plan.items)
-        points += [{"lat_deg": lat, "lon_deg": lon} for lat, lon in places if lat is not None and lon is not None]
+        places = (place_of(item) for item in plan.items)
+        points += [{"lat_deg": place.lat_deg, "lon_deg": place.lon_deg} for place in places if place is not None]
         if not points:
             raise Failed(f"{around} has no position")
         shape = {"kind": "route", "points": points, "buffer_m": buffer_m}
