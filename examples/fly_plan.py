@@ -28,7 +28,11 @@ with vencejo.connect(link) as plane:
         plane.arm()
     except vencejo.CommandRefused as refused:
         sys.exit(f"not armed: {refused}")  # with the autopilot's own reasons
-    plane.start_mission()  # AUTO: the pilot's radio can take over at any time
+    try:
+        plane.start_mission()  # AUTO: the pilot's radio can take over at any time
+    except BaseException:
+        plane.disarm()  # it is not left armed on the ground
+        raise
 
     item = None
     for now in plane.stream(rate_hz=10):

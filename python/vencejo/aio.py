@@ -25,7 +25,14 @@ from collections.abc import AsyncIterator, Callable, Iterable, Mapping, Sequence
 from typing import Any, Literal, cast
 
 from vencejo import _native
-from vencejo.errors import CommandTimeout, InvalidRequest
+from vencejo.errors import (
+    CommandRefused,
+    CommandTimeout,
+    ControlHeld,
+    InvalidRequest,
+    NotPossibleNow,
+    VencejoError,
+)
 from vencejo.plan import Home, Plan
 from vencejo.signing import SigningInfo
 from vencejo.station import Station
@@ -507,18 +514,44 @@ class AsyncVehicle(VehicleState):
     async def send_and_fly(self, plan: Plan, *, progress: ProgressCallback | None = None) -> None:
         """Upload a mission, verify it, prepare the flight, arm and start it at its first item: the one operation that does all.
 
-        A vehicle that is armed already is neither prepared nor armed.
+        A vehicle that is armed already is neither prepared nor armed. One that was armed by this call is disarmed again when
+        the mission does not start, whatever the reason: an error, Ctrl-C, a cancelled task.
 
         Raises
         ------
         VencejoError
-            Whatever step fails; later steps are then not taken.
+            Whatever step fails; later steps are then not taken. Its text says so if the vehicle may still be armed.
         """
         await self.upload(plan, progress=progress)
-        if not self.telemetry.is_armed:
-            await self.prepare_flight()
-            await self.arm()
-        await self.start_mission(from_item=1)
+        if self.telemetry.is_armed:
+            await self.start_mission(from_item=1)
+            return
+        await self.prepare_flight()
+        may_be_armed = True
+        try:
+            try:
+                await self.arm()
+            except (CommandRefused, ControlHeld, NotPossibleNow):
+                may_be_armed = False
+                raise
+            await self.start_mission(from_item=1)
+        except BaseException as error:
+            if may_be_armed:
+                await self._stand_down(error)
+            raise
+
+    async def _stand_down(self, reason: BaseException) -> None:
+        """Disarm a vehicle that was armed for a flight that did not begin; one that flies its mission already goes on."""
+        from vencejo import modes
+
+        telemetry = self.telemetry
+        if telemetry.is_armed and telemetry.mode in modes.MISSION:
+            return
+        try:
+            await self.disarm()
+        except VencejoError as error:
+            why = f"{str(reason) or type(reason).__name__}; the vehicle MAY STILL BE ARMED: {error}"
+            raise VencejoError(f"the mission was not started: {why}") from reason
 
     async def note(self, text: str, *, severity: int = 6) -> None:
         """Put a text of ours beside the vehicle's own, for whoever watches it through this station. Nothing is sent.

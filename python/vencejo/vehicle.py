@@ -17,7 +17,14 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias, cast
 from vencejo import _native
 from vencejo._closing import Closing
 from vencejo._native import MavlinkMessage
-from vencejo.errors import CommandTimeout, InvalidRequest
+from vencejo.errors import (
+    CommandRefused,
+    CommandTimeout,
+    ControlHeld,
+    InvalidRequest,
+    NotPossibleNow,
+    VencejoError,
+)
 
 if TYPE_CHECKING:
     from vencejo.findings import Finding
@@ -890,18 +897,44 @@ class Vehicle(Closing, VehicleState):
     def send_and_fly(self, plan: Plan, *, progress: ProgressCallback | None = None) -> None:
         """Upload a mission, verify it, prepare the flight, arm and start it at its first item: the one operation that does all.
 
-        A vehicle that is armed already is neither prepared nor armed.
+        A vehicle that is armed already is neither prepared nor armed. One that was armed by this call is disarmed again when
+        the mission does not start, whatever the reason: an error, Ctrl-C, a cancelled task.
 
         Raises
         ------
         VencejoError
-            Whatever step fails; later steps are then not taken.
+            Whatever step fails; later steps are then not taken. Its text says so if the vehicle may still be armed.
         """
         self.upload(plan, progress=progress)
-        if not self.telemetry.is_armed:
-            self.prepare_flight()
-            self.arm()
-        self.start_mission(from_item=1)
+        if self.telemetry.is_armed:
+            self.start_mission(from_item=1)
+            return
+        self.prepare_flight()
+        may_be_armed = True
+        try:
+            try:
+                self.arm()
+            except (CommandRefused, ControlHeld, NotPossibleNow):
+                may_be_armed = False
+                raise
+            self.start_mission(from_item=1)
+        except BaseException as error:
+            if may_be_armed:
+                self._stand_down(error)
+            raise
+
+    def _stand_down(self, reason: BaseException) -> None:
+        """Disarm a vehicle that was armed for a flight that did not begin; one that flies its mission already goes on."""
+        from vencejo import modes
+
+        telemetry = self.telemetry
+        if telemetry.is_armed and telemetry.mode in modes.MISSION:
+            return
+        try:
+            self.disarm()
+        except VencejoError as error:
+            why = f"{str(reason) or type(reason).__name__}; the vehicle MAY STILL BE ARMED: {error}"
+            raise VencejoError(f"the mission was not started: {why}") from reason
 
     # Texts ---------------------------------------------------------------------------------------------------------
 

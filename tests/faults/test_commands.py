@@ -225,3 +225,23 @@ def test_ten_thousand_random_calls_move_nothing(mock: MockPlane, plane: vencejo.
     plane.station.set_heartbeat(True)
     plane.set_mode("RTL")
     assert len(mock.acts()) == 1
+
+
+@pytest.mark.parametrize("disarms", [True, False])
+def test_a_plane_that_was_armed_for_a_flight_that_does_not_begin_is_disarmed(
+    mock: MockPlane, plane: vencejo.Vehicle, disarms: bool
+) -> None:
+    def answer(message: Any) -> list[Any] | None:
+        command = getattr(message, "command", None) if message.get_type().startswith("COMMAND_") else None
+        is_disarm = command == mavlink.MAV_CMD_COMPONENT_ARM_DISARM and message.param1 == 0
+        refused = command == mavlink.MAV_CMD_DO_SET_MODE or (is_disarm and not disarms)
+        return [mock.ack(message, mavlink.MAV_RESULT_DENIED)] if refused else None
+
+    mock.on_message = answer
+    mock.do(lambda: mock.say(mavlink.MAVLink_extended_sys_state_message(0, mavlink.MAV_LANDED_STATE_ON_GROUND)))
+    wait_for(lambda: plane.telemetry.is_on_ground, "on the ground")
+    plan = vencejo.Plan(items=(vencejo.MissionItem.waypoint(40.0, -3.0, alt_rel_home_m=60.0),))
+    with pytest.raises(vencejo.VencejoError, match="DENIED" if disarms else "MAY STILL BE ARMED"):
+        plane.send_and_fly(plan)
+    assert mock.is_armed is not disarms
+    assert f"COMMAND_LONG {mavlink.MAV_CMD_COMPONENT_ARM_DISARM}" in mock.acts(), "it was armed"
