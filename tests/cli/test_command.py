@@ -6,6 +6,7 @@ import contextlib
 import inspect
 import io
 import json
+import os
 import re
 import shlex
 import socket
@@ -239,6 +240,25 @@ def test_mission_show_of_a_file() -> None:
     assert told["items"][-1]["name"] == "NAV_LAND"
     assert told["items"][-1]["lat_deg"] == pytest.approx(40.3332)
     assert 8_000 < told["length_m"] < 14_000
+
+
+def test_an_output_that_is_not_utf_8_ends_no_command() -> None:
+    """On Windows what is redirected is cp1252, which has no arrow; a report of the vehicle must not end the flight's."""
+    program = """
+from vencejo.cli.common import take_any_character
+from vencejo.cli.report import Reporter
+take_any_character()
+for json in (False, True):
+    Reporter(json=json).step("mode", "mode AUTO → RTL 😀 é")
+"""
+    env = {**os.environ, "PYTHONIOENCODING": "cp1252"}
+    shown = subprocess.run([sys.executable, "-c", program], env=env, capture_output=True, timeout=60, check=True)
+    line, told = shown.stdout.decode("cp1252").splitlines()
+    assert line == "mode AUTO \\u2192 RTL \\U0001f600 é"
+    assert json.loads(told)["text"] == "mode AUTO → RTL 😀 é"
+    with pytest.raises(UnicodeEncodeError) as caught:
+        "→".encode("cp1252")
+    assert describe_error(caught.value)[0] is Exit.FAILED, "which is no wrong usage"
 
 
 def test_the_demo_mission_is_sound() -> None:

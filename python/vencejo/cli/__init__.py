@@ -13,7 +13,7 @@ import typer
 
 from vencejo.cli.ask import ask
 from vencejo.cli.camera import camera
-from vencejo.cli.common import RootGroup, end_by_signal
+from vencejo.cli.common import RootGroup, end_by_signal, take_any_character
 from vencejo.cli.demo import demo
 from vencejo.cli.fleet import fleet_app
 from vencejo.cli.fly import fly
@@ -99,4 +99,5 @@ app.command(add_help_option=False, context_settings=SIM_CONTEXT)(sim)
 def main() -> None:
     """Entry point of the ``vencejo`` command."""
     end_by_signal()
+    take_any_character()
     app(prog_name="vencejo")

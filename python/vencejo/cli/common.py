@@ -9,6 +9,7 @@ from __future__ import annotations
 import contextlib
 import enum
 import functools
+import io
 import json
 import math
 import os
@@ -128,8 +129,8 @@ def describe_error(error: Exception) -> tuple[Exit, str]:
         missing = [f"\n  {detail}" for detail in details if str(detail) not in text]
         todo = [f"\n  To do: {remedy}" for remedy in getattr(error, "remedies", ())]
         return code, text + "".join(missing + todo)
-    if isinstance(error, UnicodeEncodeError):
-        # What stood on the command line, as Python passes it on; nothing else has such characters.
+    if isinstance(error, UnicodeEncodeError) and any("\udc80" <= c <= "\udcff" for c in str(error.object)):
+        # Bytes of the command line that are not UTF-8, as Python passes them on (PEP 383).
         return Exit.USAGE, f"{clean(error.object)[:80]} is not UTF-8: give names and paths in it"
     if isinstance(error, OSError):
         name = f"{error.filename}: " if error.filename is not None else ""
@@ -197,6 +198,13 @@ def end_by_signal() -> None:
         signal.signal(signal.SIGTERM, end)
 
 
+def take_any_character() -> None:
+    """Have characters that the output's encoding lacks, such as "→" in cp1252, written as escapes instead of raising."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
+
+
 def clean(text: str, *, keep_lines: bool = False) -> str:
     """Text from an aircraft or a file, without what could steer a terminal."""
     return "".join(c if c.isprintable() or (keep_lines and c == "\n") else "\N{REPLACEMENT CHARACTER}" for c in text)
@@ -240,8 +248,15 @@ def warn_of_open_key(key: Path | None) -> None:
 
 
 def put_json(value: Any) -> None:
-    """One line of JSON to standard output. Not-a-number is a fault of ours and never written."""
-    sys.stdout.write(json.dumps(value, allow_nan=False, ensure_ascii=False, default=str) + "\n")
+    """Write one line of JSON to standard output, in ASCII where that is not UTF-8.
+
+    Raises
+    ------
+    ValueError
+        For NaN or infinity, which JSON does not have.
+    """
+    is_utf8 = (sys.stdout.encoding or "").lower().replace("-", "") == "utf8"
+    sys.stdout.write(json.dumps(value, allow_nan=False, ensure_ascii=not is_utf8, default=str) + "\n")
     sys.stdout.flush()
 
 
