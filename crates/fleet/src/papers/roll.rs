@@ -192,7 +192,10 @@ impl Roll {
     /// # Errors
     /// What is wrong with it.
     pub fn read(bytes: &[u8]) -> Result<Self, String> {
-        let roll: Self = serde_json::from_slice(bytes).map_err(|error| error.to_string())?;
+        let mut json = serde_json::Deserializer::from_slice(bytes);
+        // With the path of the value, such as `members.plane7.serial`: its line alone says little to a person.
+        let roll: Self = serde_path_to_error::deserialize(&mut json).map_err(|error| error.to_string())?;
+        json.end().map_err(|error| error.to_string())?;
         match roll.version {
             1..=VERSION => Ok(Self { version: VERSION, ..roll }),
             other => Err(format!("it is of version {other}, this program knows those to {VERSION}")),

@@ -96,6 +96,9 @@ fn a_roll_is_read_as_it_is_kept() {
     roll.enter("plane7", &[1; 32], None, NOW, NOW);
     roll.promise(&plane("plane8"), &ticket(1), TOKEN_S, NOW).expect("promised");
     assert_eq!(Roll::read(&roll.bytes()), Ok(roll));
+    let damaged = br#"{"version": 1, "hosts": [], "members": {"plane7": 5}}"#;
+    let told = Roll::read(damaged).expect_err("plane7 is a number");
+    assert!(told.starts_with("members.plane7: ") && told.contains("line 1"), "{told}");
     assert!(Roll::read(b"{\"version\": 3, \"hosts\": []}").is_err_and(|error| error.contains("version 3")));
     let first = br#"{"version": 1, "hosts": ["ground"], "aircraft": {"plane7": {"enrolled": 1, "ends": 2, "key": "00", "revoked": 2}}}"#;
     let read = Roll::read(first).expect("the first version");
