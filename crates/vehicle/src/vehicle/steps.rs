@@ -153,6 +153,9 @@ impl Context<'_> {
         }
         let [lat_deg, lon_deg, alt_m] = given.map(|(_, value)| value.unwrap_or_default());
         height("alt_amsl_m", alt_m)?;
+        if !is_here {
+            Self::chosen(lat_deg, lon_deg, "a position that was chosen; leave it out for where the vehicle is")?;
+        }
         let params = [f32::from(u8::from(is_here)), 0.0, 0.0, 0.0];
         let command = self.at_position(cmd::DO_SET_HOME, 0, params, (lat_deg, lon_deg, alt_m))?;
         if self.has_command_int {
@@ -224,6 +227,7 @@ impl Context<'_> {
                     Some(radius) => in_range("radius_m", radius, 1.0..=30_000.0, "1 to 30,000 m")?,
                     None => 0.0,
                 };
+                Self::chosen(lat_deg, lon_deg, "a position that was chosen")?;
                 if !self.has_command_int {
                     let is_plain = radius_m.is_none() && speed_m_s.is_none() && turn == Turn::Clockwise;
                     return self.guided_item((lat_deg, lon_deg, alt_m), alt_frame, is_plain, change_mode);

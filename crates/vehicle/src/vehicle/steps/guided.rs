@@ -32,6 +32,16 @@ impl Context<'_> {
         }
     }
 
+    /// Refuses 0/0: the position of fields that were never filled in, which ArduPilot takes for "here".
+    pub(super) fn chosen(lat_deg: f64, lon_deg: f64, expected: &'static str) -> Result<(), VehicleError> {
+        // As it is sent: what rounds to 0/0 is 0/0.
+        let is_zero = |degrees: f64| (degrees * 1e7).round() == 0.0;
+        if is_zero(lat_deg) && is_zero(lon_deg) {
+            return Err(invalid("lat_deg", "0, as lon_deg", expected));
+        }
+        Ok(())
+    }
+
     /// A COMMAND_INT with a checked position.
     pub(super) fn at_position(
         &self,

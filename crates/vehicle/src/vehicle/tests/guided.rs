@@ -42,6 +42,19 @@ fn a_plane_in_guided_takes_courses_and_climbs() {
 }
 
 #[test]
+fn the_zeros_of_a_position_that_was_never_filled_in_are_refused() {
+    let mut world = flying(1, GUIDED_PLANE);
+    let home = |lat_deg, lon_deg| Request::SetHome { lat_deg, lon_deg, alt_amsl_m: lat_deg.map(|_| 0.0) };
+    for request in [reposition(0.0, 0.0, 60.0), reposition(1e-9, -1e-9, 60.0), home(Some(0.0), Some(0.0))] {
+        assert!(matches!(ask(&mut world, request), Err(VehicleError::InvalidValue { field: "lat_deg", .. })));
+    }
+    assert_eq!(world.plane.ints, [], "nothing was sent");
+    for request in [reposition(0.0, 0.001, 60.0), home(None, None), home(Some(0.001), Some(0.0))] {
+        assert_eq!(ask(&mut world, request), Ok(Reply::Done));
+    }
+}
+
+#[test]
 fn what_the_mode_or_the_values_rule_out_is_not_sent() {
     let mut plane = flying(1, 10);
     let mut guided = flying(1, GUIDED_PLANE);
