@@ -15,9 +15,9 @@ export const cameraApi = {
   list: () => http.json<CameraInfo[]>('GET', '/cameras'),
   startRecording: (name: string) => http.json<CameraInfo>('POST', path(name, '/recording')),
   stopRecording: (name: string) => http.json<CameraInfo>('DELETE', path(name, '/recording')),
-  snapshot: async (name: string): Promise<Blob> => (await http.request('GET', path(name, '/snapshot'))).blob(),
+  snapshot: (name: string) => http.blob('GET', path(name, '/snapshot')),
   /** The same, kept on the server's disk as well. */
-  keepSnapshot: async (name: string): Promise<Blob> => (await http.request('POST', path(name, '/snapshot'))).blob(),
+  keepSnapshot: (name: string) => http.blob('POST', path(name, '/snapshot')),
   footage: () => http.json<Footage[]>('GET', '/footage'),
   footageAddress: (name: string) => http.address(`/footage/${encodeURIComponent(name)}`),
   deleteFootage: (name: string) => http.json<object>('DELETE', `/footage/${encodeURIComponent(name)}`),

@@ -1,5 +1,5 @@
 // The HTTP API, one method per call. Every failure is a ProblemError.
-import { Http, type Options } from './http';
+import { bodyOf, Http, type Options } from './http';
 import type {
   ChangeSigning,
   CommandName,
@@ -62,8 +62,7 @@ const notesOf = (answer: Response): PlanFileNote[] =>
 
 export class Api extends Http {
   info = () => this.json<Info>('GET', '/info');
-  openSession = (body: NewSession, signal?: AbortSignal) =>
-    this.json<Session>('POST', '/session', body, signalled(signal));
+  openSession = (body: NewSession, signal: AbortSignal) => this.json<Session>('POST', '/session', body, { signal });
   takeControl = () => this.json<Partial<Session>>('POST', '/control/take', {});
   releaseControl = () => this.json<Partial<Session>>('POST', '/control/release', {});
   requestControl = () => this.json<Partial<Session>>('POST', '/control/request', {});
@@ -104,13 +103,13 @@ export class Api extends Http {
     this.confirmed([`clear-${kind}`], (options) =>
       this.json<Operation>('DELETE', `/vehicles/${id}/plan/${kind}`, undefined, options),
     );
-  operation = <Result>(id: Operation['id'], signal?: AbortSignal) =>
-    this.json<Operation<Result>>('GET', `/operations/${encodeURIComponent(id)}`, undefined, signalled(signal));
+  operation = <Result>(id: Operation['id'], options: Options = {}) =>
+    this.json<Operation<Result>>('GET', `/operations/${encodeURIComponent(id)}`, undefined, options);
   cancelOperation = (id: Operation['id']) => this.json<unknown>('DELETE', `/operations/${encodeURIComponent(id)}`);
 
   async parsePlan(name: string, file: Blob): Promise<{ plan: Plan; notes: PlanFileNote[] }> {
     const answer = await this.request('POST', `/plan/parse?name=${encodeURIComponent(name)}`, file);
-    return { plan: (await answer.json()) as Plan, notes: notesOf(answer) };
+    return { plan: (await bodyOf(answer.json())) as Plan, notes: notesOf(answer) };
   }
   checkPlan = (plan: Plan, vehicle?: number) =>
     this.json<PlanFinding[]>('POST', '/plan/check', vehicle === undefined ? { plan } : { plan, vehicle });
@@ -129,7 +128,7 @@ export class Api extends Http {
   async learnPlane(recording: Blob, vehicle?: number): Promise<LearnedPlane> {
     const query = vehicle === undefined ? '' : `?vehicle=${vehicle}`;
     const answer = await this.request('POST', `/plan/learn${query}`, recording);
-    return (await answer.json()) as LearnedPlane;
+    return (await bodyOf(answer.json())) as LearnedPlane;
   }
   designLanding = (asked: LandingRequest) => this.json<Landing>('POST', '/plan/landing', asked);
   landingAlternatives = (asked: LandingRequest) =>
@@ -142,7 +141,7 @@ export class Api extends Http {
   complexParts = (plan: Plan) => this.json<ComplexPart[]>('POST', '/plan/complex-items', plan);
   async formatPlan(plan: Plan, as: PlanFileFormat): Promise<{ file: Blob; notes: PlanFileNote[] }> {
     const answer = await this.request('POST', `/plan/format?as=${as}`, plan);
-    return { file: await answer.blob(), notes: notesOf(answer) };
+    return { file: await bodyOf(answer.blob()), notes: notesOf(answer) };
   }
   draft = () => this.json<PlanDrafts>('GET', '/draft');
   saveDraft = (draft: NewPlanDraft) => this.json<PlanDraft>('PUT', '/draft', draft);
@@ -156,5 +155,3 @@ export class Api extends Http {
       this.json<Parameter>('PUT', `/vehicles/${id}/params/${encodeURIComponent(name)}`, { value }, options),
     );
 }
-
-const signalled = (signal: AbortSignal | undefined): Options => (signal === undefined ? {} : { signal });

@@ -1,11 +1,12 @@
 // Requests to the server's HTTP API. Every failure is a ProblemError.
+import { type Connection, connection as ownConnection } from './connection';
 import { challengeOf, noAnswer, ProblemError, problemOf } from './problem';
 
 export type Method = 'GET' | 'POST' | 'PUT' | 'DELETE';
 
 export interface Options {
-  /** Ends a request that nobody waits for any more. */
-  readonly signal?: AbortSignal;
+  /** Aborts the request. Default: the loss of the connection; `null`: nothing does, as for a long upload. */
+  readonly signal?: AbortSignal | null;
   /** Of a dangerous act, as the server gave it. */
   readonly confirmation?: string;
 }
@@ -13,10 +14,16 @@ export interface Options {
 export class Http {
   readonly #base: string;
   readonly #fetch: typeof fetch;
+  readonly #connection: Connection;
 
-  constructor(base = '/api/v1', fetchWith: typeof fetch = (...args) => fetch(...args)) {
+  constructor(
+    base = '/api/v1',
+    fetchWith: typeof fetch = (...args) => fetch(...args),
+    connection: Connection = ownConnection,
+  ) {
     this.#base = base;
     this.#fetch = fetchWith;
+    this.#connection = connection;
   }
 
   /** The address of a path of the API, for links. */
@@ -26,7 +33,7 @@ export class Http {
 
   async json<T>(method: Method, path: string, body?: unknown, options: Options = {}): Promise<T> {
     const response = await this.request(method, path, body, options);
-    const text = await response.text();
+    const text = await bodyOf(response.text());
     // An empty answer stands for "done, nothing to tell".
     return (text === '' ? {} : JSON.parse(text)) as T;
   }
@@ -46,7 +53,7 @@ export class Http {
   }
 
   async request(method: Method, path: string, body?: unknown, options: Options = {}): Promise<Response> {
-    const { signal, confirmation } = options;
+    const { signal = this.#connection.signal, confirmation } = options;
     const init: RequestInit = {
       method,
       credentials: 'same-origin',
@@ -54,7 +61,7 @@ export class Http {
         accept: 'application/json',
         ...(confirmation === undefined ? {} : { 'vencejo-confirmation': confirmation }),
       },
-      ...(signal === undefined ? {} : { signal }),
+      signal,
     };
     if (body instanceof Blob) {
       init.body = body;
@@ -71,5 +78,19 @@ export class Http {
     }
     if (!response.ok) throw new ProblemError(await problemOf(response));
     return response;
+  }
+
+  async blob(method: Method, path: string, body?: unknown, options: Options = {}): Promise<Blob> {
+    const response = await this.request(method, path, body, options);
+    return bodyOf(response.blob());
+  }
+}
+
+/** The connection may be lost between the head of an answer and its body. */
+export async function bodyOf<T>(body: Promise<T>): Promise<T> {
+  try {
+    return await body;
+  } catch (error) {
+    throw new ProblemError(noAnswer(error));
   }
 }

@@ -1,4 +1,5 @@
 // Tiles of a map's source, with the reason where there is none: an <img> would hide it.
+import { connection } from './connection';
 import { noAnswer, problemOf } from './problem';
 import type { Problem } from './types';
 
@@ -87,7 +88,7 @@ export function tileLoader(fetchWith: typeof fetch = (...args) => fetch(...args)
 
 async function load(address: string, signal: AbortSignal, fetchWith: typeof fetch): Promise<TileAnswer> {
   try {
-    const response = await fetchWith(address, { credentials: 'same-origin', signal });
+    const response = await fetchWith(address, { credentials: 'same-origin', signal: connection.or(signal) });
     if (response.ok) {
       const isStale = response.headers.get('vencejo-tile') === 'stale';
       return { kind: 'tile', picture: await response.blob(), isStale };

@@ -47,11 +47,10 @@ export class MapsApi extends Http {
     );
 
   files = () => this.json<MapFile[]>('GET', '/maps/files');
-  upload = (file: File) => this.json<UploadedFile>('POST', `/maps/files?name=${part(file.name)}`, file);
+  upload = (file: File) =>
+    this.json<UploadedFile>('POST', `/maps/files?name=${part(file.name)}`, file, { signal: null });
   /** The picture of an image overlay. */
-  async image(id: string): Promise<Blob> {
-    return (await this.request('GET', `/maps/sources/${part(id)}/image`)).blob();
-  }
+  image = (id: string): Promise<Blob> => this.blob('GET', `/maps/sources/${part(id)}/image`);
 
   areas = () => this.json<Area[]>('GET', '/maps/areas');
   estimateArea = (body: AreaRequest) => this.json<AreaEstimate>('POST', '/maps/areas/estimate', body);
@@ -60,7 +59,9 @@ export class MapsApi extends Http {
   resumeArea = (id: string) => this.json<Area>('POST', `/maps/areas/${part(id)}/resume`);
   removeArea = (id: string) => this.json<unknown>('DELETE', `/maps/areas/${part(id)}`);
   importArea = (source: string, file: File) =>
-    this.json<Area>('POST', `/maps/areas/import?source=${part(source)}&name=${part(file.name)}`, file);
+    this.json<Area>('POST', `/maps/areas/import?source=${part(source)}&name=${part(file.name)}`, file, {
+      signal: null,
+    });
   /** Where an area can be fetched as an MBTiles file, for a link. */
   exportAddress = (id: string) => this.address(`/maps/areas/${part(id)}/export`);
 

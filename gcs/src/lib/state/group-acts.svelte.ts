@@ -1,9 +1,10 @@
 // One act on the marked vehicles: a request to each, and what became of each.
 import { SvelteMap } from 'svelte/reactivity';
+import { connection } from '$lib/api/connection';
 import type { Problem } from '$lib/api/types';
 import { type GroupAct, inTurns, isToldNothing, type Outcome, OUTCOMES, outcomeOf } from '$lib/domain/group-act';
 import type { Listed } from '$lib/domain/roster';
-import { api, problemFrom, station } from './station.svelte';
+import { api, problemFrom } from './station.svelte';
 
 /** Requests under way at once: a browser has six connections, and a single act must find one free. */
 const AT_ONCE = 4;
@@ -44,7 +45,8 @@ class GroupActs {
       this.#answers.set(row.id, { id: row.id, name, state, problem: null, isDisarmed });
     }
     const told = whom.filter(({ row }) => !isToldNothing(row));
-    const { whileConnected: signal } = station;
+    // those that still wait in line when the connection is lost are not told later
+    const { signal } = connection;
     await inTurns(told, AT_ONCE, async ({ row, name }) => {
       let answer: GroupAnswer = { id: row.id, name, state: 'done', problem: null, isDisarmed: false };
       try {

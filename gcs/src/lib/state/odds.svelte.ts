@@ -1,4 +1,5 @@
 // Many rehearsals of what is edited: where they pass, and what the odds are. Asked for by a person, and taken back when the plan changes.
+import { connection } from '$lib/api/connection';
 import type { Problem, Rehearsal, Spread } from '$lib/api/types';
 import { plan } from './plan.svelte';
 import { planAssessed } from './plan-assessed.svelte';
@@ -43,7 +44,7 @@ class Odds {
         profile: planeProfile.asked,
         runs: RUNS,
       };
-      const spread = await api.spread(asked, asking.end.signal);
+      const spread = await api.spread(asked, connection.or(asking.end.signal));
       if (this.#asking === asking) this.#told = { of, spread };
     } catch (error) {
       if (this.#asking === asking) this.problem = problemFrom(error);

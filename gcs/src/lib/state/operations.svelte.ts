@@ -79,7 +79,7 @@ export class Operations {
     if (this.#asked.has(key)) return;
     this.#asked.add(key);
     try {
-      this.update(await this.#api.operation(id, AbortSignal.timeout(ANSWER_MS)));
+      this.update(await this.#api.operation(id, { signal: AbortSignal.timeout(ANSWER_MS) }));
     } catch (error) {
       // No answer: it is asked again. An answer that says no: a new server does not know it any more.
       if (error instanceof ProblemError && error.problem.status === 404) this.#fail(key, error);

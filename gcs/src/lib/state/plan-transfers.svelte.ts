@@ -1,4 +1,5 @@
 // The way of the plan to the vehicle and back, part by part, and what the station has read from there.
+import { ownProblem, ProblemError } from '$lib/api/problem';
 import type { Operation, Plan as ApiPlan, PlanKind } from '$lib/api/types';
 import { emptyPlan, type Plan } from '$lib/domain/plan';
 import { type Draft, draftOf } from '$lib/domain/plan-edit';
@@ -12,6 +13,8 @@ interface Transfer {
   readonly vehicle: Vehicle;
   readonly part: PlanKind;
   readonly operation: Operation | null;
+  /** Aborted when a person cancels before the server has begun an operation. */
+  readonly cancelled: AbortController;
 }
 
 class PlanTransfers {
@@ -28,7 +31,7 @@ class PlanTransfers {
     let sent: ApiPlan | undefined;
     for (const part of parts.length > 0 ? parts : (['mission'] as const)) {
       const isDone = await this.#transfer('send', part, vehicle, async (vehicle) => {
-        await plan.settled;
+        await Promise.race([plan.settled, this.#cancelled()]);
         sent ??= plan.asApi();
         await this.#follow(await api.sendPlan(vehicle.systemId, part, sent));
         return sent;
@@ -60,7 +63,9 @@ class PlanTransfers {
     else plan.editAreas((areas) => ({ ...areas, [part]: read[part] }));
   }
 
+  /** Ends the transfer; one that is being handed to the server, as soon as that has begun an operation. */
   async cancel(): Promise<void> {
+    this.transfer?.cancelled.abort();
     const operation = this.transfer?.operation;
     if (!operation) return;
     try {
@@ -116,7 +121,7 @@ class PlanTransfers {
   ): Promise<boolean> {
     if (vehicle === null || this.transfer !== null) return false;
     plan.problem = null;
-    this.transfer = { kind, part, vehicle, operation: null };
+    this.transfer = { kind, part, vehicle, operation: null, cancelled: new AbortController() };
     try {
       const there = await run(vehicle);
       onBoard.note(vehicle, part, (await api.planOnBoard(vehicle.systemId, part)).state, there);
@@ -129,8 +134,17 @@ class PlanTransfers {
     }
   }
 
+  /** Rejects when the transfer is cancelled. */
+  #cancelled(): Promise<never> {
+    const signal = this.transfer?.cancelled.signal;
+    return new Promise((_, reject) => {
+      signal?.addEventListener('abort', () => reject(new ProblemError(ownProblem('cancelled', 499))));
+    });
+  }
+
   async #follow<Result = unknown>(operation: Operation): Promise<Result> {
     if (this.transfer !== null) this.transfer = { ...this.transfer, operation };
+    if (this.transfer?.cancelled.signal.aborted) await this.cancel();
     return operations.finish<Result>(operation);
   }
 }

@@ -1,6 +1,7 @@
 // The station: session and control, links, vehicles and operations, kept up to date over the WebSocket.
 import { Api, type Acting, type CommandName, type VehicleCommands } from '$lib/api/client';
 import type { Options } from '$lib/api/http';
+import { connection } from '$lib/api/connection';
 import { Pending } from '$lib/api/pending';
 import { problemFrom } from '$lib/api/problem';
 import { parse, Socket, type SocketState } from '$lib/api/socket';
@@ -73,9 +74,6 @@ export class Station {
   /** What is told of a vehicle while its whole state is asked for; of the two, this is the newer. */
   readonly #meanwhile = new Map<number, ServerMessage[]>();
 
-  /** Ends with the connection. */
-  #connection = new AbortController();
-
   readonly #assessments = new Pending<Assessment>();
   readonly #ways = new Pending<Way>();
   #nextSeq = 1;
@@ -99,14 +97,6 @@ export class Station {
   isOperator = $derived(this.session?.role === 'operator');
   /** Who asks for control. */
   requestedBy = $derived(this.session?.requested_by ?? null);
-
-  /**
-   * Ends what asks for an answer that may never come: a network that swallows everything ends no request by itself, and the button
-   * that waits for it would be dead after the connection is back.
-   */
-  get whileConnected(): AbortSignal {
-    return this.#connection.signal;
-  }
 
   start(): void {
     this.#token = takeToken();
@@ -187,9 +177,7 @@ export class Station {
     let answer: Answer;
     try {
       const acts = 'force' in body && body.force === true ? [`force-${command}`] : [];
-      const { whileConnected: signal } = this;
-      const send = (confirmed: Options) =>
-        api.command(vehicle.systemId, command, body, { ...options, ...confirmed, signal });
+      const send = (confirmed: Options) => api.command(vehicle.systemId, command, body, { ...options, ...confirmed });
       // What is forced has been held for a second: that confirms it.
       await api.confirmed(acts, send);
       answer = { ...asked, state: 'accepted', at_ms: performance.now() };
@@ -342,8 +330,7 @@ export class Station {
       for (const vehicle of vehicles.all) void this.#meet(vehicle);
     } else {
       this.#away_ms ??= performance.now();
-      this.#connection.abort('the connection was lost');
-      this.#connection = new AbortController();
+      connection.lose();
       this.#endQuestions('the connection was lost');
     }
   }
