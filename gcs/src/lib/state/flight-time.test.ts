@@ -1,4 +1,4 @@
-import { describe, expect, it } from 'vitest';
+import { afterEach, describe, expect, it, vi } from 'vitest';
 import { FlightClock } from './flight-time';
 
 describe('FlightClock', () => {
@@ -23,6 +23,35 @@ describe('FlightClock', () => {
     clock.update(10, false);
     clock.update(20, true);
     expect(clock.update(5, false)).toBeNull();
+    clock.update(20, true);
+    clock.update(900, true);
+    expect(clock.update(60, false)).toBeNull();
+  });
+
+  describe('on a page that was closed in flight', () => {
+    const day_s = 86_400;
+    const stored = () => {
+      const store = new Map<string, string>();
+      vi.stubGlobal('localStorage', {
+        getItem: (key: string) => store.get(key) ?? null,
+        setItem: (key: string, value: string) => store.set(key, value),
+      });
+      const clock = new FlightClock('5');
+      clock.update(499, false, 499);
+      clock.update(500, true, 500);
+      return () => new FlightClock('5');
+    };
+    afterEach(() => vi.unstubAllGlobals());
+
+    it('goes on when it is opened again', () => {
+      expect(stored()().update(620, true, 621)).toEqual({ seconds: 120, isExact: true });
+    });
+
+    it('knows nothing of the flight of another day', () => {
+      const opened = stored();
+      expect(opened().update(200, false, day_s)).toBeNull();
+      expect(opened().update(620, true, day_s)).toEqual({ seconds: 0, isExact: false });
+    });
   });
 
   it('keeps counting while it is not known whether it flies', () => {
