@@ -62,6 +62,24 @@ describe('Vehicle', () => {
     expect(one.unseenWarnings).toBe(1);
   });
 
+  it('counts what came while the connection was lost, and what nobody had looked at before', () => {
+    const text = (time_s: number, severity = 2) => ({ time_s, severity, text: `text of ${time_s}` });
+    const vehicle = new Vehicle(1);
+    vehicle.setServerTime(100, 10_000);
+    vehicle.setTexts([text(50), text(60)], 10_000);
+    expect(vehicle.unseenWarnings, 'from before').toBe(0);
+    vehicle.addText(text(100), 10_000);
+    const before = vehicle.texts;
+    vehicle.setTexts([text(60), text(100), text(120, 0), text(121, 6)], 40_000);
+    expect(vehicle.unseenWarnings).toBe(2);
+    expect(vehicle.texts.slice(0, 2), 'those here stay the same').toEqual(before.slice(1));
+    vehicle.see();
+    expect(vehicle.unseenWarnings).toBe(0);
+    vehicle.setServerTime(5, 60_000);
+    vehicle.setTexts([text(3)], 60_000);
+    expect(vehicle.unseenWarnings, 'of a server that was started anew').toBe(1);
+  });
+
   it('takes over the age that a group had when it was sent', () => {
     const { wind } = groups;
     const vehicle = heard({ ...groups, wind: { ...wind!, age_s: 4 } }, 10_000);

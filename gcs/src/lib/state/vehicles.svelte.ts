@@ -34,10 +34,12 @@ export interface Text {
   id: number;
   severity: number;
   text: string;
+  /** When it arrived, seconds on the station's clock. */
+  time_s: number;
   /** Time of day at which it arrived. */
   at: Date;
-  /** Whether it came while this app was looking, not from the past. */
-  isLive: boolean;
+  /** Whether it came after this page began to follow the vehicle. */
+  isNews: boolean;
 }
 
 /** How well a vehicle is heard. */
@@ -94,11 +96,13 @@ export class Vehicle {
   /** Server time (`time_s`) minus our monotonic time: tells when a text of the past came. */
   #serverOffset_s: number | null = null;
   #nextText = 1;
+  /** Whether the texts from before it was followed are here. */
+  #hasPastTexts = false;
   /** The newest text that a person has looked at. */
   #seenText = $state(0);
   /** Warnings that came since. */
   unseenWarnings = $derived(
-    this.texts.filter(({ isLive, id, severity }) => isLive && id > this.#seenText && severity <= WARNING).length,
+    this.texts.filter(({ isNews, id, severity }) => isNews && id > this.#seenText && severity <= WARNING).length,
   );
 
   age_s = $derived(clock.age_s(this.lastHeard_ms));
@@ -244,20 +248,25 @@ export class Vehicle {
     this.#serverOffset_s = time_s - now_ms / 1000;
   }
 
-  addText({ severity, text, time_s }: StatusText, now_ms: number): void {
-    const entry = { id: this.#nextText++, severity, text, at: this.#timeOfDay(time_s, now_ms), isLive: true };
-    this.texts = [...this.texts.slice(-(TEXTS_KEPT - 1)), entry];
+  addText(text: StatusText, now_ms: number): void {
+    this.texts = [...this.texts.slice(-(TEXTS_KEPT - 1)), this.#entry(text, now_ms, true)];
   }
 
-  /** All texts that the server has kept: replaces those here, so that a reconnection shows none twice. */
+  /** All texts that the server has kept. After a reconnection those that are here stay as they are, and newer ones are news. */
   setTexts(texts: readonly StatusText[], now_ms: number): void {
-    this.texts = texts.slice(-TEXTS_KEPT).map(({ severity, text, time_s }) => ({
-      id: this.#nextText++,
-      severity,
-      text,
-      at: this.#timeOfDay(time_s, now_ms),
-      isLive: false,
-    }));
+    const known = new Map(this.texts.map((text) => [keyOf(text), text]));
+    const newest_s = this.texts.at(-1)?.time_s ?? -Infinity;
+    // a server that was started anew counts from zero
+    const isSameClock = this.#serverOffset_s === null || newest_s <= this.#serverOffset_s + now_ms / 1000;
+    const isNews = (text: StatusText): boolean => this.#hasPastTexts && (!isSameClock || text.time_s > newest_s);
+    this.texts = texts
+      .slice(-TEXTS_KEPT)
+      .map((text) => known.get(keyOf(text)) ?? this.#entry(text, now_ms, isNews(text)));
+    this.#hasPastTexts = true;
+  }
+
+  #entry({ severity, text, time_s }: StatusText, now_ms: number, isNews: boolean): Text {
+    return { id: this.#nextText++, severity, text, time_s, at: this.#timeOfDay(time_s, now_ms), isNews };
   }
 
   #timeOfDay(time_s: number, now_ms: number): Date {
@@ -269,6 +278,8 @@ export class Vehicle {
     if (this.lastHeard_ms === null || at_ms > this.lastHeard_ms) this.lastHeard_ms = at_ms;
   }
 }
+
+const keyOf = ({ time_s, text }: StatusText): string => `${time_s} ${text}`;
 
 /** The groups after a change; what the vehicle no longer has is gone. */
 export function withChanges(groups: TelemetryGroups, changes: TelemetryChanges): TelemetryGroups {
