@@ -162,6 +162,11 @@ export const shellEs: Record<keyof typeof shellEn, string> = {
   'fly.takeoff': 'Despegar ahora',
   'fly.takeoffNeedsArmed': 'Sin misión: arma primero. El avión asciende de frente y da vueltas.',
   'fly.abortOnly': 'Solo mientras el avión aterriza.',
+  'fly.isLanding':
+    'El avión está aterrizando: para cambiar su altura o aterrizar de otro modo, aborta antes el aterrizaje.',
+  'fly.mayBeLanding':
+    'No se sabe si el avión está aterrizando: su misión no se ha leído. Léela antes de cambiar su altura o de aterrizar.',
+  'fly.heightInMission': 'En una misión vale hasta el punto siguiente.',
   'fly.progress': 'Punto {item} de {total}',
   'fly.progressDone': 'La misión ha terminado.',
   'fly.toItem': 'hasta él {distance}',

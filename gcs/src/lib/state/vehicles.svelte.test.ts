@@ -80,6 +80,18 @@ describe('Vehicle', () => {
     expect(vehicle.unseenWarnings, 'of a server that was started anew').toBe(1);
   });
 
+  it('may be landing while it flies a mission that was not read', () => {
+    const vehicle = new Vehicle(1);
+    const landing = (is_landing: boolean | null, follows_mission: boolean | null) => {
+      vehicle.apply({ groups: {}, progress: { ...progress!, is_landing, follows_mission }, heardAt_ms: {} });
+      return vehicle.landing;
+    };
+    expect(vehicle.landing).toBe('no');
+    expect(landing(null, true)).toBe('maybe');
+    expect([landing(true, true), landing(true, false), landing(false, true)]).toEqual(['yes', 'yes', 'no']);
+    expect([landing(null, false), landing(null, null)]).toEqual(['no', 'no']);
+  });
+
   it('takes over the age that a group had when it was sent', () => {
     const { wind } = groups;
     const vehicle = heard({ ...groups, wind: { ...wind!, age_s: 4 } }, 10_000);

@@ -116,6 +116,12 @@ export class Vehicle {
     const landed = this.groups.extended?.landed;
     return landed === undefined || landed === 'undefined' ? null : landed === 'on ground';
   });
+  /** Whether it lands now; `maybe` while it flies a mission that was not read. */
+  landing = $derived.by<'no' | 'yes' | 'maybe'>(() => {
+    const { is_landing, follows_mission } = this.progress ?? {};
+    if (is_landing == null) return follows_mission === true ? 'maybe' : 'no';
+    return is_landing ? 'yes' : 'no';
+  });
   kind = $derived(vehicleKind(this.groups.heartbeat?.mav_type ?? null));
   /** What to call it, in the language in use. */
   /** Its name in a fleet, when it is far away: the id is then only this server’s. */
