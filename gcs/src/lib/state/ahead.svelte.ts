@@ -1,16 +1,25 @@
 // The rest of the mission that a plane flies now, as rehearsed from where it is, beside what was expected when it began.
 import type { Beginning, Outlook as Told, RehearsedFlight, WhatIfs } from '$lib/api/types';
-import { planWind } from './plan-wind.svelte';
+import { CALM, estimateOf, planWind } from './plan-wind.svelte';
 import { planeProfile } from './plane-profile.svelte';
 import { api } from './station.svelte';
 import { type Vehicle, vehicles } from './vehicles.svelte';
 
+/** Where the wind of a rehearsal is from: the vehicle's own estimate; of one that has none, what a pilot set, or no wind. */
+export type WindFrom = 'vehicle' | 'pilot' | 'nobody';
+
+function windFrom(vehicle: Vehicle): WindFrom {
+  if (estimateOf(vehicle) !== null) return 'vehicle';
+  return vehicle === vehicles.selected && planWind.isChosen ? 'pilot' : 'nobody';
+}
+
 /** Flies the rest of its mission from where it was last heard to be, and leaves that to its ghost; `null` when it flies none. */
 async function rehearseRest(vehicle: Vehicle, begun: Beginning | null = null): Promise<WhatIfs> {
   const from_ms = vehicle.placed_ms;
+  const chosen = windFrom(vehicle) === 'pilot' ? planWind.wind : CALM;
   const rest = await api.whatIf({
     vehicle: vehicle.systemId,
-    wind: planWind.wind,
+    wind: estimateOf(vehicle) ?? chosen,
     triggers: [],
     profile: vehicle === vehicles.selected ? planeProfile.asked : {},
     begun,
@@ -25,6 +34,7 @@ const ASK_MS = 2000;
 /** How it goes; what is not known is `null`. */
 export interface Outlook extends Told {
   readonly flight: RehearsedFlight;
+  readonly windFrom: WindFrom;
   /** When the expectation is from; `null`: there is none, because how much of its circle was flown is not known. */
   readonly since: Date | null;
 }
@@ -65,7 +75,9 @@ class Ahead {
         const { ahead: flight, now, outlook } = await rehearseRest(vehicle, first?.begun);
         if (isOver) return;
         if (flight !== null && now !== null) first ??= { begun: { now, track: expectedOf(flight) }, since: new Date() };
-        this.outlook = flight === null ? null : { ...(outlook ?? AS_EXPECTED), flight, since: first?.since ?? null };
+        const since = first?.since ?? null;
+        this.outlook =
+          flight === null ? null : { ...(outlook ?? AS_EXPECTED), flight, since, windFrom: windFrom(vehicle) };
       } catch {
         // not known just now: its mission is not read yet, or the server is gone
         if (!isOver) this.outlook = null;

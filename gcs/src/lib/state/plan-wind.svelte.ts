@@ -1,30 +1,48 @@
-// The wind that a plan is drawn for: what the pilot set, else what the vehicle estimates, else none.
+// The wind: what a vehicle estimates, which its flight is in; and what a plan is drawn for, which a pilot may set instead.
 import { MOST_WIND_M_S, type Wind } from '$lib/domain/wind';
 import { load, save } from './stored';
-import { vehicles } from './vehicles.svelte';
+import { type Vehicle, vehicles } from './vehicles.svelte';
 
-const CALM: Wind = { from_deg: 0, speed_m_s: 0 };
+export const CALM: Wind = { from_deg: 0, speed_m_s: 0 };
+
+/** A wind that a pilot has set. */
+interface Chosen extends Wind {
+  readonly set_unix_ms: number;
+}
+
+/** A vehicle's own estimate, in steps, since it wanders all the time; `null` while it has none. */
+export function estimateOf(vehicle: Vehicle | null): Wind | null {
+  const { wind } = vehicle?.groups ?? {};
+  const [from_deg, speed_m_s] = [inSteps(wind?.from_deg, 5), inSteps(wind?.speed_m_s, 0.5)];
+  if (from_deg === null || speed_m_s === null) return null;
+  return { from_deg: from_deg % 360, speed_m_s: Math.min(speed_m_s, MOST_WIND_M_S) };
+}
 
 class PlanWindStore {
-  #chosen = $state.raw<Wind | null>(load('plan-wind', null, readWind));
-  // in steps, as plain numbers: an estimate wanders all the time, and what is drawn from it need not
-  #from_deg = $derived(inSteps(vehicles.selected?.groups.wind?.from_deg, 5));
-  #speed_m_s = $derived(inSteps(vehicles.selected?.groups.wind?.speed_m_s, 0.5));
+  #chosen = $state.raw<Chosen | null>(load('plan-wind', null, readChosen));
+  // as plain numbers, so that what is drawn from an estimate that stays the same is not drawn again
+  #from_deg = $derived(estimateOf(vehicles.selected)?.from_deg ?? null);
+  #speed_m_s = $derived(estimateOf(vehicles.selected)?.speed_m_s ?? null);
 
-  /** The vehicle's own estimate; `null` while it has none. */
+  /** The estimate of the selected vehicle. */
   estimated = $derived.by<Wind | null>(() => {
     const [from_deg, speed_m_s] = [this.#from_deg, this.#speed_m_s];
-    if (from_deg === null || speed_m_s === null) return null;
-    return { from_deg: from_deg % 360, speed_m_s: Math.min(speed_m_s, MOST_WIND_M_S) };
+    return from_deg === null || speed_m_s === null ? null : { from_deg, speed_m_s };
   });
   /** `null` when nobody has set one and the vehicle has none. */
-  known = $derived(this.#chosen ?? this.estimated);
+  known = $derived.by<Wind | null>(() => {
+    if (this.#chosen === null) return this.estimated;
+    const { from_deg, speed_m_s } = this.#chosen;
+    return { from_deg, speed_m_s };
+  });
   wind = $derived(this.known ?? CALM);
   isChosen = $derived(this.#chosen !== null);
+  /** When it was set: it stays for another day, and says so. */
+  setAt = $derived(this.#chosen === null ? null : new Date(this.#chosen.set_unix_ms));
 
   set({ from_deg, speed_m_s }: Wind): void {
     const kept = Math.min(Math.max(speed_m_s, 0), MOST_WIND_M_S);
-    this.#take({ from_deg: ((from_deg % 360) + 360) % 360, speed_m_s: kept });
+    this.#take({ from_deg: ((from_deg % 360) + 360) % 360, speed_m_s: kept, set_unix_ms: Date.now() });
   }
 
   /** Back to the vehicle's own. */
@@ -32,7 +50,7 @@ class PlanWindStore {
     this.#take(null);
   }
 
-  #take(wind: Wind | null): void {
+  #take(wind: Chosen | null): void {
     this.#chosen = wind;
     save('plan-wind', wind);
   }
@@ -42,12 +60,12 @@ function inSteps(value: number | null | undefined, step: number): number | null 
   return value == null || !Number.isFinite(value) ? null : Math.round(value / step) * step;
 }
 
-function readWind(value: unknown): Wind | null {
+function readChosen(value: unknown): Chosen | null {
   if (typeof value !== 'object' || value === null) return null;
-  const { from_deg, speed_m_s } = value as Record<string, unknown>;
-  if (typeof from_deg !== 'number' || typeof speed_m_s !== 'number') return null;
+  const { from_deg, speed_m_s, set_unix_ms } = value as Record<string, unknown>;
+  if (typeof from_deg !== 'number' || typeof speed_m_s !== 'number' || typeof set_unix_ms !== 'number') return null;
   return from_deg >= 0 && from_deg < 360 && speed_m_s >= 0 && speed_m_s <= MOST_WIND_M_S
-    ? { from_deg, speed_m_s }
+    ? { from_deg, speed_m_s, set_unix_ms }
     : null;
 }
 

@@ -11,6 +11,7 @@ import {
   LENGTH_SYMBOL,
   SPEED_SYMBOL,
 } from '$lib/domain/units';
+import type { Wind } from '$lib/domain/wind';
 import { type MessageKey, t } from '$lib/i18n/index.svelte';
 import { projectUtm } from '$lib/map/utm';
 import { settings } from '$lib/state/settings.svelte';
@@ -35,6 +36,8 @@ export const speed = (value_m_s: Maybe): string =>
   show(value_m_s, (value) => formatSpeed(value, settings.units, settings.locale));
 export const distance = (value_m: Maybe): string =>
   show(value_m, (value) => formatDistance(value, settings.units, settings.locale));
+export const windWord = ({ from_deg, speed_m_s }: Wind): string =>
+  speed_m_s === 0 ? t('wind.calm') : t('wind.value', { speed: speed(speed_m_s), bearing: bearing(from_deg) });
 export const duration = (value_s: Maybe): string => show(value_s, formatDuration);
 
 /** An age: tenths while young, then seconds, then minutes. */
