@@ -1,5 +1,8 @@
 import { describe, expect, it } from 'vitest';
-import { approach, nextAttitude, wrapPi, type AttitudeInput } from './attitude';
+import type { TelemetryGroups } from '$lib/api/types';
+import { telemetryAt } from '../../../dev/mock/flight';
+import { approach, nextAttitude, tapesOf, wrapPi, type AttitudeInput } from './attitude';
+import type { Freshness } from './freshness';
 
 const level: AttitudeInput = {
   roll_rad: 0,
@@ -46,4 +49,30 @@ it('wraps and approaches', () => {
   expect(approach(0, 5, 2)).toBe(5);
   expect(approach(0, 5, 0.1)).toBeGreaterThan(1);
   expect(approach(0, 5, 0.1)).toBeLessThan(5);
+});
+
+describe('tapesOf', () => {
+  const groups = telemetryAt(100).groups as TelemetryGroups;
+  const tapes = (known: TelemetryGroups, ages: Partial<Record<'attitude' | 'hud' | 'position', Freshness>>) =>
+    tapesOf(known, (group) => ages[group] ?? 'fresh');
+
+  it('shows no height above the sea where that above home is not known', () => {
+    const { position: _, ...rest } = groups;
+    expect(tapes(rest, {}).alt_rel_home_m).toBeNull();
+    expect(tapes(groups, {}).alt_rel_home_m).toBe(groups.position?.alt_rel_home_m);
+  });
+
+  it('goes by the age of each message', () => {
+    expect(tapes(groups, { hud: 'stale' })).toMatchObject({ isHudOld: true, isPositionOld: false });
+    expect(tapes(groups, { hud: 'lost' })).toMatchObject({ airspeed_m_s: null, throttle_pct: null });
+    expect(tapes(groups, { position: 'lost' }).alt_rel_home_m).toBeNull();
+    const all = { attitude: 'lost', hud: 'lost', position: 'lost' } as const;
+    expect(tapes(groups, all)).toMatchObject({ airspeed_m_s: groups.hud?.airspeed_m_s, isHudOld: true });
+  });
+
+  it('knows no heading where none was told', () => {
+    const attitude = { ...groups.attitude!, yaw_rad: null };
+    expect(tapes({ attitude }, {}).heading_rad).toBeNull();
+    expect(tapes({ attitude, hud: groups.hud! }, {}).heading_rad).not.toBeNull();
+  });
 });

@@ -1,4 +1,6 @@
-// What the attitude indicator shows between two messages: follows the plane's own rates for a moment, without jumps.
+// What the attitude indicator shows. Between two messages it follows the plane's own rates for a moment, without jumps.
+import type { TelemetryGroups } from '$lib/api/types';
+import type { Freshness } from './freshness';
 
 export interface AttitudeSample {
   roll_rad: number;
@@ -50,4 +52,44 @@ export function nextAttitude(shown: AttitudeSample | null, input: AttitudeInput,
 export function approach(shown: number | null, target: number, dt_s: number): number {
   if (shown === null || dt_s > 1) return target;
   return shown + (target - shown) * (1 - Math.exp(-Math.max(dt_s, 0) / 0.15));
+}
+
+/** Beside the horizon; what is not known is null. */
+export interface Tapes {
+  readonly airspeed_m_s: number | null;
+  readonly climb_m_s: number | null;
+  readonly groundspeed_m_s: number | null;
+  readonly throttle_pct: number | null;
+  readonly alt_rel_home_m: number | null;
+  readonly heading_rad: number | null;
+  /** Whether the speeds and the throttle, which come in one message, are old. */
+  readonly isHudOld: boolean;
+  readonly isPositionOld: boolean;
+}
+
+/**
+ * The tapes' values, each as old as its own message: attitude may come while the others are silent. Values of a silent message are
+ * not shown beside a horizon that moves; where the attitude is silent too, the last of all stays, and is marked as old.
+ */
+export function tapesOf(
+  { attitude, hud, position }: TelemetryGroups,
+  freshnessOf: (group: 'attitude' | 'hud' | 'position') => Freshness,
+): Tapes {
+  const isShown = (group: 'hud' | 'position'): boolean =>
+    freshnessOf(group) !== 'lost' || freshnessOf('attitude') === 'lost';
+  const isOld = (group: 'hud' | 'position'): boolean => ['stale', 'lost'].includes(freshnessOf(group));
+  const shownHud = isShown('hud') ? hud : null;
+  const shownPosition = isShown('position') ? position : null;
+  const heading_deg = shownHud?.heading_deg ?? shownPosition?.heading_deg ?? null;
+  return {
+    airspeed_m_s: shownHud?.airspeed_m_s ?? null,
+    climb_m_s: shownHud?.climb_m_s ?? null,
+    groundspeed_m_s: shownHud?.groundspeed_m_s ?? null,
+    throttle_pct: shownHud?.throttle_pct ?? null,
+    // no other height in its place: that above the sea may be hundreds of metres more
+    alt_rel_home_m: shownPosition?.alt_rel_home_m ?? null,
+    heading_rad: attitude?.yaw_rad ?? (heading_deg === null ? null : (heading_deg * Math.PI) / 180),
+    isHudOld: isOld('hud'),
+    isPositionOld: isOld('position'),
+  };
 }

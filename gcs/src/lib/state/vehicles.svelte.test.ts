@@ -209,11 +209,11 @@ it('joins changes without touching what was there', () => {
   expect(Object.keys(before)).toEqual(['hud', 'wind']);
 });
 
-it('takes the youngest of a list as its age', () => {
+it('takes the age of the first of a list, which is the one that is shown', () => {
   const battery = groups.batteries![0]!;
   const batteries = [
     { ...battery, age_s: 5 },
     { ...battery, age_s: 1 },
   ];
-  expect(heardAt({ batteries, wind: null }, 10_000)).toEqual({ batteries: 9000 });
+  expect(heardAt({ batteries, wind: null }, 10_000)).toEqual({ batteries: 5000 });
 });

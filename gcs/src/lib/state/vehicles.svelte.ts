@@ -299,9 +299,9 @@ export function heardAt(groups: TelemetryChanges, now_ms: number): Partial<Recor
   const heard: Partial<Record<GroupName, number>> = {};
   type Aged = { age_s: number } | null;
   for (const [name, group] of Object.entries(groups) as [GroupName, Aged | Aged[]][]) {
-    // Of a list, the youngest counts.
-    const ages = (Array.isArray(group) ? group : [group]).flatMap((one) => (one === null ? [] : [one.age_s]));
-    if (ages.length > 0) heard[name] = now_ms - Math.min(...ages) * 1000;
+    // of a list the first counts, which is the one that is shown
+    const first = Array.isArray(group) ? group.find((one) => one !== null) : group;
+    if (first != null) heard[name] = now_ms - first.age_s * 1000;
   }
   return heard;
 }

@@ -5,12 +5,15 @@ export type Context = CanvasRenderingContext2D | OffscreenCanvasRenderingContext
 export interface Picture {
   roll_rad: number;
   pitch_rad: number;
-  /** 0 to 2π. */
-  heading_rad: number;
+  /** Null when not known. */
+  heading_rad: number | null;
   /** In the units shown; null when not known. */
   airspeed: number | null;
   altitude: number | null;
   climb: number | null;
+  /** Whether airspeed and climb are old, and the altitude. */
+  isHudOld: boolean;
+  isPositionOld: boolean;
 }
 
 export interface Words {
@@ -41,6 +44,8 @@ export interface Colours {
 }
 
 const DEG = Math.PI / 180;
+/** Opacity of a tape whose value is old. */
+const FADED = 0.45;
 
 export function readColours(element: Element): Colours {
   const style = getComputedStyle(element);
@@ -78,6 +83,7 @@ export function drawInstrument(
   const body_h = height - heading_h;
   if (isOld) context.filter = 'grayscale(1)';
   drawHorizon(context, width, body_h, picture, words.none, colours);
+  context.globalAlpha = picture?.isHudOld ? FADED : 1;
   drawTape(context, 0, 0, tape_w, body_h, picture?.airspeed ?? null, {
     step: 5,
     perStep: body_h / 6,
@@ -86,6 +92,7 @@ export function drawInstrument(
     unit: words.speedUnit,
     colours,
   });
+  context.globalAlpha = picture?.isPositionOld ? FADED : 1;
   const step = words.lengthUnit === 'ft' ? 50 : 10;
   drawTape(context, width - tape_w, 0, tape_w, body_h, picture?.altitude ?? null, {
     step,
@@ -95,7 +102,9 @@ export function drawInstrument(
     unit: words.lengthUnit,
     colours,
   });
+  context.globalAlpha = picture?.isHudOld ? FADED : 1;
   drawClimb(context, width - tape_w, body_h, picture?.climb ?? null, words, colours);
+  context.globalAlpha = 1;
   drawHeading(context, 0, body_h, width, heading_h, picture?.heading_rad ?? null, words, colours);
   context.filter = 'none';
   if (isOld) drawOld(context, width, body_h, words.old, colours);
