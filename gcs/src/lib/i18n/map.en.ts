@@ -48,7 +48,7 @@ export const mapEn = {
   'menu.inPlan': 'In the plan',
   'menu.now': '{vehicle}, now',
   'menu.close': 'Close the menu',
-  'menu.badHeight': 'Type a height between 1 m and 10 000 m.',
+  'menu.badHeight': 'Type a height between {low} and {high}.',
   'menu.guided': 'The plane leaves its mission and goes to GUIDED mode.',
 
   'plan.tools': 'What a click on the map adds',

@@ -50,7 +50,7 @@ export const mapEs: Record<keyof typeof mapEn, string> = {
   'menu.inPlan': 'En el plan',
   'menu.now': '{vehicle}, ahora',
   'menu.close': 'Cerrar el menú',
-  'menu.badHeight': 'Escribe una altura entre 1 m y 10 000 m.',
+  'menu.badHeight': 'Escribe una altura entre {low} y {high}.',
   'menu.guided': 'El avión deja su misión y pasa al modo GUIDED.',
 
   'plan.tools': 'Qué añade un clic en el mapa',
