@@ -2,6 +2,9 @@
 export const filesEn = {
   'file.format': 'Format of the file',
   'file.notes': 'About this file',
+  'file.removed.mission': 'It holds no mission: that of the draft was removed. Undo brings it back.',
+  'file.removed.fence': 'It holds no fence: that of the draft was removed. Undo brings it back.',
+  'file.removed.rally': 'It holds no rally points: those of the draft were removed. Undo brings them back.',
   'note.heights-above-sea-level': 'Heights count from mean sea level, as this format has them ({count}).',
   'note.heights-above-terrain': 'Heights count from the ground below, as the file says ({count}).',
   'note.heights-taken-above-sea-level':

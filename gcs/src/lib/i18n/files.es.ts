@@ -4,6 +4,9 @@ import type { filesEn } from './files.en';
 export const filesEs: Record<keyof typeof filesEn, string> = {
   'file.format': 'Formato del fichero',
   'file.notes': 'Sobre este fichero',
+  'file.removed.mission': 'No tiene misión: se ha quitado la del borrador. Deshacer la recupera.',
+  'file.removed.fence': 'No tiene geovalla: se ha quitado la del borrador. Deshacer la recupera.',
+  'file.removed.rally': 'No tiene puntos de reunión: se han quitado los del borrador. Deshacer los recupera.',
   'note.heights-above-sea-level': 'Las alturas cuentan desde el nivel del mar, como en este formato ({count}).',
   'note.heights-above-terrain': 'Las alturas cuentan desde el terreno, como dice el fichero ({count}).',
   'note.heights-taken-above-sea-level':

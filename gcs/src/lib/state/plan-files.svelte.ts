@@ -1,19 +1,28 @@
 // The plan between the editor and files, which the core reads and writes.
-import type { PlanFileFormat, PlanFileNote } from '$lib/api/types';
+import type { Plan, PlanFileFormat, PlanFileNote, PlanKind } from '$lib/api/types';
+import { isFenceEmpty } from '$lib/domain/area-edit';
+import { PLAN_PARTS } from './on-board.svelte';
 import { plan } from './plan.svelte';
 import { api, problemFrom } from './station.svelte';
+
+/** Files that hold a mission and never a fence or rally points. */
+const MISSION_ALONE = /\.(waypoints|txt|mission|gpx)$/i;
 
 class PlanFiles {
   /** What the file that was read or written last leaves to say. */
   notes = $state.raw<readonly PlanFileNote[]>([]);
+  /** Parts of the draft that the file had none of, and that went with the old plan. */
+  removed = $state.raw<readonly PlanKind[]>([]);
 
   async loadFile(file: File): Promise<boolean> {
     try {
       plan.problem = null;
-      this.notes = [];
+      this.forgetNotes();
       const { plan: read, notes } = await api.parsePlan(file.name, file);
-      plan.replace(read);
+      const before = PLAN_PARTS.filter((part) => !plan.isEmpty(part));
+      this.#take(file.name, read);
       this.notes = notes;
+      this.removed = before.filter((part) => plan.isEmpty(part));
       return true;
     } catch (error) {
       plan.problem = problemFrom(error);
@@ -21,11 +30,31 @@ class PlanFiles {
     }
   }
 
+  /** A file of one part takes the place of that part: Mission Planner writes mission, fence and rally points apart. */
+  #take(name: string, read: Plan): void {
+    const { fence, rally } = read;
+    if (read.items.length === 0 && !(isFenceEmpty(fence) && rally.length === 0)) {
+      plan.editAreas((areas) => ({
+        fence: isFenceEmpty(fence) ? areas.fence : fence,
+        rally: rally.length === 0 ? areas.rally : rally,
+      }));
+    } else if (MISSION_ALONE.test(name)) {
+      const { fence, rally } = plan.draft;
+      plan.replace({ ...read, fence, rally: [...rally] });
+    } else plan.replace(read);
+  }
+
+  forgetNotes(): void {
+    this.notes = [];
+    this.removed = [];
+  }
+
   async fileOf(as: PlanFileFormat): Promise<Blob | null> {
     try {
       plan.problem = null;
       await plan.settled;
       const { file, notes } = await api.formatPlan(plan.asApi(), as);
+      this.forgetNotes();
       this.notes = notes;
       return file;
     } catch (error) {
