@@ -8,6 +8,7 @@ export interface LocalDraft {
   readonly mark: string;
   /** Whether it was changed since it was last on the server. */
   readonly isChanged: boolean;
+  /** Whether nothing would be lost with it: it is empty, or what a vehicle has on board. */
   readonly isEmpty: boolean;
 }
 

@@ -5,6 +5,7 @@ import { emptyPlan, type Plan } from '$lib/domain/plan';
 import { type Draft, draftOf } from '$lib/domain/plan-edit';
 import { onBoard, PLAN_PARTS } from './on-board.svelte';
 import { plan } from './plan.svelte';
+import { sharedDraft } from './shared-draft.svelte';
 import { api, operations, problemFrom } from './station.svelte';
 import { type Vehicle, vehicles } from './vehicles.svelte';
 
@@ -105,8 +106,10 @@ class PlanTransfers {
       const isUntouched = !plan.canUndo && (plan.isEmpty(part) || partOf(plan.draft, part) === this.#asRead[part]);
       if (vehicle !== vehicles.selected || !isUntouched) return;
       const { fence, rally } = plan.draft;
-      if (part === 'mission') plan.begin({ ...draftOf(found), fence, rally });
-      else plan.begin({ ...plan.draft, [part]: found[part] });
+      sharedDraft.found(() => {
+        if (part === 'mission') plan.begin({ ...draftOf(found), fence, rally });
+        else plan.begin({ ...plan.draft, [part]: found[part] });
+      });
       this.#asRead[part] = partOf(plan.draft, part);
     } catch {
       // it stays unknown, and says so

@@ -33,6 +33,8 @@ class SharedDraft {
   #base = load('draft-base', 0, readCount);
   #savedMark = load('draft-saved', '', readText);
   #mark = markOfPlan(planOf(plan.draft));
+  /** The draft as it was taken from a vehicle, which is no work of ours. */
+  #foundMark = load('draft-found', '', readText);
   #timer: ReturnType<typeof setTimeout> | undefined;
   #isBusy = false;
   /** The revision that the server had last; null until it was looked at. */
@@ -40,11 +42,25 @@ class SharedDraft {
   /** An offer that was declined is not made again. */
   #declined = 0;
 
+  /** What a vehicle has on board is taken into the draft: that alone is no change of ours. */
+  found(take: () => void): void {
+    const mine = planOf(plan.draft);
+    const isOurs = this.#isChanged(markOfPlan(mine)) && !isEmptyPlan(mine);
+    take();
+    if (isOurs) return;
+    this.#foundMark = markOfPlan(planOf(plan.draft));
+    save('draft-found', this.#foundMark);
+  }
+
+  #isChanged(mark: string): boolean {
+    return mark !== this.#savedMark && mark !== this.#foundMark;
+  }
+
   /** The draft was edited. */
   changed(): void {
     this.#mark = markOfPlan(planOf(plan.draft));
     clearTimeout(this.#timer);
-    if (this.#mark === this.#savedMark || this.theirs?.kind === 'conflict' || this.#seen === null) return;
+    if (!this.#isChanged(this.#mark) || this.theirs?.kind === 'conflict' || this.#seen === null) return;
     // what the server has and we do not know is looked at first
     this.#timer = setTimeout(() => void (this.#seen === this.#base ? this.#push(this.#base) : this.look()), PUSH_MS);
   }
@@ -73,8 +89,8 @@ class SharedDraft {
     const local = {
       base: this.#base,
       mark: this.#mark,
-      isChanged: this.#mark !== this.#savedMark,
-      isEmpty: isEmptyPlan(mine),
+      isChanged: this.#isChanged(this.#mark),
+      isEmpty: isEmptyPlan(mine) || this.#mark === this.#foundMark,
     };
     const known =
       draft === null || theirs === null
