@@ -32,6 +32,8 @@ interface LandingDrag {
   readonly items: readonly PlanItem[];
   readonly to: LonLat;
   readonly isEnd: boolean;
+  /** The plan's generation in which it began. */
+  readonly generation: number;
 }
 
 class PlanLanding {
@@ -57,11 +59,12 @@ class PlanLanding {
   /** Ends the mission with a landing as the core designs it; of two that are asked for in a row the last one counts. */
   async land(at: LonLat, runway: Runway | null = null): Promise<void> {
     const run = ++this.#run;
+    const { generation } = plan;
     this.isDesigning = true;
     try {
       plan.problem = null;
       const { items } = await api.designLanding(this.#request(at, runway, null));
-      if (run !== this.#run) return;
+      if (run !== this.#run || generation !== plan.generation) return;
       this.#runway = runway;
       this.#endWith(items);
     } catch (error) {
@@ -146,6 +149,10 @@ class PlanLanding {
           vehicle: vehicles.selected?.systemId ?? null,
         });
         const latest: LandingDrag | null = this.#drag;
+        if (drag.generation !== plan.generation) {
+          drag = latest === drag ? null : latest;
+          continue;
+        }
         plan.edit((draft) => {
           if (landingPart(draft, key, plan.end) !== part) return draft;
           const next = changeLanding(draft, moved.items, plan.end);
@@ -158,7 +165,8 @@ class PlanLanding {
     } catch (error) {
       plan.problem = problemFrom(error);
       const before = drag;
-      if (before !== null) plan.edit((draft) => changeLanding(draft, before.items, plan.end), `drag-${before.key}`);
+      if (before?.generation === plan.generation)
+        plan.edit((draft) => changeLanding(draft, before.items, plan.end), `drag-${before.key}`);
     } finally {
       this.#isMoving = false;
       if (this.#drag?.isEnd === true) {
@@ -170,7 +178,9 @@ class PlanLanding {
 
   /** Moves a part of the landing, as a pointer drags it. */
   drag(part: LandingPart, key: number, from: LonLat, to: LonLat, isEnd: boolean): void {
-    const before = this.#drag?.key === key && !this.#drag.isEnd ? this.#drag : null;
+    const { generation } = plan;
+    const isSame = this.#drag?.key === key && !this.#drag.isEnd && this.#drag.generation === generation;
+    const before = isSame ? this.#drag : null;
     const item = plan.items.find((one) => one.key === key);
     const at = before?.to ?? (item ? placeOf(item) : null);
     if (at === null) return;
@@ -178,7 +188,7 @@ class PlanLanding {
       lat_deg: Math.max(-90, Math.min(90, at.lat_deg + to.lat_deg - from.lat_deg)),
       lon_deg: at.lon_deg + to.lon_deg - from.lon_deg,
     };
-    this.#drag = { part, key, items: before?.items ?? this.landing, to: there, isEnd };
+    this.#drag = { part, key, items: before?.items ?? this.landing, to: there, isEnd, generation };
     plan.edit((draft) => moveTo(draft, key, there), `drag-${key}`);
     plan.waitFor(this.#followDrag());
   }

@@ -63,6 +63,7 @@ class PlanStore {
   /** Whether each click or tap on an item adds it to the selection, for those who have no Shift key. */
   isPickingMany = $state(false);
   #underWay: Promise<unknown> = Promise.resolve();
+  #generation = 0;
   #saveTimer: ReturnType<typeof setTimeout> | undefined;
   readonly #listeners: (() => void)[] = [];
 
@@ -165,6 +166,14 @@ class PlanStore {
     this.#underWay = Promise.allSettled([this.#underWay, change]);
   }
 
+  /**
+   * Changes with undo, redo, and another plan in the draft's place. An answer of the core to a question of an earlier generation is
+   * not taken: it would bring back what was undone, and lose what can be redone.
+   */
+  get generation(): number {
+    return this.#generation;
+  }
+
   /** When the core has done with them. */
   get settled(): Promise<unknown> {
     return this.#underWay;
@@ -262,6 +271,7 @@ class PlanStore {
   /** Empties a part of the draft, or all of it; undo brings it back. */
   clear(part: PlanKind | 'all' = 'all'): void {
     const empty = emptyPlan();
+    this.#generation += 1;
     this.edit((draft) => {
       if (part === 'fence') return { ...draft, fence: empty.fence };
       if (part === 'rally') return { ...draft, rally: empty.rally };
@@ -273,10 +283,12 @@ class PlanStore {
   }
 
   undo(): void {
+    this.#generation += 1;
     this.#set(undo(this.#history));
   }
 
   redo(): void {
+    this.#generation += 1;
     this.#set(redo(this.#history));
   }
 
@@ -287,11 +299,13 @@ class PlanStore {
 
   /** What was found takes the draft's place: nothing is lost by it, so there is nothing to undo. */
   begin(draft: Draft): void {
+    this.#generation += 1;
     this.#set(historyOf(draft));
   }
 
   /** Another plan takes the draft's place; undo brings the old one back. */
   replace(plan: Plan): void {
+    this.#generation += 1;
     this.edit((draft) => {
       const next = draftOf(plan);
       const base = draft.nextKey;

@@ -382,6 +382,23 @@ describe('the plan store', () => {
     expect(plan.items.map((item) => item.params[4])).toEqual(before);
   });
 
+  it('stays undone when the answer about a dragged landing comes after the undo', async () => {
+    await planLanding.land(AT);
+    const before = plan.items;
+    const to = { ...AT, lon_deg: AT.lon_deg + 0.001 };
+    let answer!: () => void;
+    server.move.mockImplementationOnce(
+      (asked) => new Promise((done) => (answer = () => done(landingAt(asked.to)))) as never,
+    );
+    planGestures.drag(2, AT, to, true);
+    await vi.waitFor(() => expect(answer).toBeDefined());
+    plan.undo();
+    expect(plan.items).toEqual(before);
+    answer();
+    await plan.settled;
+    expect([plan.items, plan.canRedo]).toEqual([before, true]);
+  });
+
   it('puts a landing back that cannot be so, and says why', async () => {
     planGestures.add('land', AT);
     await vi.waitFor(() => expect(plan.items).toHaveLength(2));

@@ -76,6 +76,19 @@ describe('surveys of the mission', () => {
     expect([plan.items.length, plan.draft.complexItems.length]).toEqual([2, 0]);
   });
 
+  it('stays undone when the answer comes after the undo', async () => {
+    await draw();
+    let answer!: () => void;
+    design.mockImplementationOnce((asked) => new Promise((done) => (answer = () => done(laidOut(asked)))));
+    surveys.change({ side_overlap: 0.9 });
+    await vi.waitFor(() => expect(answer).toBeDefined());
+    plan.undo();
+    expect(plan.items).toHaveLength(0);
+    answer();
+    await settled();
+    expect([plan.items.length, plan.draft.complexItems.length, plan.canRedo]).toEqual([0, 0, true]);
+  });
+
   it('stands behind one row, past which items move as a whole, until one of its items is asked for', async () => {
     planGestures.add('takeoff', HOME);
     planGestures.add('return_to_launch', null);

@@ -57,6 +57,8 @@ interface Wanted {
   readonly asked: SurveyAsked;
   readonly about: string | null;
   readonly isEnd: boolean;
+  /** The plan's generation for which it is asked. */
+  readonly generation: number;
 }
 
 const FIRST_CAMERA = 'Sony a6000 16mm';
@@ -334,7 +336,8 @@ class SurveyStore implements ShapeEditor {
     const id = this.#openId;
     if (id === null) return;
     this.#live = { asked, over: this.open?.complex ?? null };
-    this.#wanted = { id, asked, about: about === null ? null : `survey-${id}-${about}`, isEnd };
+    const { generation } = plan;
+    this.#wanted = { id, asked, about: about === null ? null : `survey-${id}-${about}`, isEnd, generation };
     if (!this.isAsking) plan.waitFor(this.#follow());
   }
 
@@ -348,6 +351,10 @@ class SurveyStore implements ShapeEditor {
         try {
           const asked = { ...wanted.asked, ground_rel_home_m: await this.#ground(wanted) };
           const answer = await this.#laidOut(asked);
+          if (wanted.generation !== plan.generation) {
+            this.#drop(wanted);
+            continue;
+          }
           const old = this.#partOf(wanted.id);
           if (wanted.id === this.#openId || old !== null) this.#take(old, wanted, asked, answer);
         } catch (error) {
@@ -357,6 +364,11 @@ class SurveyStore implements ShapeEditor {
     } finally {
       this.isAsking = false;
     }
+  }
+
+  /** The plan has gone elsewhere meanwhile: the survey is as the plan has it. */
+  #drop({ id }: Wanted): void {
+    if (id === this.#openId && this.#wanted === null) this.#live = null;
   }
 
   #laidOut(asked: SurveyAsked): Promise<Survey> {
