@@ -121,8 +121,9 @@ async def nobody_looks(url: str, station: StationPage) -> None:
 
 
 async def test_a_camera_that_dies_says_so_and_returns(open_station: OpenStation, serve: Serve) -> None:
-    with reserved_ports() as (port,), MjpegServer(port) as first:
-        served = serve("--link", "udpin:127.0.0.1:0", "--camera", f"nose={first.url}")
+    with reserved_ports(2) as (port, silent), MjpegServer(port) as first:
+        tail = f"tail=http://127.0.0.1:{silent}/"
+        served = serve("--link", "udpin:127.0.0.1:0", "--camera", f"nose={first.url}", "--camera", tail)
         async with open_station(served.url, language="es") as station:
             first.send(picture(200))
             await station.button("camera.show").click()
@@ -137,6 +138,9 @@ async def test_a_camera_that_dies_says_so_and_returns(open_station: OpenStation,
             with MjpegServer(port) as second:
                 second.send(picture(90))
                 await station.eventually(lambda: is_grey(canvas, 90), "the picture after its return")
+                # A camera without a picture is not shown that of another.
+                await station.choice(window(station), "camera.choose").select_option("tail")
+                await station.eventually(lambda: is_grey(window(station, "tail").locator("canvas"), 0), "no picture")
 
 
 async def is_grey(canvas: Locator, level: int) -> bool:

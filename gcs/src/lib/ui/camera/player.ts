@@ -27,6 +27,12 @@ export async function showsH264(): Promise<boolean> {
   }
 }
 
+/** Takes the last picture off a canvas. */
+export function wipe(canvas: HTMLCanvasElement): void {
+  // setting the size, even to what it was, empties it
+  canvas.width = canvas.width;
+}
+
 export class Player {
   readonly #canvas: HTMLCanvasElement;
   readonly #context: CanvasRenderingContext2D | null;
