@@ -5,7 +5,9 @@ import { fixes } from './fixes.svelte';
 import { plan } from './plan.svelte';
 import { planAssessed } from './plan-assessed.svelte';
 import { planGestures } from './plan-gestures.svelte';
+import { planeProfile } from './plane-profile.svelte';
 import { api, station } from './station.svelte';
+import { vehicles } from './vehicles.svelte';
 
 const HOME = { lat_deg: 40.3332, lon_deg: -3.7978, alt_amsl_m: 690 };
 const AT = { lat_deg: 40.336, lon_deg: -3.7978 };
@@ -59,6 +61,29 @@ describe('remedies by one click', () => {
     plan.undo();
     expect(plan.items).toEqual(before);
     expect(fixes.of(FINDING)).toEqual(CIRCLE);
+  });
+
+  it('is of the vehicle and the plane that the findings are of', async () => {
+    const set = vi.fn(() => Promise.resolve({}));
+    Object.assign(api, { setParam: set });
+    const parameter = { ...CIRCLE, does: 'set-parameter', with: { name: 'RTL_AUTOLAND', value: 2 } } as FindingFix;
+    ask.mockResolvedValueOnce([parameter]);
+    planeProfile.sayOfBattery({ capacity_mah: 5000 });
+    for (const id of [1, 2]) vehicles.ensure(id);
+    vehicles.select(1);
+    await vi.waitFor(() => expect(planAssessed.findings).toEqual([FINDING]));
+    fixes.look();
+    await vi.advanceTimersByTimeAsync(700);
+    expect(ask.mock.lastCall?.[0]).toMatchObject({ vehicle: 1, profile: planeProfile.asked });
+    expect(fixes.of(FINDING)).toEqual(parameter);
+    vehicles.select(2);
+    expect(fixes.of(FINDING), 'it was not tried for this one').toBeNull();
+    await fixes.apply(parameter);
+    expect(set).not.toHaveBeenCalled();
+    vehicles.select(1);
+    await fixes.apply(parameter);
+    expect(set).toHaveBeenCalledWith(1, 'RTL_AUTOLAND', 2);
+    for (const id of [1, 2]) vehicles.drop(id);
   });
 
   it('asks again for a plan that was edited meanwhile', async () => {

@@ -6,16 +6,34 @@ import { elevation } from './maps-elevation.svelte';
 import { plan } from './plan.svelte';
 import { planAssessed } from './plan-assessed.svelte';
 import { planWind } from './plan-wind.svelte';
+import { planeProfile } from './plane-profile.svelte';
 import { api, problemFrom } from './station.svelte';
 import { vehicles } from './vehicles.svelte';
 
 /** A plan that was not edited for so long is looked at. */
 const QUIET_MS = 600;
 
+interface Found {
+  readonly draft: Draft;
+  /** What they were tried with, as text. */
+  readonly terms: string;
+  readonly vehicle: number | null;
+  readonly fixes: readonly FindingFix[];
+}
+
 class Fixes {
-  #found = $state.raw<{ readonly draft: Draft; readonly fixes: readonly FindingFix[] } | null>(null);
-  /** Of the plan as it is; another one's would put its items in the wrong places. */
-  #fixes = $derived(this.#found?.draft === plan.draft ? this.#found.fixes : []);
+  #found = $state.raw<Found | null>(null);
+  /** What remedies are tried with, beside the plan: the same as its findings come from. */
+  #terms = $derived({
+    vehicle: vehicles.selected?.systemId ?? null,
+    wind: planWind.wind,
+    clearance_m: elevation.clearance_m,
+    profile: planeProfile.asked,
+  });
+  /** Of the plan as it is, for this vehicle: another plan's would put its items in the wrong places. */
+  #fixes = $derived(
+    this.#found?.draft === plan.draft && this.#found.terms === JSON.stringify(this.#terms) ? this.#found.fixes : [],
+  );
   problem = $state.raw<Problem | null>(null);
   #timer: ReturnType<typeof setTimeout> | undefined;
   #isAsking = false;
@@ -41,9 +59,9 @@ class Fixes {
         this.#asksAgain = false;
         const { draft } = plan;
         const asked = { ...plan.asApi(), complex_items: [] };
-        const vehicle = vehicles.selected?.systemId ?? null;
-        const { clearance_m } = elevation;
-        this.#found = { draft, fixes: await api.planFixes({ plan: asked, vehicle, wind: planWind.wind, clearance_m }) };
+        const terms = this.#terms;
+        const found = await api.planFixes({ plan: asked, ...terms });
+        this.#found = { draft, terms: JSON.stringify(terms), vehicle: terms.vehicle, fixes: found };
       } while (this.#asksAgain);
     } catch {
       this.#found = null; // what to do stands beside each finding in words
@@ -59,10 +77,11 @@ class Fixes {
       plan.edit((draft) => replaceItems(draft, first_item - 1, count, items as PlanItem[]));
       return;
     }
-    const vehicle = vehicles.selected;
-    if (vehicle === null) return;
+    // for the vehicle that it was tried for
+    const vehicle = this.#found?.vehicle ?? null;
+    if (vehicle === null || vehicle !== vehicles.selected?.systemId) return;
     try {
-      await api.setParam(vehicle.systemId, fix.with.name, fix.with.value);
+      await api.setParam(vehicle, fix.with.name, fix.with.value);
       planAssessed.assess();
     } catch (error) {
       this.problem = problemFrom(error);
