@@ -26,7 +26,7 @@ describe('a group act', () => {
     const whom = [plane(1, true), plane(2, true), plane(3, null), plane(4, true), plane(5, false)];
     const done = groupActs.do('return-to-launch', whom);
     expect([groupActs.isUnderWay, groupActs.counts.waiting]).toEqual([true, 4]);
-    await groupActs.do('loiter', whom);
+    await groupActs.do('return-to-launch', whom);
     await done;
     expect(command.mock.calls.map(([id, act]) => [id, act])).toEqual(
       [1, 2, 3, 4].map((id) => [id, 'return-to-launch']),
@@ -36,5 +36,27 @@ describe('a group act', () => {
     expect(groupActs.isUnderWay).toBe(false);
     groupActs.forget();
     expect([groupActs.act, groupActs.answers]).toEqual([null, []]);
+  });
+
+  it('gives way to another one, which those that wait in line are told alone', async () => {
+    const command = vi
+      .spyOn(api, 'command')
+      .mockImplementation(
+        (_, act, __, options) =>
+          new Promise((resolve, reject) =>
+            act === 'mission/pause' ? options?.signal?.addEventListener('abort', reject) : resolve({}),
+          ),
+      );
+    const whom = [1, 2, 3, 4, 5, 6].map((id) => plane(id, true));
+    const paused = groupActs.do('mission/pause', whom);
+    await groupActs.do('return-to-launch', whom);
+    await paused;
+    const told = command.mock.calls.map(([id, act]) => `${id} ${act}`);
+    expect(told).toEqual([
+      ...[1, 2, 3, 4].map((id) => `${id} mission/pause`),
+      ...[1, 2, 3, 4, 5, 6].map((id) => `${id} return-to-launch`),
+    ]);
+    expect([groupActs.act, groupActs.counts.done]).toEqual(['return-to-launch', 6]);
+    groupActs.forget();
   });
 });

@@ -22,7 +22,8 @@ class GroupActs {
   /** The act that was asked for last; null when none was, or its answers were put away. */
   act = $state<GroupAct | null>(null);
   readonly #answers = new SvelteMap<number, GroupAnswer>();
-  #asked = 0;
+  /** Aborted when another act takes this one's place. */
+  #overtaken = new AbortController();
 
   answers = $derived([...this.#answers.values()]);
   counts = $derived(
@@ -32,11 +33,20 @@ class GroupActs {
   );
   isUnderWay = $derived(this.counts.waiting > 0);
 
-  /** Asks each of them, in this order; resolves when each has its answer. One group act at a time. */
+  /** Whether this very act is under way. */
+  isDoing(act: GroupAct): boolean {
+    return this.isUnderWay && this.act === act;
+  }
+
+  /**
+   * Asks each of them, in this order; resolves when each has its answer. Another act, which may be urgent, ends the one under way:
+   * its requests are given up, and those that wait in line are not sent.
+   */
   async do(act: GroupAct, whom: readonly Listed[]): Promise<void> {
-    if (this.isUnderWay || whom.length === 0) return;
-    this.#asked += 1;
-    const asked = this.#asked;
+    if (this.isDoing(act) || whom.length === 0) return;
+    this.#overtaken.abort();
+    this.#overtaken = new AbortController();
+    const { signal: overtaken } = this.#overtaken;
     this.act = act;
     this.#answers.clear();
     for (const { row, name } of whom) {
@@ -46,8 +56,9 @@ class GroupActs {
     }
     const told = whom.filter(({ row }) => !isToldNothing(row));
     // those that still wait in line when the connection is lost are not told later
-    const { signal } = connection;
+    const signal = connection.or(overtaken);
     await inTurns(told, AT_ONCE, async ({ row, name }) => {
+      if (overtaken.aborted) return;
       let answer: GroupAnswer = { id: row.id, name, state: 'done', problem: null, isDisarmed: false };
       try {
         await api.command(row.id, act, {}, { signal });
@@ -55,7 +66,7 @@ class GroupActs {
         const problem = problemFrom(error);
         answer = { ...answer, state: outcomeOf(problem.cause?.code ?? null), problem };
       }
-      if (asked === this.#asked) this.#answers.set(row.id, answer);
+      if (!overtaken.aborted) this.#answers.set(row.id, answer);
     });
   }
 
