@@ -11,6 +11,9 @@ export const TRAIL_POINTS = 50_000;
 /** Metres per degree of latitude; good enough to tell whether the plane has moved. */
 const M_PER_DEG = 111_195;
 
+/** Points for which there is room at first; it is doubled up to the capacity. */
+const FIRST_POINTS = 1024;
+
 /** A ring buffer of positions with heights. */
 export class Trail {
   readonly capacity: number;
@@ -28,9 +31,10 @@ export class Trail {
   constructor(capacity = TRAIL_POINTS, spacing_m = 3) {
     this.capacity = capacity;
     this.spacing_m = spacing_m;
-    this.#lon_deg = new Float64Array(capacity);
-    this.#lat_deg = new Float64Array(capacity);
-    this.#alt_m = new Float32Array(capacity);
+    const room = Math.min(capacity, FIRST_POINTS);
+    this.#lon_deg = new Float64Array(room);
+    this.#lat_deg = new Float64Array(room);
+    this.#alt_m = new Float32Array(room);
   }
 
   get length(): number {
@@ -56,6 +60,7 @@ export class Trail {
       // the oldest goes, and the way from it to the next
       this.#flown_m -= this.#distance_m(0, this.#place(1), this.alt_m(1));
     }
+    if (this.#next === this.#alt_m.length) this.#grow();
     this.#lon_deg[this.#next] = at.lon_deg;
     this.#lat_deg[this.#next] = at.lat_deg;
     this.#alt_m[this.#next] = alt_m;
@@ -63,6 +68,16 @@ export class Trail {
     this.#count = Math.min(this.#count + 1, this.capacity);
     this.#added += 1;
     return true;
+  }
+
+  /** Only a trail that has never been full grows: its points are in order. */
+  #grow(): void {
+    const room = Math.min(this.capacity, 2 * this.#alt_m.length);
+    const [lon_deg, lat_deg, alt_m] = [new Float64Array(room), new Float64Array(room), new Float32Array(room)];
+    lon_deg.set(this.#lon_deg);
+    lat_deg.set(this.#lat_deg);
+    alt_m.set(this.#alt_m);
+    [this.#lon_deg, this.#lat_deg, this.#alt_m] = [lon_deg, lat_deg, alt_m];
   }
 
   clear(): void {

@@ -13,6 +13,8 @@ const MARGIN_PX = 200;
 /** Spacing of the points of level 1, Mercator metres; each level doubles it. */
 const LEVEL_SPACING = 8;
 const LEVELS = 14;
+/** Points that a line has room for beyond those of its trail; when they are used up it is made anew. */
+const MORE_POINTS = 4096;
 
 interface Line {
   readonly trail: Trail;
@@ -200,7 +202,7 @@ export class TrailPainter implements Painter {
 }
 
 function lineOf(trail: Trail): Line {
-  const size = trail.capacity + 4096;
+  const size = Math.min(trail.capacity, 2 * trail.length) + MORE_POINTS;
   return {
     trail,
     seen: trail.added - trail.length,

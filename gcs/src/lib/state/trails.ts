@@ -6,6 +6,8 @@ import { vehicles, type Vehicle } from './vehicles.svelte';
 /** How often they are put away, milliseconds; and when the page is left. */
 const SAVE_MS = 10_000;
 const KEY = 'vencejo.trail.';
+/** Points put away of the trail of a vehicle that is no longer followed. */
+const LEFT_POINTS = 500;
 
 class Trails {
   readonly #byVehicle = new Map<number, Trail>();
@@ -56,6 +58,7 @@ class Trails {
     if (!position || at === null || (at.lat_deg === 0 && at.lon_deg === 0)) return;
     let trail = this.#byVehicle.get(vehicle.systemId);
     if (trail === undefined) {
+      this.#letGo();
       trail = new Trail(TRAIL_POINTS);
       restore(trail, vehicle.systemId);
       this.#byVehicle.set(vehicle.systemId, trail);
@@ -64,15 +67,29 @@ class Trails {
     trail.add(at, position.alt_rel_home_m ?? 0);
   }
 
-  #save(): void {
-    const share = Math.floor(TRAIL_POINTS / Math.max(1, this.#byVehicle.size));
-    for (const [id, trail] of this.#byVehicle) {
-      try {
-        sessionStorage.setItem(KEY + id, trail.serialize(share));
-      } catch {
-        // full or switched off: the trail lives as long as the page
-      }
+  /** Puts the trails of vehicles that are no longer followed away: of a large fleet, many may be looked at. */
+  #letGo(): void {
+    const left = [...this.#byVehicle.keys()].filter((id) => vehicles.get(id) === undefined);
+    if (left.length === 0) return;
+    for (const id of left) {
+      store(this.#byVehicle.get(id) as Trail, id, LEFT_POINTS);
+      this.#byVehicle.delete(id);
     }
+    for (const listener of this.#listeners) listener();
+  }
+
+  #save(): void {
+    this.#letGo();
+    const share = Math.floor(TRAIL_POINTS / Math.max(1, this.#byVehicle.size));
+    for (const [id, trail] of this.#byVehicle) store(trail, id, share);
+  }
+}
+
+function store(trail: Trail, id: number, points: number): void {
+  try {
+    sessionStorage.setItem(KEY + id, trail.serialize(points));
+  } catch {
+    // full or switched off: the trail lives as long as the page
   }
 }
 
