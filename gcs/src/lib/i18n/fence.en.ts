@@ -48,7 +48,9 @@ export const fenceEn = {
   'fence.switchUnknown': 'Whether the fence is switched on is not known.',
   'fence.enable': 'Switch the fence on',
   'fence.disable': 'Switch the fence off',
+  'fence.switchRead': 'FENCE_ENABLE was {value}, read: {time}.',
   'fence.ask': 'Ask the vehicle',
+  'fence.askAgain': 'Ask again',
 
   'rally.hint': 'Click the map to add places to return to instead of home. The plane takes the nearest.',
   'rally.none': 'No rally points. The plane returns home.',

@@ -50,7 +50,9 @@ export const fenceEs: Record<keyof typeof fenceEn, string> = {
   'fence.switchUnknown': 'No se sabe si la geovalla está activada.',
   'fence.enable': 'Activar la geovalla',
   'fence.disable': 'Desactivar la geovalla',
+  'fence.switchRead': 'FENCE_ENABLE era {value}; leído: {time}.',
   'fence.ask': 'Preguntar al vehículo',
+  'fence.askAgain': 'Preguntar otra vez',
 
   'rally.hint':
     'Haz clic en el mapa para añadir lugares a los que volver en vez de a casa. El avión toma el más cercano.',
