@@ -42,7 +42,7 @@ describe('a transfer over a network that swallows its request', () => {
     connection.lose();
     await sent;
     expect(planTransfers.transfer).toBeNull();
-    expect(plan.problem).toSatisfy(isNoAnswer);
+    expect(planTransfers.problem).toSatisfy(isNoAnswer);
   });
 
   it('is cancelled as soon as the server has begun it', async () => {
@@ -56,7 +56,7 @@ describe('a transfer over a network that swallows its request', () => {
     answer({});
     operations.update({ ...RUNNING, state: 'cancelled' });
     await sent;
-    expect([planTransfers.transfer, plan.problem?.title]).toEqual([null, 'cancelled']);
+    expect([planTransfers.transfer, planTransfers.problem?.title]).toEqual([null, 'cancelled']);
   });
 
   it('is cancelled at once while the core is still at work on the draft', async () => {

@@ -1,8 +1,9 @@
 // The way of the plan to the vehicle and back, part by part, and what the station has read from there.
 import { ownProblem, ProblemError } from '$lib/api/problem';
-import type { Operation, Plan as ApiPlan, PlanKind } from '$lib/api/types';
+import type { Operation, Plan as ApiPlan, PlanKind, Problem } from '$lib/api/types';
 import { emptyPlan, type Plan } from '$lib/domain/plan';
 import { type Draft, draftOf } from '$lib/domain/plan-edit';
+import { SvelteMap } from 'svelte/reactivity';
 import { onBoard, PLAN_PARTS } from './on-board.svelte';
 import { plan } from './plan.svelte';
 import { sharedDraft } from './shared-draft.svelte';
@@ -20,6 +21,9 @@ interface Transfer {
 
 class PlanTransfers {
   transfer = $state.raw<Transfer | null>(null);
+  /** What went wrong with the last transfer of each vehicle. */
+  readonly #problems = new SvelteMap<number, Problem>();
+  problem = $derived<Problem | null>(this.#problems.get(vehicles.selected?.systemId ?? -1) ?? null);
   /** The parts of the draft as they were found on board. */
   readonly #asRead: Partial<Record<PlanKind, unknown>> = {};
 
@@ -67,13 +71,18 @@ class PlanTransfers {
   /** Ends the transfer; one that is being handed to the server, as soon as that has begun an operation. */
   async cancel(): Promise<void> {
     this.transfer?.cancelled.abort();
-    const operation = this.transfer?.operation;
-    if (!operation) return;
+    const { operation, vehicle } = this.transfer ?? {};
+    if (!operation || !vehicle) return;
     try {
       await operations.cancel(operation.id);
     } catch (error) {
-      plan.problem = problemFrom(error);
+      this.#problems.set(vehicle.systemId, problemFrom(error));
     }
+  }
+
+  /** Puts away what went wrong with the selected vehicle. */
+  forgetProblem(): void {
+    if (vehicles.selected !== null) this.#problems.delete(vehicles.selected.systemId);
   }
 
   /** Progress of the transfer, 0 to 1; `null` while it is not known. */
@@ -123,14 +132,14 @@ class PlanTransfers {
     run: (vehicle: Vehicle) => Promise<Plan>,
   ): Promise<boolean> {
     if (vehicle === null || this.transfer !== null) return false;
-    plan.problem = null;
+    this.#problems.delete(vehicle.systemId);
     this.transfer = { kind, part, vehicle, operation: null, cancelled: new AbortController() };
     try {
       const there = await run(vehicle);
       onBoard.note(vehicle, part, (await api.planOnBoard(vehicle.systemId, part)).state, there);
       return true;
     } catch (error) {
-      plan.problem = problemFrom(error);
+      this.#problems.set(vehicle.systemId, problemFrom(error));
       return false;
     } finally {
       this.transfer = null;

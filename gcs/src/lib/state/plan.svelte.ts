@@ -57,7 +57,7 @@ class PlanStore {
   tool = $state<PlanTool>('waypoint');
   /** Which part of the plan is being edited. */
   part = $state<PlanKind>('mission');
-  /** What went wrong with the last transfer or file. */
+  /** What went wrong with the last file or change of the draft. */
   problem = $state.raw<Problem | null>(null);
   #unconverted = $state.raw<{ readonly level: UnknownLevel; readonly items: readonly DraftItem[] } | null>(null);
   /** Whether each click or tap on an item adds it to the selection, for those who have no Shift key. */

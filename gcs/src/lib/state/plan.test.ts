@@ -115,7 +115,7 @@ describe('the plan store', () => {
     planGestures.add('waypoint', AT);
     expect(planCompared.state).toBe('unknown');
     await planTransfers.send();
-    expect(plan.problem).toBeNull();
+    expect(planTransfers.problem).toBeNull();
     expect(server.send).toHaveBeenCalledOnce();
     expect(planCompared.state).toBe('uncompared');
     await compared();
@@ -307,7 +307,13 @@ describe('the plan store', () => {
     planGestures.add('waypoint', AT);
     server.send.mockRejectedValueOnce(new Error('no link'));
     await planTransfers.send();
-    expect(plan.problem?.detail).toBe('no link');
+    expect(planTransfers.problem?.detail).toBe('no link');
+    vehicles.ensure(2);
+    vehicles.select(2);
+    expect(planTransfers.problem, 'of another vehicle').toBeNull();
+    vehicles.select(1);
+    planTransfers.forgetProblem();
+    expect(planTransfers.problem).toBeNull();
     expect(planTransfers.transfer).toBeNull();
     expect(planCompared.state).toBe('unknown');
   });
