@@ -33,6 +33,14 @@ describe('the fleet', () => {
     expect([fleet.get(301)?.mode, fleet.needing]).toEqual(['RTL', 0]);
   });
 
+  it('marks nobody who went while the page was away', () => {
+    for (const id of [3, 300]) fleet.mark(id, true);
+    fleet.begin();
+    expect(fleet.marked.size, 'until the list is there').toBe(2);
+    fleet.apply(102, [{ id: 300, remote_name: 'plane7', mav_type: 1, heard_s: 101 }], [], performance.now());
+    expect([fleet.marked.size, fleet.markedRows().length]).toEqual([1, 1]);
+  });
+
   it('tells the lost last, and keeps those marked as a group by name', () => {
     for (const id of [3, 300, 301]) fleet.mark(id, true);
     expect(fleet.markedRows().map(({ name }) => name)).toEqual(['Copter 3', 'plane7', 'plane8']);

@@ -78,10 +78,9 @@ class Fleet {
       this.#byId.set(change.id, changedRow(this.#byId.get(change.id), change));
     }
     if (gone.length > 0) this.#places = null;
-    for (const id of gone) {
-      this.#byId.delete(id);
-      this.marked.delete(id);
-    }
+    for (const id of gone) this.#byId.delete(id);
+    // of those that went while nothing was heard, the whole list is silent
+    for (const id of this.marked) if (!this.#byId.has(id)) this.marked.delete(id);
     this.#version += 1;
   }
 

@@ -101,6 +101,8 @@ class OfflineAreas {
   /** Asks what the draft would cost, when it has been left alone for a moment. */
   ask(source: MapSource, min_level: number, max_level: number): void {
     clearTimeout(this.#estimateTimer);
+    // an answer under way is about what was drawn before
+    this.#asked += 1;
     const shape = this.drawn;
     if (shape === null) {
       this.estimate = null;
@@ -108,7 +110,6 @@ class OfflineAreas {
       return;
     }
     this.isEstimating = true;
-    this.#asked += 1;
     const asked = this.#asked;
     this.#estimateTimer = setTimeout(async () => {
       let [estimate, problem]: [AreaEstimate | null, Problem | null] = [null, null];

@@ -13,9 +13,11 @@ class PicturePlacing {
   /** Top left, top right, bottom right, bottom left of the picture. */
   corners = $state.raw<readonly LonLat[]>([]);
   opacity = $state(0.7);
+  #run = 0;
 
   /** Begins to place a picture; without corners it goes into the middle of what is seen. */
   async begin(picture: Blob, corners: readonly LonLat[] | null, view: Box | null): Promise<void> {
+    const run = ++this.#run;
     const address = URL.createObjectURL(picture);
     const image = new Image();
     image.src = address;
@@ -24,6 +26,7 @@ class PicturePlacing {
     } finally {
       URL.revokeObjectURL(address);
     }
+    if (run !== this.#run) return;
     this.image = image;
     this.corners = corners ?? [];
     if (corners === null && view !== null) this.toView(view);
@@ -62,6 +65,7 @@ class PicturePlacing {
   }
 
   end(): void {
+    this.#run += 1;
     this.image = null;
     this.corners = [];
   }
