@@ -197,16 +197,19 @@ class PlanStore {
     this.edit((draft) => setAlt(draft, keys, alt_m));
   }
 
-  /** Raises or lowers items by the same amount, as keys and drags on the profile do. */
+  /** Raises or lowers items by the same amount. Changes of the same items with the same `about` are one step. */
   shiftAlt(keys: ReadonlySet<number>, by_m: number, about: string): void {
-    this.edit((draft) => {
-      let next = draft;
-      for (const item of draft.items) {
-        const alt_m = keys.has(item.key) ? altOf_m(item) : null;
-        if (alt_m !== null) next = setAlt(next, new Set([item.key]), Math.round((alt_m + by_m) * 10) / 10);
-      }
-      return next;
-    }, about);
+    this.edit(
+      (draft) => {
+        let next = draft;
+        for (const item of draft.items) {
+          const alt_m = keys.has(item.key) ? altOf_m(item) : null;
+          if (alt_m !== null) next = setAlt(next, new Set([item.key]), Math.round((alt_m + by_m) * 10) / 10);
+        }
+        return next;
+      },
+      `${about}-${[...keys].join()}`,
+    );
   }
 
   /** Lets heights count from another level, as the core converts them. */

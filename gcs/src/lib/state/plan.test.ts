@@ -337,6 +337,19 @@ describe('the plan store', () => {
     expect([...plan.selection]).toEqual([1, 2]);
   });
 
+  it('takes a run of keys on the profile as one step for each selection', () => {
+    for (const _ of [1, 2]) planGestures.add('waypoint', AT);
+    const [one, other] = plan.items.map(({ key }) => new Set([key]));
+    const heights = () => plan.items.map((item) => item.params[6]);
+    const before = heights();
+    for (const _ of [1, 2]) plan.shiftAlt(one!, 10, 'profile-keys');
+    plan.shiftAlt(other!, -20, 'profile-keys');
+    plan.undo();
+    expect(heights()).toEqual([before[0]! + 20, before[1]]);
+    plan.undo();
+    expect(heights()).toEqual(before);
+  });
+
   it('says why a landing cannot be, and takes the last of two', async () => {
     server.design.mockRejectedValueOnce(new Error('no direction'));
     planGestures.add('land', AT);
