@@ -39,6 +39,6 @@ export const filesEs: Record<keyof typeof filesEn, string> = {
   'note.fence-not-written': 'Hay partes de la geovalla que no se han escrito ({count}).',
   'note.rally-not-written': 'Los puntos de reunión no se han escrito ({count}).',
   'note.complex-items-edited':
-    'Se han cambiado levantamientos, patrones de aterrizaje u otros elementos complejos, y se escriben elemento a elemento ({count}).',
+    'Se han cambiado levantamientos, patrones de aterrizaje u otros elementos complejos, y se escriben punto a punto ({count}).',
   'note.settings-not-written': 'Los ajustes del plan (velocidades, tipo de vehículo) no se han escrito ({count}).',
 };

@@ -294,6 +294,7 @@ export const mapEn = {
   'param.turns': 'Turns',
   'param.circleRadius': 'Radius (0: the plane’s own)',
   'param.sense': 'Sense',
+  'choice.own-sense': 'As the plane’s own',
   'choice.clockwise': 'Clockwise',
   'choice.counter-clockwise': 'Counter-clockwise',
   'choice.centre': 'The line from the centre',

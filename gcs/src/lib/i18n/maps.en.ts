@@ -57,7 +57,7 @@ export const mapsEn = {
   'maps.fault.source-key': 'It needs a key.',
   'maps.fault.source-invalid': 'Its settings or its file are wrong.',
   'maps.fault.source-set_aside':
-    'The program ended while it read this, so it is not read any more. Replace the file, or try it again with “Check”.',
+    'The program ended while it read this, so it is not read any more. Replace the file, or try it again with “Test”.',
   'maps.fault.source-key_missing': 'It needs a key.',
   'maps.fault.source-failing': 'The source refuses.',
   'maps.fault.map-crs': 'The map cannot warp its coordinate system.',

@@ -59,7 +59,7 @@ export const mapsEs: Record<keyof typeof mapsEn, string> = {
   'maps.fault.source-key': 'Necesita una clave.',
   'maps.fault.source-invalid': 'Sus ajustes o su fichero están mal.',
   'maps.fault.source-set_aside':
-    'El programa se cerró mientras la leía, así que ya no se lee. Sustituya el fichero o pruébela de nuevo con «Comprobar».',
+    'El programa se cerró mientras la leía, así que ya no se lee. Sustituye el fichero o pruébala de nuevo con «Probar».',
   'maps.fault.source-key_missing': 'Necesita una clave.',
   'maps.fault.source-failing': 'La fuente se niega.',
   'maps.fault.map-crs': 'El mapa no sabe deformar su sistema de coordenadas.',

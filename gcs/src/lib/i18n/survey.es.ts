@@ -4,10 +4,10 @@ import type { surveyEn } from './survey.en';
 export const surveyEs: Record<keyof typeof surveyEn, string> = {
   'survey.ofArea': 'Fotografiar un área',
   'survey.ofLine': 'Fotografiar a lo largo de una línea',
-  'survey.items': 'Elementos {first} a {last}',
+  'survey.items': 'Puntos {first} a {last}',
   'survey.open': 'Cambiar',
-  'survey.showItems': 'Mostrar sus elementos',
-  'survey.hideItems': 'Ocultar sus elementos',
+  'survey.showItems': 'Mostrar sus puntos',
+  'survey.hideItems': 'Ocultar sus puntos',
   'survey.designing': 'Trazando líneas…',
   'survey.done': 'Listo',
   'survey.cancel': 'Cancelar',
@@ -53,7 +53,7 @@ export const surveyEs: Record<keyof typeof surveyEn, string> = {
   'survey.turns': 'Virajes, velocidad y alturas',
   'survey.leadIn': 'Recto antes de las líneas',
   'survey.settled': 'hasta ir estable',
-  'survey.airspeed': 'Velocidad del aire',
+  'survey.airspeed': 'Velocidad aire',
   'survey.cruise': 'la de crucero',
   'survey.margin': 'Más allá del borde',
   'survey.byOverlap': 'según el solape',
@@ -76,7 +76,6 @@ export const surveyEs: Record<keyof typeof surveyEn, string> = {
   'complex.StructureScan': 'Escaneo de estructura',
   'complex.fwLandingPattern': 'Patrón de aterrizaje',
   'complex.vtolLandingPattern': 'Patrón de aterrizaje',
-  'complex.edited':
-    '{name}: sus elementos se cambiaron a mano. Ahora son elementos sueltos, y ya no se puede abrir entero.',
+  'complex.edited': '{name}: sus puntos se cambiaron a mano. Ahora son puntos sueltos, y ya no se puede abrir entero.',
   'complex.understood': 'Dejarlos sueltos',
 };
