@@ -242,7 +242,8 @@ async def crosswind(camera: Camera, url: str, folder: Path) -> None:
     async with camera.station(url) as station:
         # As if a pilot had set it before.
         await station.page.evaluate(
-            "() => localStorage.setItem('vencejo.plan-wind', '{\"from_deg\":180,\"speed_m_s\":7}')"
+            "() => localStorage.setItem('vencejo.plan-wind',"
+            " JSON.stringify({ from_deg: 180, speed_m_s: 7, set_unix_ms: Date.now() }))"
         )
         await station.page.reload()
         await station.see_plane()
