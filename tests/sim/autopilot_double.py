@@ -210,10 +210,6 @@ class DoubleAutopilot:
     def mission_start(self) -> MavResult:
         return self._called("mission_start")
 
-    def takeoff(self, alt_rel_home_m: float) -> MavResult:
-        self._called("takeoff", alt_rel_home_m)
-        return MavResult.FAILED
-
     def reposition(self, target: RepositionTarget) -> MavResult:
         if target.change_mode:
             self.mode = Mode.GUIDED
@@ -243,10 +239,6 @@ class DoubleAutopilot:
 
     def abort_landing(self, climb_to_m: float) -> MavResult:
         return self._called("abort_landing", climb_to_m)
-
-    def pause(self, *, hold: bool) -> MavResult:
-        self._called("pause", hold)
-        return MavResult.UNSUPPORTED
 
     def rc_input(self, channels: Mapping[int, int | None]) -> None:
         self._called("rc_input", dict(channels))

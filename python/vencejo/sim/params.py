@@ -139,9 +139,6 @@ class ParamStore:
     def __len__(self) -> int:
         return len(self._names)
 
-    def __contains__(self, name: object) -> bool:
-        return name in self._index
-
     @property
     def revision(self) -> int:
         """Grows with every change of any value."""

@@ -390,10 +390,6 @@ class MissionStore(_ListStore):
         """An item as the station reads it back, None when there is none."""
         return self.home if seq == 0 and self.home is not None else super().read(seq)
 
-    def contains(self, command: int) -> bool:
-        """Whether some item has that command."""
-        return any(item.command == command for item in self._items[1:])
-
 
 class FenceShape:
     """One polygon or circle of the fence, or its return point."""
@@ -406,11 +402,6 @@ class FenceShape:
         self.points = tuple(points)
         """Vertices or the centre: latitude and longitude, degrees."""
         self.radius_m = radius_m
-
-    @property
-    def inclusion(self) -> bool:
-        """Whether the plane must stay inside."""
-        return self.command in (5001, 5003)
 
 
 class FenceStore:

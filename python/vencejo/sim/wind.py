@@ -51,14 +51,8 @@ class Wind:
 
     def __post_init__(self) -> None:
         self._random = random.Random(f"wind {self.seed}")
-        self.set(self.speed_m_s, self.from_deg)
-
-    def set(self, speed_m_s: float, from_deg: float) -> None:
-        """Change the steady wind."""
-        self.speed_m_s = speed_m_s
-        self.from_deg = from_deg
-        self._to_north = -speed_m_s * math.cos(math.radians(from_deg))
-        self._to_east = -speed_m_s * math.sin(math.radians(from_deg))
+        self._to_north = -self.speed_m_s * math.cos(math.radians(self.from_deg))
+        self._to_east = -self.speed_m_s * math.sin(math.radians(self.from_deg))
 
     def blow(self, height_m: float, airspeed_m_s: float, heading_rad: float, dt_s: float) -> None:
         """Advance to the air around the plane: sets ``north_m_s``, ``east_m_s`` and ``down_m_s`` (where it goes to)."""

@@ -449,10 +449,6 @@ class Autopilot(Plane):
         self.set_mode(Mode.AUTO)
         return MavResult.ACCEPTED
 
-    def takeoff(self, alt_rel_home_m: float) -> MavResult:
-        """NAV_TAKEOFF outside a mission, which only a VTOL can."""
-        return MavResult.FAILED
-
     def reposition(self, target: RepositionTarget) -> MavResult:
         """Fly to a point in GUIDED."""
         if not target.change_mode and self.flight_mode is not Mode.GUIDED:
@@ -566,10 +562,6 @@ class Autopilot(Plane):
         """Abort the landing that is being flown; ``climb_to_m`` 0 leaves the altitude to the mission."""
         return MavResult.ACCEPTED if self.landing.request_go_around(climb_to_m) else MavResult.FAILED
 
-    def pause(self, *, hold: bool) -> MavResult:
-        """DO_PAUSE_CONTINUE, which ArduPlane does not have."""
-        return MavResult.UNSUPPORTED
-
     # the world outside
 
     def rc_input(self, channels: Mapping[int, int | None]) -> None:
@@ -614,10 +606,6 @@ class Autopilot(Plane):
         if self._hand is not None:
             self._hand = None
             self.body.place(self.body.lat_deg, self.body.lon_deg, self.body.yaw_rad)
-
-    def set_wind(self, speed_m_s: float, from_deg: float) -> None:
-        """Change the steady wind."""
-        self.wind.set(speed_m_s, from_deg)
 
     def failsafe_gcs(self, active: bool) -> None:
         """The ground station's heartbeat is lost, or back."""

@@ -555,10 +555,6 @@ class AutopilotPort(Protocol):
         """MISSION_START: enters AUTO; accepted even when that is refused."""
         ...
 
-    def takeoff(self, alt_rel_home_m: float) -> MavResult:
-        """NAV_TAKEOFF as a command: ArduPlane (not a VTOL) fails it."""
-        ...
-
     def reposition(self, target: RepositionTarget) -> MavResult:
         """DO_REPOSITION: GUIDED towards a point."""
         ...
@@ -589,10 +585,6 @@ class AutopilotPort(Protocol):
 
     def abort_landing(self, climb_to_m: float) -> MavResult:
         """DO_GO_AROUND: by the mission's pattern, else a climb to a height above home (0: the landing's own)."""
-        ...
-
-    def pause(self, *, hold: bool) -> MavResult:
-        """DO_PAUSE_CONTINUE: ArduPlane does not implement it (UNSUPPORTED)."""
         ...
 
     # the world outside

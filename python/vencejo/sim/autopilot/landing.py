@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from enum import IntEnum
 
-from .geo import Spot, bearing_rad, distance_m, wrap_pi
+from .geo import bearing_rad, distance_m, wrap_pi
 from .interface import Severity, StoredItem
 from .mission import MissionRunner
 from .navigator import Navigator
@@ -268,7 +268,3 @@ class Landing:
         if not self.flaring:
             return None
         return wrap_pi(bearing_rad(self._nav.previous, self._nav.next))
-
-    def target(self) -> Spot:
-        """Where it lands."""
-        return self._nav.next

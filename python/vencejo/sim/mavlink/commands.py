@@ -151,14 +151,13 @@ class CommandHandler:
         self._table: dict[int, Callable[[Peer, Command], int]] = {
             20: lambda _peer, _c: self._mode(Mode.RTL),
             17: lambda _peer, _c: self._mode(Mode.LOITER),
-            22: self._takeoff,
+            22: lambda _peer, _c: MavResult.FAILED,  # NAV_TAKEOFF as a command needs vertical lift
             176: self._set_mode,
             178: self._change_speed,
             179: self._set_home,
             186: self._change_altitude,
             191: self._go_around,
             192: self._reposition,
-            193: lambda _peer, c: self._vehicle.autopilot.pause(hold=c.p1 == 0),
             207: self._fence_enable,
             224: self._set_mission_current,
             241: self._calibrate,
@@ -229,9 +228,6 @@ class CommandHandler:
         if not _whole(command.p1) & 1:  # MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
             return MavResult.DENIED
         return self._vehicle.autopilot.set_mode(_whole(command.p2))
-
-    def _takeoff(self, _peer: Peer, command: Command) -> int:
-        return self._vehicle.autopilot.takeoff(command.z)
 
     def _mission_start(self, _peer: Peer, command: Command) -> int:
         if command.p1 != 0 or command.p2 != 0:

@@ -19,7 +19,6 @@ from vencejo.sim.mavlink.link import Link
 
 __all__ = ["Signing"]
 
-KEY_BYTES = 32
 _SIGNATURE_BYTES = 13
 _TAG_BYTES = 6
 _TICKS_PER_S = 100_000
