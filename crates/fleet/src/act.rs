@@ -2,10 +2,10 @@
 
 use std::time::Duration;
 
-use vencejo_flight::plan::Mission;
+use vencejo_flight::plan::{Command, Mission};
 use vencejo_proto::{Address, CommandInt, CommandLong};
 use vencejo_station::{RequestResult, StationError};
-use vencejo_vehicle::command::{CommandName, CommandResult};
+use vencejo_vehicle::command::CommandResult;
 use vencejo_vehicle::modes::{FlightMode, ModeFamily};
 use vencejo_vehicle::transfer::TransferError;
 use vencejo_vehicle::{AltFrame, Danger, ModeChoice, Reply, Request, SpeedKind, Turn, VehicleError};
@@ -261,7 +261,7 @@ pub fn answer_of(claim: &Claim, result: &RequestResult) -> Answer {
 /// What the answer says.
 pub fn result_of(answer: &Answer, request: &Request, name: &str, target: Address, family: ModeFamily) -> RequestResult {
     let refused = |why: String| Err(StationError::RemoteRefused { name: name.to_owned(), why });
-    let command = u16::try_from(answer.command).ok().filter(|number| *number != 0).map(CommandName);
+    let command = u16::try_from(answer.command).ok().filter(|number| *number != 0).map(Command);
     match answer.end() {
         End::Done | End::Granted => Ok(Reply::Done),
         End::Held | End::Asked if !answer.holder.is_empty() => {
@@ -305,7 +305,7 @@ pub fn unknown_end(request: &Request, target: Address, attempts: u32, waited: Du
 }
 
 /// Nobody knows whether it was done.
-pub fn unknown(command: CommandName, target: Address, attempts: u32) -> StationError {
+pub fn unknown(command: Command, target: Address, attempts: u32) -> StationError {
     StationError::Vehicle(VehicleError::CommandTimeout { target, command, attempts })
 }
 
@@ -451,13 +451,13 @@ mod tests {
         assert_eq!(told(&Ok(Reply::Done)), Ok(Reply::Done));
         let refused = VehicleError::CommandRefused {
             target,
-            command: CommandName(cmd::COMPONENT_ARM_DISARM),
+            command: Command::COMPONENT_ARM_DISARM,
             result: CommandResult(4),
             reasons: vec!["PreArm: no GPS".into()],
             cure: Some(FlightMode { family: ModeFamily::ArduPlane, custom_mode: 0 }),
         };
         assert_eq!(told(&Err(refused.clone().into())), Err(refused.into()));
-        let silent = unknown(CommandName(cmd::COMPONENT_ARM_DISARM), target, 1);
+        let silent = unknown(Command::COMPONENT_ARM_DISARM, target, 1);
         assert_eq!(told(&Err(silent.clone())), Err(silent.clone()));
         assert_eq!(told(&Err(VehicleError::Rebooted.into())), Err(silent), "it may or may not have been done");
         let other = told(&Err(VehicleError::HomeUnknown.into())).expect_err("refused");

@@ -5,7 +5,6 @@ use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 use vencejo_station::{SigningError, StationError};
 use vencejo_vehicle::VehicleError;
-use vencejo_vehicle::command::CommandName;
 use vencejo_vehicle::transfer::TransferError;
 
 /// Adds the functions of this module.
@@ -102,8 +101,8 @@ pub fn from_station(error: &StationError) -> PyErr {
 }
 
 /// A command by its name, else by its number.
-fn name_of(command: CommandName) -> String {
-    command.name().map_or_else(|| command.0.to_string(), str::to_owned)
+fn name_of(command: Command) -> String {
+    if command.name().is_some() { command.to_string() } else { command.0.to_string() }
 }
 
 fn tuple<T: AsRef<str>>(py: Python<'_>, texts: &[T]) -> Py<PyAny> {

@@ -22,43 +22,6 @@ const ASK_WAIT: Duration = Duration::from_millis(2_500);
 const ROUND_TRIP_UNKNOWN: Duration = Duration::from_millis(500);
 const SLACK: Duration = Duration::from_millis(50);
 
-/// Numbers of commands (`MAV_CMD`) that this crate sends, holds back or has confirmed.
-#[allow(missing_docs, reason = "the names are MAVLink's")]
-pub mod cmd {
-    pub const NAV_RETURN_TO_LAUNCH: u16 = 20;
-    pub const NAV_TAKEOFF: u16 = 22;
-    pub const DO_SET_MODE: u16 = 176;
-    pub const DO_CHANGE_SPEED: u16 = 178;
-    pub const DO_SET_HOME: u16 = 179;
-    pub const DO_FLIGHTTERMINATION: u16 = 185;
-    pub const DO_CHANGE_ALTITUDE: u16 = 186;
-    pub const DO_RETURN_PATH_START: u16 = 188;
-    pub const DO_LAND_START: u16 = 189;
-    pub const DO_GO_AROUND: u16 = 191;
-    pub const DO_REPOSITION: u16 = 192;
-    pub const DO_PAUSE_CONTINUE: u16 = 193;
-    pub const DO_FENCE_ENABLE: u16 = 207;
-    pub const DO_PARACHUTE: u16 = 208;
-    pub const DO_AUX_FUNCTION: u16 = 218;
-    pub const DO_ENGINE_CONTROL: u16 = 223;
-    pub const DO_SET_MISSION_CURRENT: u16 = 224;
-    pub const PREFLIGHT_STORAGE: u16 = 245;
-    pub const PREFLIGHT_REBOOT_SHUTDOWN: u16 = 246;
-    pub const MISSION_START: u16 = 300;
-    pub const COMPONENT_ARM_DISARM: u16 = 400;
-    pub const GET_HOME_POSITION: u16 = 410;
-    pub const SET_MESSAGE_INTERVAL: u16 = 511;
-    pub const REQUEST_MESSAGE: u16 = 512;
-    pub const REQUEST_AUTOPILOT_CAPABILITIES: u16 = 520;
-    pub const STORAGE_FORMAT: u16 = 526;
-    pub const DO_JUMP_TAG: u16 = 601;
-    pub const DO_SET_SAFETY_SWITCH_STATE: u16 = 5300;
-    pub const FLASH_BOOTLOADER: u16 = 42650;
-    pub const DEBUG_TRAP: u16 = 42700;
-    pub const GUIDED_CHANGE_ALTITUDE: u16 = 43001;
-    pub const GUIDED_CHANGE_HEADING: u16 = 43002;
-}
-
 /// Numbers of ArduPilot's auxiliary functions (`RC_Channel::AUX_FUNC`) that arm, end a flight or change the mission.
 pub(crate) mod aux {
     pub(crate) const FENCE: u32 = 11;
@@ -82,23 +45,11 @@ pub(crate) fn whole(param: f32) -> u32 {
     param as u32
 }
 
-/// A command by number, shown by name.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub struct CommandName(pub u16);
-
-impl CommandName {
-    /// Its name in MAVLink without `MAV_CMD_`; `None` for a number that has none here.
-    pub fn name(self) -> Option<&'static str> {
-        Command(self.0).name().map(|name| name.trim_start_matches("MAV_CMD_"))
-    }
-}
-
-impl fmt::Display for CommandName {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self.name() {
-            Some(name) => write!(f, "{name} ({})", self.0),
-            None => write!(f, "command {}", self.0),
-        }
+/// Name and number of a command as errors show it: `COMPONENT_ARM_DISARM (400)`; `command 31000` without a name.
+pub fn numbered(command: Command) -> String {
+    match command.name() {
+        Some(_) => format!("{command} ({})", command.0),
+        None => command.to_string(),
     }
 }
 
@@ -159,29 +110,31 @@ impl fmt::Display for CommandResult {
 ///
 /// Not idempotent: arming, take-off, reboot, landing start, jumps, relative changes, releases, and unknown commands.
 /// Nor is a change of mode: between two transmissions the pilot may have switched to another mode.
-pub const fn is_idempotent(command: u16) -> bool {
+pub const fn is_idempotent(command: Command) -> bool {
     matches!(
         command,
-        cmd::DO_CHANGE_SPEED
-            | cmd::DO_SET_HOME
-            | cmd::DO_CHANGE_ALTITUDE
-            | cmd::DO_REPOSITION
-            | cmd::DO_SET_MISSION_CURRENT
-            | cmd::GET_HOME_POSITION
-            | cmd::SET_MESSAGE_INTERVAL
-            | cmd::REQUEST_MESSAGE
-            | cmd::REQUEST_AUTOPILOT_CAPABILITIES
-            | 181   // DO_SET_RELAY
-            | 183   // DO_SET_SERVO
-            | 195   // DO_SET_ROI_LOCATION
-            | 197   // DO_SET_ROI_NONE
-            | 201   // DO_SET_ROI
-            | 205   // DO_MOUNT_CONTROL
-            | 206   // DO_SET_CAM_TRIGG_DIST
-            | 207   // DO_FENCE_ENABLE
-            | 510   // GET_MESSAGE_INTERVAL
-            | 519   // REQUEST_PROTOCOL_VERSION
-            | 43000..=43002 // GUIDED_CHANGE_SPEED, _ALTITUDE, _HEADING
+        Command::DO_CHANGE_SPEED
+            | Command::DO_SET_HOME
+            | Command::DO_SET_RELAY
+            | Command::DO_SET_SERVO
+            | Command::DO_CHANGE_ALTITUDE
+            | Command::DO_REPOSITION
+            | Command::DO_SET_ROI_LOCATION
+            | Command::DO_SET_ROI_NONE
+            | Command::DO_SET_ROI
+            | Command::DO_MOUNT_CONTROL
+            | Command::DO_SET_CAM_TRIGG_DIST
+            | Command::DO_FENCE_ENABLE
+            | Command::DO_SET_MISSION_CURRENT
+            | Command::GET_HOME_POSITION
+            | Command::GET_MESSAGE_INTERVAL
+            | Command::SET_MESSAGE_INTERVAL
+            | Command::REQUEST_MESSAGE
+            | Command::REQUEST_PROTOCOL_VERSION
+            | Command::REQUEST_AUTOPILOT_CAPABILITIES
+            | Command::GUIDED_CHANGE_SPEED
+            | Command::GUIDED_CHANGE_ALTITUDE
+            | Command::GUIDED_CHANGE_HEADING
     )
 }
 
@@ -196,16 +149,16 @@ pub enum CommandMessage {
 
 impl CommandMessage {
     /// A COMMAND_LONG.
-    pub fn long(target: Address, command: u16, params: [f32; 7]) -> Self {
-        Self::Long(CommandLong { target, command, confirmation: 0, params })
+    pub fn long(target: Address, command: Command, params: [f32; 7]) -> Self {
+        Self::Long(CommandLong { target, command: command.0, confirmation: 0, params })
     }
 
-    /// Its number.
-    pub fn command(&self) -> u16 {
-        match self {
+    /// Which it is.
+    pub fn command(&self) -> Command {
+        Command(match self {
             Self::Long(long) => long.command,
             Self::Int(int) => int.command,
-        }
+        })
     }
 
     /// Its target.
@@ -234,7 +187,7 @@ impl CommandMessage {
         match *self {
             Self::Int(int) if (int.x, int.y, int.z) == (0, 0, 0.0) => {
                 let [p1, p2, p3, p4] = int.params;
-                Some(Self::long(int.target, int.command, [p1, p2, p3, p4, 0.0, 0.0, 0.0]))
+                Some(Self::long(int.target, Command(int.command), [p1, p2, p3, p4, 0.0, 0.0, 0.0]))
             }
             Self::Long(long) if long.params[4..] == [0.0; 3] => {
                 let [p1, p2, p3, p4, ..] = long.params;
@@ -268,7 +221,7 @@ pub enum Unanswered {
 
 impl Unanswered {
     /// The default for a command.
-    pub fn for_command(command: u16) -> Self {
+    pub fn for_command(command: Command) -> Self {
         if is_idempotent(command) { Self::Repeat } else { Self::GiveUp }
     }
 }
@@ -378,7 +331,7 @@ struct InFlight {
 #[derive(Debug)]
 struct Owed {
     target: Address,
-    command: u16,
+    command: Command,
     answers: u32,
     until: MonoTime,
 }
@@ -489,7 +442,7 @@ impl Commands {
         let Some(index) = self
             .in_flight
             .iter()
-            .position(|flight| flight.message.command() == ack.command && is_for(flight.message.target(), from))
+            .position(|flight| flight.message.command().0 == ack.command && is_for(flight.message.target(), from))
         else {
             return self.on_owed(from, ack, now);
         };
@@ -531,7 +484,7 @@ impl Commands {
 
     /// A further answer to a command that was answered before.
     fn on_owed(&mut self, from: Address, ack: &CommandAck, now: MonoTime) {
-        let is_it = |owed: &&mut Owed| owed.command == ack.command && is_for(owed.target, from);
+        let is_it = |owed: &&mut Owed| owed.command.0 == ack.command && is_for(owed.target, from);
         if let Some(owed) = self.owed.iter_mut().find(is_it)
             && CommandResult(ack.result) != CommandResult::IN_PROGRESS
         {
@@ -629,7 +582,7 @@ fn rest_of_answers(flight: &InFlight, round_trip: Option<Duration>, now: MonoTim
 }
 
 /// The identity of a command in acknowledgements.
-fn key(message: &CommandMessage) -> (Address, u16) {
+fn key(message: &CommandMessage) -> (Address, Command) {
     (message.target(), message.command())
 }
 
@@ -661,15 +614,15 @@ mod tests {
     }
 
     fn interval() -> CommandMessage {
-        CommandMessage::long(PLANE, cmd::SET_MESSAGE_INTERVAL, [30.0, 100_000.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+        CommandMessage::long(PLANE, Command::SET_MESSAGE_INTERVAL, [30.0, 100_000.0, 0.0, 0.0, 0.0, 0.0, 0.0])
     }
 
     fn arm() -> CommandMessage {
-        CommandMessage::long(PLANE, cmd::COMPONENT_ARM_DISARM, [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+        CommandMessage::long(PLANE, Command::COMPONENT_ARM_DISARM, [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
     }
 
-    fn ack(command: u16, result: CommandResult, progress: u8, target: Address) -> CommandAck {
-        CommandAck { command, result: result.0, progress, result_param2: 0, target }
+    fn ack(command: Command, result: CommandResult, progress: u8, target: Address) -> CommandAck {
+        CommandAck { command: command.0, result: result.0, progress, result_param2: 0, target }
     }
 
     fn drain(commands: &mut Commands) -> Vec<CommandOutput> {
@@ -714,8 +667,8 @@ mod tests {
 
     #[test]
     fn arming_is_never_repeated_blindly() {
-        assert!(!is_idempotent(cmd::COMPONENT_ARM_DISARM));
-        assert!(!is_idempotent(cmd::NAV_TAKEOFF) && !is_idempotent(cmd::PREFLIGHT_REBOOT_SHUTDOWN));
+        assert!(!is_idempotent(Command::COMPONENT_ARM_DISARM));
+        assert!(!is_idempotent(Command::NAV_TAKEOFF) && !is_idempotent(Command::PREFLIGHT_REBOOT_SHUTDOWN));
         let mut commands = commands();
         let id = commands.submit(arm(), Unanswered::Ask, WhenBusy::Refuse, at(0)).expect("free");
         commands.on_time(at(1_000));
@@ -738,12 +691,12 @@ mod tests {
         let mut commands = commands();
         commands.submit(arm(), Unanswered::GiveUp, WhenBusy::Refuse, at(0)).expect("free");
         drain(&mut commands);
-        let accepted = |target| ack(cmd::COMPONENT_ARM_DISARM, CommandResult::ACCEPTED, 0, target);
+        let accepted = |target| ack(Command::COMPONENT_ARM_DISARM, CommandResult::ACCEPTED, 0, target);
         commands.on_ack(PLANE, &accepted(Address::new(254, 190)), at(1));
         commands.on_ack(PLANE, &accepted(Address::new(255, 191)), at(1));
         commands.on_ack(Address::new(2, 1), &accepted(OUR), at(1));
         commands.on_ack(Address::new(1, 154), &accepted(OUR), at(1));
-        commands.on_ack(PLANE, &ack(cmd::DO_SET_MODE, CommandResult::ACCEPTED, 0, OUR), at(1));
+        commands.on_ack(PLANE, &ack(Command::DO_SET_MODE, CommandResult::ACCEPTED, 0, OUR), at(1));
         assert_eq!(drain(&mut commands), []);
         // MAVLink 1 names nobody.
         commands.on_ack(PLANE, &accepted(Address::new(0, 0)), at(2));
@@ -756,7 +709,7 @@ mod tests {
     #[test]
     fn the_next_command_waits_for_what_the_repeated_one_is_still_answered() {
         let answer = |commands: &mut Commands, result, ms| {
-            commands.on_ack(PLANE, &ack(cmd::SET_MESSAGE_INTERVAL, result, 0, OUR), at(ms));
+            commands.on_ack(PLANE, &ack(Command::SET_MESSAGE_INTERVAL, result, 0, OUR), at(ms));
         };
         // Sent at 0 and at 1,000 ms; answered, and the next one wanted, some time after.
         let sent_twice = |answered_ms| {
@@ -798,7 +751,7 @@ mod tests {
         let mut ms = 500;
         let mut reports = 0;
         let outputs = loop {
-            commands.on_ack(PLANE, &ack(cmd::COMPONENT_ARM_DISARM, CommandResult::IN_PROGRESS, 255, OUR), at(ms));
+            commands.on_ack(PLANE, &ack(Command::COMPONENT_ARM_DISARM, CommandResult::IN_PROGRESS, 255, OUR), at(ms));
             ms += 20_000;
             commands.on_time(at(ms));
             let outputs = drain(&mut commands);
@@ -825,7 +778,7 @@ mod tests {
             commands.submit(arm(), Unanswered::GiveUp, WhenBusy::Wait, at(0)).expect("waits");
         }
         assert_eq!(commands.submit(arm(), Unanswered::GiveUp, WhenBusy::Wait, at(0)), Err(Busy));
-        commands.on_ack(PLANE, &ack(cmd::COMPONENT_ARM_DISARM, CommandResult::DENIED, 0, OUR), at(5));
+        commands.on_ack(PLANE, &ack(Command::COMPONENT_ARM_DISARM, CommandResult::DENIED, 0, OUR), at(5));
         let outputs = drain(&mut commands);
         assert_eq!(outcomes(&outputs), [CommandOutcome::Answered { result: CommandResult::DENIED, result_param2: 0 }]);
         assert_eq!(confirmations(&outputs), [0], "the next one");
@@ -837,7 +790,7 @@ mod tests {
             CommandMessage::Int(CommandInt {
                 target: PLANE,
                 frame: 3,
-                command: cmd::DO_REPOSITION,
+                command: Command::DO_REPOSITION.0,
                 current: 0,
                 autocontinue: 0,
                 params: [1.0, 2.0, 3.0, 4.0],
@@ -846,7 +799,7 @@ mod tests {
                 z: 0.0,
             })
         };
-        let unsupported = ack(cmd::DO_REPOSITION, CommandResult::UNSUPPORTED, 0, OUR);
+        let unsupported = ack(Command::DO_REPOSITION, CommandResult::UNSUPPORTED, 0, OUR);
         let mut commands = commands();
         commands.submit(int(403_332_000), Unanswered::Repeat, WhenBusy::Refuse, at(0)).expect("free");
         commands.on_ack(PLANE, &unsupported, at(10));
@@ -882,9 +835,9 @@ mod tests {
 
     #[test]
     fn names_are_shown() {
-        assert_eq!(CommandName(cmd::COMPONENT_ARM_DISARM).to_string(), "COMPONENT_ARM_DISARM (400)");
-        assert_eq!(CommandName(cmd::DO_LAND_START).to_string(), "DO_LAND_START (189)");
-        assert_eq!(CommandName(60_000).to_string(), "command 60000");
+        assert_eq!(numbered(Command::COMPONENT_ARM_DISARM), "COMPONENT_ARM_DISARM (400)");
+        assert_eq!(numbered(Command::DO_LAND_START), "DO_LAND_START (189)");
+        assert_eq!(numbered(Command(60_000)), "command 60000");
         assert_eq!(CommandResult::FAILED.to_string(), "failed (MAV_RESULT_FAILED, 4)");
     }
 }

@@ -3,10 +3,10 @@
 
 use std::fmt;
 
-use vencejo_flight::plan::PlanKind;
+use vencejo_flight::plan::{Command, PlanKind};
 use vencejo_proto::{FieldValue, Message, MonoTime, SystemId};
 
-use crate::command::{CommandMessage, aux, cmd, whole};
+use crate::command::{CommandMessage, aux, whole};
 use crate::request::Request;
 use crate::telemetry::{LOST_AFTER, Telemetry};
 use crate::vehicle::commands_of;
@@ -106,8 +106,8 @@ impl Danger {
     /// The danger of a request to a vehicle with this telemetry.
     pub fn of_request(request: &Request, telemetry: &Telemetry, now: MonoTime) -> Option<Self> {
         match request {
-            Request::RawCommandLong(command) => of_command(command.command, &command.params, telemetry, now),
-            Request::RawCommandInt(command) => of_command(command.command, &command.params, telemetry, now),
+            Request::RawCommandLong(command) => of_command(Command(command.command), &command.params, telemetry, now),
+            Request::RawCommandInt(command) => of_command(Command(command.command), &command.params, telemetry, now),
             Request::ClearPlan { kind } => Some(Self::Clear(*kind)),
             // An empty list clears.
             Request::UploadPlan { kind, items, .. } => items.is_empty().then_some(Self::Clear(*kind)),
@@ -115,8 +115,8 @@ impl Danger {
             Request::DespiteMixedPlan(request) => Self::of_request(request, telemetry, now),
             // By the commands that it sends.
             request => commands_of(request).iter().find_map(|command| match command {
-                CommandMessage::Long(command) => of_command(command.command, &command.params, telemetry, now),
-                CommandMessage::Int(command) => of_command(command.command, &command.params, telemetry, now),
+                CommandMessage::Long(command) => of_command(Command(command.command), &command.params, telemetry, now),
+                CommandMessage::Int(command) => of_command(Command(command.command), &command.params, telemetry, now),
             }),
         }
     }
@@ -127,8 +127,8 @@ impl Danger {
         let others = Telemetry::default();
         let telemetry = if message.target().system == Some(vehicle) { telemetry } else { &others };
         match message {
-            Message::CommandLong(command) => of_command(command.command, &command.params, telemetry, now),
-            Message::CommandInt(command) => of_command(command.command, &command.params, telemetry, now),
+            Message::CommandLong(command) => of_command(Command(command.command), &command.params, telemetry, now),
+            Message::CommandInt(command) => of_command(Command(command.command), &command.params, telemetry, now),
             Message::Dialect(_) => of_dialect(message),
             _ => None,
         }
@@ -162,10 +162,10 @@ fn may_fly(telemetry: &Telemetry, now: MonoTime) -> bool {
 }
 
 /// The danger of a command. A value left to the vehicle (NaN) may be any.
-fn of_command(command: u16, params: &[f32], telemetry: &Telemetry, now: MonoTime) -> Option<Danger> {
+fn of_command(command: Command, params: &[f32], telemetry: &Telemetry, now: MonoTime) -> Option<Danger> {
     let param = |number: usize| params.get(number - 1).copied().unwrap_or(0.0);
     match command {
-        cmd::COMPONENT_ARM_DISARM => {
+        Command::COMPONENT_ARM_DISARM => {
             // Each autopilot has its own magic numbers here; only 0 keeps its checks.
             let is_forced = param(2) != 0.0;
             match param(1) {
@@ -175,17 +175,17 @@ fn of_command(command: u16, params: &[f32], telemetry: &Telemetry, now: MonoTime
                 _ => Some(Danger::ForceArm),
             }
         }
-        cmd::DO_FLIGHTTERMINATION | cmd::DO_PARACHUTE => Some(Danger::Terminate),
-        cmd::DO_FENCE_ENABLE => (param(1) != 1.0).then_some(Danger::FenceOff),
-        cmd::DO_SET_MODE => of_mode(whole(param(1)), whole(param(2))),
-        cmd::DO_SET_SAFETY_SWITCH_STATE => (param(1) != 1.0).then_some(Danger::ForceDisarm),
-        cmd::DO_ENGINE_CONTROL => (param(1) != 1.0).then_some(Danger::ForceDisarm),
-        cmd::DO_AUX_FUNCTION => of_aux_function(whole(param(1)), whole(param(2)), telemetry, now),
-        cmd::PREFLIGHT_REBOOT_SHUTDOWN | cmd::DEBUG_TRAP => Some(Danger::Reboot),
-        cmd::STORAGE_FORMAT => Some(Danger::Erase),
-        cmd::FLASH_BOOTLOADER => Some(Danger::WriteFiles),
+        Command::DO_FLIGHTTERMINATION | Command::DO_PARACHUTE => Some(Danger::Terminate),
+        Command::DO_FENCE_ENABLE => (param(1) != 1.0).then_some(Danger::FenceOff),
+        Command::DO_SET_MODE => of_mode(whole(param(1)), whole(param(2))),
+        Command::DO_SET_SAFETY_SWITCH_STATE => (param(1) != 1.0).then_some(Danger::ForceDisarm),
+        Command::DO_ENGINE_CONTROL => (param(1) != 1.0).then_some(Danger::ForceDisarm),
+        Command::DO_AUX_FUNCTION => of_aux_function(whole(param(1)), whole(param(2)), telemetry, now),
+        Command::PREFLIGHT_REBOOT_SHUTDOWN | Command::DEBUG_TRAP => Some(Danger::Reboot),
+        Command::STORAGE_FORMAT => Some(Danger::Erase),
+        Command::FLASH_BOOTLOADER => Some(Danger::WriteFiles),
         // Only writing (1) the present values is harmless; reading back (0) drops unsaved ones.
-        cmd::PREFLIGHT_STORAGE => {
+        Command::PREFLIGHT_STORAGE => {
             ([param(1), param(2)].iter().any(|value| !matches!(value, 0.0 | 1.0))).then_some(Danger::Erase)
         }
         _ => None,

@@ -3,10 +3,10 @@
 use std::time::Duration;
 
 use thiserror::Error;
-use vencejo_flight::plan::PlanKind;
+use vencejo_flight::plan::{Command, PlanKind};
 use vencejo_proto::Address;
 
-use crate::command::{CommandName, CommandResult};
+use crate::command::{CommandResult, numbered};
 use crate::modes::{FlightMode, UnknownMode};
 use crate::plan_state::{PlanState, Unknown};
 use crate::refusal::{remedies, remedy_of_silence};
@@ -17,12 +17,12 @@ use crate::transfer::TransferError;
 #[non_exhaustive]
 pub enum VehicleError {
     /// The vehicle refused a command.
-    #[error("vehicle {target} refused {command}: {result}{}{}", join_reasons(reasons), name_cure(*cure))]
+    #[error("vehicle {target} refused {}: {result}{}{}", numbered(*command), join_reasons(reasons), name_cure(*cure))]
     CommandRefused {
         /// The addressed component.
         target: Address,
         /// What.
-        command: CommandName,
+        command: Command,
         /// Its `MAV_RESULT`.
         result: CommandResult,
         /// The vehicle's texts about it (pre-arm checks and the like), oldest first.
@@ -32,22 +32,23 @@ pub enum VehicleError {
     },
     /// The vehicle did not answer a command. It may have executed it.
     #[error(
-        "vehicle {target} did not answer {command}, sent {attempts} times: it may or may not have executed it; \
-         check the link, read the vehicle's state, then decide"
+        "vehicle {target} did not answer {}, sent {attempts} times: it may or may not have executed it; \
+         check the link, read the vehicle's state, then decide",
+        numbered(*command)
     )]
     CommandTimeout {
         /// The addressed component.
         target: Address,
         /// What.
-        command: CommandName,
+        command: Command,
         /// Number of transmissions.
         attempts: u32,
     },
     /// The vehicle accepted, but its reports do not show the effect.
-    #[error("vehicle accepted {command} but within {:.1} s does not show {wanted}; it shows {observed}{}", within.as_secs_f64(), join_reasons(reasons))]
+    #[error("vehicle accepted {} but within {:.1} s does not show {wanted}; it shows {observed}{}", numbered(*command), within.as_secs_f64(), join_reasons(reasons))]
     NotConfirmed {
         /// What was sent.
-        command: CommandName,
+        command: Command,
         /// The expected state.
         wanted: String,
         /// The reported state.
@@ -58,10 +59,10 @@ pub enum VehicleError {
         reasons: Vec<String>,
     },
     /// The same command is on its way already.
-    #[error("{command} is on its way already; wait for its result or cancel it")]
+    #[error("{} is on its way already; wait for its result or cancel it", numbered(*command))]
     CommandBusy {
         /// Which.
-        command: CommandName,
+        command: Command,
     },
     /// Another transfer runs; two never mix.
     #[error("another transfer ({running}) runs with this vehicle; wait for its result or cancel it")]
@@ -173,7 +174,7 @@ impl VehicleError {
     pub fn remedies(&self) -> Vec<&'static str> {
         match self {
             Self::CommandRefused { command, result, reasons, .. } if reasons.is_empty() => {
-                remedy_of_silence(command.0, *result).into_iter().collect()
+                remedy_of_silence(*command, *result).into_iter().collect()
             }
             Self::CommandRefused { reasons, .. } | Self::NotConfirmed { reasons, .. } => remedies(reasons),
             _ => Vec::new(),
@@ -196,7 +197,7 @@ impl VehicleError {
     #[doc(hidden)]
     pub fn examples() -> Vec<Self> {
         let target = Address::new(1, 1);
-        let command = CommandName(400);
+        let command = Command::COMPONENT_ARM_DISARM;
         vec![
             Self::CommandRefused {
                 target,

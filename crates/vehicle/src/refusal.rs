@@ -3,7 +3,9 @@
 //! ArduPilot gives its reasons only as texts (`STATUSTEXT`: "PreArm: …", "Arm: …"), defined in `AP_Arming` and
 //! `AP_Arming_Plane`.
 
-use crate::command::{CommandResult, cmd};
+use vencejo_flight::plan::Command;
+
+use crate::command::CommandResult;
 
 /// Declares the reasons with a known remedy.
 macro_rules! refusals {
@@ -90,12 +92,12 @@ impl Refusal {
 /// An ArduPlane takes DO_FENCE_ENABLE when a fence of those asked for is present (`GCS_Fence.cpp`), and loads the one
 /// that is stored once it has an origin (`AC_PolyFence_loader.cpp`). It denies a DO_REPOSITION to outside its enabled
 /// fences (`AC_Fence::check_destination_within_fence`), and one that `Location::sanitize` completes.
-pub(crate) fn remedy_of_silence(command: u16, result: CommandResult) -> Option<&'static str> {
+pub(crate) fn remedy_of_silence(command: Command, result: CommandResult) -> Option<&'static str> {
     match (command, result) {
-        (cmd::DO_FENCE_ENABLE, CommandResult::FAILED) => Some(
+        (Command::DO_FENCE_ENABLE, CommandResult::FAILED) => Some(
             "send a fence, or set FENCE_TYPE; after its start, wait until the plane knows where it is: it loads its fence then",
         ),
-        (cmd::DO_REPOSITION, CommandResult::DENIED) => Some(
+        (Command::DO_REPOSITION, CommandResult::DENIED) => Some(
             "choose a position inside the fence (its area, its circle, FENCE_ALT_MIN and FENCE_ALT_MAX), and an altitude above home that is not 0",
         ),
         _ => None,

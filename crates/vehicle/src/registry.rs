@@ -299,9 +299,9 @@ mod tests {
     use vencejo_proto::{CommandAck, CommandLong, FrameDecoder, Header, Heartbeat, StatusText};
 
     use super::*;
-    use crate::command::cmd;
     use crate::request::{Request, VehicleEvent};
     use crate::telemetry::LOST_AFTER;
+    use vencejo_flight::plan::Command;
 
     const OUR: Address = Address::new(255, 190);
 
@@ -398,11 +398,15 @@ mod tests {
         }
         drain(&mut vehicles);
         let vehicle = vehicles.get_mut(SystemId(1)).expect("vehicle");
-        let go_around =
-            CommandLong { target: Address::new(0, 0), command: cmd::DO_GO_AROUND, confirmation: 0, params: [0.0; 7] };
+        let go_around = CommandLong {
+            target: Address::new(0, 0),
+            command: Command::DO_GO_AROUND.0,
+            confirmation: 0,
+            params: [0.0; 7],
+        };
         vehicle.request(Request::RawCommandLong(go_around), at(0));
         let ack = Message::CommandAck(CommandAck {
-            command: cmd::DO_GO_AROUND,
+            command: Command::DO_GO_AROUND.0,
             result: 0,
             progress: 0,
             result_param2: 0,

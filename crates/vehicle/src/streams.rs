@@ -12,11 +12,12 @@
 use std::collections::{BTreeMap, VecDeque};
 use std::time::Duration;
 
+use vencejo_flight::plan::Command;
 use vencejo_proto::dialect::{MavDataStream, MavMessage, REQUEST_DATA_STREAM_DATA};
 use vencejo_proto::{Address, Message, MonoTime};
 
 use crate::choice::{MAX_RATE_HZ, MessageRate};
-use crate::command::{CommandId, CommandMessage, CommandOutcome, CommandResult, Commands, Unanswered, WhenBusy, cmd};
+use crate::command::{CommandId, CommandMessage, CommandOutcome, CommandResult, Commands, Unanswered, WhenBusy};
 use crate::error::VehicleError;
 
 /// Slowest default rate, Hz.
@@ -251,7 +252,7 @@ impl Streams {
             && let Some((message_id, rate)) = self.intervals.pop_front()
         {
             let command =
-                CommandMessage::long(self.vehicle, cmd::SET_MESSAGE_INTERVAL, interval_params(message_id, rate));
+                CommandMessage::long(self.vehicle, Command::SET_MESSAGE_INTERVAL, interval_params(message_id, rate));
             match commands.submit(command, Unanswered::Repeat, WhenBusy::Wait, now) {
                 Ok(id) => self.interval = Some((id, message_id, rate)),
                 Err(_) => self.intervals.push_front((message_id, rate)),
@@ -261,7 +262,7 @@ impl Streams {
             && let Some(message_id) = self.once.pop_front()
         {
             let params = [message_id as f32, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
-            let command = CommandMessage::long(self.vehicle, cmd::REQUEST_MESSAGE, params);
+            let command = CommandMessage::long(self.vehicle, Command::REQUEST_MESSAGE, params);
             match commands.submit(command, Unanswered::Repeat, WhenBusy::Wait, now) {
                 Ok(id) => self.message = Some((id, message_id)),
                 Err(_) => self.once.push_front(message_id),
@@ -329,8 +330,8 @@ impl Streams {
     ) {
         let CommandOutcome::Answered { result: CommandResult::UNSUPPORTED, .. } = outcome else { return };
         let (command, first) = match message_id {
-            AUTOPILOT_VERSION => (cmd::REQUEST_AUTOPILOT_CAPABILITIES, 1.0),
-            HOME_POSITION => (cmd::GET_HOME_POSITION, 0.0),
+            AUTOPILOT_VERSION => (Command::REQUEST_AUTOPILOT_CAPABILITIES, 1.0),
+            HOME_POSITION => (Command::GET_HOME_POSITION, 0.0),
             _ => return,
         };
         let message = CommandMessage::long(self.vehicle, command, [first, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
@@ -457,7 +458,7 @@ mod tests {
             self.sent
                 .iter()
                 .filter_map(|message| match message {
-                    Message::CommandLong(long) if long.command == cmd::SET_MESSAGE_INTERVAL => {
+                    Message::CommandLong(long) if long.command == Command::SET_MESSAGE_INTERVAL.0 => {
                         Some((long.params[0] as u32, long.params[1]))
                     }
                     _ => None,
@@ -489,8 +490,10 @@ mod tests {
         assert!(intervals.contains(&(30, 20_000.0)) && intervals.contains(&(65, -1.0)));
         assert!(intervals.contains(&(11_030, 250_000.0)));
         assert_eq!(bench.data_streams(), 0);
-        let once =
-            bench.sent.iter().filter(|m| matches!(m, Message::CommandLong(l) if l.command == cmd::REQUEST_MESSAGE));
+        let once = bench
+            .sent
+            .iter()
+            .filter(|m| matches!(m, Message::CommandLong(l) if l.command == Command::REQUEST_MESSAGE.0));
         assert_eq!(once.count(), 2);
         assert_eq!(bench.streams.deadline(), None);
     }
@@ -533,8 +536,9 @@ mod tests {
         bench.run(100, |_, _| Some(CommandResult::UNSUPPORTED));
         assert_eq!(bench.data_streams(), 7 * STREAM_ATTEMPTS as usize);
         // And the older commands for version and home were tried.
-        let old = |wanted| bench.sent.iter().any(|m| matches!(m, Message::CommandLong(l) if l.command == wanted));
-        assert!(old(cmd::REQUEST_AUTOPILOT_CAPABILITIES) && old(cmd::GET_HOME_POSITION));
+        let old =
+            |wanted: Command| bench.sent.iter().any(|m| matches!(m, Message::CommandLong(l) if l.command == wanted.0));
+        assert!(old(Command::REQUEST_AUTOPILOT_CAPABILITIES) && old(Command::GET_HOME_POSITION));
     }
 
     #[test]
@@ -543,7 +547,7 @@ mod tests {
         bench.streams.ask(&mut bench.commands, bench.now);
         // As in captures/connect-and-stream-requests.tlog: a 50 Hz loop denies 50 Hz; message 162 does not exist.
         bench.run(10, |params, command| {
-            let too_fast = command == cmd::SET_MESSAGE_INTERVAL && (params[0] == 162.0 || params[1] < 25_000.0);
+            let too_fast = command == Command::SET_MESSAGE_INTERVAL.0 && (params[0] == 162.0 || params[1] < 25_000.0);
             Some(if too_fast { CommandResult::DENIED } else { CommandResult::ACCEPTED })
         });
         let intervals = bench.intervals();
@@ -559,7 +563,7 @@ mod tests {
         let asked = |bench: &Bench| bench.intervals().iter().filter(|(message_id, _)| *message_id == 29).count();
         let answer = |refused: f32| {
             move |params: &[f32; 7], command: u16| {
-                let is_refused = command == cmd::SET_MESSAGE_INTERVAL && params[0] == refused;
+                let is_refused = command == Command::SET_MESSAGE_INTERVAL.0 && params[0] == refused;
                 Some(if is_refused { CommandResult::DENIED } else { CommandResult::ACCEPTED })
             }
         };

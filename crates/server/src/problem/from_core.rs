@@ -8,7 +8,6 @@ use vencejo_proto::message_name;
 use vencejo_station::{SigningError, StationError};
 use vencejo_store::LowSpace;
 use vencejo_vehicle::VehicleError;
-use vencejo_vehicle::command::CommandName;
 use vencejo_vehicle::transfer::{FTP_OPEN, NoPlanKinds, TransferError};
 
 use super::Problem;
@@ -66,8 +65,8 @@ fn signing_cause(error: &SigningError) -> Cause {
 }
 
 /// A command by its name, else by its number.
-fn name_of(command: CommandName) -> String {
-    command.name().map_or_else(|| command.0.to_string(), str::to_owned)
+fn name_of(command: Command) -> String {
+    if command.name().is_some() { command.to_string() } else { command.0.to_string() }
 }
 
 /// The problem for an error of a vehicle.

@@ -2,13 +2,13 @@
 
 use std::collections::BTreeMap;
 
-use vencejo_flight::plan::PlanKind;
+use vencejo_flight::plan::{Command, PlanKind};
 use vencejo_link::{LinkError, LinkId};
 use vencejo_maps::MapError;
 use vencejo_proto::Address;
 use vencejo_station::SigningError;
 use vencejo_vehicle::VehicleError;
-use vencejo_vehicle::command::{CommandName, CommandResult};
+use vencejo_vehicle::command::CommandResult;
 use vencejo_vehicle::transfer::TransferError;
 
 use super::from_core::{from_transfer, from_vehicle};
@@ -154,7 +154,7 @@ fn refused(reasons: &[&str]) -> dto::Problem {
 fn refused_command(command: u16, reasons: &[&str]) -> dto::Problem {
     let error = VehicleError::CommandRefused {
         target: Address::new(1, 1),
-        command: CommandName(command),
+        command: Command(command),
         result: CommandResult(4),
         reasons: reasons.iter().map(|reason| (*reason).to_owned()).collect(),
         cure: None,

@@ -1,14 +1,14 @@
 //! The guard against flying a mission that may be a mixture: which messages arm, start a mission or jump in it, and
 //! whether they may be sent. Every message of a request or a caller to a vehicle passes here.
 
-use vencejo_flight::plan::PlanKind;
+use vencejo_flight::plan::{Command, PlanKind};
 use vencejo_proto::dialect::MavMessage;
 use vencejo_proto::{Message, MonoTime, StatusText};
 
 use super::Vehicle;
 use super::raw;
 use super::steps::{Fallback, Step};
-use crate::command::{CommandMessage, aux, cmd, whole};
+use crate::command::{CommandMessage, aux, whole};
 use crate::error::VehicleError;
 use crate::modes::{FlightMode, ModeFamily};
 use crate::telemetry::Severity;
@@ -50,23 +50,24 @@ fn mode_follows(family: ModeFamily, base_mode: u32, custom_mode: u32) -> bool {
     }
 }
 
-fn act_of_command(family: ModeFamily, command: u16, params: &[f32]) -> Option<Act> {
+fn act_of_command(family: ModeFamily, command: Command, params: &[f32]) -> Option<Act> {
     let param = |number: usize| params.get(number - 1).copied().unwrap_or_default();
     match command {
-        cmd::COMPONENT_ARM_DISARM => (whole(param(1)) == 1).then_some(Act::Arm),
-        cmd::DO_SET_MODE => {
+        Command::COMPONENT_ARM_DISARM => (whole(param(1)) == 1).then_some(Act::Arm),
+        Command::DO_SET_MODE => {
             let custom_mode = match family {
                 ModeFamily::Px4 => whole(param(2)) << 16 | whole(param(3)) << 24,
                 _ => whole(param(2)),
             };
             mode_follows(family, whole(param(1)), custom_mode).then_some(Act::FollowMission)
         }
-        cmd::MISSION_START => Some(Act::FollowMission),
-        cmd::DO_PAUSE_CONTINUE => (whole(param(1)) == 1).then_some(Act::FollowMission),
-        cmd::DO_SET_MISSION_CURRENT | cmd::DO_LAND_START | cmd::DO_RETURN_PATH_START | cmd::DO_JUMP_TAG => {
-            Some(Act::Jump)
-        }
-        cmd::DO_AUX_FUNCTION if whole(param(2)) > 0 => match whole(param(1)) {
+        Command::MISSION_START => Some(Act::FollowMission),
+        Command::DO_PAUSE_CONTINUE => (whole(param(1)) == 1).then_some(Act::FollowMission),
+        Command::DO_SET_MISSION_CURRENT
+        | Command::DO_LAND_START
+        | Command::DO_RETURN_PATH_START
+        | Command::DO_JUMP_TAG => Some(Act::Jump),
+        Command::DO_AUX_FUNCTION if whole(param(2)) > 0 => match whole(param(1)) {
             aux::AUTO => Some(Act::FollowMission),
             aux::MISSION_RESET => Some(Act::Jump),
             aux::ARMDISARM_OLD | aux::ARMDISARM | aux::ARMDISARM_AIRMODE | aux::ARM_EMERGENCY_STOP => Some(Act::Arm),
@@ -78,8 +79,8 @@ fn act_of_command(family: ModeFamily, command: u16, params: &[f32]) -> Option<Ac
 
 fn act_of(family: ModeFamily, message: &Message) -> Option<Act> {
     match message {
-        Message::CommandLong(long) => act_of_command(family, long.command, &long.params),
-        Message::CommandInt(int) => act_of_command(family, int.command, &int.params),
+        Message::CommandLong(long) => act_of_command(family, Command(long.command), &long.params),
+        Message::CommandInt(int) => act_of_command(family, Command(int.command), &int.params),
         Message::Dialect(MavMessage::SET_MODE(mode)) => {
             mode_follows(family, u32::from(mode.base_mode.bits()), mode.custom_mode).then_some(Act::FollowMission)
         }

@@ -1,10 +1,11 @@
 //! Whether the vehicle hears us: which of its messages are answers, what is asked when none comes, and what then ends.
 
+use vencejo_flight::plan::Command;
 use vencejo_proto::dialect::MavMessage;
 use vencejo_proto::{Message, MonoTime};
 
 use super::Vehicle;
-use crate::command::{CommandMessage, cmd};
+use crate::command::CommandMessage;
 use crate::reach::Probe;
 use crate::request::{Output, VehicleEvent};
 use crate::transfer::{ItemForm, TransferError, TransferOutput};
@@ -50,7 +51,7 @@ impl Vehicle {
             // Every version acknowledges it, even without supporting it; it changes nothing.
             Some(Probe::Command) => {
                 let params = [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
-                let command = CommandMessage::long(self.address, cmd::REQUEST_AUTOPILOT_CAPABILITIES, params);
+                let command = CommandMessage::long(self.address, Command::REQUEST_AUTOPILOT_CAPABILITIES, params);
                 Some(command.to_message())
             }
             None => None,

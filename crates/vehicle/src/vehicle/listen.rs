@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use vencejo_flight::guidance::l1::L1Params;
-use vencejo_flight::plan::PlanKind;
+use vencejo_flight::plan::{Command, PlanKind};
 use vencejo_proto::dialect::{MavMessage, TIMESYNC_DATA};
 use vencejo_proto::param::{ParamName, ParamType, ShownEncodings};
 use vencejo_proto::{Address, ComponentId, Message, MissionAck, MissionSeq, MonoTime, StatusText};
@@ -12,7 +12,6 @@ use vencejo_proto::{Address, ComponentId, Message, MissionAck, MissionSeq, MonoT
 use super::operation::State;
 use super::steps::Effect;
 use super::{Told, Vehicle};
-use crate::command::cmd;
 use crate::error::VehicleError;
 use crate::plan_state::{PlanState, Unknown};
 use crate::reach::Reach;
@@ -152,12 +151,12 @@ impl Vehicle {
             Message::CommandAck(ack) => {
                 // From any station.
                 let is_jump = matches!(
-                    ack.command,
-                    cmd::DO_SET_MISSION_CURRENT
-                        | cmd::DO_LAND_START
-                        | cmd::DO_RETURN_PATH_START
-                        | cmd::DO_GO_AROUND
-                        | cmd::DO_JUMP_TAG
+                    Command(ack.command),
+                    Command::DO_SET_MISSION_CURRENT
+                        | Command::DO_LAND_START
+                        | Command::DO_RETURN_PATH_START
+                        | Command::DO_GO_AROUND
+                        | Command::DO_JUMP_TAG
                 );
                 if is_jump && ack.result == 0 {
                     self.tracker.on_set_current();

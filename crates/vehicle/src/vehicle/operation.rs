@@ -3,11 +3,12 @@
 use std::collections::VecDeque;
 use std::time::Duration;
 
+use vencejo_flight::plan::Command;
 use vencejo_proto::{Message, MonoTime};
 
 use super::lane::PlanBefore;
 use super::steps::{Effect, Fallback, Step};
-use crate::command::{CommandId, CommandMessage, CommandName, CommandResult};
+use crate::command::{CommandId, CommandMessage, CommandResult};
 use crate::modes::FlightMode;
 use crate::request::RequestId;
 
@@ -66,8 +67,8 @@ pub(super) struct Commanding {
 }
 
 impl Commanding {
-    pub fn name(&self) -> CommandName {
-        CommandName(self.message.command())
+    pub fn name(&self) -> Command {
+        self.message.command()
     }
 }
 

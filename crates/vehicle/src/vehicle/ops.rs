@@ -2,12 +2,13 @@
 
 use std::time::Duration;
 
+use vencejo_flight::plan::Command;
 use vencejo_proto::{Message, MonoTime};
 
 use super::Vehicle;
 use super::operation::{Commanding, EFFECT_WITHIN, Op, Seen, State, WORD_WITHIN};
 use super::steps::{Effect, Fallback, Step};
-use crate::command::{CommandId, CommandOutcome, CommandOutput, CommandResult, Unanswered, WhenBusy, cmd};
+use crate::command::{CommandId, CommandOutcome, CommandOutput, CommandResult, Unanswered, WhenBusy};
 use crate::error::VehicleError;
 use crate::modes::FlightMode;
 use crate::request::{Output, Reply, Request, RequestId};
@@ -75,7 +76,7 @@ impl Vehicle {
                 let is_idle = |shown: FlightMode| shown == mode && command.effect != Effect::Mode(mode);
                 let without = |shown| if is_idle(shown) { " without a running mission" } else { "" };
                 // ArduPlane takes the position for its target whatever comes of the mode.
-                let target = if command.message.command() == cmd::DO_REPOSITION {
+                let target = if command.message.command() == Command::DO_REPOSITION {
                     "; it may fly there all the same"
                 } else {
                     ""
@@ -108,7 +109,7 @@ impl Vehicle {
     /// ArduPilot tells as information too.
     pub(super) fn reasons(&self, command: &Commanding, now: MonoTime) -> Vec<String> {
         let is_check = |text: &&Text| text.text.starts_with("PreArm: ") || text.text.starts_with("Arm: ");
-        let is_of_rate = command.message.command() == cmd::SET_MESSAGE_INTERVAL;
+        let is_of_rate = command.message.command() == Command::SET_MESSAGE_INTERVAL;
         let is_denial = |text: &str| {
             let text = text.to_lowercase();
             DENIALS.iter().any(|words| text.contains(words)) || is_of_rate && text.contains("message")

@@ -10,7 +10,7 @@ use vencejo_flight::plan::Command;
 use vencejo_proto::dialect::{MavMessage, PositionTargetTypemask};
 use vencejo_proto::{FieldValue, Message};
 
-use crate::command::{CommandMessage, cmd};
+use crate::command::CommandMessage;
 use crate::error::VehicleError;
 
 pub(super) fn height(field: &'static str, alt_m: f64) -> Result<f32, VehicleError> {
@@ -43,11 +43,11 @@ pub(super) fn check_message(message: &Message, is_ardupilot: bool) -> Result<(),
             | MavMessage::DEBUG_VECT(_)
             | MavMessage::DEBUG_FLOAT_ARRAY(_),
         ) => return Ok(()),
-        Message::MissionItemFloat(item) if takes_position(item.command) && is_global(item.frame) => {
+        Message::MissionItemFloat(item) if takes_position(Command(item.command)) && is_global(item.frame) => {
             place(item.x.into(), item.y.into())?;
             item.z
         }
-        Message::MissionItemInt(item) if takes_position(item.command) && is_global(item.frame) => {
+        Message::MissionItemInt(item) if takes_position(Command(item.command)) && is_global(item.frame) => {
             place(degrees(item.x.into()), degrees(item.y.into()))?;
             item.z
         }
@@ -81,14 +81,14 @@ pub(super) fn check_command(command: &CommandMessage, is_ardupilot: bool) -> Res
     let (code, params, place_deg, alt_m) = match command {
         CommandMessage::Long(long) => {
             let [.., lat, lon, alt] = long.params;
-            (long.command, &long.params[..], Some((lat.into(), lon.into())), alt)
+            (Command(long.command), &long.params[..], Some((lat.into(), lon.into())), alt)
         }
         CommandMessage::Int(int) => {
             let place_deg = is_global(int.frame).then(|| (degrees(int.x.into()), degrees(int.y.into())));
-            (int.command, &int.params[..], place_deg, int.z)
+            (Command(int.command), &int.params[..], place_deg, int.z)
         }
     };
-    let infos = Command(code).info().map(|info| &info.params);
+    let infos = code.info().map(|info| &info.params);
     let numbers = params.iter().enumerate().chain(matches!(command, CommandMessage::Int(_)).then_some((6, &alt_m)));
     for (index, param) in numbers {
         let field = if params.len() == 4 && index == 6 { "z" } else { PARAMS[index] };
@@ -101,8 +101,8 @@ pub(super) fn check_command(command: &CommandMessage, is_ardupilot: bool) -> Res
         }
     }
     match code {
-        cmd::DO_CHANGE_ALTITUDE => new_height(params[0].into()).map(drop),
-        cmd::GUIDED_CHANGE_ALTITUDE => new_height(alt_m.into()).map(drop),
+        Command::DO_CHANGE_ALTITUDE => new_height(params[0].into()).map(drop),
+        Command::GUIDED_CHANGE_ALTITUDE => new_height(alt_m.into()).map(drop),
         code if takes_position(code) => {
             if let Some((lat_deg, lon_deg)) = place_deg {
                 place(lat_deg, lon_deg)?;
@@ -115,8 +115,9 @@ pub(super) fn check_command(command: &CommandMessage, is_ardupilot: bool) -> Res
 
 /// Whether ArduPilot accepts NaN for a parameter (`handle_command_int_do_reposition`,
 /// `handle_command_do_gimbal_manager_pitchyaw`).
-fn may_be_none(code: u16, index: usize) -> bool {
-    matches!((code, index), (cmd::DO_REPOSITION, 3) | (1000, 0..4)) || Command(code).param_may_be_unset(index)
+fn may_be_none(code: Command, index: usize) -> bool {
+    matches!((code, index), (Command::DO_REPOSITION, 3) | (Command::DO_GIMBAL_MANAGER_PITCHYAW, 0..4))
+        || code.param_may_be_unset(index)
 }
 
 /// Names of a command's parameters.
@@ -163,9 +164,11 @@ pub(super) fn new_height(alt_m: f64) -> Result<f32, VehicleError> {
 }
 
 /// Whether parameters 5 to 7 of a command are latitude, longitude and height.
-fn takes_position(command: u16) -> bool {
-    // Those that are no items of a mission: DO_REPOSITION, DO_SET_GLOBAL_ORIGIN, EXTERNAL_POSITION_ESTIMATE.
-    matches!(command, cmd::DO_REPOSITION | 611 | 43003) || Command(command).info().is_some_and(|info| info.has_position)
+fn takes_position(command: Command) -> bool {
+    // Commands that are not mission items.
+    const DO_SET_GLOBAL_ORIGIN: Command = Command(611);
+    matches!(command, Command::DO_REPOSITION | DO_SET_GLOBAL_ORIGIN | Command::EXTERNAL_POSITION_ESTIMATE)
+        || command.info().is_some_and(|info| info.has_position)
 }
 
 /// Whether x and y of a frame are degrees (MAV_FRAME).

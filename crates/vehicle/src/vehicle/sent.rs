@@ -2,10 +2,11 @@
 
 use std::collections::VecDeque;
 
+use vencejo_flight::plan::Command;
 use vencejo_proto::{Address, Heartbeat, Message, MonoTime};
 
 use super::steps::{Context, Step};
-use crate::command::{CommandMessage, CommandName, cmd};
+use crate::command::CommandMessage;
 use crate::error::VehicleError;
 use crate::modes::{Action, ModeFamily};
 use crate::request::Request;
@@ -55,7 +56,7 @@ pub(crate) fn refusal_of(request: &Request) -> Option<VehicleError> {
 
 impl Request {
     /// The command that stands for it when its result is unknown: the last that it sends, else DO_SET_MODE.
-    pub fn command(&self) -> CommandName {
-        CommandName(commands_of(self).last().map_or(cmd::DO_SET_MODE, CommandMessage::command))
+    pub fn command(&self) -> Command {
+        commands_of(self).last().map_or(Command::DO_SET_MODE, CommandMessage::command)
     }
 }

@@ -2,13 +2,13 @@
 
 use std::collections::VecDeque;
 
-use vencejo_flight::plan::{Mission, PlanKind, items_to_wire};
+use vencejo_flight::plan::{Command, Mission, PlanKind, items_to_wire};
 use vencejo_proto::dialect::{MISSION_SET_CURRENT_DATA, MavMessage, MavModeFlag, SET_MODE_DATA};
 use vencejo_proto::{Address, CommandInt, Message, MonoTime};
 
 use super::raw::{self, height, in_range, invalid};
 use crate::choice::{AltFrame, MessageId, ModeChoice, SpeedKind, Turn};
-use crate::command::{CommandMessage, cmd};
+use crate::command::CommandMessage;
 use crate::error::VehicleError;
 use crate::modes::{Action, FlightMode, ModeFamily};
 use crate::preparation::FlightPreparation;
@@ -51,7 +51,7 @@ pub(super) struct Context<'a> {
 }
 
 impl Context<'_> {
-    fn long(&self, command: u16, params: [f32; 7]) -> CommandMessage {
+    fn long(&self, command: Command, params: [f32; 7]) -> CommandMessage {
         CommandMessage::long(self.vehicle, command, params)
     }
 
@@ -75,7 +75,7 @@ impl Context<'_> {
     fn set_mode_proved(&self, mode: FlightMode, has_begun: bool) -> Step {
         let (main, sub) = mode.command_params();
         let custom_flag = MavModeFlag::MAV_MODE_FLAG_CUSTOM_MODE_ENABLED;
-        let command = self.long(cmd::DO_SET_MODE, [f32::from(custom_flag.bits()), main, sub, 0.0, 0.0, 0.0, 0.0]);
+        let command = self.long(Command::DO_SET_MODE, [f32::from(custom_flag.bits()), main, sub, 0.0, 0.0, 0.0, 0.0]);
         // Vehicles from before DO_SET_MODE take the message SET_MODE.
         let message = Message::Dialect(MavMessage::SET_MODE(SET_MODE_DATA {
             custom_mode: mode.custom_mode,
@@ -97,12 +97,12 @@ impl Context<'_> {
     fn arm(&self, is_armed: bool, force: bool) -> Step {
         let force = if force { FORCE_MAGIC } else { 0.0 };
         let command =
-            self.long(cmd::COMPONENT_ARM_DISARM, [f32::from(u8::from(is_armed)), force, 0.0, 0.0, 0.0, 0.0, 0.0]);
+            self.long(Command::COMPONENT_ARM_DISARM, [f32::from(u8::from(is_armed)), force, 0.0, 0.0, 0.0, 0.0, 0.0]);
         Step::command(command).proved_by(Effect::Armed(is_armed))
     }
 
     pub fn set_current(&self, seq: u16) -> Step {
-        let command = self.long(cmd::DO_SET_MISSION_CURRENT, [f32::from(seq), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+        let command = self.long(Command::DO_SET_MISSION_CURRENT, [f32::from(seq), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
         let message = Message::Dialect(MavMessage::MISSION_SET_CURRENT(MISSION_SET_CURRENT_DATA {
             seq,
             target_system: self.vehicle.system.0,
@@ -113,7 +113,7 @@ impl Context<'_> {
 
     /// Sets the mission back to its beginning: for ArduPilot 0, which resets the jump counters too.
     fn rewind(&self) -> Step {
-        let command = self.long(cmd::DO_SET_MISSION_CURRENT, [0.0; 7]);
+        let command = self.long(Command::DO_SET_MISSION_CURRENT, [0.0; 7]);
         let message = Message::Dialect(MavMessage::MISSION_SET_CURRENT(MISSION_SET_CURRENT_DATA {
             seq: 0,
             target_system: self.vehicle.system.0,
@@ -157,13 +157,13 @@ impl Context<'_> {
             Self::chosen(lat_deg, lon_deg, "a position that was chosen; leave it out for where the vehicle is")?;
         }
         let params = [f32::from(u8::from(is_here)), 0.0, 0.0, 0.0];
-        let command = self.at_position(cmd::DO_SET_HOME, 0, params, (lat_deg, lon_deg, alt_m))?;
+        let command = self.at_position(Command::DO_SET_HOME, 0, params, (lat_deg, lon_deg, alt_m))?;
         if self.has_command_int {
             return Ok(command);
         }
         // Older firmware reads the position from floats, with an error of about a metre.
         let position = [lat_deg as f32, lon_deg as f32, alt_m as f32];
-        Ok(self.long(cmd::DO_SET_HOME, [params[0], 0.0, 0.0, 0.0, position[0], position[1], position[2]]))
+        Ok(self.long(Command::DO_SET_HOME, [params[0], 0.0, 0.0, 0.0, position[0], position[1], position[2]]))
     }
 
     /// Requires a fresh heartbeat that shows it disarmed.
@@ -201,7 +201,7 @@ impl Context<'_> {
         } else {
             [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, alt]
         };
-        Ok([Step::command(self.long(cmd::NAV_TAKEOFF, params)).proved_by(Effect::Airborne)].into())
+        Ok([Step::command(self.long(Command::NAV_TAKEOFF, params)).proved_by(Effect::Airborne)].into())
     }
 
     /// The steps of a request.
@@ -249,7 +249,8 @@ impl Context<'_> {
                     raw::new_height(alt_m)?;
                 }
                 let place = (lat_deg, lon_deg, alt_m);
-                let step = Step::command(self.at_position(cmd::DO_REPOSITION, alt_frame.mav_frame(), params, place)?);
+                let step =
+                    Step::command(self.at_position(Command::DO_REPOSITION, alt_frame.mav_frame(), params, place)?);
                 match guided.filter(|_| enters) {
                     Some(guided) => step.proved_by(Effect::Mode(guided)),
                     None => step,
@@ -262,7 +263,7 @@ impl Context<'_> {
                     SpeedKind::Groundspeed => 1.0,
                 };
                 // −1: throttle unchanged.
-                Step::command(self.long(cmd::DO_CHANGE_SPEED, [kind, speed, -1.0, 0.0, 0.0, 0.0, 0.0]))
+                Step::command(self.long(Command::DO_CHANGE_SPEED, [kind, speed, -1.0, 0.0, 0.0, 0.0, 0.0]))
             }
             Request::ChangeAltitude { alt_m, alt_frame } => {
                 let (alt_m, alt_frame) = self.as_counted(alt_m, alt_frame)?;
@@ -274,7 +275,7 @@ impl Context<'_> {
                 let older = CommandMessage::Int(CommandInt {
                     target: self.vehicle,
                     frame,
-                    command: cmd::GUIDED_CHANGE_ALTITUDE,
+                    command: Command::GUIDED_CHANGE_ALTITUDE.0,
                     current: 0,
                     autocontinue: 0,
                     params: [0.0; 4],
@@ -282,7 +283,7 @@ impl Context<'_> {
                     y: 0,
                     z: alt,
                 });
-                let command = self.long(cmd::DO_CHANGE_ALTITUDE, [alt, f32::from(frame), 0.0, 0.0, 0.0, 0.0, 0.0]);
+                let command = self.long(Command::DO_CHANGE_ALTITUDE, [alt, f32::from(frame), 0.0, 0.0, 0.0, 0.0, 0.0]);
                 Step::command(command).or(Fallback::Command(older))
             }
             Request::GuidedCourse { course_deg, accel_m_s2 } => {
@@ -292,7 +293,7 @@ impl Context<'_> {
                 let accel = in_range("accel_m_s2", accel_m_s2, 0.05..=20.0, "an acceleration, 0.05 to 20 m/s²")?;
                 // HEADING_TYPE_COURSE_OVER_GROUND. Rounding to 32 bits must not reach 360.
                 let course = (course_deg as f32).min(359.999);
-                self.in_guided(cmd::GUIDED_CHANGE_HEADING, 0, [0.0, course, accel, 0.0], 0.0)?
+                self.in_guided(Command::GUIDED_CHANGE_HEADING, 0, [0.0, course, accel, 0.0], 0.0)?
             }
             Request::GuidedClimb { alt_m, alt_frame, rate_m_s } => {
                 let alt = height("alt_m", alt_m)?;
@@ -301,7 +302,7 @@ impl Context<'_> {
                 }
                 let rate = in_range("rate_m_s", rate_m_s, 0.01..=50.0, "a rate, 0.01 to 50 m/s")?;
                 let params = [0.0, 0.0, rate, 0.0];
-                self.in_guided(cmd::GUIDED_CHANGE_ALTITUDE, alt_frame.mav_frame(), params, alt)?
+                self.in_guided(Command::GUIDED_CHANGE_ALTITUDE, alt_frame.mav_frame(), params, alt)?
             }
             Request::Velocity { forward_m_s, right_m_s, down_m_s, yaw_rate_rad_s } => {
                 self.velocity([forward_m_s, right_m_s, down_m_s], yaw_rate_rad_s)?
@@ -314,7 +315,7 @@ impl Context<'_> {
                 }
                 ModeFamily::ArduPlane => {
                     let before = self.telemetry.mission.map(|mission| mission.value.seq);
-                    Step::command(self.long(cmd::DO_LAND_START, [0.0; 7])).proved_by(Effect::JumpedFrom(before))
+                    Step::command(self.long(Command::DO_LAND_START, [0.0; 7])).proved_by(Effect::JumpedFrom(before))
                 }
                 _ => self.mode_for(Action::Land)?,
             },
@@ -323,7 +324,7 @@ impl Context<'_> {
                     Some(alt) => in_range("alt_rel_home_m", alt, 1.0..=10_000.0, "1 to 10,000 m above home")?,
                     None => 0.0,
                 };
-                Step::command(self.long(cmd::DO_GO_AROUND, [alt, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]))
+                Step::command(self.long(Command::DO_GO_AROUND, [alt, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]))
             }
             Request::PrepareFlight => return self.prepare_flight(),
             Request::MissionStart { from_item } => {
@@ -334,7 +335,7 @@ impl Context<'_> {
                 steps.extend(seq.and_then(|seq| self.go_on_from(seq)));
                 if self.family()? == ModeFamily::ArduCopter {
                     // A copter on the ground waits for this in AUTO.
-                    let start = Step::command(self.long(cmd::MISSION_START, [0.0; 7]));
+                    let start = Step::command(self.long(Command::MISSION_START, [0.0; 7]));
                     steps.push_back(start.proved_by(Effect::Airborne));
                 }
                 return Ok(steps);
@@ -360,12 +361,13 @@ impl Context<'_> {
                 Step::command(raw::checked(CommandMessage::Int(int), self.is_ardupilot())?)
             }
             Request::RequestMessage { message } => {
-                let command = self.long(cmd::REQUEST_MESSAGE, [message_number(message)?, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+                let command =
+                    self.long(Command::REQUEST_MESSAGE, [message_number(message)?, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
                 Step::command(command).waiting(Effect::Received(message.0))
             }
             Request::SetMessageRate { message, rate_hz } => {
                 message_number(message)?;
-                let command = self.long(cmd::SET_MESSAGE_INTERVAL, interval_params(message.0, rate_hz.checked()?));
+                let command = self.long(Command::SET_MESSAGE_INTERVAL, interval_params(message.0, rate_hz.checked()?));
                 Step::command(command).waiting(Effect::Acknowledged)
             }
             Request::UploadPlan { kind, items, .. } if items.is_empty() => Step::Clear(kind),
@@ -393,12 +395,12 @@ impl Context<'_> {
             Request::Note { severity, text } => Step::Note(severity, text.chars().take(MAX_NOTE).collect()),
             Request::SwitchFence { on } => {
                 let on = f32::from(u8::from(on));
-                Step::command(self.long(cmd::DO_FENCE_ENABLE, [on, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]))
+                Step::command(self.long(Command::DO_FENCE_ENABLE, [on, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]))
             }
             Request::DespiteMixedPlan(request) => return self.steps(*request),
             Request::Reboot => {
                 self.require_disarmed("rebooting it")?;
-                let command = self.long(cmd::PREFLIGHT_REBOOT_SHUTDOWN, [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+                let command = self.long(Command::PREFLIGHT_REBOOT_SHUTDOWN, [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
                 Step::command(command).proved_by(Effect::Restarted)
             }
         };

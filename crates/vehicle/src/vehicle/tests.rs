@@ -28,7 +28,7 @@ use vencejo_proto::{
 use super::ops::MAX_REQUESTS;
 use super::{Vehicle, VehicleConfig};
 use crate::choice::{AltFrame, MessageId, MessageRate, ModeChoice, SpeedKind, Turn};
-use crate::command::{CommandResult, cmd};
+use crate::command::CommandResult;
 use crate::error::VehicleError;
 use crate::modes::ModeFamily;
 use crate::plan_record::StoredRecord;
@@ -142,7 +142,7 @@ struct Plane {
     /// Commands that the next ones do not reach.
     deaf: usize,
     /// Commands that it does not know.
-    unknown: Vec<u16>,
+    unknown: Vec<Command>,
     /// Knows nothing of plans.
     deaf_to_missions: bool,
     uid: u64,
@@ -236,12 +236,12 @@ impl Plane {
     }
 
     /// Executes a command; its `MAV_RESULT`.
-    fn execute(&mut self, command: u16, p: [f32; 4]) -> u8 {
+    fn execute(&mut self, command: Command, p: [f32; 4]) -> u8 {
         if self.unknown.contains(&command) {
             return 3;
         }
         match command {
-            cmd::COMPONENT_ARM_DISARM => {
+            Command::COMPONENT_ARM_DISARM => {
                 if p[0] == 1.0
                     && let Some(reasons) = self.refuses.clone()
                 {
@@ -255,15 +255,15 @@ impl Plane {
                 }
                 0
             }
-            cmd::DO_SET_MODE if self.denies_modes.is_some() => {
+            Command::DO_SET_MODE if self.denies_modes.is_some() => {
                 self.text(5, self.denies_modes.unwrap_or_default());
                 4
             }
-            cmd::DO_SET_MODE if p[1] > 26.0 => {
+            Command::DO_SET_MODE if p[1] > 26.0 => {
                 self.text(4, "No such mode 99");
                 4
             }
-            cmd::DO_SET_MODE => {
+            Command::DO_SET_MODE => {
                 if !self.is_lazy {
                     if self.restarts_mission && (self.mode != 10 && p[1] == 10.0) {
                         self.current = 1;
@@ -273,7 +273,7 @@ impl Plane {
                 0
             }
             // As ArduPilot: in GUIDED, or with the leave to enter it.
-            cmd::DO_REPOSITION => {
+            Command::DO_REPOSITION => {
                 if self.denies_positions {
                     return 2;
                 }
@@ -286,12 +286,12 @@ impl Plane {
                 }
                 0
             }
-            cmd::SET_MESSAGE_INTERVAL => {
+            Command::SET_MESSAGE_INTERVAL => {
                 self.streams_asked += 1;
                 self.is_streaming = true;
                 0
             }
-            cmd::REQUEST_MESSAGE => {
+            Command::REQUEST_MESSAGE => {
                 match p[0] as u32 {
                     148 => {
                         self.out.push_back(Message::Dialect(MavMessage::AUTOPILOT_VERSION(AUTOPILOT_VERSION_DATA {
@@ -318,31 +318,31 @@ impl Plane {
                 }
                 0
             }
-            cmd::DO_SET_MISSION_CURRENT => {
+            Command::DO_SET_MISSION_CURRENT => {
                 // 0 is the beginning, as ArduPilot takes it.
                 self.current = (p[0] as u16).max(1);
                 0
             }
-            cmd::DO_LAND_START => {
+            Command::DO_LAND_START => {
                 self.current = 9;
                 0
             }
-            cmd::DO_CHANGE_SPEED | cmd::DO_CHANGE_ALTITUDE | cmd::DO_SET_HOME | cmd::DO_GO_AROUND => 0,
+            Command::DO_CHANGE_SPEED | Command::DO_CHANGE_ALTITUDE | Command::DO_SET_HOME | Command::DO_GO_AROUND => 0,
             // Only in GUIDED; FAILED elsewhere.
-            cmd::GUIDED_CHANGE_ALTITUDE | cmd::GUIDED_CHANGE_HEADING => {
+            Command::GUIDED_CHANGE_ALTITUDE | Command::GUIDED_CHANGE_HEADING => {
                 if self.mode == 15 {
                     0
                 } else {
                     4
                 }
             }
-            cmd::PREFLIGHT_REBOOT_SHUTDOWN => 0,
+            Command::PREFLIGHT_REBOOT_SHUTDOWN => 0,
             _ => 3,
         }
     }
 
     fn command(&mut self, from: Address, command: u16, params: [f32; 4]) {
-        let result = self.execute(command, params);
+        let result = self.execute(Command(command), params);
         if self.mute > 0 {
             self.mute -= 1;
             return;
@@ -359,7 +359,8 @@ impl Plane {
 
 impl Endpoint for Plane {
     fn receive(&mut self, from: Address, message: &Message, now: MonoTime) {
-        let is_tuning = |command: u16| matches!(command, cmd::SET_MESSAGE_INTERVAL | cmd::REQUEST_MESSAGE);
+        let is_tuning =
+            |command: u16| matches!(Command(command), Command::SET_MESSAGE_INTERVAL | Command::REQUEST_MESSAGE);
         match message {
             Message::CommandLong(long) => {
                 if self.deaf > 0 && !is_tuning(long.command) {
@@ -468,8 +469,8 @@ fn upload() -> Request {
     Request::UploadPlan { kind: PlanKind::Mission, items: mission(), home: None, despite_findings: false }
 }
 
-fn count(world: &Pair, command: u16) -> usize {
-    world.plane.commands.iter().filter(|long| long.command == command).count()
+fn count(world: &Pair, command: Command) -> usize {
+    world.plane.commands.iter().filter(|long| long.command == command.0).count()
 }
 
 // ── arm and mode ─────────────────────────────────────────────────────────────────────────────────────────────────────
@@ -542,7 +543,7 @@ fn a_lost_acknowledgement_is_made_good_by_the_heartbeat() {
     let mut world = connected();
     world.plane.mute = 1;
     assert_eq!(ask(&mut world, ARM), Ok(Reply::Done));
-    assert_eq!(count(&world, cmd::COMPONENT_ARM_DISARM), 1, "sent once");
+    assert_eq!(count(&world, Command::COMPONENT_ARM_DISARM), 1, "sent once");
 }
 
 #[test]
@@ -550,7 +551,8 @@ fn a_lost_command_is_repeated_after_the_heartbeat_denies_it() {
     let mut world = connected();
     world.plane.deaf = 2;
     assert_eq!(ask(&mut world, ARM), Ok(Reply::Done));
-    let sent: Vec<_> = world.plane.commands.iter().filter(|long| long.command == cmd::COMPONENT_ARM_DISARM).collect();
+    let sent: Vec<_> =
+        world.plane.commands.iter().filter(|long| long.command == Command::COMPONENT_ARM_DISARM.0).collect();
     assert_eq!(sent.len(), 1, "two were lost");
     assert_eq!(sent[0].confirmation, 2);
 }
@@ -564,7 +566,7 @@ fn a_mode_that_the_pilot_changed_meanwhile_is_not_changed_back() {
     world.plane.mode = 0;
     let error = end(&mut world, id, 30).expect_err("overtaken");
     assert!(matches!(&error, VehicleError::NotConfirmed { observed, .. } if observed == "mode MANUAL"), "{error}");
-    assert_eq!(count(&world, cmd::DO_SET_MODE), 0, "not repeated");
+    assert_eq!(count(&world, Command::DO_SET_MODE), 0, "not repeated");
 }
 
 #[test]
@@ -621,7 +623,7 @@ fn an_effect_is_missing_when_the_vehicle_says_so() {
     let unheard_for = |request: Request, ms: u64, is_lazy: bool| {
         let mut world = connected();
         // Its mode is set by a message.
-        world.plane.unknown = vec![cmd::DO_SET_MODE];
+        world.plane.unknown = vec![Command::DO_SET_MODE];
         world.plane.is_lazy = is_lazy;
         let id = start(&mut world, request);
         world.plane.next_heartbeat = world.now + Duration::from_millis(ms);
@@ -656,13 +658,13 @@ fn one_at_a_time_and_ten_clicks_are_one() {
     let results: Vec<_> = ids.into_iter().map(|id| end(&mut world, id, 30)).collect();
     assert_eq!(results.iter().filter(|result| result.is_ok()).count(), 1);
     assert!(results[1..].iter().all(|result| matches!(result, Err(VehicleError::CommandBusy { .. }))));
-    assert_eq!(count(&world, cmd::COMPONENT_ARM_DISARM), 1);
+    assert_eq!(count(&world, Command::COMPONENT_ARM_DISARM), 1);
 }
 
 #[test]
 fn an_old_vehicle_takes_the_older_messages() {
     let mut world = connected();
-    world.plane.unknown = vec![cmd::DO_SET_MODE, cmd::DO_SET_MISSION_CURRENT, cmd::DO_CHANGE_ALTITUDE];
+    world.plane.unknown = vec![Command::DO_SET_MODE, Command::DO_SET_MISSION_CURRENT, Command::DO_CHANGE_ALTITUDE];
     assert_eq!(ask(&mut world, mode("RTL")), Ok(Reply::Done));
     assert_eq!(world.plane.mode, 11);
     // The mission has no item 3: it shows where it stands, and that is said.
@@ -673,7 +675,7 @@ fn an_old_vehicle_takes_the_older_messages() {
     let higher = Request::ChangeAltitude { alt_m: 90.0, alt_frame: AltFrame::RelHome };
     assert!(ask(&mut world, higher).is_err());
     let older = world.plane.ints.last().expect("the older command");
-    assert_eq!((older.command, older.frame, older.z), (cmd::GUIDED_CHANGE_ALTITUDE, 3, 90.0));
+    assert_eq!((older.command, older.frame, older.z), (Command::GUIDED_CHANGE_ALTITUDE.0, 3, 90.0));
 }
 
 /// Set to the circle that it flies, an autopilot begins it once more. What stands in for the command is shown to have
@@ -718,7 +720,7 @@ fn a_circle_that_it_is_set_to_again_counts_anew() {
         stands_at(&mut world, 2);
         assert_eq!(circles(&mut world, 510_000), Some(10.0));
         assert_eq!(circles(&mut world, 520_000), Some(20.0));
-        world.plane.unknown = if is_old { vec![cmd::DO_SET_MISSION_CURRENT] } else { Vec::new() };
+        world.plane.unknown = if is_old { vec![Command::DO_SET_MISSION_CURRENT] } else { Vec::new() };
         let id = start(&mut world, Request::SetCurrentItem { item: 2 });
         wait(&mut world, 500);
         stands_at(&mut world, 2);
@@ -1008,7 +1010,7 @@ fn a_half_written_mission_is_not_flown() {
         assert!(matches!(error, VehicleError::PlanUnknown { .. }), "{error}");
     }
     assert!(ask(&mut world, mode("FBWA")).is_ok() && ask(&mut world, Request::Disarm { force: false }).is_ok());
-    assert_eq!(count(&world, cmd::COMPONENT_ARM_DISARM), 1, "the disarming");
+    assert_eq!(count(&world, Command::COMPONENT_ARM_DISARM), 1, "the disarming");
     ask(&mut world, upload()).expect("uploaded");
     assert!(ask(&mut world, ARM).is_ok());
 }
@@ -1100,7 +1102,7 @@ fn a_reboot_that_was_asked_for_succeeds_by_its_acknowledgement_or_by_happening()
     let now = world.now;
     world.plane.reboot(now);
     assert_eq!(end(&mut world, id, 20), Ok(Reply::Done));
-    assert_eq!(count(&world, cmd::PREFLIGHT_REBOOT_SHUTDOWN), 2, "never repeated");
+    assert_eq!(count(&world, Command::PREFLIGHT_REBOOT_SHUTDOWN), 2, "never repeated");
     // Unheard, it is not rebooted.
     let now = world.now;
     world.faults.blackouts = vec![(now, now + Duration::from_secs(100))];
@@ -1271,17 +1273,17 @@ fn nothing_arms_or_starts_as_a_side_effect() {
             wait(&mut world, rng.random_range(0..800));
         }
         let dangerous = [
-            cmd::COMPONENT_ARM_DISARM,
-            cmd::DO_SET_MODE,
-            cmd::NAV_TAKEOFF,
-            cmd::MISSION_START,
-            cmd::DO_REPOSITION,
-            cmd::DO_LAND_START,
-            cmd::PREFLIGHT_REBOOT_SHUTDOWN,
+            Command::COMPONENT_ARM_DISARM,
+            Command::DO_SET_MODE,
+            Command::NAV_TAKEOFF,
+            Command::MISSION_START,
+            Command::DO_REPOSITION,
+            Command::DO_LAND_START,
+            Command::PREFLIGHT_REBOOT_SHUTDOWN,
         ];
         let sent =
             world.plane.commands.iter().map(|long| long.command).chain(world.plane.ints.iter().map(|int| int.command));
-        assert!(sent.into_iter().all(|command| !dangerous.contains(&command)));
+        assert!(sent.into_iter().all(|command| !dangerous.contains(&Command(command))));
         assert!(!world.plane.is_armed && world.plane.mode == 5);
     }
     assert!(asked > 500);
@@ -1335,13 +1337,13 @@ fn what_is_sent_is_finite_and_in_range() {
             6 => Request::SetMessageRate { message: MessageId(30), rate_hz: MessageRate::Hz(number(10.0)) },
             7 => {
                 let params = std::array::from_fn(|_| number(1.0) as f32);
-                let command = [Command::NAV_LOITER_UNLIM.0, cmd::DO_SET_HOME][round % 2];
+                let command = [Command::NAV_LOITER_UNLIM.0, Command::DO_SET_HOME.0][round % 2];
                 Request::RawCommandLong(CommandLong { target: Address::new(0, 0), command, confirmation: 0, params })
             }
             _ => {
                 let params = std::array::from_fn(|_| number(1.0) as f32);
                 let (x, y, z) = (number(40e7) as i32, number(-3e7) as i32, number(80.0) as f32);
-                let (target, command, frame) = (Address::new(0, 0), cmd::DO_REPOSITION, 3);
+                let (target, command, frame) = (Address::new(0, 0), Command::DO_REPOSITION.0, 3);
                 Request::RawCommandInt(CommandInt {
                     target,
                     frame,
@@ -1418,17 +1420,17 @@ fn a_raw_message_with_a_number_that_an_autopilot_does_not_survive_is_refused() {
         assert!(!goes(name, &[waypoint[0], waypoint[1], (field, number)]), "{name} {field}");
     }
     for command in ["COMMAND_LONG", "COMMAND_INT"] {
-        let change = ("command", f64::from(cmd::DO_CHANGE_ALTITUDE));
+        let change = ("command", f64::from(Command::DO_CHANGE_ALTITUDE.0));
         assert!(!goes(command, &[change]) && !goes(command, &[change, ("param1", 3e7)]), "{command}");
         assert!(goes(command, &[change, ("param1", 80.0)]), "{command}");
-        assert!(!goes(command, &[("command", f64::from(cmd::DO_SET_MODE)), ("param3", 1e12)]), "{command}");
+        assert!(!goes(command, &[("command", f64::from(Command::DO_SET_MODE.0)), ("param3", 1e12)]), "{command}");
     }
     // ArduPlane 4.7 in its simulator ended at these: no number, and a time that is counted in milliseconds.
     for (command, field, number) in [(212.0, "param1", f64::NAN), (224.0, "param2", f64::NAN), (184.0, "param4", 2.2e6)]
     {
         assert!(!goes("COMMAND_LONG", &[("command", command), (field, number)]), "{command} {field}");
     }
-    let reposition = [("command", f64::from(cmd::DO_REPOSITION)), ("z", 80.0), ("param4", f64::NAN)];
+    let reposition = [("command", f64::from(Command::DO_REPOSITION.0)), ("z", 80.0), ("param4", f64::NAN)];
     assert!(goes("COMMAND_INT", &reposition), "which way to circle is asked for");
     // Any number may be a parameter's: with PX4 the bytes of a whole one.
     assert!(
@@ -1471,7 +1473,8 @@ fn commands_are_sent_as_a_real_plane_was_seen_to_take_them() {
     assert_eq!(error, VehicleError::MessageNotReceived { message_id: 253 });
     assert!(ask(&mut world, Request::RequestMessage { message: MessageId(1 << 24) }).is_err());
     // A raw command reaches the vehicle though it names nobody.
-    let raw = CommandLong { target: Address::new(0, 0), command: cmd::DO_GO_AROUND, confirmation: 0, params: [0.0; 7] };
+    let raw =
+        CommandLong { target: Address::new(0, 0), command: Command::DO_GO_AROUND.0, confirmation: 0, params: [0.0; 7] };
     assert_eq!(ask(&mut world, Request::RawCommandLong(raw)), Ok(Reply::Acknowledged { result_param2: 0 }));
     assert_eq!(world.plane.commands.last().expect("sent").target, PLANE);
 }
@@ -1481,7 +1484,7 @@ fn commands_are_sent_as_a_real_plane_was_seen_to_take_them() {
 /// What was sent that changes the vehicle: command and first parameters.
 fn acts(world: &Pair, from: usize) -> Vec<(u16, f32, f32)> {
     let sent = world.plane.commands[from..].iter();
-    let tuning = [cmd::SET_MESSAGE_INTERVAL, cmd::REQUEST_MESSAGE];
+    let tuning = [Command::SET_MESSAGE_INTERVAL.0, Command::REQUEST_MESSAGE.0];
     sent.filter(|long| !tuning.contains(&long.command))
         .map(|long| (long.command, long.params[0], long.params[1]))
         .collect()
@@ -1500,8 +1503,8 @@ fn a_flight_is_prepared_from_where_the_last_one_ended() {
         assert_eq!(needed.mode.map(|mode| mode.to_string()), (!arms).then(|| "MANUAL".to_owned()));
         let before = world.plane.commands.len();
         assert_eq!(ask(&mut world, Request::PrepareFlight), Ok(Reply::Done));
-        let rewind = (cmd::DO_SET_MISSION_CURRENT, 0.0, 0.0);
-        let to_manual = (cmd::DO_SET_MODE, 1.0, 0.0);
+        let rewind = (Command::DO_SET_MISSION_CURRENT.0, 0.0, 0.0);
+        let to_manual = (Command::DO_SET_MODE.0, 1.0, 0.0);
         assert_eq!(acts(&world, before), if arms { vec![rewind] } else { vec![to_manual, rewind] });
         assert!(!world.plane.is_armed, "it does not arm");
         let said: Vec<_> = world.station.vehicle.texts().iter().map(|text| text.text.clone()).collect();
@@ -1628,7 +1631,7 @@ fn play_with(name: &str, requests: &[(u64, Request)], mut before: impl FnMut(&mu
 
 #[test]
 fn modes_and_refusals_of_a_recorded_plane() {
-    let takeoff = CommandLong { target: PLANE, command: cmd::NAV_TAKEOFF, confirmation: 0, params: [0.0; 7] };
+    let takeoff = CommandLong { target: PLANE, command: Command::NAV_TAKEOFF.0, confirmation: 0, params: [0.0; 7] };
     // The first heartbeat of the recording is the one that shows AUTO, so the mode is asked for by number.
     let station = play(
         "arm-refused-and-modes",

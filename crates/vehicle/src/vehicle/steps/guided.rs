@@ -8,7 +8,7 @@ use vencejo_proto::{CommandInt, Message, MissionItemFloat};
 
 use super::{Context, Effect, Step};
 use crate::choice::AltFrame;
-use crate::command::{CommandMessage, cmd};
+use crate::command::CommandMessage;
 use crate::error::VehicleError;
 use crate::modes::{Action, FlightMode, ModeFamily};
 use crate::vehicle::raw::{height, in_range, invalid};
@@ -45,7 +45,7 @@ impl Context<'_> {
     /// A COMMAND_INT with a checked position.
     pub(super) fn at_position(
         &self,
-        command: u16,
+        command: Command,
         frame: u8,
         params: [f32; 4],
         (lat_deg, lon_deg, alt_m): (f64, f64, f64),
@@ -56,7 +56,7 @@ impl Context<'_> {
         Ok(CommandMessage::Int(CommandInt {
             target: self.vehicle,
             frame,
-            command,
+            command: command.0,
             current: 0,
             autocontinue: 0,
             params,
@@ -119,20 +119,26 @@ impl Context<'_> {
             });
         }
         let message = self.guided(place, alt_frame, 2)?;
-        let command = self.long(Command::NAV_WAYPOINT.0, [0.0; 7]);
+        let command = self.long(Command::NAV_WAYPOINT, [0.0; 7]);
         Ok([Step::Tell { command, message, effect: Effect::Mode(guided) }].into())
     }
 
     /// Change of altitude for firmware without DO_CHANGE_ALTITUDE.
     pub(super) fn guided_height(&self, alt_m: f64, alt_frame: AltFrame) -> Result<VecDeque<Step>, VehicleError> {
         let message = self.guided((0.0, 0.0, alt_m), alt_frame, 3)?;
-        let command = self.long(cmd::DO_CHANGE_ALTITUDE, [0.0; 7]);
+        let command = self.long(Command::DO_CHANGE_ALTITUDE, [0.0; 7]);
         Ok([Step::Tell { command, message, effect: Effect::Acknowledged }].into())
     }
 
     /// A target that only exists in ArduPlane's GUIDED. Checked here, because ArduPlane's answer in another mode says
     /// only FAILED.
-    pub(super) fn in_guided(&self, command: u16, frame: u8, params: [f32; 4], z: f32) -> Result<Step, VehicleError> {
+    pub(super) fn in_guided(
+        &self,
+        command: Command,
+        frame: u8,
+        params: [f32; 4],
+        z: f32,
+    ) -> Result<Step, VehicleError> {
         let guided = Action::Guided.mode(ModeFamily::ArduPlane);
         self.require_mode(guided, "GUIDED, of an ArduPlane, for a course or climb; enter it first")?;
         if !self.has_command_int {
@@ -141,7 +147,7 @@ impl Context<'_> {
         Ok(Step::command(CommandMessage::Int(CommandInt {
             target: self.vehicle,
             frame,
-            command,
+            command: command.0,
             current: 0,
             autocontinue: 0,
             params,

@@ -35,9 +35,9 @@ fn a_plane_in_guided_takes_courses_and_climbs() {
     assert_eq!(ask(&mut world, course(359.999_999_999)), Ok(Reply::Done));
     assert_eq!(ask(&mut world, climb(700.0, 2.5)), Ok(Reply::Done));
     let [heading, altitude] = world.plane.ints[..] else { panic!("two commands: {:?}", world.plane.ints) };
-    assert_eq!((heading.command, heading.params[0], heading.params[2]), (cmd::GUIDED_CHANGE_HEADING, 0.0, 5.0));
+    assert_eq!((heading.command, heading.params[0], heading.params[2]), (Command::GUIDED_CHANGE_HEADING.0, 0.0, 5.0));
     assert!((359.9..360.0).contains(&heading.params[1]), "below 360 in 32 bits too: {}", heading.params[1]);
-    assert_eq!((altitude.command, altitude.frame), (cmd::GUIDED_CHANGE_ALTITUDE, 0));
+    assert_eq!((altitude.command, altitude.frame), (Command::GUIDED_CHANGE_ALTITUDE.0, 0));
     assert_eq!((altitude.params[2], altitude.z), (2.5, 700.0));
 }
 

@@ -37,7 +37,7 @@ fn a_plane_that_lands_takes_no_new_altitude() {
     let mut world = in_auto(5);
     let long = CommandLong {
         target: Address::new(0, 0),
-        command: cmd::DO_CHANGE_ALTITUDE,
+        command: Command::DO_CHANGE_ALTITUDE.0,
         confirmation: 0,
         params: [60.0, 3.0, 0.0, 0.0, 0.0, 0.0, 0.0],
     };
@@ -70,7 +70,7 @@ fn a_plane_that_lands_takes_no_new_altitude() {
         fly(&mut world, mode, seq);
         assert_eq!(ask(&mut world, higher()), Ok(Reply::Done), "mode {mode}, item {seq}");
     }
-    assert_eq!(count(&world, cmd::DO_CHANGE_ALTITUDE), 3);
+    assert_eq!(count(&world, Command::DO_CHANGE_ALTITUDE), 3);
     // In a mission that nobody has read any item may be a landing.
     let mut unread = connected();
     fly(&mut unread, AUTO, 5);
@@ -85,13 +85,13 @@ fn a_landing_that_goes_on_is_not_begun_anew() {
     for (seq, sent) in [(5, 0), (4, 0), (2, 1)] {
         let mut world = in_auto(seq);
         assert_eq!(ask(&mut world, Request::Land), Ok(Reply::Done));
-        assert_eq!(count(&world, cmd::DO_LAND_START), sent, "at item {seq}");
+        assert_eq!(count(&world, Command::DO_LAND_START), sent, "at item {seq}");
         let says_so = |text: &crate::telemetry::Text| text.text == "It is landing already: nothing was sent";
         assert_eq!(world.station.vehicle.texts().iter().any(says_so), sent == 0);
         // In another mode it has left its landing.
         fly(&mut world, 12, 5);
         assert_eq!(ask(&mut world, Request::Land), Ok(Reply::Done));
-        assert_eq!(count(&world, cmd::DO_LAND_START), sent + 1);
+        assert_eq!(count(&world, Command::DO_LAND_START), sent + 1);
     }
 }
 
@@ -105,20 +105,20 @@ fn a_mission_goes_on_where_it_was_to_though_the_vehicle_begins_it_anew() {
         fly(&mut world, 12, stands);
         world.plane.restarts_mission = true;
         assert_eq!(ask(&mut world, request.clone()), Ok(Reply::Done));
-        let sent = world.plane.commands.iter().filter(|long| long.command == cmd::DO_SET_MISSION_CURRENT);
+        let sent = world.plane.commands.iter().filter(|long| long.command == Command::DO_SET_MISSION_CURRENT.0);
         assert_eq!(sent.map(|long| long.params[0]).collect::<Vec<_>>(), set, "{request:?}");
         assert_eq!(f32::from(world.plane.current), set[0].max(1.0));
         // One that does not begin anew is set to nothing more.
         fly(&mut world, 12, stands);
         world.plane.restarts_mission = false;
-        let before = count(&world, cmd::DO_SET_MISSION_CURRENT);
+        let before = count(&world, Command::DO_SET_MISSION_CURRENT);
         assert_eq!(ask(&mut world, request.clone()), Ok(Reply::Done));
-        assert_eq!(count(&world, cmd::DO_SET_MISSION_CURRENT) - before, set.len() / 2 + usize::from(set[0] == 0.0));
+        assert_eq!(count(&world, Command::DO_SET_MISSION_CURRENT) - before, set.len() / 2 + usize::from(set[0] == 0.0));
     }
     // That it cannot be set to where it stood is no success.
     let mut world = in_auto(2);
     fly(&mut world, 12, 2);
-    (world.plane.restarts_mission, world.plane.unknown) = (true, vec![cmd::DO_SET_MISSION_CURRENT]);
+    (world.plane.restarts_mission, world.plane.unknown) = (true, vec![Command::DO_SET_MISSION_CURRENT]);
     let error = ask(&mut world, Request::MissionResume).expect_err("it flies the first item");
     assert!(matches!(&error, VehicleError::NotConfirmed { observed, .. } if observed == "item 1"), "{error}");
 }

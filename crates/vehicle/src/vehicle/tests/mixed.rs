@@ -517,7 +517,7 @@ fn a_mission_that_is_read_is_judged_for_the_aircraft_that_it_is_of() {
         assert!(doubt.is_some());
         // It is switched off, and the other one on. It does not tell by itself who it is.
         world.plane.services.store(MISSION, &rival_wire(&theirs));
-        world.plane.unknown.push(cmd::REQUEST_MESSAGE);
+        world.plane.unknown.push(Command::REQUEST_MESSAGE);
         let now = world.now;
         world.plane.reboot(now);
         let is_back = |station: &mut Station, _: &mut Plane| {

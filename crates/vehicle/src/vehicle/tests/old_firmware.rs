@@ -2,13 +2,13 @@
 
 use std::time::Duration;
 
-use vencejo_flight::plan::{MissionItem, PlanKind};
+use vencejo_flight::plan::{Command, MissionItem, PlanKind};
 use vencejo_proto::dialect::MavDataStream;
 use vencejo_proto::{MavVersion, MissionSeq, MonoTime};
 
 use super::{ARM, Station, mode};
 use crate::choice::{AltFrame, Turn};
-use crate::command::{CommandResult, cmd};
+use crate::command::CommandResult;
 use crate::error::VehicleError;
 use crate::plan_state::PlanState;
 use crate::request::{Reply, Request, RequestId, VehicleEvent};
@@ -272,7 +272,7 @@ fn home_goes_by_a_command_that_it_knows_or_refuses() {
     for request in [home, Request::SetHome { lat_deg: None, lon_deg: None, alt_amsl_m: None }] {
         let error = ask(&mut world, request).expect_err("it came in 3.3");
         let VehicleError::CommandRefused { command, result, .. } = error else { panic!("{error}") };
-        assert_eq!((command.0, result), (cmd::DO_SET_HOME, CommandResult::UNSUPPORTED));
+        assert_eq!((command, result), (Command::DO_SET_HOME, CommandResult::UNSUPPORTED));
     }
     assert_eq!(world.plane.count_heard(COMMAND_INT), 0);
 }

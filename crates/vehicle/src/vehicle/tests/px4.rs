@@ -54,10 +54,10 @@ fn it_is_sent_heights_above_mean_sea_level() {
     {
         assert_eq!(ask(&mut world, go_to(alt_m, alt_frame)), Ok(Reply::Done));
         let sent = world.plane.ints.last().expect("a go-to");
-        assert_eq!((sent.command, sent.frame, sent.z), (cmd::DO_REPOSITION, 0, sent_m));
+        assert_eq!((sent.command, sent.frame, sent.z), (Command::DO_REPOSITION.0, 0, sent_m));
         assert_eq!(ask(&mut world, Request::ChangeAltitude { alt_m, alt_frame }), Ok(Reply::Done));
         let sent = world.plane.commands.last().expect("a change of height");
-        assert_eq!((sent.command, sent.params[0], sent.params[1]), (cmd::DO_CHANGE_ALTITUDE, sent_m, 0.0));
+        assert_eq!((sent.command, sent.params[0], sent.params[1]), (Command::DO_CHANGE_ALTITUDE.0, sent_m, 0.0));
     }
 }
 
