@@ -43,7 +43,7 @@ const fn is_without_origin(lat: i32, lon: i32) -> bool {
 }
 
 impl Telemetry {
-    /// Reads a message of the vehicle into its group. `None`: the message has no group.
+    /// Reads a message of the vehicle into its group. `None`: the message belongs to no group.
     pub fn apply(&mut self, message: &Message, now: MonoTime) -> Option<Group> {
         let mut check = Check::default();
         let group = match message {
@@ -105,7 +105,7 @@ impl Telemetry {
                     velocity_down_m_s: speed(m.vz),
                     alt_amsl_m: check.height_mm(m.alt).filter(|_| is_above_sea),
                     alt_rel_home_m: check.height_mm(m.relative_alt),
-                    // All of them 0: it has just been switched on, and has no attitude yet.
+                    // All 0: it was just switched on, and has no attitude yet.
                     heading_deg: check.direction_cdeg(m.hdg).filter(|_| (m.lat, m.lon, m.hdg) != (0, 0, 0)),
                 };
                 self.position = Some(sampled(value, now, check));
@@ -113,7 +113,7 @@ impl Telemetry {
                 Group::Position
             }
             MavMessage::VFR_HUD(m) => {
-                // It is of the same estimate, and says less of what is missing there.
+                // The same estimate, with fewer marks of missing values.
                 let beside = self.position.filter(|position| position.freshness(now) == Freshness::Fresh);
                 let is_above_sea = beside.is_none_or(|position| position.value.alt_amsl_m.is_some());
                 let has_heading = m.heading != 0 || beside.is_none_or(|position| position.value.heading_deg.is_some());
@@ -441,7 +441,7 @@ fn utc_us(raw: u64, check: &mut Check) -> Option<u64> {
     }
 }
 
-/// What a HEARTBEAT says.
+/// Reads a HEARTBEAT.
 pub(crate) fn heartbeat_state(heartbeat: &Heartbeat) -> HeartbeatState {
     let family = ModeFamily::of(heartbeat.autopilot, heartbeat.mav_type);
     HeartbeatState {
@@ -457,12 +457,12 @@ pub(crate) fn heartbeat_state(heartbeat: &Heartbeat) -> HeartbeatState {
 
 fn gps(m: &GPS_RAW_INT_DATA, check: &mut Check) -> Gps {
     let fix = GpsFix(m.fix_type as u8);
-    // Without a fix the coordinates are what was known once, or nothing.
+    // Without a fix the coordinates are outdated or unset.
     let (lat_deg, lon_deg) = check.lat_lon(m.lat, m.lon).filter(|_| fix.0 >= 2).unzip();
     let alt_amsl_m = check.height_mm(m.alt).filter(|_| fix.is_3d());
-    // An extension field: 0 is what a vehicle without it sends.
+    // An extension field: vehicles without it send 0.
     let alt_ellipsoid_m = check.height_mm(m.alt_ellipsoid).filter(|_| fix.is_3d() && m.alt_ellipsoid != 0);
-    // Accuracies are extension fields: 0 is what a vehicle without them sends.
+    // Accuracies are extension fields: vehicles without them send 0.
     let mut accuracy_m = |raw: u32| check.scaled(raw, 0, 1e3, 0.0..=4_000_000.0).filter(|_| raw != u32::MAX);
     Gps {
         fix,
@@ -531,7 +531,7 @@ fn battery(m: &BATTERY_STATUS_DATA, check: &mut Check) -> Battery {
 
 /// Pressures are sent in kPa.
 fn engine(m: &EFI_STATUS_DATA, check: &mut Check) -> Engine {
-    // NaN is how a PX4 says that it does not measure something.
+    // PX4 sends NaN for values that it does not measure.
     let mut value = |raw: f32, range| if raw.is_nan() { None } else { check.float(raw, range) };
     let mut pressure_pa = |raw: f32| value(raw, 0.0..=100_000.0).map(|kpa| kpa * 1e3);
     let (barometric_pa, intake_manifold_pa) =

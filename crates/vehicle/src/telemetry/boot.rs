@@ -1,29 +1,29 @@
-//! Notices that the autopilot restarted: its time since boot goes back. Where it runs ahead, another one may be there.
+//! Detects restarts of the autopilot: its time since boot goes back. Where it jumps ahead, it may be another autopilot.
 
 use std::time::Duration;
 
 use vencejo_proto::MonoTime;
 
-/// Messages overtake each other on their way by up to this much of the vehicle's time.
+/// Reordering of messages on their way, in the vehicle's time.
 const REORDER_MS: u32 = 500;
 /// Messages in a row, each newer than the one before, that prove that the clock went back: a repeated old datagram does
 /// not.
 const PROOFS: u32 = 3;
 /// The 32-bit counter wraps after 49.7 days.
 const WRAP_ZONE_MS: u32 = 60_000;
-/// A silence in which a vehicle can restart and be up again: the fastest boards need about this long.
+/// Shortest silence in which a vehicle can restart: the fastest boards need about this long.
 const SILENCE: Duration = Duration::from_secs(1);
 /// After such a silence the clock must have caught up with ours, up to this much.
 const LAG: Duration = Duration::from_secs(1);
 /// How long a backlog of old messages may take to drain after a silence.
 const DRAIN: Duration = Duration::from_secs(3);
 
-/// What the time since boot gave away.
+/// An event shown by the time since boot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum BootEvent {
-    /// The autopilot restarted. Everything received before `since` is from its former life.
+    /// The autopilot restarted. Everything received before `since` is from before the restart.
     Rebooted {
-        /// When the first message of the new life arrived.
+        /// When the first message after the restart arrived.
         since: MonoTime,
     },
     /// After a silence it is ahead of the time that has passed, by more than 1 s: another autopilot may be there, which

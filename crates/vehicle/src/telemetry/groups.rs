@@ -1,4 +1,4 @@
-//! The groups of values that a vehicle reports, one for each message: a field is declared here once, with its unit and
+//! The groups of values that a vehicle reports, one per message: a field is declared here once, with its unit and
 //! range, and read in `apply.rs`. Behind the feature `describe` each describes itself: its JSON, and the schema from
 //! which the types of the web app and of the Python package are generated. What is kept for the state machines alone
 //! says `serde(skip)`.
@@ -23,13 +23,13 @@ macro_rules! groups {
 }
 
 groups! {
-    /// HEARTBEAT of the autopilot: what the vehicle is and what it is doing.
+    /// HEARTBEAT of the autopilot: type, mode and state of the vehicle.
     #[derive(Eq)]
     pub struct HeartbeatState {
         /// Flight mode by name, such as `"AUTO"`; `"mode 42"` when the number is not known.
         #[cfg_attr(feature = "describe", schema(value_type = String))]
         pub mode: FlightMode,
-        /// The mode's number on the wire, in the autopilot's own counting.
+        /// The mode's number on the wire, in the autopilot's own numbering.
         pub mode_number: u32,
         /// Whether the motors can run.
         pub is_armed: bool,
@@ -62,12 +62,12 @@ groups! {
         pub yaw_rate_rad_s: Option<f64>,
     }
 
-    /// GLOBAL_POSITION_INT: where the autopilot believes to be (filtered).
+    /// GLOBAL_POSITION_INT: the autopilot's filtered position estimate.
     #[derive(Default)]
     pub struct Position {
-        /// WGS-84 latitude; `None` as long as the vehicle has no position.
+        /// WGS-84 latitude; `None` without a position.
         pub lat_deg: Option<f64>,
-        /// WGS-84 longitude; `None` as long as the vehicle has no position.
+        /// WGS-84 longitude; `None` without a position.
         pub lon_deg: Option<f64>,
         /// Altitude above mean sea level.
         pub alt_amsl_m: Option<f64>,
@@ -79,18 +79,18 @@ groups! {
         pub velocity_east_m_s: Option<f64>,
         /// Speed downward.
         pub velocity_down_m_s: Option<f64>,
-        /// Where the nose points, 0 to 360 from true north.
+        /// Heading, 0 to 360 from true north.
         pub heading_deg: Option<f64>,
     }
 
-    /// VFR_HUD: what a pilot looks at.
+    /// VFR_HUD: speeds, heading and altitude for a head-up display.
     #[derive(Default)]
     pub struct Hud {
-        /// Speed through the air (indicated or equivalent, as the autopilot has it).
+        /// Airspeed (indicated or equivalent, depending on the autopilot).
         pub airspeed_m_s: Option<f64>,
         /// Speed over ground.
         pub groundspeed_m_s: Option<f64>,
-        /// Where the nose points, 0 to 360.
+        /// Heading, 0 to 360.
         pub heading_deg: Option<f64>,
         /// Throttle, 0 to 100 %.
         pub throttle_pct: Option<f64>,
@@ -100,7 +100,7 @@ groups! {
         pub climb_m_s: Option<f64>,
     }
 
-    /// GPS_RAW_INT: what the receiver says, unfiltered.
+    /// GPS_RAW_INT: the GPS receiver's data, unfiltered.
     pub struct Gps {
         /// `GPS_FIX_TYPE`; 3 and more is a position in three dimensions.
         #[cfg_attr(feature = "describe", schema(value_type = u8))]
@@ -119,7 +119,7 @@ groups! {
         pub lon_deg: Option<f64>,
         /// Altitude above mean sea level.
         pub alt_amsl_m: Option<f64>,
-        /// Altitude above the WGS-84 ellipsoid, where the receiver tells it.
+        /// Altitude above the WGS-84 ellipsoid, if the receiver reports it.
         pub alt_ellipsoid_m: Option<f64>,
         /// Speed over ground.
         pub groundspeed_m_s: Option<f64>,
@@ -133,9 +133,9 @@ groups! {
 
     /// SYS_STATUS: sensors and power at a glance.
     pub struct SysStatus {
-        /// Whether the vehicle's pre-arm checks pass; `None` when it does not say.
+        /// Whether the vehicle's pre-arm checks pass; `None` when not reported.
         pub is_ready_to_arm: Option<bool>,
-        /// Sensors that are in use and do not work.
+        /// Sensors in use that are unhealthy.
         #[cfg_attr(feature = "describe", schema(value_type = Vec<String>))]
         pub unhealthy_sensors: Sensors,
         /// Processor load, 0 to 100 %.
@@ -154,7 +154,7 @@ groups! {
     pub struct Battery {
         /// Battery id, from 0.
         pub id: u8,
-        /// Voltage of the pack: the sum of what is reported.
+        /// Voltage of the pack: the sum of the reported voltages.
         pub voltage_v: Option<f64>,
         /// Voltages of single cells. Empty (all `None`) when only the pack is measured.
         #[cfg_attr(feature = "describe", serde(skip))]
@@ -173,7 +173,7 @@ groups! {
         pub time_remaining_s: Option<f64>,
     }
 
-    /// RAW_IMU: numbers as the sensors give them. On ArduPilot they are scaled, see [`Imu`].
+    /// RAW_IMU: raw sensor values. ArduPilot's are scaled, see [`Imu`].
     #[derive(Eq)]
     pub struct RawImu {
         /// Accelerometer, body FRD, raw.
@@ -211,7 +211,7 @@ groups! {
     /// WIND (ArduPilot) or WIND_COV: the autopilot's estimate.
     #[derive(Default)]
     pub struct Wind {
-        /// Where the wind comes from, 0 to 360.
+        /// Direction that the wind comes from, 0 to 360.
         pub from_deg: Option<f64>,
         /// Horizontal speed.
         pub speed_m_s: Option<f64>,
@@ -224,34 +224,34 @@ groups! {
     pub struct MissionCurrent {
         /// Number of the item in execution on the wire.
         pub seq: u16,
-        /// Items on board, home not counted, 0 where there is no mission; `None` when the vehicle does not say.
+        /// Items on board, home not counted, 0 where there is no mission; `None` when not reported.
         pub total: Option<u16>,
         /// `"no mission"`, `"not started"`, `"active"`, `"paused"` or `"complete"`; `None` when the vehicle does not
         /// say.
         #[cfg_attr(feature = "describe", schema(value_type = Option<String>))]
         pub state: Option<MissionState>,
-        /// Whether the vehicle is in a mode that follows the mission; `None` when it does not say.
+        /// Whether the vehicle is in a mode that follows the mission; `None` when not reported.
         #[cfg_attr(feature = "describe", serde(skip))]
         pub in_mission_mode: Option<bool>,
-        /// Identity of the mission on board; `None` where there is none, and where the vehicle gives it none (not PX4).
+        /// Id of the mission on board; `None` without a mission, and from vehicles that give no ids (other than PX4).
         #[cfg_attr(feature = "describe", serde(skip))]
         pub mission_id: Option<u32>,
-        /// Identity of the geofence on board.
+        /// Id of the geofence on board.
         #[cfg_attr(feature = "describe", serde(skip))]
         pub fence_id: Option<u32>,
-        /// Identity of the rally points on board.
+        /// Id of the rally points on board.
         #[cfg_attr(feature = "describe", serde(skip))]
         pub rally_points_id: Option<u32>,
     }
 
-    /// NAV_CONTROLLER_OUTPUT: what guidance wants.
+    /// NAV_CONTROLLER_OUTPUT: targets and errors of the navigation controller.
     #[derive(Default)]
     pub struct NavController {
-        /// Wanted roll.
+        /// Desired roll.
         pub nav_roll_deg: Option<f64>,
-        /// Wanted pitch.
+        /// Desired pitch.
         pub nav_pitch_deg: Option<f64>,
-        /// Bearing that is steered, -180 to 180.
+        /// Desired heading, -180 to 180.
         pub nav_bearing_deg: Option<f64>,
         /// Bearing to the target, -180 to 180.
         pub target_bearing_deg: Option<f64>,
@@ -275,7 +275,7 @@ groups! {
         pub vtol: Option<u8>,
     }
 
-    /// EKF_STATUS_REPORT: how well the estimator agrees with its sensors; a test ratio of 1 is the limit.
+    /// EKF_STATUS_REPORT: agreement of the estimator with its sensors; a test ratio of 1 is the limit.
     #[derive(Default)]
     pub struct Ekf {
         /// `EKF_STATUS_FLAGS` bits.
@@ -292,12 +292,12 @@ groups! {
         pub terrain_alt_variance: Option<f64>,
     }
 
-    /// VIBRATION of the airframe as the accelerometers feel it.
+    /// VIBRATION of the airframe, measured by the accelerometers.
     #[derive(Default)]
     pub struct Vibration {
         /// Levels along body x, y, z.
         pub vibration_m_s2: [Option<f64>; 3],
-        /// How often each accelerometer was clipped since boot.
+        /// Clipping events of each accelerometer since boot.
         pub clipping: [u32; 3],
     }
 
@@ -321,10 +321,11 @@ groups! {
         /// USB product id of the board.
         #[cfg_attr(feature = "describe", serde(skip))]
         pub product_id: u16,
-        /// Unique id of the hardware, 64 bits; in JSON its decimal digits, more than a number keeps there.
+        /// Unique id of the hardware, 64 bits; in JSON a string of decimal digits, which a JSON number could not hold
+        /// exactly.
         #[cfg_attr(feature = "describe", serde(serialize_with = "exact"), schema(value_type = Option<String>))]
         pub uid: Option<u64>,
-        /// The longer one that takes its place (ArduPilot reports this one alone); `None` when not reported.
+        /// The longer id that replaces it (ArduPilot reports only this one); `None` when not reported.
         #[cfg_attr(feature = "describe", serde(skip))]
         pub uid2: Option<[u8; 18]>,
     }
@@ -344,7 +345,7 @@ groups! {
         pub tx_buffer_pct: Option<u8>,
         /// Packets lost to radio errors.
         pub rx_errors: u16,
-        /// Packets that error correction saved.
+        /// Packets restored by error correction.
         pub fixed: u16,
     }
 
@@ -358,31 +359,31 @@ groups! {
         pub differential_pa: Option<f64>,
         /// Temperature.
         pub temperature_c: Option<f64>,
-        /// Whether the sensor says that it is unhealthy.
+        /// Whether the sensor reports that it is unhealthy.
         pub is_unhealthy: bool,
         /// Whether the autopilot uses it.
         pub is_used: bool,
     }
 
-    /// SERVO_OUTPUT_RAW of outputs 1 to 16: what the actuators get.
+    /// SERVO_OUTPUT_RAW of outputs 1 to 16: the signals to the actuators.
     #[derive(Eq)]
     pub struct ServoOutputs {
-        /// Pulse lengths of outputs 1 to 16; `None` for one that is off.
+        /// Pulse lengths of outputs 1 to 16; `None` for an output that is off.
         pub pulse_us: [Option<u16>; 16],
     }
 
     /// RC_CHANNELS: the pilot's radio.
     #[derive(Eq)]
     pub struct RcChannels {
-        /// Channels that exist.
+        /// Number of channels.
         pub count: u8,
-        /// Pulse lengths of channels 1 to 18; `None` for one that is not there.
+        /// Pulse lengths of channels 1 to 18; `None` for a missing channel.
         pub pulse_us: [Option<u16>; 18],
         /// Received signal, raw 0 to 254.
         pub rssi: Option<u8>,
     }
 
-    /// EFI_STATUS: an engine with fuel injection. What is not measured may be reported as 0.
+    /// EFI_STATUS: an engine with fuel injection. Values that are not measured may be reported as 0.
     #[derive(Default)]
     pub struct Engine {
         /// Health as sent: 1 healthy and 0 not on ArduPilot; 0 stopped, 1 starting, 2 running and 3 at fault on PX4.
@@ -393,21 +394,21 @@ groups! {
         pub rpm: Option<f64>,
         /// Fuel used.
         pub fuel_consumed_cm3: Option<f64>,
-        /// Fuel that flows, cubic centimetres per minute.
+        /// Fuel flow, cubic centimetres per minute.
         pub fuel_flow_cm3_min: Option<f64>,
         /// Load, 0 to 200 %.
         pub load_pct: Option<f64>,
-        /// Where the throttle stands, 0 to 100 %.
+        /// Throttle position, 0 to 100 %.
         pub throttle_position_pct: Option<f64>,
-        /// Where the throttle was sent, 0 to 100 %.
+        /// Commanded throttle, 0 to 100 %.
         pub throttle_output_pct: Option<f64>,
-        /// How long the ignition coil is charged for a spark.
+        /// Charging time of the ignition coil.
         pub spark_dwell_ms: Option<f64>,
-        /// When it sparks, crank angle.
+        /// Ignition timing, crank angle.
         pub ignition_timing_deg: Option<f64>,
-        /// How long fuel is injected.
+        /// Injection time.
         pub injection_ms: Option<f64>,
-        /// Pressure of the air around.
+        /// Atmospheric pressure.
         pub barometric_pa: Option<f64>,
         /// Pressure in the intake manifold.
         pub intake_manifold_pa: Option<f64>,
@@ -417,11 +418,11 @@ groups! {
         pub cylinder_head_temperature_c: Option<f64>,
         /// Temperature of the exhaust gas.
         pub exhaust_gas_temperature_c: Option<f64>,
-        /// Factor by which the fuel is corrected for pressure and temperature.
+        /// Correction factor of the fuel for pressure and temperature.
         pub pressure_temperature_compensation: Option<f64>,
-        /// Voltage of the ignition.
+        /// Ignition voltage.
         pub ignition_v: Option<f64>,
-        /// Pressure of the fuel.
+        /// Fuel pressure.
         pub fuel_pressure_pa: Option<f64>,
     }
 
@@ -441,19 +442,19 @@ groups! {
         pub is_breached: bool,
         /// Breaches so far.
         pub breach_count: u16,
-        /// Kind of the last one (`FENCE_BREACH`: 1 too low, 2 too high, 3 over the boundary).
+        /// Kind of the last breach (`FENCE_BREACH`: 1 too low, 2 too high, 3 over the boundary).
         pub breach_type: u8,
-        /// When it happened, time since boot; `None` when there was none.
+        /// Time since boot of the last breach; `None` without one.
         #[cfg_attr(feature = "describe", serde(skip))]
         pub breach_boot_ms: Option<u32>,
     }
 
-    /// TERRAIN_REPORT: what the vehicle knows of the ground.
+    /// TERRAIN_REPORT: the vehicle's terrain data.
     pub struct Terrain {
         /// Ground above mean sea level under the vehicle (or where TERRAIN_CHECK asked); `None` as long as it does not
         /// know it.
         pub ground_amsl_m: Option<f64>,
-        /// Altitude of the vehicle above that ground.
+        /// Altitude of the vehicle above that terrain.
         pub alt_terrain_m: Option<f64>,
         /// Blocks of 4 × 4 altitudes that it waits for.
         pub pending: u16,

@@ -1,4 +1,4 @@
-//! What fields of the groups are made of: numbers of the wire with their names.
+//! Types of the groups' fields: numbers of the wire with their names.
 
 use std::fmt;
 

@@ -1,8 +1,8 @@
-//! What a vehicle says about itself: the newest value of every group, each with its age.
+//! The newest values that a vehicle reports, in groups, each with its age.
 //!
-//! [`Telemetry`] is plain data without heap memory, so a snapshot is a copy. A message overwrites its group as a
-//! whole; a field that the vehicle marks as unknown is `None`, and a field that cannot be (NaN, a latitude of 91°)
-//! is `None` too, counted in [`Telemetry::invalid_values`] and flagged in [`Sampled::invalid`]. It is never used.
+//! [`Telemetry`] is plain data without heap memory, so a snapshot is a copy. A message overwrites its group as a whole;
+//! a field that the vehicle marks as unknown is `None`, and an impossible value (NaN, a latitude of 91°) is `None` too,
+//! counted in [`Telemetry::invalid_values`] and flagged in [`Sampled::invalid`]. It is never used.
 //!
 //! Axes: body is forward, right, down (FRD); local is north, east, down (NED). Angles are radians where the name
 //! ends in `_rad`, degrees where it ends in `_deg`; headings and courses are degrees clockwise from true north.
@@ -38,23 +38,23 @@ pub use texts::{CHUNK_TIMEOUT, MAX_TEXTS, Severity, StatusLog, Text};
 
 /// A value older than this is stale: shown, but marked.
 pub const STALE_AFTER: Duration = Duration::from_millis(3_500);
-/// A value older than this is lost: it says nothing about the vehicle any more.
+/// A value older than this is lost: it no longer describes the vehicle.
 pub const LOST_AFTER: Duration = Duration::from_secs(5);
 /// A battery with less left wants to be looked at, percent. What the vehicle itself does then is in its parameters
 /// (`BATT_LOW_*`).
 pub const BATTERY_LOW_PCT: f64 = 30.0;
 /// A battery with less left is an alarm, percent.
 pub const BATTERY_CRITICAL_PCT: f64 = 15.0;
-/// A link that loses so much wants to be looked at, percent of the messages.
+/// Loss of a link above which it needs attention, percent of the messages.
 pub const LOSS_NOTABLE_PCT: f64 = 5.0;
-/// A link that loses so much may fail to carry an order, percent.
+/// Loss of a link above which an order may fail, percent.
 pub const LOSS_HIGH_PCT: f64 = 20.0;
 /// Batteries that are kept, by id 0 to 7; others are counted and dropped.
 pub const MAX_BATTERIES: usize = 8;
 /// IMUs that are kept.
 pub const MAX_IMUS: usize = 3;
 
-/// How much a value may be trusted by its age.
+/// Trust in a value by its age.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Freshness {
     /// At most [`STALE_AFTER`] old.

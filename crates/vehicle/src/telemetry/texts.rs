@@ -1,4 +1,4 @@
-//! STATUSTEXT: what the vehicle writes, long texts joined from their chunks.
+//! STATUSTEXT: the vehicle's texts, joined from their chunks.
 
 use std::collections::VecDeque;
 use std::fmt;
@@ -10,7 +10,7 @@ use vencejo_proto::{ComponentId, MonoTime, StatusText};
 pub const MAX_TEXTS: usize = 256;
 /// Long texts that may be on their way at once; the oldest is released as it is.
 const MAX_PARTIAL: usize = 8;
-/// Chunks of one text: 255 would be 12 kB, nobody writes that much.
+/// Most chunks of one text: 255 would be 12 kB.
 const MAX_CHUNKS: usize = 16;
 /// How long to wait for a chunk before the text is released with a gap.
 pub const CHUNK_TIMEOUT: Duration = Duration::from_secs(1);
@@ -21,7 +21,7 @@ pub const CHUNK_TIMEOUT: Duration = Duration::from_secs(1);
 pub struct Severity(pub u8);
 
 impl Severity {
-    /// 2: somebody must act at once.
+    /// 2: immediate action is needed.
     pub const CRITICAL: Self = Self(2);
     /// 4: something may go wrong.
     pub const WARNING: Self = Self(4);
@@ -54,9 +54,9 @@ impl fmt::Display for Severity {
 pub struct Text {
     /// When its first chunk arrived.
     pub at: MonoTime,
-    /// How serious it is; lower is worse.
+    /// Its severity; lower is worse.
     pub severity: Severity,
-    /// Which component wrote it.
+    /// The component that wrote it.
     pub component: ComponentId,
     /// The text; "…" stands for a chunk that was lost.
     pub text: String,

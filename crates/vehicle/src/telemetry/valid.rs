@@ -1,8 +1,8 @@
-//! Turns numbers of the wire into values with units: what is unknown or cannot be becomes `None`.
+//! Converts numbers of the wire to values with units: unknown and impossible ones become `None`.
 
 use std::ops::RangeInclusive;
 
-/// Counts the values of one message that cannot be.
+/// Counts the impossible values of one message.
 #[derive(Debug, Default)]
 pub(super) struct Check {
     pub(super) invalid: u32,
