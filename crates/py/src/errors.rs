@@ -3,6 +3,7 @@
 use pyo3::call::PyCallArgs;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
+use vencejo_flight::plan::Command;
 use vencejo_station::{SigningError, StationError};
 use vencejo_vehicle::VehicleError;
 use vencejo_vehicle::transfer::TransferError;

@@ -1,6 +1,6 @@
 //! The one table from the core's errors to problems: their causes for programs, the core's own words for people.
 
-use vencejo_flight::plan::PlanKind;
+use vencejo_flight::plan::{Command, PlanKind};
 use vencejo_flight::{FlightError, LandingProblem, Plain, SurveyProblem};
 use vencejo_link::{LinkError, MAX_LINKS};
 use vencejo_maps::MapError;
