@@ -107,11 +107,6 @@ impl Station {
         self.shared.records().as_ref().and_then(Records::fault)
     }
 
-    /// Frames so far that were no message of the dialect, or held a value that it does not allow.
-    pub fn undecodable_frames(&self) -> u64 {
-        self.shared.undecodable.load(Ordering::Relaxed)
-    }
-
     /// Starts or stops our heartbeat.
     pub fn set_heartbeat(&self, enabled: bool) {
         self.shared.heartbeat.store(enabled, Ordering::Relaxed);

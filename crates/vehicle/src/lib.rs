@@ -55,13 +55,13 @@
 //! | [`modes`] | flight modes by name |
 //! | [`command`] | commands and their acknowledgement |
 //! | [`streams`] | which messages are requested, and at which rate |
-//! | [`timesync`] | round trip and clock offset |
+//! | [`timesync`] | round trip; restarts by the clock |
 //! | `reach` | whether the vehicle hears us |
 //! | `refusal` | reasons of refusals, and their remedies |
 //! | [`progress`] | progress in the mission |
 //! | `conduct` | whether it follows its mission, lands, or circles now |
 //! | [`signing`] | giving it a signing key and taking it away |
-//! | [`heartbeat`] | our own heartbeat; whose heartbeat makes a vehicle |
+//! | [`heartbeat`] | which heartbeats are a vehicle's |
 //! | `terrain` | its requests for terrain heights |
 //! | [`transfer`] | plans, parameters and files, both ways |
 //! | `id` | ids of a station's vehicles |

@@ -533,7 +533,7 @@ mod tests {
             let ack = CommandAck { command: 400, result: 0, progress: 0, result_param2: 0, target: OUR };
             let message = match n % 6 {
                 // Our own heartbeat as it comes back, and those of what is no autopilot.
-                0 if from == OUR => crate::heartbeat::ground_station(),
+                0 if from == OUR => Message::Heartbeat(Heartbeat::default()),
                 0 => heartbeat(if from.component.0 == 154 { 26 } else { 6 }, 8),
                 1 => Message::Dialect(MavMessage::ATTITUDE(ATTITUDE_DATA { roll: 1.0, ..ATTITUDE_DATA::default() })),
                 2 => Message::CommandAck(ack),

@@ -1,4 +1,4 @@
-//! TIMESYNC both ways: answers the vehicle's, and measures round trip and clock offset with ours.
+//! TIMESYNC both ways: answers the vehicle's, and measures the round trip and notices restarts with ours.
 //!
 //! Protocol: mavlink.io, "Time Synchronization Protocol v2". A request has `tc1` 0 and our time in `ts1`; the answer
 //! has the vehicle's time in `tc1` and our `ts1` back. Times are nanoseconds.
@@ -42,32 +42,18 @@ pub struct TimeSync {
     next: MonoTime,
     outstanding: VecDeque<i64>,
     round_trip: Option<Duration>,
-    offset_ns: Option<i64>,
     newest_vehicle_ns: Option<i64>,
 }
 
 impl TimeSync {
     /// Between `our` and `vehicle`; the first request is due at once.
     pub fn new(our: Address, vehicle: Address, now: MonoTime) -> Self {
-        Self {
-            our,
-            vehicle,
-            next: now,
-            outstanding: VecDeque::new(),
-            round_trip: None,
-            offset_ns: None,
-            newest_vehicle_ns: None,
-        }
+        Self { our, vehicle, next: now, outstanding: VecDeque::new(), round_trip: None, newest_vehicle_ns: None }
     }
 
     /// Round trip, smoothed over about eight measurements (RFC 6298, SRTT).
     pub fn round_trip(&self) -> Option<Duration> {
         self.round_trip
-    }
-
-    /// What to add to our monotonic clock to have the vehicle's, in nanoseconds, by the newest measurement.
-    pub fn offset_ns(&self) -> Option<i64> {
-        self.offset_ns
     }
 
     /// Reads a message. `None`: it is not for us.
@@ -89,8 +75,6 @@ impl TimeSync {
             return None;
         }
         self.round_trip = Some(self.round_trip.map_or(round_trip, |smoothed| (smoothed * 7 + round_trip) / 8));
-        let middle_ns = sent_ns + i64::try_from(round_trip.as_nanos() / 2).ok()?;
-        self.offset_ns = Some(message.tc1.wrapping_sub(middle_ns));
         let has_gone_back =
             self.newest_vehicle_ns.is_some_and(|newest| message.tc1 < newest.saturating_sub(BACK_TOLERANCE_NS));
         self.newest_vehicle_ns = Some(message.tc1);
@@ -99,7 +83,7 @@ impl TimeSync {
 
     /// Forgets the vehicle's clock, after a restart that was noticed elsewhere.
     pub fn forget_clock(&mut self) {
-        (self.newest_vehicle_ns, self.offset_ns) = (None, None);
+        self.newest_vehicle_ns = None;
     }
 
     /// A request, when one is due.
@@ -164,7 +148,7 @@ mod tests {
     }
 
     #[test]
-    fn round_trip_and_offset_are_measured() {
+    fn the_round_trip_is_measured() {
         let mut sync = sync();
         let request = data(sync.on_time(at(1_000)).expect("due"));
         assert_eq!((request.tc1, request.ts1), (0, 1_000_000_000));
@@ -174,7 +158,6 @@ mod tests {
             event,
             Some(TimeSyncEvent::Measured { round_trip: Duration::from_millis(40), has_gone_back: false })
         );
-        assert_eq!(sync.offset_ns(), Some((50_020 - 1_020) * 1_000_000));
         assert_eq!(sync.on_message(&answer(&request, 50_020), at(1_050)), None, "a repeated answer counts once");
         assert_eq!(sync.deadline(), at(3_000));
     }

@@ -1,7 +1,6 @@
 //! Received frames: which vehicle they belong to, and who else uses its id or our own.
 
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
 
 use vencejo_link::{LinkId, Origin, PeerId};
 use vencejo_proto::{Address, Frame, Message, MonoTime, SystemId};
@@ -40,10 +39,7 @@ impl Shared {
     /// A frame from a link, in the task that read it.
     pub(crate) fn on_frame(self: &Arc<Self>, origin: Origin, frame: &Frame, now: MonoTime) {
         let link = origin.link;
-        let Ok(message) = frame.decode() else {
-            self.undecodable.fetch_add(1, Ordering::Relaxed);
-            return;
-        };
+        let Ok(message) = frame.decode() else { return };
         let from = frame.source();
         if from == self.config.address && !self.hub.is_ours(frame) && !self.hub.is_replay(link) {
             self.on_namesake(origin, now);

@@ -53,7 +53,6 @@ pub(crate) struct Shared {
     pub(crate) operator: Arc<Operator>,
     pub(super) confirmations: Mutex<Confirmations>,
     pub(super) heartbeat: AtomicBool,
-    pub(super) undecodable: AtomicU64,
     /// When the driver will wake, µs on our clock; an earlier deadline has to wake it.
     pub(super) driver_alarm_us: AtomicU64,
     pub(super) wake_driver: tokio::sync::Notify,

@@ -91,7 +91,6 @@ impl Station {
                 namesake: Namesake::default(),
             }),
             heartbeat: AtomicBool::new(config.heartbeat),
-            undecodable: AtomicU64::new(0),
             driver_alarm_us: AtomicU64::new(0),
             wake_driver: tokio::sync::Notify::new(),
             closing: watch::channel(false).0,

@@ -77,7 +77,6 @@ impl Telemetry {
             && fix_m.is_some_and(|fix_m| (fix_m - f64::from(m.alt) / 1e3).abs() > APART_M)
     }
 
-    #[allow(clippy::too_many_lines, reason = "one arm for each message, all alike")]
     fn apply_dialect(&mut self, message: &MavMessage, now: MonoTime, check: &mut Check) -> Option<Group> {
         Some(match message {
             MavMessage::ATTITUDE(m) => {

@@ -351,11 +351,6 @@ impl Vehicle {
         self.timesync.round_trip()
     }
 
-    /// What to add to our monotonic clock to have the vehicle's (TIMESYNC), ns; `None` before the first answer.
-    pub fn clock_offset_ns(&self) -> Option<i64> {
-        self.timesync.offset_ns()
-    }
-
     /// Requests that are not finished.
     pub fn pending(&self) -> usize {
         self.ops.iter().filter(|op| !self.on_board.is_own(op.id)).count()

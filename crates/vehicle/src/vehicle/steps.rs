@@ -205,7 +205,6 @@ impl Context<'_> {
     }
 
     /// The steps of a request.
-    #[allow(clippy::too_many_lines, reason = "one arm for each request")]
     pub fn steps(&self, request: Request) -> Result<VecDeque<Step>, VehicleError> {
         let step = match request {
             Request::Arm { force } => self.arm(true, force),

@@ -99,7 +99,7 @@ impl Step {
     }
 
     /// Proved by an effect; repeated only after the vehicle shows that the effect is missing.
-    pub(in crate::vehicle) fn proved_by(self, proof: Effect) -> Self {
+    pub(crate) fn proved_by(self, proof: Effect) -> Self {
         match self {
             Self::Command { message, when_busy, fallback, .. } => {
                 Self::Command { message, unanswered: Unanswered::Ask, when_busy, effect: proof, fallback }
