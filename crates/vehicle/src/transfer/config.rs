@@ -1,4 +1,4 @@
-//! What a transfer must know of the vehicle and the link.
+//! What a transfer needs to know about the vehicle and the link.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -10,18 +10,18 @@ use vencejo_proto::{Address, Message};
 
 use super::error::{NoPlanKinds, TransferError};
 
-/// In which message plan items go.
+/// The message that carries plan items.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum ItemForm {
-    /// MISSION_ITEM_INT: the vehicle says that it knows it.
+    /// MISSION_ITEM_INT: the vehicle reports that it supports it.
     Integer,
-    /// MISSION_ITEM: the vehicle says that it knows nothing else, or is too old to say.
+    /// MISSION_ITEM: the vehicle reports no other, or is too old to report.
     Float,
     /// MISSION_ITEM_INT as long as it is understood.
     Unknown,
 }
 
-/// What a transfer must know of the vehicle and the link. Cheap to clone.
+/// What a transfer needs to know about the vehicle and the link. Cheap to clone.
 #[derive(Debug, Clone)]
 pub struct TransferConfig {
     /// The vehicle's autopilot.
@@ -30,15 +30,15 @@ pub struct TransferConfig {
     pub station: Address,
     /// Whether it is an ArduPilot: plan files over MAVFTP, item 0 of a mission is home, several requests at once.
     pub is_ardupilot: bool,
-    /// Whether it says that it speaks MAVFTP (`MAV_PROTOCOL_CAPABILITY_FTP`).
+    /// Whether it reports MAVFTP (`MAV_PROTOCOL_CAPABILITY_FTP`).
     pub has_ftp: bool,
-    /// In which message its plan items go.
+    /// The message that carries its plan items.
     pub item_form: ItemForm,
-    /// Why fences and rally points cannot go by the item protocol; `None` when they can.
+    /// Why the item protocol cannot carry fences and rally points; `None` when it can.
     pub no_plan_kinds: Option<NoPlanKinds>,
-    /// How it puts integers into PARAM_VALUE; `None` when nothing but its values tells.
+    /// Its encoding of integers in PARAM_VALUE; `None` when only its values can show it.
     pub param_encoding: Option<ParamEncoding>,
-    /// Round trip to the vehicle, where it is known (TIMESYNC). Default `None`: found out on the way.
+    /// Round trip to the vehicle, where it is known (TIMESYNC). Default `None`: measured by the transfer.
     pub round_trip: Option<Duration>,
     /// Items sent ahead of the vehicle's requests in an item-by-item upload to ArduPilot, 1 to 64. Default 1: an item
     /// is sent when it is asked for, as the protocol says.
@@ -48,7 +48,7 @@ pub struct TransferConfig {
 }
 
 impl TransferConfig {
-    /// A vehicle of which nothing is known: item by item, one at a time.
+    /// For an unknown vehicle: item by item, one at a time.
     pub fn new(vehicle: Address, station: Address) -> Self {
         Self {
             vehicle,
@@ -82,21 +82,21 @@ impl TransferConfig {
         }
     }
 
-    /// Why a plan cannot go by the item protocol, if it cannot. What is asked there nevertheless would be done to the
+    /// Why the item protocol cannot carry this kind of plan, if it cannot: the vehicle would apply the messages to the
     /// mission.
     pub(crate) fn refuses_items(&self, kind: PlanKind) -> Option<TransferError> {
         let reason = self.no_plan_kinds.filter(|_| kind != PlanKind::Mission)?;
         Some(TransferError::OnlyMission { kind, reason })
     }
 
-    /// Whether a message is from the vehicle and for us, or for nobody in particular.
+    /// Whether a message is from the vehicle and addressed to us or broadcast.
     pub(crate) fn concerns_us(&self, from: Address, message: &Message) -> bool {
         from == self.vehicle && message.target().includes(self.station)
     }
 }
 
-/// Numbers for MAVFTP sessions, so that no two of ours are alike within 250 and none begins with the message number on
-/// which the one before ended (ArduPilot would answer with what it answered then).
+/// Numbers for MAVFTP sessions, so that ours do not repeat within 250 and none begins with the message number on which
+/// the one before ended (ArduPilot would repeat its last answer).
 #[derive(Debug, Clone)]
 pub struct FtpSessions(Arc<AtomicU32>);
 
@@ -105,7 +105,7 @@ pub struct FtpSessions(Arc<AtomicU32>);
 pub(crate) struct FtpLease {
     /// The session's id, 1 to 250; 0 is what most other stations use.
     pub session: u8,
-    /// The id of our session before: what to end when the vehicle says that another session is open.
+    /// The id of our previous session: the one to end when the vehicle reports that another session is open.
     pub previous: u8,
     /// Number of the first message.
     pub sequence: u16,
@@ -113,7 +113,7 @@ pub(crate) struct FtpLease {
 
 impl FtpSessions {
     const IDS: u32 = 250;
-    /// Odd, so that all 65,536 starts are used before one comes again.
+    /// Odd, so that all 65,536 starts are used before one repeats.
     const SEQUENCE_STEP: u32 = 2039;
 
     /// Numbers from `seed` on. Use a different seed each time the program starts.

@@ -20,7 +20,7 @@ pub struct DownloadedPlan {
     pub route: PlanRoute,
 }
 
-/// Where an ArduPilot has a plan as a file.
+/// Path of a plan file on an ArduPilot.
 pub(super) fn path(kind: PlanKind) -> &'static str {
     match kind {
         PlanKind::Mission => "@MISSION/mission.dat",
@@ -32,7 +32,7 @@ pub(super) fn path(kind: PlanKind) -> &'static str {
 /// Most bytes of a plan file.
 const MAX_FILE: usize = 10 + vencejo_flight::plan::MAX_ITEMS * PLAN_FILE_ITEM_LEN;
 
-/// A plan file's length from its first bytes; an error text when it is no plan file of this kind.
+/// A plan file's length from its first bytes; an error text when it is not a plan file of this kind.
 fn file_len(kind: PlanKind, front: &[u8]) -> Result<FileEnd, String> {
     let header = PlanFileHeader::decode(front).map_err(|error| error.to_string())?;
     if header.mission_type != u16::from(kind.mission_type()) || header.first != 0 {
@@ -61,7 +61,7 @@ fn clean(item: &mut MissionItemInt, kind: PlanKind) {
     }
 }
 
-/// Any of the two ways to read a plan.
+/// Either of the two ways to read a plan.
 #[derive(Debug)]
 enum Read {
     Ftp(Box<FileRead>),
@@ -97,7 +97,7 @@ impl Read {
     }
 }
 
-/// Calls a method of whichever machine runs.
+/// Calls a method of the running machine.
 macro_rules! running {
     ($self:expr, $machine:ident => $call:expr) => {
         match $self {
@@ -140,12 +140,12 @@ impl PlanDownload {
         download
     }
 
-    /// Whether anything of a file was read, which is done after the session before is closed.
+    /// Whether any part of a file was read, which follows the end of the previous session.
     pub(super) fn has_file(&self) -> bool {
         matches!(&self.read, Read::Ftp(read) if read.has_any())
     }
 
-    /// Moves on what the machine below has put out, and takes the other route when one failed.
+    /// Passes on the outputs of the machine below, and takes the other route when one failed.
     fn advance(&mut self, now: MonoTime) {
         if self.is_over {
             return;

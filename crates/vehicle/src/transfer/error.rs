@@ -1,4 +1,4 @@
-//! How a transfer can fail.
+//! Errors of transfers.
 
 use std::fmt;
 use std::time::Duration;
@@ -10,13 +10,13 @@ use vencejo_proto::MissionSeq;
 use vencejo_proto::ftp::FtpError;
 use vencejo_proto::param::{ParamError, ParamName, ParamValue};
 
-/// How many differences a message spells out.
+/// Most differences listed in a message.
 const DIFFERENCES_SHOWN: usize = 3;
 
-/// What was asked of a vehicle that answers nothing by MAVFTP.
+/// The step of a request that is not answered by MAVFTP.
 pub const FTP_OPEN: &str = "opening a file by MAVFTP";
 
-/// Why only the mission can go by the item protocol.
+/// Why the item protocol can carry the mission only.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum NoPlanKinds {
     /// The firmware is from before fences and rally points went by it (ArduPilot before 4.0 had messages of their own).
@@ -33,12 +33,12 @@ pub enum TransferError {
     /// The vehicle fell silent.
     #[error("{step}: no answer from the vehicle for {} s; check the link and try again", waited.as_secs_f64())]
     Timeout {
-        /// What it was asked.
+        /// The step that was not answered.
         step: &'static str,
         /// For how long.
         waited: Duration,
     },
-    /// The vehicle answered nothing by MAVFTP: it has none, or its messages do not come through.
+    /// The vehicle did not answer by MAVFTP: it does not have it, or its messages are lost.
     #[error("{}: no answer from the vehicle for {} s; check the link and try again", FTP_OPEN, waited.as_secs_f64())]
     FtpAbsent {
         /// For how long.
@@ -54,12 +54,12 @@ pub enum TransferError {
         /// For how long.
         waited: Duration,
     },
-    /// The vehicle answers, but the transfer gets nowhere.
+    /// The vehicle answers, but the transfer makes no progress.
     #[error("{step}: given up after {attempts} attempts; try again, or look for another station that transfers too")]
     NoProgress {
-        /// What it was doing.
+        /// The present step.
         step: &'static str,
-        /// How often it was begun.
+        /// Number of attempts.
         attempts: u32,
     },
     /// The vehicle refused a plan.
@@ -77,10 +77,10 @@ pub enum TransferError {
     NotAsSent {
         /// Which plan.
         kind: PlanKind,
-        /// In what it differs, in order of item.
+        /// The differences, in order of item.
         differences: Vec<Difference>,
     },
-    /// The plan was sent, but could not be read back: what the vehicle holds is unknown.
+    /// The plan was sent, but could not be read back: the plan on board is unknown.
     #[error("the {kind} was sent but could not be read back, so what the vehicle holds is unknown: {reason}")]
     Unverified {
         /// Which plan.
@@ -108,7 +108,7 @@ pub enum TransferError {
     /// MISSION_ITEM; this is seen only when that is not allowed.
     #[error("the vehicle does not understand MISSION_ITEM_INT; it needs an older message for the items of a plan")]
     IntegerItemsIgnored,
-    /// More than can be.
+    /// Too many.
     #[error("{what}: {count}, but at most {limit} are taken; the vehicle or the link is not sane")]
     TooMany {
         /// Of what.
@@ -128,7 +128,7 @@ pub enum TransferError {
         /// Its `MAV_MISSION_TYPE`.
         mission_type: u8,
     },
-    /// A plan item that may not be sent, or that the vehicle sent and cannot be.
+    /// A plan item that may not be sent, or an impossible one from the vehicle.
     #[error(transparent)]
     Item(#[from] FlightError),
     /// The vehicle refused a MAVFTP request.
@@ -147,7 +147,7 @@ pub enum TransferError {
         /// Which file we wanted.
         path: String,
     },
-    /// A file from the vehicle is not what its name says.
+    /// A file from the vehicle has unexpected content.
     #[error("{path}: {problem}")]
     BadFile {
         /// Which file.
@@ -163,7 +163,7 @@ pub enum TransferError {
     UnknownParam {
         /// Its name.
         name: ParamName,
-        /// Whether the vehicle said so; otherwise it was silent.
+        /// Whether the vehicle reported so; otherwise it was silent.
         told: bool,
     },
     /// The vehicle refused a parameter.
@@ -174,7 +174,7 @@ pub enum TransferError {
         /// `MAV_PARAM_ERROR` in words.
         reason: &'static str,
     },
-    /// The vehicle kept another value than the one that was sent.
+    /// The vehicle kept a value other than the one sent.
     #[error(
         "parameter {name}: the vehicle keeps {kept} instead of {asked}; it may be read-only, limited, or set by another station"
     )]
@@ -220,14 +220,14 @@ fn list(differences: &[Difference]) -> String {
     if more == 0 { shown.join("; ") } else { format!("{}; and {more} more", shown.join("; ")) }
 }
 
-/// How a vehicle ended a plan transfer (`MAV_MISSION_RESULT`).
+/// A vehicle's result of a plan transfer (`MAV_MISSION_RESULT`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct MissionResult(pub u8);
 
 impl MissionResult {
     /// Taken.
     pub const ACCEPTED: Self = Self(0);
-    /// Not accepted, for no reason of this list. ArduPilot: for an item when it expects none.
+    /// Not accepted, for an unlisted reason. ArduPilot: for an item when it expects none.
     pub const ERROR: Self = Self(1);
     /// An item out of order. ArduPilot goes on waiting for the right one.
     pub const INVALID_SEQUENCE: Self = Self(13);
@@ -276,7 +276,7 @@ impl fmt::Display for MissionResult {
 }
 
 impl TransferError {
-    /// One of each kind, for tests of whatever tells kinds apart.
+    /// One of each kind, for tests of error mappings.
     #[doc(hidden)]
     pub fn examples() -> Vec<Self> {
         let kind = PlanKind::Mission;

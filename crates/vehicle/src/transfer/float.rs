@@ -8,7 +8,7 @@ use vencejo_proto::{MissionItemFloat, MissionItemInt};
 /// Length of a degree of latitude on the WGS-84 equator's radius, metres (π/180 · 6,378,137).
 const DEGREE_M: f64 = 111_319.49;
 
-/// Whether x and y of an item are degrees. An item that cannot be read has raw numbers.
+/// Whether x and y of an item are degrees. An unreadable item has raw numbers.
 fn has_position(item: &MissionItemInt) -> bool {
     let anywhere = MissionItemInt { x: 0, y: 0, z: 0.0, params: [0.0; 4], ..*item };
     MissionItem::from_wire(&anywhere).is_ok_and(|item| item.has_position())
@@ -29,7 +29,7 @@ pub(super) fn from_float(item: &MissionItemFloat) -> MissionItemInt {
     let mut whole =
         MissionItemInt { target, seq, frame, command, current, autocontinue, params, x: 0, y: 0, z, mission_type };
     let scale = if has_position(&whole) { 1e7 } else { 1.0 };
-    // NaN becomes 0; `as` saturates, and the largest number means "unset", which must not come of nonsense.
+    // NaN becomes 0; `as` saturates, and the largest number means "unset", which an invalid value must not become.
     let coordinate = |value: f32| ((f64::from(value) * scale).round() as i32).min(i32::MAX - 1);
     (whole.x, whole.y) = (coordinate(x), coordinate(y));
     whole

@@ -1,8 +1,8 @@
 //! Plans, parameters and files to and from a vehicle: one state machine for each transfer, without I/O or clock.
 //!
-//! Every machine is a [`Transfer`]: feed it what the vehicle says and the time, send what it puts out, ask for its
-//! result. A machine hears only messages from its vehicle that are addressed to its station (or to nobody in
-//! particular) and, for plans, that carry its kind. Nothing here arms, starts, or changes a mode.
+//! Every machine is a [`Transfer`]: pass it the vehicle's messages and the time, send its outputs, and take its result.
+//! A machine handles only messages from its vehicle that are addressed to its station (or broadcast) and, for plans,
+//! that carry its kind. Nothing here arms, starts, or changes a mode.
 //!
 //! | machine | does | result |
 //! |---|---|---|
@@ -11,7 +11,7 @@
 //! | [`PlanClear`] | removes a plan and checks that it is gone | `()` |
 //! | [`ParamList`] | reads all parameters | `Vec<Param>` |
 //! | [`ParamRead`] | reads one parameter | [`Param`] |
-//! | [`ParamSet`] | writes one parameter, checked by what the vehicle then says it has | [`Param`] |
+//! | [`ParamSet`] | writes one parameter, checked by the value that the vehicle then reports | [`Param`] |
 //! | [`FtpGet`] | reads a file | `Vec<u8>` |
 //!
 //! [`PlanRoute`] is the policy between MAVFTP, the item protocol and its older form. ArduPilot has a single MAVFTP
@@ -53,7 +53,7 @@ pub use route::PlanRoute;
 pub(crate) use timing::UPLOAD_REST;
 pub use vencejo_proto::param::{Param, ParamEncoding, ParamName, ParamType, ParamValue};
 
-/// What a transfer wants of its owner.
+/// Outputs of a transfer for its owner.
 #[derive(Debug, Clone, PartialEq)]
 #[allow(clippy::large_enum_variant, reason = "moved once, from the queue to the link")]
 pub enum TransferOutput {
@@ -61,25 +61,25 @@ pub enum TransferOutput {
     Send(Message),
     /// The transfer goes on.
     Progress {
-        /// How much is done, in units of `total` (items, parameters or bytes, sent and read back).
+        /// Amount done, in units of `total` (items, parameters or bytes, sent and read back).
         done: u32,
-        /// How much there is; 0 when not known yet.
+        /// Total amount; 0 when not known yet.
         total: u32,
     },
 }
 
 /// A transfer under way.
 pub trait Transfer {
-    /// What it yields.
+    /// Its result.
     type Value;
 
     /// A message that was received. Messages that do not concern the transfer are ignored.
     fn on_message(&mut self, from: Address, message: &Message, now: MonoTime);
 
-    /// Lets time pass; call it at [`Transfer::deadline`] or later.
+    /// Advances time; call it at [`Transfer::deadline`] or later.
     fn on_time(&mut self, now: MonoTime);
 
-    /// When [`Transfer::on_time`] is wanted next; `None` when the transfer is over.
+    /// When to call [`Transfer::on_time`] next; `None` when the transfer is over.
     fn deadline(&self) -> Option<MonoTime>;
 
     /// The next thing to do. Drain it after every call, also after the result is there: a last message may say

@@ -26,12 +26,12 @@ const PACKED_MAX: usize = 24 * MAX_PARAMS;
 const MAX_PARAMS: usize = 10_000;
 /// Parameters asked for at once when gaps are filled: ArduPilot queues 20 requests.
 const MAX_REQUESTS: usize = 10;
-/// A vehicle that says so often, each time after the value was sent, that it has another one keeps it.
+/// Contradicting reports, each after a transmission of the value, after which the vehicle's own value counts as final.
 const CONTRADICTIONS: u32 = 4;
-/// The index of a PARAM_VALUE that answers a name, or that nobody asked for.
+/// The index of a PARAM_VALUE that answers a request by name, or none.
 const NO_INDEX: u16 = u16::MAX;
 
-/// What a PARAM_VALUE carries, as it came.
+/// The contents of a PARAM_VALUE, undecoded.
 #[derive(Debug, Clone, Copy)]
 struct Heard {
     name: ParamName,
@@ -40,7 +40,7 @@ struct Heard {
 }
 
 impl Heard {
-    /// `None` when it has no name, or a type that fits into none.
+    /// `None` without a valid name, or for a type that PARAM_VALUE cannot hold.
     fn of(message: &PARAM_VALUE_DATA) -> Option<Self> {
         let name = ParamName::from_field(&message.param_id)?;
         Some(Self { name, raw: message.param_value, param_type: ParamType::from_mav(message.param_type)? })
@@ -62,7 +62,7 @@ impl Heard {
     }
 }
 
-/// The name and value that a PARAM_VALUE carries; `None` when either cannot be.
+/// The name and value of a PARAM_VALUE; `None` when either is invalid.
 fn read(config: &TransferConfig, message: &PARAM_VALUE_DATA) -> Option<Param> {
     Heard::of(message)?.read(config.param_encoding)
 }
@@ -96,18 +96,18 @@ enum ListBy {
 /// The stream of PARAM_VALUE.
 #[derive(Debug)]
 struct Messages {
-    /// By index. A map, because the vehicle says how many there are.
+    /// By index. A map, because their number comes from the vehicle.
     params: BTreeMap<u16, Option<Heard>>,
     /// The encodings that they show.
     shown: ShownEncodings,
     count: Option<u16>,
     count_changes: u32,
-    /// How often the whole list was asked for, and when.
+    /// How often the whole list was requested, and when.
     asked: u32,
     asked_at: MonoTime,
-    /// When something new came last.
+    /// When a new value last came.
     progressed: MonoTime,
-    /// Indexes asked for one by one, and when.
+    /// Indexes requested singly, and when.
     reads: BTreeMap<u16, MonoTime>,
     /// Where to look for the next gap.
     cursor: u16,
@@ -151,7 +151,7 @@ impl ParamList {
         self.result = Some(result);
     }
 
-    /// Moves on what the file's reader put out, and what comes of its end.
+    /// Passes on the outputs and the result of the file's reader.
     fn advance(&mut self, now: MonoTime) {
         let ListBy::File(file, attempts) = &mut self.by else { return };
         while let Some(output) = file.poll_output() {
@@ -162,7 +162,7 @@ impl ParamList {
             None => {}
             Some(Ok(bytes)) => match decode_packed_params(&bytes) {
                 Ok(params) if params.len() <= MAX_PARAMS => self.end(Ok(params)),
-                // A parameter was added while it was read, or the file is nonsense.
+                // A parameter was added while it was read, or the file is invalid.
                 _ if attempts == 0 => {
                     self.by = ListBy::File(Box::new(Self::file(&self.config, now)), attempts + 1);
                     self.advance(now);
@@ -181,7 +181,7 @@ impl ParamList {
     fn on_value(&mut self, value: &PARAM_VALUE_DATA, now: MonoTime) {
         let ListBy::Messages(messages) = &mut self.by else { return };
         let (index, count) = (value.param_index, value.param_count);
-        // A parameter that changed meanwhile: nobody asked for it by its index.
+        // A parameter that changed meanwhile: it was not requested by index.
         if index == NO_INDEX {
             if let Some(changed) = Heard::of(value) {
                 let same_name = |param: &&mut Option<Heard>| param.is_some_and(|param| param.name == changed.name);
@@ -201,7 +201,7 @@ impl ParamList {
         if messages.count != Some(count) {
             if messages.count.is_some() {
                 messages.count_changes += 1;
-                // Another number of parameters shifts all indexes.
+                // A changed number of parameters shifts all indexes.
                 messages.params.clear();
                 messages.reads.clear();
                 messages.cursor = 0;
@@ -226,7 +226,7 @@ impl ParamList {
         let (done, total) = (messages.params.len() as u32, u32::from(count));
         self.out.push_back(TransferOutput::Progress { done, total });
         if done == total {
-            // A value that cannot be (NaN, a number that its type cannot hold) is absent, not a reason to fail.
+            // An impossible value (NaN, a number that its type cannot hold) is left out, not a failure.
             let encoding = self.config.param_encoding.or_else(|| messages.shown.only());
             let heard = std::mem::take(&mut messages.params).into_values().flatten();
             let params = heard.filter_map(|heard| heard.read(encoding)).collect();
@@ -237,7 +237,7 @@ impl ParamList {
         }
     }
 
-    /// Asks for missing parameters one by one, a few at a time.
+    /// Requests missing parameters singly, a few at a time.
     fn fill(&mut self, now: MonoTime) {
         let ListBy::Messages(messages) = &mut self.by else { return };
         let Some(count) = messages.count else { return };
@@ -372,7 +372,7 @@ impl Transfer for ParamList {
     }
 }
 
-/// What a PARAM_ERROR says about a parameter; `None` when it is about another one, or none.
+/// The error of a PARAM_ERROR about a parameter; `None` for other messages.
 fn refusal(message: &Message, name: ParamName) -> Option<TransferError> {
     let Message::Dialect(MavMessage::PARAM_ERROR(error)) = message else { return None };
     if ParamName::from_field(&error.param_id) != Some(name) {
@@ -503,9 +503,9 @@ enum Set {
         value: ParamValue,
         began: MonoTime,
         retry_at: MonoTime,
-        /// Another value that the vehicle says it has since the value was sent last.
+        /// A different value that the vehicle has reported since the last transmission.
         other: Option<ParamValue>,
-        /// How often it was sent and another value came back.
+        /// How often it was sent and a different value came back.
         contradicted: u32,
     },
     Over(Option<Result<Param, TransferError>>),
@@ -554,7 +554,7 @@ impl ParamSet {
 
     /// As it goes over the wire.
     fn wire(&self, value: ParamValue) -> f32 {
-        // What is not known is needed for floats alone, which are themselves in each.
+        // An unknown encoding is possible only for floats, which are the same in both.
         value.to_wire(self.config.param_encoding.unwrap_or(ParamEncoding::CCast))
     }
 
@@ -577,7 +577,7 @@ impl ParamSet {
             return;
         }
         let Set::Setting { retry_at, other, .. } = &mut self.step else { return };
-        // The old value may be a late answer to what was read before: send it again, and then believe the vehicle.
+        // The old value may be a late answer to an earlier read: send again, and then believe the vehicle.
         *other = Some(param.value);
         *retry_at = (*retry_at).min(now + ITEM_TIMEOUT);
     }

@@ -1,7 +1,7 @@
-//! Plans to the vehicle, and whether it has what was sent.
+//! Uploads of plans, and their verification.
 //!
-//! An upload succeeds only when the list read back is the list that was sent, as the vehicle stores it (law 2 of the
-//! design: until then the plan is unknown).
+//! An upload succeeds only when the list read back is the list that was sent, as the vehicle stores it; until then the
+//! plan is unknown.
 
 use vencejo_flight::plan::{Keeping, MissionItem, PlanKind, plans_equal_as_stored};
 use vencejo_proto::dialect::{MISSION_CLEAR_ALL_DATA, MavMessage};
@@ -43,7 +43,7 @@ pub struct PlanUpload {
     session: Option<u8>,
     /// How often the list was sent again because the vehicle did not confirm it.
     resent: u32,
-    /// What the vehicle calls the list since it has it.
+    /// The vehicle's id of the list since it has it.
     plan_id: Option<u32>,
     others: OthersUntil,
     step: Step,
@@ -112,17 +112,17 @@ impl PlanUpload {
         }
     }
 
-    /// Whether the vehicle has all of it, which is only read back yet.
+    /// Whether the vehicle has all of it, and it is being read back.
     pub(crate) fn is_sent(&self) -> bool {
         matches!(&self.step, Step::ReadBack(read, None) if read.is_closed())
     }
 
-    /// How many items it has.
+    /// Number of its items.
     pub(crate) fn count(&self) -> usize {
         self.items.len()
     }
 
-    /// What the vehicle calls the list since it has it, where it says so.
+    /// The vehicle's id of the list since it has it, where it gives one.
     pub(crate) fn plan_id(&self) -> Option<u32> {
         self.plan_id
     }
@@ -135,7 +135,7 @@ impl PlanUpload {
                 Step::SendItems(ItemUpload::new(&self.config, self.kind, self.items.clone(), form, now))
             }
             PlanRoute::Ftp => {
-                // Whole items in each write: what is lost leaves an item of zeros, and ArduPilot refuses the file.
+                // Whole items in each write: a lost one leaves an item of zeros, and ArduPilot refuses the file.
                 let file = encode_plan_file(self.kind.mission_type(), &self.items);
                 Step::SendFile(FileWrite::new(&self.config, path(self.kind), file, PLAN_FILE_ITEM_LEN, 10, now))
             }
@@ -202,9 +202,9 @@ impl PlanUpload {
                             let (kind, route) = (self.kind, self.route);
                             self.end(Ok(VerifiedPlan { kind, items: plan.items, route, position_error_m }));
                         }
-                        // Another station wrote it after us: to send it again would be a quarrel.
+                        // Another station wrote it after us: sending it again would start a contest.
                         Err(error) if is_beside_others => self.end(Err(error)),
-                        // It never said that it has it all: once more.
+                        // It never acknowledged the whole list: once more.
                         Err(TransferError::NotAsSent { .. }) if !was_acknowledged && self.resent < RESTARTS => {
                             self.resent += 1;
                             self.send(self.route, now);
@@ -233,7 +233,7 @@ impl PlanUpload {
         match self.route.after(&error, &self.config, self.kind) {
             Some(next) => {
                 tracing::debug!(kind = %self.kind, %error, ?next, "sending by another route");
-                // Were the upload's session still open, whoever uses MAVFTP next would make its file the plan.
+                // If the upload's session were still open, the next user of MAVFTP would make its file the plan.
                 if let Some(session) = self.session.take() {
                     self.out.extend(abandon(&self.config, session).map(TransferOutput::Send));
                 }
@@ -376,7 +376,7 @@ impl PlanClear {
         }
     }
 
-    /// Whether the vehicle said that it has removed it, which is only looked at yet.
+    /// Whether the vehicle has acknowledged the removal, and it is being checked.
     pub(crate) fn is_cleared(&self) -> bool {
         matches!(self.step, Clear::Checking(_))
     }
@@ -428,7 +428,7 @@ impl Transfer for PlanClear {
                         let check = ReadBack::new(route, &self.config, self.kind, None, self.others, now);
                         self.step = Clear::Checking(Box::new(check));
                     }
-                    // Left over from an upload before this.
+                    // Left over from a previous upload.
                     MissionResult::INVALID_SEQUENCE | MissionResult::OPERATION_CANCELLED => {}
                     MissionResult::DENIED if now.since(self.began) < SILENCE_LIMIT => *retry_at = now + DENIED_WAIT,
                     result => {

@@ -1,10 +1,10 @@
-//! By which protocol a plan goes to and from the vehicle.
+//! The protocols that carry a plan to and from the vehicle.
 
 use vencejo_flight::plan::PlanKind;
 
 use super::{ItemForm, TransferConfig, TransferError};
 
-/// By which protocol a plan goes.
+/// The protocol that carries a plan.
 ///
 /// The policy:
 ///
@@ -42,12 +42,12 @@ impl PlanRoute {
         if config.is_ardupilot && config.has_ftp { Self::Ftp } else { Self::items(config) }
     }
 
-    /// The route item by item.
+    /// The item-by-item route.
     pub(super) fn items(config: &TransferConfig) -> Self {
         if config.item_form == ItemForm::Float { Self::FloatItems } else { Self::Items }
     }
 
-    /// In which message it carries items.
+    /// The message that it carries items in.
     pub(super) fn form(self, config: &TransferConfig) -> ItemForm {
         match (self, config.item_form) {
             (Self::FloatItems, _) => ItemForm::Float,

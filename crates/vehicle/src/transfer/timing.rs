@@ -1,4 +1,4 @@
-//! How long a transfer waits for what. Every timeout of the transfers is here, with where it comes from.
+//! All timeouts of the transfers, with their sources.
 
 use std::time::Duration;
 
@@ -82,12 +82,12 @@ pub(crate) const FTP_QUEUE: usize = 5;
 /// Enough for four tries from [`PARAM_TIMEOUT`] on, each twice as long.
 pub(crate) const PARAM_ANSWER_LIMIT: Duration = Duration::from_secs(5);
 
-/// First wait for one parameter's answer when nothing is known of the link.
+/// First wait for one parameter's answer on an unknown link.
 pub(crate) const PARAM_TIMEOUT: Duration = Duration::from_millis(500);
 
 /// Shortest wait before asking again: three turns of the vehicle's main loop.
 const MIN_TIMEOUT: Duration = Duration::from_millis(60);
-/// Longest wait before asking again on a link of which nothing is known.
+/// Longest wait before asking again on an unknown link.
 const MAX_UNKNOWN: Duration = Duration::from_millis(4000);
 /// Least allowance for variation: two turns of the main loop.
 const MIN_VARIATION: Duration = Duration::from_millis(40);
@@ -113,7 +113,7 @@ impl RoundTrip {
         Self { estimate, least: known, unknown, backoff: 0 }
     }
 
-    /// An answer to a request that was sent once, so long ago.
+    /// An answer to a request that was sent once, with its round trip.
     pub(crate) fn sample(&mut self, took: Duration) {
         self.backoff = 0;
         self.least = Some(self.least.map_or(took, |least| least.min(took)));
@@ -136,7 +136,7 @@ impl RoundTrip {
             None => (self.unknown, MAX_UNKNOWN),
             Some((smoothed, variation)) => {
                 let base = (smoothed + (variation * 4).max(MIN_VARIATION)).max(MIN_TIMEOUT);
-                // Where the round trip is known, much more waiting is of no use: what is late was lost.
+                // With a known round trip a much longer wait is useless: a late answer was lost.
                 (base, (2 * ITEM_TIMEOUT).max(base * 4))
             }
         };

@@ -1,6 +1,7 @@
-//! Files of a vehicle over MAVFTP (<https://mavlink.io/en/services/ftp.html>): reading, writing, and what both share.
+//! Files of a vehicle over MAVFTP (<https://mavlink.io/en/services/ftp.html>): reading, writing, and their shared
+//! parts.
 //!
-//! What ArduPilot does, and why the clients are as they are (`GCS_FTP.cpp`, captures/mission-upload-ftp.tlog):
+//! ArduPilot's behaviour, which the clients are designed for (`GCS_FTP.cpp`, captures/mission-upload-ftp.tlog):
 //!
 //! - Up to 4.7 one session for all channels and stations. Whoever has a file open keeps it until 3 s without an answer have
 //!   passed; others get InvalidSession. From 4.8 on five sessions, told apart by station, channel and id; one that is idle
@@ -59,7 +60,7 @@ struct Session {
     closing: Option<Closing>,
     round_trip: RoundTrip,
     began: MonoTime,
-    /// When the transfer last got on.
+    /// When the transfer last progressed.
     progressed: MonoTime,
     was_heard: bool,
     /// How often the vehicle refused because another session is open.
@@ -107,7 +108,7 @@ enum Opening {
     Open { since: MonoTime },
 }
 
-/// What an answer meant for the session.
+/// The meaning of an answer for the session.
 #[derive(Debug, PartialEq)]
 enum Event {
     /// Nothing.
@@ -116,7 +117,7 @@ enum Event {
     Opened,
     /// The open was refused because of another session; requests that went with it are void.
     Busy,
-    /// Everything is to be done again in a new session.
+    /// Everything has to be repeated in a new session.
     Restart,
     /// An answer to a request of the reader or writer.
     Answer(FtpPayload),
@@ -187,7 +188,7 @@ impl Session {
         self.opening = Opening::Asked { sequence, first: now, tries: 1, retry_at };
     }
 
-    /// Begins anew in a session of its own; the error when that was done too often.
+    /// Starts anew in a new session; an error when that was done too often.
     fn restart(&mut self, now: MonoTime) -> Result<(), TransferError> {
         self.restarts += 1;
         if self.restarts > RESTARTS {
@@ -265,7 +266,7 @@ impl Session {
         Event::Answer(answer)
     }
 
-    /// Something new came of it: the transfer is alive.
+    /// Notes progress.
     fn progress(&mut self, now: MonoTime) {
         self.progressed = now;
     }
@@ -331,7 +332,7 @@ impl Session {
         }
     }
 
-    /// Lets time pass; `Event::Opened` when the open was asked for anew.
+    /// Advances time; `Event::Opened` when the open was requested anew.
     fn on_time(&mut self, now: MonoTime) -> Event {
         let waited = now.since(self.progressed);
         if !self.was_heard && now.since(self.began) >= FTP_ABSENT_AFTER {

@@ -1,4 +1,4 @@
-//! How many MAVFTP requests may be on the way, and how fast they follow each other.
+//! The number of MAVFTP requests in flight, and their pace.
 
 use std::time::Duration;
 
@@ -6,9 +6,9 @@ use vencejo_proto::MonoTime;
 
 use crate::transfer::timing::{FTP_QUEUE, FTP_REQUEST_SPACING, RoundTrip, VEHICLE_TICK};
 
-/// Most requests on the way.
+/// Most requests in flight.
 const MAX_WINDOW: usize = 64;
-/// Fewest requests on the way that keep a slow line busy.
+/// Least number of requests in flight that keeps a slow line busy.
 const MIN_WINDOW: usize = 2;
 /// A round trip this much above twice the shortest means that requests wait in a queue.
 const QUEUEING: Duration = Duration::from_millis(60);
@@ -42,12 +42,12 @@ impl Pace {
         (FTP_QUEUE + on_the_way).min(self.limit)
     }
 
-    /// Whether another request may go now, with so many on the way.
+    /// Whether another request may be sent now, with this many in flight.
     pub(super) fn may_send(&self, on_the_way: usize, round_trip: &RoundTrip, now: MonoTime) -> bool {
         on_the_way < self.window(round_trip) && (on_the_way < FTP_QUEUE || now >= self.next_at)
     }
 
-    /// When the next request may go; `None` when an answer must come first.
+    /// When the next request may be sent; `None` when an answer must come first.
     pub(super) fn next_at(&self, on_the_way: usize, round_trip: &RoundTrip) -> Option<MonoTime> {
         (on_the_way < self.window(round_trip)).then_some(self.next_at)
     }
@@ -58,7 +58,7 @@ impl Pace {
         self.next_at = self.next_at.max(earliest) + FTP_REQUEST_SPACING;
     }
 
-    /// A request sent once was answered after so long.
+    /// A request sent once was answered after this round trip.
     pub(super) fn answered(&mut self, took: Duration, on_the_way: usize, round_trip: &RoundTrip) {
         let least = round_trip.least().unwrap_or(took).max(VEHICLE_TICK);
         if took > 2 * least + QUEUEING {

@@ -1,4 +1,4 @@
-//! Reading a file over MAVFTP: a burst, then the gaps that loss has left.
+//! Reading a file over MAVFTP: a burst, then the gaps left by losses.
 
 use std::collections::VecDeque;
 use std::fmt;
@@ -14,7 +14,7 @@ use crate::transfer::{Transfer, TransferConfig, TransferError, TransferOutput};
 /// Bytes of a read. One size for the whole file: ArduPilot's parameter file is padded by it and refuses another.
 const CHUNK: usize = FTP_MAX_DATA;
 
-/// So many missing chunks at the end of what came are asked for by another burst, fewer one by one.
+/// Missing chunks at the end from which on another burst is requested; fewer are read singly.
 const BURST_WORTH: usize = 8;
 
 /// Most parts of one burst (ArduPilot sends 500), with room to spare.
@@ -25,8 +25,8 @@ const MAX_BURST: u16 = 2000;
 pub(crate) enum FileEnd {
     /// At this length.
     At(usize),
-    /// Where a read comes back short. (The size that the vehicle names when it opens the file may be made up: ArduPilot
-    /// says 1 MiB for a plan.)
+    /// Where a read comes back short. (The size reported at opening may be invented: ArduPilot reports 1 MiB for a
+    /// plan.)
     WhenShort,
 }
 
@@ -128,7 +128,7 @@ impl FileRead {
         self.end(Err(TransferError::BadFile { path, problem }));
     }
 
-    /// Whether anything of it was read.
+    /// Whether any part of it was read.
     pub(crate) fn has_any(&self) -> bool {
         self.have > 0
     }
@@ -299,7 +299,7 @@ impl FileRead {
                     self.store(answer.offset, &answer.data, now);
                 }
             }
-            // Of a burst before this one.
+            // Of a previous burst.
             (FtpOpcode::BURST_READ_FILE, Some(_))
                 if !(1..=MAX_BURST).contains(&answer.sequence.wrapping_sub(self.burst_sequence)) => {}
             (FtpOpcode::BURST_READ_FILE, Some(error)) => match error.code {
@@ -322,7 +322,7 @@ impl FileRead {
                         self.end = Some(sent.chunk * CHUNK);
                         self.finish_when_whole();
                     }
-                    // The file got shorter.
+                    // The file became shorter.
                     FtpError::END_OF_FILE => self.restart(now),
                     _ => self.on_refused(error, now),
                 }

@@ -1,4 +1,4 @@
-//! Writing a file over MAVFTP, many writes on the way at once.
+//! Writing a file over MAVFTP, with many writes in flight.
 
 use std::collections::VecDeque;
 
@@ -82,7 +82,7 @@ impl FileWrite {
         self.sent.len() + usize::from(!self.session.is_open())
     }
 
-    /// Sends what may go.
+    /// Sends requests as the pace allows.
     fn pump(&mut self, now: MonoTime) {
         while !self.is_over
             && self.session.may_follow()
@@ -132,7 +132,7 @@ impl FileWrite {
         let Sent { chunk, at, again, .. } = self.sent[place];
         match answer.error() {
             None => {
-                // ArduPilot says where it wrote; an answer that names another place is not to be trusted.
+                // ArduPilot reports where it wrote; an answer with another offset is not trusted.
                 if self.session.config.is_ardupilot && answer.offset != self.chunks[chunk].0 as u32 {
                     return;
                 }
