@@ -289,7 +289,7 @@ def test_one_thing_is_asked_for_by_its_name(parked_plane: str) -> None:
             "lon_deg is missing, should be given with the others of lat_deg, lon_deg and alt_amsl_m",
         ),
         (("mission/current", "item=0"), "counted from 1"),
-        (("set-message-rate", "message=ATTITUDES", "rate_hz=5"), "'ATTITUDES' is no message"),
+        (("set-message-rate", "message=ATTITUDES", "rate_hz=5"), "there is no message 'ATTITUDES'"),
         (("set-message-rate", "message=ATTITUDE", "rate_hz=1e3"), "rate_hz is 1000, should be 0.0005"),
         (("speed", "fast"), "NAME=VALUE"),
         (("reboot",), "(reboot)"),

@@ -236,7 +236,7 @@ mod tests {
             (
                 "set-message-rate",
                 rate(json!("ATTITUDES"), json!(1)),
-                "message: 'ATTITUDES' is no message of the dialect",
+                "message: there is no message 'ATTITUDES' in the dialect",
             ),
             (
                 "set-message-rate",
