@@ -8,8 +8,9 @@
 //! | mavlink-server | `udpserver://` `udpclient://` `tcpserver://` `tcpclient://` `tlogreader://` |
 //!
 //! What may be left out: the port (UDP 14550, TCP 5760), the host of a listening UDP link (`0.0.0.0`, so that aircraft
-//! reach it; `lan` there hears this machine and private networks and nobody else), the host of a TCP server (`127.0.0.1`: a server is open to the network only when told so) and the baud
-//! rate (115200 for a USB device such as `ttyACM0`, otherwise 57600, the rate of telemetry radios).
+//! reach it; `lan` accepts this machine and private networks only), the host of a TCP server (`127.0.0.1`: open to the
+//! network only on request) and the baud rate (115200 for a USB device such as `ttyACM0`, otherwise 57600, the rate of
+//! telemetry radios).
 
 mod forms;
 mod parser;
@@ -32,17 +33,8 @@ impl LinkAddress {
         Parser { text: text.trim() }.parse()
     }
 
-    /// Whether somebody else may reach this link from another machine without our asking: a listening link that is not
-    /// on the loopback interface.
-    pub fn listens_beyond_loopback(&self) -> bool {
-        let (Self::UdpIn { bind } | Self::TcpServer { bind } | Self::UdpOut { bind: Some(bind), .. }) = self else {
-            return false;
-        };
-        !bind.is_loopback()
-    }
-
-    /// Whether nobody but this machine and what is plugged into it can be at the other end: loopback, and an autopilot's own
-    /// USB. A serial adapter is not, for most often a radio hangs on it.
+    /// Whether only this machine and devices plugged into it can be at the other end: loopback, and an autopilot's own
+    /// USB. Not a serial adapter, which mostly has a radio behind it.
     pub fn is_private(&self) -> bool {
         match self {
             Self::UdpIn { bind } | Self::TcpServer { bind } => bind.is_loopback(),
@@ -219,20 +211,6 @@ mod tests {
         for (given, expected) in cases {
             let message = given.parse::<LinkAddress>().expect_err(given).to_string();
             assert!(message.contains(expected), "{given}: {message}");
-        }
-    }
-
-    #[test]
-    fn only_open_links_count_as_reachable_from_outside() {
-        for (text, open) in [
-            ("udpin:0.0.0.0:14550", true),
-            ("udpin:127.0.0.1:14550", false),
-            ("tcpin:[::1]:5760", false),
-            ("tcpin:[::]:5760", true),
-            ("tcp:0.0.0.0:5760", false),
-            ("udp://:14540@1.2.3.4:14557", true),
-        ] {
-            assert_eq!(text.parse::<LinkAddress>().unwrap().listens_beyond_loopback(), open, "{text}");
         }
     }
 }

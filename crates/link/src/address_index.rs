@@ -1,4 +1,5 @@
-//! Owns the map from an address to a small number: one load, whatever the address. Memory is touched where it is used.
+//! Owns the map from MAVLink addresses to small numbers: one load per look-up, and memory is touched only where it is
+//! used.
 
 use vencejo_proto::Address;
 

@@ -1,4 +1,4 @@
-//! Owns the clock that links, hub and recorder read; injected, so that tests rule over time.
+//! Owns the clock of links, hub and recorder; injected, so that tests control time.
 
 use std::time::{SystemTime, UNIX_EPOCH};
 
@@ -13,7 +13,7 @@ pub trait Clock: Send + Sync + 'static {
     fn unix_us(&self) -> u64;
 }
 
-/// The machine's clocks. Monotonic time counts from when it was made and follows tokio's clock, paused or not.
+/// The machine's clocks. Monotonic time counts from the clock's creation and follows tokio's clock, paused or not.
 #[derive(Debug, Clone, Copy)]
 pub struct SystemClock {
     origin: tokio::time::Instant,

@@ -2,14 +2,14 @@
 
 use std::fmt;
 
-/// What kind of fault it is: what to do about it follows from that, in whatever language.
+/// The kind of fault, from which a front end derives what to do about it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FaultKind {
-    /// Another program listens at that place.
+    /// Another program listens at that address.
     AddressInUse,
-    /// To listen there, this machine would have to have that address.
+    /// This machine does not have the address to listen on.
     NotOurAddress,
-    /// The system does not let us: a serial port of another group, a port below 1024.
+    /// Permission denied: a serial port of another group, a port below 1024.
     NoPermission,
     /// There is no such serial port.
     NoSerialPort,
@@ -17,15 +17,15 @@ pub enum FaultKind {
     SerialPortInUse,
     /// The serial port does not have that baud rate.
     NoBaudRate,
-    /// Nothing has that name.
+    /// The host name has no address.
     NoHost,
-    /// That machine is there, and nothing listens at the port.
+    /// The machine answers, and nothing listens at the port.
     Refused,
     /// No answer came in time.
     NoAnswer,
     /// The other end closed the connection.
     ClosedByPeer,
-    /// Another one, which the detail alone tells.
+    /// Another one; see the detail.
     Other,
 }
 
@@ -34,7 +34,8 @@ pub enum FaultKind {
 pub struct LinkFault {
     /// Its kind.
     pub kind: FaultKind,
-    /// What went wrong where, in the system's words too, and what to do about the usual reasons; a sentence without a full stop.
+    /// What went wrong and where, with the system's error and a hint for the usual reasons; a sentence without a full
+    /// stop.
     pub detail: String,
 }
 

@@ -1,5 +1,5 @@
-//! Owns the meeting point of all links: it counts, routes, forwards, records and hands every frame to its listeners,
-//! all in the task that read it.
+//! Owns the hub of all links: it counts, routes, forwards and records every frame and calls the listeners, in the task
+//! that read it.
 
 use std::collections::HashMap;
 use std::fmt;
@@ -23,43 +23,43 @@ use crate::router::{MAX_LINKS, Router, SETUP_SIGNING_ID, Slot, SlotSet, Verdict}
 use crate::signing::{Admission, KeyId, SigningState, SigningTable, VehicleKeys};
 use crate::stats::{LinkMeter, LinkStats, PortCounters};
 
-/// Where a frame came from: the link, and who at its other end.
+/// Where a frame came from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Origin {
     /// The link.
     pub link: LinkId,
-    /// Who at its other end.
+    /// The peer at its other end.
     pub peer: PeerId,
 }
 
 /// Where a frame of our own goes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Route {
-    /// By the message's target: to all links when it is for everyone, otherwise to one link on which the target was
-    /// heard. That link is kept while the target is heard on it, else the one on which it was heard last takes over.
+    /// By the message's target: to all links when it is a broadcast, otherwise to one link on which the target was
+    /// heard. That link is kept while the target is heard on it; then the one on which it was heard last takes over.
     Target,
-    /// To this system as though the message named it, for messages that have no target.
+    /// To this system as if the message named it, for messages without a target field.
     System(SystemId),
-    /// To this link alone.
+    /// To this link only.
     Link(LinkId),
-    /// To this peer of a link alone; nowhere when it has gone.
+    /// To this peer of a link only; nowhere when it is gone.
     Peer(Origin),
     /// To all links.
     All,
 }
 
-/// What became of a frame of our own.
+/// The outcome of sending a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[must_use = "a command that went nowhere must fail loudly"]
 pub struct SendReport {
     /// Links that took it.
     pub accepted: u32,
-    /// Links that should have taken it and could not: nobody connected, or no room.
+    /// Links that could not take it: not connected, or the queue is full.
     pub refused: u32,
 }
 
 impl SendReport {
-    /// Whether it went anywhere.
+    /// Whether at least one link took it.
     pub fn is_sent(self) -> bool {
         self.accepted > 0
     }
@@ -68,24 +68,20 @@ impl SendReport {
 /// Which received frames a listener wants.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SinkScope {
-    /// Every frame of every link, also those addressed to others. Copies (loops, redundant links) come once.
+    /// Every frame of every link, also those addressed to others. Copies (loops, redundant links) are delivered once.
     All,
-    /// Frames for everyone and frames addressed to one of our own addresses.
+    /// Broadcasts and frames addressed to one of our own addresses.
     ForUs,
 }
 
-/// A listener. Called in the task that read the frame, so it must be quick and must not block. It may call the hub.
+/// A listener. Called in the task that read the frame: it must be quick and must not block. It may call the hub.
 pub type FrameSink = Arc<dyn Fn(Origin, &Frame, MonoTime) + Send + Sync>;
 
-/// Called in a link's task each time that the link has opened and takes what is sent; quick, like a [`FrameSink`].
+/// Called in a link's task each time the link has opened and takes frames; quick, like a [`FrameSink`].
 pub type OpenSink = Arc<dyn Fn(LinkId) + Send + Sync>;
 
-/// Told that all frames which one reading of a link brought have gone to the sinks, on the task that read them.
+/// Called in the reading task after all frames of one reading of a link have gone to the sinks.
 pub type ReadSink = Arc<dyn Fn() + Send + Sync>;
-
-/// Names a listener.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub struct SinkId(u32);
 
 /// One open link, as a list of links shows it.
 #[derive(Debug, Clone)]
@@ -96,23 +92,23 @@ pub struct LinkInfo {
     pub name: String,
     /// Its link string.
     pub address: LinkAddress,
-    /// Whether it forwards.
+    /// Whether it is a tee.
     pub forwards: bool,
-    /// Whether it is believed without signatures.
+    /// Whether unsigned frames are accepted over it.
     pub accepts_unsigned: bool,
     /// Its state.
     pub state: LinkState,
 }
 
-/// Why a link could not be opened. Whatever can change by itself (no such device, no route) is no reason: the link is
+/// Why a link could not be opened. Conditions that may pass (no such device, no route) are not errors: the link is
 /// opened and keeps trying.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum LinkError {
-    /// All places are taken.
+    /// [`MAX_LINKS`] are open.
     #[error("{MAX_LINKS} links are open already; close one first")]
     TooManyLinks,
-    /// There is no such link (any more).
+    /// There is no such link, or it was closed.
     #[error("{0} is not open; `links()` lists those that are")]
     UnknownLink(LinkId),
 }
@@ -124,7 +120,7 @@ struct OpenLink {
     next_sequence: u8,
 }
 
-type Sinks = Vec<(SinkId, SinkScope, FrameSink)>;
+type Sinks = Vec<(SinkScope, FrameSink)>;
 
 struct Inner {
     links: Vec<Option<OpenLink>>,
@@ -135,12 +131,12 @@ struct Inner {
     on_read: Option<ReadSink>,
     recorder: Option<RecorderHandle>,
     next_id: u32,
-    /// Where that vehicle is to which everything addressed to it goes; others may use its address.
+    /// The origin to which everything addressed to a component goes, whoever else uses its address.
     chosen: HashMap<Address, Origin>,
 }
 
 impl Inner {
-    /// The link and peer that were chosen for whom a frame is addressed to.
+    /// The link and peer chosen for the target of a frame.
     fn chosen_for(&self, frame: &Frame) -> Option<(Slot, PeerId)> {
         let target = frame.target();
         self.chosen_of(target.named_system()?, target.named_component())
@@ -162,8 +158,8 @@ impl Inner {
         self.links.iter().flatten().map(|link| &link.port).filter(|port| is_it(port)).map(|port| port.slot).collect()
     }
 
-    /// The links to which a frame of a recording goes: the tees, also what was said to the recorded ground station, which the rules of
-    /// routing would not pass on. Nothing of it is addressed to a system that is heard live: a recorded command would fly it.
+    /// The links that get a frame of a recording: all tees, which are shown both sides of the recorded conversation.
+    /// Nothing is forwarded to a system that is heard live: a recorded command would fly it.
     fn viewers_of_replay(&self, frame: &Frame) -> SlotSet {
         let tees = self.slots_where(|port| port.forwards && !port.is_replay());
         let Some(target) = frame.target().system else { return tees };
@@ -193,7 +189,7 @@ struct Shared {
     clock: Arc<dyn Clock>,
 }
 
-/// The meeting point of all links. Clones are handles of the same hub.
+/// The hub of all links. Clones are handles of the same hub.
 #[derive(Clone)]
 pub struct Hub {
     shared: Arc<Shared>,
@@ -225,7 +221,7 @@ impl Hub {
         &self.shared.clock
     }
 
-    /// Gives a link its place.
+    /// Adds a link.
     pub(crate) fn attach(
         &self,
         address: LinkAddress,
@@ -262,7 +258,7 @@ impl Hub {
         Ok(port)
     }
 
-    /// Takes a link's place back, and forgets who was heard there.
+    /// Removes a link and the routes over it.
     pub(crate) fn detach(&self, port: &Port) {
         let mut inner = self.inner();
         inner.links[usize::from(port.slot)] = None;
@@ -271,39 +267,29 @@ impl Hub {
     }
 
     /// Adds a listener.
-    pub fn add_sink(&self, scope: SinkScope, sink: FrameSink) -> SinkId {
+    pub fn add_sink(&self, scope: SinkScope, sink: FrameSink) {
         let mut inner = self.inner();
-        let id = SinkId(inner.next_id);
-        inner.next_id += 1;
         let mut sinks = inner.sinks.as_ref().clone();
-        sinks.push((id, scope, sink));
-        inner.sinks = Arc::new(sinks);
-        id
-    }
-
-    /// Removes a listener. A frame that is being handled at this moment may still reach it.
-    pub fn remove_sink(&self, id: SinkId) {
-        let mut inner = self.inner();
-        let sinks: Sinks = inner.sinks.iter().filter(|(sink, _, _)| *sink != id).cloned().collect();
+        sinks.push((scope, sink));
         inner.sinks = Arc::new(sinks);
     }
 
-    /// Reports each opening of a link from now on.
+    /// Sets the callback for openings of links.
     pub fn set_on_open(&self, on_open: OpenSink) {
         self.inner().on_open = Some(on_open);
     }
 
-    /// Reports the end of each reading of a link from now on.
+    /// Sets the callback for the end of a reading of a link.
     pub fn set_on_read(&self, on_read: ReadSink) {
         self.inner().on_read = Some(on_read);
     }
 
-    /// Records every frame from now on, or no more.
+    /// Sets the recorder, or stops recording.
     pub fn set_recorder(&self, recorder: Option<RecorderHandle>) {
         self.inner().recorder = recorder;
     }
 
-    /// Our own addresses from now on.
+    /// Sets our own addresses.
     pub fn set_locals(&self, locals: Vec<Address>) {
         self.inner().router.set_locals(locals);
     }
@@ -313,8 +299,8 @@ impl Hub {
         self.inner().router.locals().to_vec()
     }
 
-    /// From now on what is addressed to a component goes to one place alone, whoever else uses its address; `None`: to where
-    /// the routing rules say. A place whose link is closed counts no more.
+    /// Sends everything addressed to a component to one origin, whoever else uses its address; `None`: by the routing
+    /// rules. An origin whose link is closed is ignored.
     pub fn choose(&self, address: Address, origin: Option<Origin>) {
         let mut inner = self.inner();
         match origin {
@@ -323,12 +309,12 @@ impl Hub {
         };
     }
 
-    /// Keeps a key from now on; `resumed` is where its earlier use ended at the latest.
+    /// Adds a key; `resumed` is the latest time at which it may have been used before.
     pub fn add_signing_key(&self, id: KeyId, key: SigningKey, resumed: SigningTime) {
         self.inner().signing.add_key(id, key, resumed);
     }
 
-    /// Says which keys a vehicle has. A key that no vehicle has is forgotten.
+    /// Sets a vehicle's keys. A key that no vehicle has is forgotten.
     pub fn set_vehicle_keys(&self, system: SystemId, keys: VehicleKeys) {
         self.inner().signing.set_vehicle(system, keys);
     }
@@ -343,20 +329,19 @@ impl Hub {
         self.inner().signing.vehicles().map(|(system, state)| (system, state.clone())).collect()
     }
 
-    /// For each key the latest time that was used with it, and the one to put on disk now: see
-    /// [`KeyUse`](vencejo_proto::KeyUse).
+    /// For each key the latest time used with it, and the time to store on disk: see [`KeyUse`](vencejo_proto::KeyUse).
     pub fn signing_times(&self) -> Vec<(KeyId, SigningTime, SigningTime)> {
         let unix_us = self.shared.clock.unix_us();
         self.inner().signing.reserve(unix_us)
     }
 
-    /// A time to begin a new key with.
+    /// The initial time stamp of a new key.
     pub fn next_signing_time(&self, id: KeyId) -> Option<SigningTime> {
         let unix_us = self.shared.clock.unix_us();
         self.inner().signing.next_time(id, unix_us)
     }
 
-    /// Sends a frame as it is. Never waits: frames that find no room are refused, and the report says so.
+    /// Sends a frame as it is. Never waits: frames that do not fit are refused and reported.
     pub fn send(&self, frame: &Frame, route: Route) -> SendReport {
         let now = self.shared.clock.now();
         let (ports, recorder) = {
@@ -370,8 +355,8 @@ impl Hub {
         send_to(&ports.0, ports.1, frame, recorder.as_ref(), now)
     }
 
-    /// Writes a message with each link's own frame counter, so that whoever is there sees no loss that is none, signs it
-    /// for who asks for that, and sends it. Never waits.
+    /// Encodes a message with each link's own frame counter, so that receivers see no false loss, signs it where
+    /// signing is required, and sends it. Never waits.
     pub fn send_message(&self, message: &Message, source: Address, version: MavVersion, route: Route) -> SendReport {
         let now = self.shared.clock.now();
         let unnumbered = message.encode(Header { sequence: 0, source, version });
@@ -405,8 +390,8 @@ impl Hub {
         report
     }
 
-    /// Signs and sends under the lock: a frame that overtakes another one after it was signed would be taken for a
-    /// repetition.
+    /// Signs and sends under the lock: a signed frame that overtakes another one makes receivers drop the other as
+    /// replayed.
     fn send_signed(
         &self,
         inner: &mut Inner,
@@ -426,7 +411,7 @@ impl Hub {
                 let frame = message.encode(Header { sequence: link.next_sequence, source, version });
                 link.next_sequence = link.next_sequence.wrapping_add(1);
                 let frame = match key {
-                    // What cannot be signed goes as it is: who asks for a signature will not take it.
+                    // A frame that cannot be signed is sent unsigned: receivers that require a signature drop it.
                     Some(key) => inner.signing.sign(key, &frame, port.slot, unix_us).unwrap_or(frame),
                     None => frame,
                 };
@@ -439,7 +424,7 @@ impl Hub {
             for key in &keys {
                 sent |= write(inner, MavVersion::V2, Some(*key));
             }
-            // Besides, for those who cannot read what is signed.
+            // Unsigned besides, for MAVLink 1 receivers.
             if keys.is_empty() || (target.is_none() && version == MavVersion::V1) {
                 sent |= write(inner, version, None);
             }
@@ -460,15 +445,17 @@ impl Hub {
         links.into_iter().filter_map(|(slot, heard)| Some((inner.link(slot)?.port.id, heard))).collect()
     }
 
-    /// An origin in words: the link, and the address where it has several.
+    /// An origin as text: the link, and the peer's address where the link has several peers.
     pub fn describe(&self, origin: Origin) -> String {
         let inner = self.inner();
         let Ok(link) = inner.find(origin.link) else { return origin.link.to_string() };
         let port = &link.port;
-        port.outlet.place(origin.peer).map_or_else(|| port.name.clone(), |place| format!("{place} on {}", port.name))
+        port.outlet
+            .address(origin.peer)
+            .map_or_else(|| port.name.clone(), |address| format!("{address} on {}", port.name))
     }
 
-    /// Whether a frame with our own address is one that we sent, come back by whatever way; else another station uses it.
+    /// Whether a frame with our own address is an echo of one that we sent; otherwise another station uses our address.
     pub fn is_ours(&self, frame: &Frame) -> bool {
         let now = self.shared.clock.now();
         self.inner().router.is_ours(frame, now)
@@ -502,7 +489,7 @@ impl Hub {
         links
     }
 
-    /// What was counted on a link.
+    /// The statistics of a link.
     ///
     /// # Errors
     /// [`LinkError::UnknownLink`] when it is closed.
@@ -513,7 +500,7 @@ impl Hub {
         Ok(link.meter.snapshot(&link.port.counters, now))
     }
 
-    /// Notes how long a question on this link took to be answered (the station asks by TIMESYNC).
+    /// Records a round-trip time measured on this link (by TIMESYNC).
     ///
     /// # Errors
     /// [`LinkError::UnknownLink`] when it is closed.
@@ -523,7 +510,7 @@ impl Hub {
         Ok(())
     }
 
-    /// A connection was made (again).
+    /// A link has connected or reconnected.
     pub(crate) fn on_connected(&self, port: &Port) {
         port.look_at_address();
         if let Some(link) = self.inner().links[usize::from(port.slot)].as_mut() {
@@ -531,17 +518,16 @@ impl Hub {
         }
     }
 
-    /// A link takes what is sent.
+    /// A link takes frames.
     pub(crate) fn on_open(&self, port: &Port) {
-        // Called without the lock: whoever listens sends.
+        // Called without the lock: the listener sends.
         let on_open = self.inner().on_open.clone();
         if let Some(on_open) = on_open {
             on_open(port.id);
         }
     }
 
-    /// Takes in a frame that a link's task has read; the whole way of a frame through the hub. Other links have it at
-    /// [`Self::end_reading`] at the latest.
+    /// Processes a frame that a link's task has read. It is forwarded at [`Self::end_reading`] at the latest.
     pub(crate) fn receive(&self, port: &Port, peer: Peer<'_>, frame: &Frame, now: MonoTime, onward: &mut Onward) {
         let known = frame.is_known();
         let mut to = To::target_of(frame);
@@ -552,7 +538,7 @@ impl Hub {
             if link.port.id != port.id {
                 return;
             }
-            // A key is nobody's business but the vehicle's: it is not even shown.
+            // Carries a secret key: not even listeners get it.
             if frame.message_id() == SETUP_SIGNING_ID {
                 return link.meter.on_refused();
             }
@@ -588,7 +574,7 @@ impl Hub {
                         }
                         _ => forward,
                     };
-                    // Whoever asks for signatures at one end of a link is not handed what came in without at another.
+                    // Links whose far end requires signatures do not get what came in unverified.
                     let guarded = if admission == Admission::Verified || port.is_believed() || port.is_replay() {
                         SlotSet::EMPTY
                     } else {
@@ -610,7 +596,7 @@ impl Hub {
             recorder.record(port.id, frame, now);
         }
         let Verdict::Handle { for_us, .. } = verdict else { return };
-        for (_, scope, sink) in sinks.iter() {
+        for (scope, sink) in sinks.iter() {
             if for_us || *scope == SinkScope::All {
                 sink(Origin { link: port.id, peer: peer.id }, frame, now);
             }
@@ -618,10 +604,10 @@ impl Hub {
         onward.add(frame, to, ports);
     }
 
-    /// Ends what a link's task has read in one go.
+    /// Ends one reading of a link: forwards what it brought.
     pub(crate) fn end_reading(&self, onward: &mut Onward) {
         onward.send();
-        // Called without the lock: whoever listens may send.
+        // Called without the lock: the listener may send.
         let on_read = self.inner().on_read.clone();
         if let Some(on_read) = on_read {
             on_read();

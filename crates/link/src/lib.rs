@@ -1,15 +1,15 @@
 //! Links of Vencejo: endpoints that connect again by themselves, the hub that routes between them, and the recorder.
 //!
-//! # The way of a frame
+//! # How a frame is processed
 //!
-//! Each link has one task. It reads its socket until nothing is left, turns bytes into frames and gives each to the
-//! [`Hub`], which in that same task, without waiting for anything,
+//! Each link has one task. It drains its socket, decodes frames and hands each to the [`Hub`], which in that same task,
+//! without blocking,
 //!
-//! 1. looks at its signature, where one is asked for, and counts it ([`LinkStats`]); learns where its sender is,
+//! 1. verifies its signature, where one is required, counts it ([`LinkStats`]) and learns the route to its sender,
 //! 2. puts it into the [`Recorder`]'s queue,
 //! 3. calls the listeners ([`FrameSink`]), and
-//! 4. passes the raw frame on to the links that the MAVLink routing rules name: straight into the socket for UDP, into
-//!    a bounded queue in front of a writer for TCP and serial. Frames that were read in one go are passed on in one go.
+//! 4. forwards the raw frame to the links that the MAVLink routing rules name: straight into the socket for UDP, into a
+//!    bounded queue in front of a writer for TCP and serial. Frames that were read together are forwarded together.
 //!
 //! ```
 //! use std::sync::Arc;
@@ -41,21 +41,21 @@
 //! # Links
 //!
 //! [`LinkAddress`] reads every link string of the MAVLink family. [`Hub::open`] returns at once; the [`LinkHandle`]
-//! tells the [`LinkState`] and closes the link. A link that breaks is opened again, after 0.25 s at first and 1.5 s at
-//! most, for ever. Garbage is counted and skipped.
+//! reports the [`LinkState`] and closes the link. A broken link is reopened for ever, after 0.25 s at first and at most
+//! 1.5 s. Garbage is counted and skipped.
 //!
-//! A tee for other ground stations is one more link, opened with [`LinkOptions::tee`].
+//! A tee for other ground stations is a link opened with [`LinkOptions::tee`].
 //!
 //! # Time
 //!
-//! Everything measured or awaited follows the injected [`Clock`] and tokio's timer; wall time only names and stamps
-//! recordings.
+//! Everything measured or awaited follows the injected [`Clock`] and tokio's timer; wall time is used for the names and
+//! time stamps of recordings only.
 //!
 //! # What this crate never does
 //!
-//! It decodes no payload and knows no vehicle: it looks at headers, signatures and target fields. It changes no frame that it
-//! passes on. It never waits for a slow link, a slow listener is the listener's fault, and a slow disk only costs
-//! recorded frames.
+//! It decodes no payload and knows no vehicle: it looks at headers, signatures and target fields. It does not modify
+//! the frames that it forwards. It never waits for a slow link, listeners must not block, and a slow disk costs
+//! recorded frames only.
 
 mod address;
 mod address_index;
@@ -82,7 +82,7 @@ pub use address::{
 pub use clock::{Clock, SystemClock};
 pub use endpoint::{LinkHandle, serial_ports};
 pub use fault::{FaultKind, LinkFault};
-pub use hub::{FrameSink, Hub, LinkError, LinkInfo, OpenSink, Origin, ReadSink, Route, SendReport, SinkId, SinkScope};
+pub use hub::{FrameSink, Hub, LinkError, LinkInfo, OpenSink, Origin, ReadSink, Route, SendReport, SinkScope};
 pub use outlet::PeerId;
 pub use pace::Pace;
 pub use port::{LinkId, LinkOptions, LinkState};

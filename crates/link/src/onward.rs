@@ -1,5 +1,5 @@
-//! Owns the frames that one reading of a socket brought and that other links are to have: each link gets its own in one go,
-//! which costs a system call and a wake-up where each frame alone costs one of its own.
+//! Owns the frames of one reading of a socket that are to be forwarded: each link gets its frames in one batch, which
+//! costs one system call and one wake-up instead of one for each frame.
 
 use std::sync::Arc;
 
@@ -9,24 +9,24 @@ use vencejo_proto::Frame;
 use crate::outlet::To;
 use crate::port::Port;
 
-/// Frames that wait for the end of a reading at most.
+/// Most frames that wait for the end of a reading.
 const MOST: usize = 32;
 
-/// A frame and the links that are to have it.
+/// A frame and the links to forward it to.
 struct Passed {
     frame: Frame,
     to: To,
     ports: SmallVec<[Arc<Port>; 8]>,
 }
 
-/// Frames on their way to other links until the end of a reading. They are few, and none waits while the reading task does.
+/// Frames to be forwarded at the end of a reading.
 #[derive(Default)]
 pub(crate) struct Onward {
     frames: Vec<Passed>,
 }
 
 impl Onward {
-    /// Adds a frame; sends all when enough are there.
+    /// Adds a frame; sends all when there are [`MOST`].
     pub(crate) fn add(&mut self, frame: &Frame, to: To, ports: SmallVec<[Arc<Port>; 8]>) {
         if ports.is_empty() {
             return;
@@ -37,7 +37,7 @@ impl Onward {
         }
     }
 
-    /// Gives each link its frames, in the order in which they came.
+    /// Sends each link its frames, in the order in which they came.
     pub(crate) fn send(&mut self) {
         let mut ports: SmallVec<[&Arc<Port>; 8]> = SmallVec::new();
         for port in self.frames.iter().flat_map(|passed| &passed.ports) {

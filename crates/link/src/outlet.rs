@@ -1,4 +1,5 @@
-//! Owns the way out of a link: the trait that the hub sends through, and the bounded queue in front of a stream's writer.
+//! Owns the sending side of links: the trait that the hub sends through, and the bounded queue in front of a stream's
+//! writer.
 
 use std::collections::VecDeque;
 use std::net::SocketAddr;
@@ -9,74 +10,74 @@ use vencejo_proto::{Frame, SystemId};
 
 use crate::systems::SystemSet;
 
-/// Bytes that may wait for a stream in each class, frames of our own and forwarded ones.
+/// Bytes that may be queued for a stream in each class, our own frames and forwarded ones.
 const QUEUE_BYTES: usize = 64 * 1024;
 
 /// What became of a frame given to a link.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Sent {
-    /// It is on its way. `displaced` older frames were dropped for it.
+    /// It was taken. `displaced` older frames were dropped for it.
     Accepted { displaced: u64 },
-    /// Nobody is connected.
+    /// No peer is connected.
     NobodyThere,
-    /// No room.
+    /// The queue is full.
     Full,
 }
 
-/// Names one of those at the other end of a link; of a link with one end it is 0. Never used again while its link is open.
+/// Identifies a peer of a link; 0 on a link with a single peer. Not reused while the link is open.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 pub struct PeerId(pub u32);
 
-/// One of those at the other end of a link, as the task that reads it knows it.
+/// A peer of a link, as the reading task knows it.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Peer<'a> {
     pub(crate) id: PeerId,
-    /// Where the systems heard from it are noted, for links that have several peers.
+    /// The systems heard from it, for links with several peers.
     pub(crate) systems: Option<&'a SystemSet>,
 }
 
-/// Whom a frame is for, among those at the other end of a link.
+/// The addressees of a frame among the peers of a link.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(crate) struct To {
-    /// Those behind whom this system was heard; all when it was heard behind none.
+    /// Peers behind which this system was heard; all peers when it was heard behind none.
     pub(crate) system: Option<SystemId>,
-    /// This one alone. When it has gone: the others as `system` says; without `system` nobody.
+    /// This peer only. When it is gone: the peers that `system` selects, or no peer without `system`.
     pub(crate) peer: Option<PeerId>,
 }
 
 impl To {
-    /// By the system that a frame is addressed to, if it names one.
+    /// By the target system of a frame.
     pub(crate) fn target_of(frame: &Frame) -> Self {
         Self { system: frame.target().named_system(), peer: None }
     }
 
-    /// Whether nobody else is meant when the peer has gone.
+    /// Whether no other peer may get it.
     pub(crate) fn is_strict(self) -> bool {
         self.peer.is_some() && self.system.is_none()
     }
 }
 
-/// Where a frame comes from: what we say ourselves goes first and is never displaced.
+/// The class of a frame: our own go first and are never displaced.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Class {
     Own,
     Forwarded,
 }
 
-/// The sending side of an endpoint. Lives as long as the link, through all its connections.
+/// The sending side of an endpoint. Lives as long as the link, across its connections.
 pub(crate) trait Outlet: Send + Sync + 'static {
-    /// Sends a frame without ever waiting.
+    /// Sends a frame without waiting.
     fn send(&self, frame: &Frame, to: To, class: Class) -> Sent;
 
-    /// Sends frames in their order without ever waiting, and tells of each, in that order, what became of it.
+    /// Sends frames in order without waiting, and reports the result of each in the same order.
     fn send_all(&self, frames: &[(&Frame, To)], class: Class, told: &mut dyn FnMut(&Frame, Sent)) {
         for (frame, to) in frames {
             told(frame, self.send(frame, *to, class));
         }
     }
 
-    /// Where one of those at the other end is, for links that have several.
-    fn place(&self, _: PeerId) -> Option<SocketAddr> {
+    /// The address of a peer, for links with several peers.
+    fn address(&self, _: PeerId) -> Option<SocketAddr> {
         None
     }
 }
@@ -122,8 +123,8 @@ struct Queues {
 
 /// Frames on their way to a stream's writer, 64 KiB of our own and 64 KiB of forwarded ones.
 ///
-/// Overflow: of the forwarded the oldest are dropped (telemetry, the newest counts); our own are refused, so that a
-/// command fails loudly. While the stream is not connected everything is refused and nothing old waits for it.
+/// Overflow: the oldest forwarded frames are dropped (of telemetry the newest counts); our own are refused, so that a
+/// command fails loudly. While the stream is not connected everything is refused, so nothing stale is sent later.
 #[derive(Default)]
 pub(crate) struct StreamQueue {
     queues: Mutex<Queues>,
@@ -135,12 +136,12 @@ impl StreamQueue {
         self.queues.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Takes frames from now on.
+    /// Starts taking frames.
     pub(crate) fn open(&self) {
         *self.queues() = Queues { open: true, ..Queues::default() };
     }
 
-    /// Refuses frames from now on, and forgets those that wait.
+    /// Refuses frames from now on and drops the queued ones.
     pub(crate) fn close(&self) {
         *self.queues() = Queues::default();
     }
@@ -168,7 +169,7 @@ impl StreamQueue {
         Sent::Accepted { displaced }
     }
 
-    /// Waits until there may be something to take.
+    /// Waits until the queue may have frames.
     pub(crate) async fn filled(&self) {
         self.filled.notified().await;
     }

@@ -1,37 +1,37 @@
-//! Owns when a reader may let several come together: to wake it costs as much as to handle ten of what it reads, so that what comes
-//! faster than it could be used one by one is read a few at a time.
+//! Owns the batching of a fast reader: a wake-up costs as much as handling ten items, so what comes faster than it can
+//! be used one by one is read a few at a time.
 
 use std::time::{Duration, Instant};
 
-/// What comes faster is read several at a time.
+/// Below this mean interval items are read several at a time.
 const FAST: Duration = Duration::from_micros(250);
-/// A silence counts as no longer than this.
+/// A longer silence counts as this long.
 const SILENCE: Duration = Duration::from_secs(1);
 
 /// A reader that may be late by one pause while what it reads comes more often than every 250 µs.
 #[derive(Debug)]
 pub struct Pace {
     pause: Duration,
-    /// When nothing was left the last time.
+    /// When it was drained last.
     looked: Option<Instant>,
-    /// Read since.
+    /// Items read since.
     taken: u32,
-    /// Between two, lately.
+    /// The recent mean interval between two items.
     gap: Duration,
 }
 
 impl Pace {
-    /// A reader that has read nothing yet, and whose pauses take so long.
+    /// A reader that has read nothing yet, with pauses of this length.
     pub const fn new(pause: Duration) -> Self {
         Self { pause, looked: None, taken: 0, gap: SILENCE }
     }
 
-    /// Notes that one was read.
+    /// Counts an item.
     pub const fn on_taken(&mut self) {
         self.taken = self.taken.saturating_add(1);
     }
 
-    /// Nothing is left at this moment: how long to let some come before the next is waited for; not at all when none was read since.
+    /// It is drained: how long to pause before waiting for the next item; zero when none was read since.
     pub fn pause(&mut self, now: Instant) -> Option<Duration> {
         let since = self.looked.replace(now).map(|looked| now.saturating_duration_since(looked));
         let taken = std::mem::take(&mut self.taken);

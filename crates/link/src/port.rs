@@ -1,4 +1,4 @@
-//! Owns a link as the hub and its endpoint share it: its name, how it takes part, its state, the way out, the way in.
+//! Owns what the hub and an endpoint share of a link: name, options, state, outlet and intake.
 
 use std::fmt;
 use std::sync::Arc;
@@ -14,7 +14,7 @@ use crate::router::Slot;
 use crate::signing::UnsignedPolicy;
 use crate::stats::PortCounters;
 
-/// Names one open link; never used again for another.
+/// Identifies an open link; never reused.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct LinkId(pub u32);
 
@@ -24,46 +24,46 @@ impl fmt::Display for LinkId {
     }
 }
 
-/// How a link takes part.
+/// Options of a link.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct LinkOptions {
-    /// A name for people; the link string by default.
+    /// A display name; the link string by default.
     pub name: Option<String>,
-    /// Whether frames are passed on between this link and every other one. Two links pass frames to each other when
-    /// at least one of them forwards: open a tee for another ground station with `forwards`, and leave it off (the
-    /// default) on the links of vehicles, so that the vehicles' telemetry does not fill each other's radios.
+    /// Whether frames are forwarded between this link and all others. Two links forward to each other when at least one
+    /// of them has this set: set it on a tee for another ground station, and leave it off (the default) on the links of
+    /// vehicles, so that vehicles' telemetry does not fill each other's radios.
     pub forwards: bool,
-    /// Whether frames that should be signed and are not are believed when they come over it.
+    /// Whether unsigned frames of a vehicle that must sign are accepted over it.
     pub unsigned: UnsignedPolicy,
 }
 
 impl LinkOptions {
-    /// The options of a tee: a link that other ground stations join the vehicles through.
+    /// The options of a tee: a link through which another ground station reaches the vehicles.
     pub fn tee() -> Self {
         Self { forwards: true, ..Self::default() }
     }
 }
 
-/// How a link is.
+/// The state of a link.
 #[derive(Debug, Clone, PartialEq)]
 pub enum LinkState {
-    /// On its way up, for the `attempt`th time since it was last up.
+    /// Connecting, for the `attempt`th time since it was last up.
     Connecting {
         /// 1 for the first.
         attempt: u32,
-        /// What went wrong the last time.
+        /// Why the last attempt failed.
         last_error: Option<LinkFault>,
     },
-    /// Open. Nobody needs to have spoken yet.
+    /// Open, whether or not a peer was heard yet.
     Up {
         /// Since when.
         since: MonoTime,
-        /// How many are at the other end: for links that listen, those heard lately; otherwise 1.
+        /// Number of peers: on listening links those heard lately, otherwise 1.
         peers: usize,
     },
     /// Closed by us.
     Down,
-    /// A replay is over.
+    /// A replay has ended.
     Ended {
         /// What was wrong with the recording, if anything.
         remark: Option<String>,
@@ -85,7 +85,7 @@ pub(crate) struct Port {
     pub(crate) address: LinkAddress,
     pub(crate) forwards: bool,
     pub(crate) unsigned: UnsignedPolicy,
-    /// Believed without signatures, by what the address stood for when it was last connected.
+    /// Whether unsigned frames are accepted, by what the address was when it last connected.
     pub(crate) believed: AtomicBool,
     pub(crate) outlet: Arc<dyn Outlet>,
     pub(crate) state: watch::Receiver<LinkState>,
@@ -97,23 +97,23 @@ impl Port {
         matches!(self.address, LinkAddress::Tlog { .. })
     }
 
-    /// Whether it is believed without signatures.
+    /// Whether unsigned frames are accepted over it.
     pub(crate) fn is_believed(&self) -> bool {
         self.believed.load(Ordering::Relaxed)
     }
 
-    /// Looks again at what the address stands for: a device may not have been plugged in before, and a name in `/dev/serial/by-id`
-    /// may stand for another one now.
+    /// Re-evaluates the address: a device may not have been plugged in before, and a name in `/dev/serial/by-id` may
+    /// point to another one now.
     pub(crate) fn look_at_address(&self) {
         self.believed.store(self.unsigned.believes(&self.address), Ordering::Relaxed);
     }
 
-    /// Sends a frame of our own; whether the link took it.
+    /// Sends one of our own frames; whether the link took it.
     pub(crate) fn send(&self, frame: &Frame, to: To) -> bool {
         self.count(frame, self.outlet.send(frame, to, Class::Own))
     }
 
-    /// Passes frames of other links on, in their order.
+    /// Forwards frames of other links, in order.
     pub(crate) fn forward(&self, frames: &[(&Frame, To)]) {
         self.outlet.send_all(frames, Class::Forwarded, &mut |frame, sent| {
             self.count(frame, sent);
@@ -135,7 +135,7 @@ impl Port {
     }
 }
 
-/// Turns what a socket gives into frames for the hub, and counts what was none.
+/// Decodes what a socket receives into frames for the hub, and counts the rest.
 #[derive(Default)]
 pub(crate) struct Intake {
     decoder: FrameDecoder,
@@ -147,14 +147,14 @@ impl Intake {
         Self::default()
     }
 
-    /// Takes in bytes of a stream; calls `each` with every frame in them, which is counted by then.
+    /// Decodes bytes of a stream; calls `each` with every frame, already counted.
     pub(crate) fn feed(&mut self, port: &Port, bytes: &[u8], each: impl FnMut(&Frame)) {
         self.decoder.push(bytes);
         self.hand_out(port, each);
     }
 
-    /// Takes in a datagram. Some bridges cut frames anywhere, so a beginning that an earlier datagram left behind is kept, until a
-    /// datagram begins with a whole frame of its own.
+    /// Decodes a datagram. Some bridges split frames over datagrams, so an incomplete frame is kept until a datagram
+    /// begins with a whole frame of its own.
     pub(crate) fn feed_datagram(&mut self, port: &Port, bytes: &[u8], each: impl FnMut(&Frame)) {
         self.decoder.push_datagram(bytes);
         self.hand_out(port, each);
@@ -174,7 +174,7 @@ impl Intake {
         self.counted = stats;
     }
 
-    /// Counts bytes from somebody to whom we do not listen.
+    /// Counts bytes from a peer that is ignored.
     pub(crate) fn ignore(port: &Port, bytes: usize) {
         port.counters.add_ignored(bytes as u64);
     }

@@ -1,18 +1,18 @@
-//! Owns recording: files that grow, one per session or hour, never overwritten, in a folder of their own. What is in them is a
-//! [`Format`]'s: all frames, both ways, as `.tlog` ([`Frames`]); a fleet's history has its own.
+//! Owns recording: append-only files, one per session or hour, never overwritten, in a folder of their own. Their
+//! content is a [`Format`]: all frames in both directions as `.tlog` ([`Frames`]); a fleet's history has its own.
 //!
-//! The links' tasks only put frames into a bounded queue; a thread of its own writes. Nothing that happens to the disk
-//! reaches the links: frames that cannot be written are counted, the reason is in the [`RecorderStatus`], and the
-//! recorder tries again, at first soon, then at ever longer intervals. A disk that does not answer at all shows in the status
-//! too, which is looked at from outside the thread that waits for it.
+//! The links' tasks only put frames into a bounded queue; a separate thread writes them. Disk errors do not affect
+//! links: frames that cannot be written are counted, the reason is in the [`RecorderStatus`], and the recorder retries
+//! with a growing back-off. A hanging disk shows in the status too, which is computed outside the thread that waits for
+//! it.
 //!
-//! What is written at most five times a second is handed to the system, and once a second forced to the disk: beside the
-//! writing, for that takes seconds on a busy disk, and what waits in memory is lost with the process. The folder is kept below a quota by deleting the oldest recordings (files named as the recorder names them, nothing
-//! else, never one being written, here or by another process, and never one that somebody keeps); below a floor of free
-//! space nothing is written at all.
+//! Frames are written at most five times a second, and synced to disk (fsync) once a second in the background: a sync
+//! takes seconds on a busy disk, and what is only in memory is lost with the process. The folder is kept below a quota
+//! by deleting the oldest recordings (only files named as the recorder names them, never one being written by this or
+//! another process, never one marked as kept); below a floor of free space nothing is written.
 //!
-//! One thread serves one file ([`Recorder`]) or many that grow side by side in one folder ([`Recorders`]): then a bounded number of them is
-//! open at a time, and what is wrong with one is told of that one.
+//! One thread serves one file ([`Recorder`]) or many files of a folder at once ([`Recorders`]): then a bounded number
+//! of them is open at a time, and each has a status of its own.
 
 mod format;
 mod frames;
@@ -42,9 +42,9 @@ pub use self::frames::{Frames, Noted};
 pub use self::status::{RecorderConfig, RecorderState, RecorderStatus};
 pub use self::storage::{Folder, Names, Storage, StorageFile, StoredFile, Syncing, is_kept_recording, keep_recording};
 
-/// Of so many parts of a full queue one wakes the writer before its time.
+/// A queue filled to one part in this many wakes the writer early.
 const WAKE_PART: usize = 4;
-/// A disk that has not answered for so long counts as one that does not write.
+/// A disk that has not answered for this long counts as hanging.
 const STALLED_AFTER: Duration = Duration::from_secs(3);
 
 struct Queue<F: Format> {
@@ -80,7 +80,7 @@ impl<F: Format> Shared<F> {
     }
 }
 
-/// The way into a recorder. Never waits.
+/// A handle that puts items into a recorder. Never waits.
 pub struct RecorderHandle<F: Format = Frames> {
     shared: Arc<Shared<F>>,
     line: usize,
@@ -93,7 +93,7 @@ impl<F: Format> Clone for RecorderHandle<F> {
 }
 
 impl<F: Format> RecorderHandle<F> {
-    /// Has something written. Where the queue is full the oldest in it is dropped, and counted.
+    /// Queues an item. When the queue is full its oldest item is dropped and counted.
     pub fn put(&self, item: F::Item) {
         let mut queue = self.shared.queue();
         if !queue.closing
@@ -105,7 +105,7 @@ impl<F: Format> RecorderHandle<F> {
         self.push(queue, item);
     }
 
-    /// Has something written, unless the queue is full: for what can be had again. Whether it was taken.
+    /// Queues an item unless the queue is full, for items that can be fetched again. Returns whether it was taken.
     pub fn offer(&self, item: F::Item) -> bool {
         let queue = self.shared.queue();
         let has_room = queue.items.len() < self.shared.queue_items && !queue.closing;
@@ -129,7 +129,7 @@ impl<F: Format> RecorderHandle<F> {
 }
 
 impl RecorderHandle {
-    /// Notes a frame that was received or sent. Keys (`SETUP_SIGNING`) are not recorded.
+    /// Records a frame that was received or sent, except keys (`SETUP_SIGNING`).
     pub fn record(&self, link: LinkId, frame: &Frame, now: MonoTime) {
         if frame.message_id() != SETUP_SIGNING_ID {
             self.put(Noted { at: now, link, frame: frame.clone() });
@@ -137,7 +137,7 @@ impl RecorderHandle {
     }
 }
 
-/// One of the files that grow side by side, and each that follows it.
+/// One of several files written at once, and its successors.
 pub struct Line<F: Format> {
     handle: RecorderHandle<F>,
     clock: Arc<dyn Clock>,
@@ -145,12 +145,12 @@ pub struct Line<F: Format> {
 }
 
 impl<F: Format> Line<F> {
-    /// The way in.
+    /// The handle to put items in.
     pub fn handle(&self) -> &RecorderHandle<F> {
         &self.handle
     }
 
-    /// How it is going, also while the thread waits for the disk.
+    /// Its status, also while the thread waits for the disk.
     pub fn status(&self) -> RecorderStatus {
         let mut status = self.status.borrow().clone();
         let RecorderHandle { shared, line } = &self.handle;
@@ -167,8 +167,8 @@ impl<F: Format> Line<F> {
     }
 }
 
-/// One thread that writes many files of a folder side by side. Dropping it ends them in the background; [`Self::close`] waits until they are
-/// on the disk.
+/// One thread that writes many files of a folder at once. Dropping it ends them in the background; [`Self::close`]
+/// waits until they are on disk.
 pub struct Recorders<F: Format> {
     shared: Arc<Shared<F>>,
     clock: Arc<dyn Clock>,
@@ -180,7 +180,7 @@ impl<F: Format> Recorders<F> {
     /// Starts the thread.
     ///
     /// # Errors
-    /// When the system gives no thread. What is wrong with the disk shows in the status of each line.
+    /// When the thread cannot be started. Disk errors show in the status of each line.
     pub fn start(storage: Box<dyn Storage>, config: RecorderConfig, clock: Arc<dyn Clock>) -> io::Result<Self> {
         let mut writers = Writers::new(storage, config.clone(), clock.clone());
         let shared = Arc::new(Shared::new(config.queue_items, writers.busy_since_us.clone()));
@@ -198,7 +198,7 @@ impl<F: Format> Recorders<F> {
         Ok(Self { shared, clock, config, thread: Some(thread) })
     }
 
-    /// One more line. Never waits.
+    /// Adds a line. Never waits.
     pub fn add(&self, format: F) -> Line<F> {
         let (writer, status) = Writer::new(format, self.config.retry_after, self.clock.now());
         let mut queue = self.shared.queue();
@@ -208,11 +208,11 @@ impl<F: Format> Recorders<F> {
         Line { handle, clock: self.clock.clone(), status }
     }
 
-    /// Writes what is waiting, forces it to the disk and ends. Blocks as long as the disk does.
+    /// Writes and syncs what is queued, and ends. Blocks as long as the disk does.
     pub fn close(mut self) {
         self.shared.stop();
         if let Some(thread) = self.thread.take() {
-            // A panic in the thread has been reported already.
+            // A panic of the thread has been reported.
             let _ = thread.join();
         }
     }
@@ -224,7 +224,8 @@ impl<F: Format> Drop for Recorders<F> {
     }
 }
 
-/// A running recorder of one line. Dropping it ends the recording in the background; [`Self::close`] waits until it is on the disk.
+/// A running recorder of one line. Dropping it ends the recording in the background; [`Self::close`]
+/// waits until it is on disk.
 pub struct Recorder<F: Format = Frames> {
     all: Recorders<F>,
     line: Line<F>,
@@ -234,15 +235,15 @@ impl Recorder {
     /// Starts a recorder that writes into `folder`.
     ///
     /// # Errors
-    /// When the system gives no thread. What is wrong with the folder shows in the status.
+    /// When the thread cannot be started. Errors of the folder show in the status.
     pub fn start(folder: impl Into<PathBuf>, config: RecorderConfig, clock: Arc<dyn Clock>) -> io::Result<Self> {
         Self::start_with(Box::new(Folder::new(folder)), config, clock)
     }
 
-    /// The same with a storage of the caller's.
+    /// Starts a recorder with the caller's storage.
     ///
     /// # Errors
-    /// When the system gives no thread.
+    /// When the thread cannot be started.
     pub fn start_with(storage: Box<dyn Storage>, config: RecorderConfig, clock: Arc<dyn Clock>) -> io::Result<Self> {
         Self::start_format(Frames::default(), storage, config, clock)
     }
@@ -252,7 +253,7 @@ impl<F: Format> Recorder<F> {
     /// Starts a recorder of any format.
     ///
     /// # Errors
-    /// When the system gives no thread. What is wrong with the disk shows in the status.
+    /// When the thread cannot be started. Disk errors show in the status.
     pub fn start_format(
         format: F,
         storage: Box<dyn Storage>,
@@ -264,24 +265,24 @@ impl<F: Format> Recorder<F> {
         Ok(Self { all, line })
     }
 
-    /// The way in, for [`Hub::set_recorder`](crate::Hub::set_recorder).
+    /// The handle to put frames in, for [`Hub::set_recorder`](crate::Hub::set_recorder).
     pub fn handle(&self) -> RecorderHandle<F> {
         self.line.handle.clone()
     }
 
-    /// How it is going, also while its thread waits for the disk.
+    /// Its status, also while its thread waits for the disk.
     pub fn status(&self) -> RecorderStatus {
         self.line.status()
     }
 
-    /// Writes what is waiting, forces it to the disk and ends. Blocks as long as the disk does.
+    /// Writes and syncs what is queued, and ends. Blocks as long as the disk does.
     pub fn close(self) -> RecorderStatus {
         self.all.close();
         self.line.status()
     }
 }
 
-/// What came since the last time: new lines, items, and how much of each line was dropped; and whether this is the end.
+/// What was queued since the last time: new lines, items, dropped items of each line; and whether the recorder ends.
 type News<F> = (Vec<Writer<F>>, VecDeque<(usize, <F as Format>::Item)>, Vec<u64>, bool);
 
 fn wait<F: Format>(shared: &Shared<F>) -> News<F> {

@@ -1,5 +1,6 @@
-//! Owns the routing rules: who was heard where, where a frame goes next, and which frames are copies of earlier ones.
-//! Pure: it sees frames and slots (small numbers that stand for links), never a socket or a clock.
+//! Owns the routing rules: which systems were heard on which links, where a frame is forwarded, and which frames are
+//! copies of earlier ones. Pure: it sees frames and slots (small numbers that stand for links), no sockets and no
+//! clock.
 //!
 //! The rules are those of mavlink.io, "Routing", and where it leaves a choice, ArduPilot's:
 //!
@@ -12,8 +13,9 @@
 //! | our system, another component | only when it was heard nowhere | links on which it was heard |
 //!
 //! A frame never goes back to the link that it came from. Only frames with a good checksum teach a route. Messages that
-//! the dialect does not have count as untargeted, for their target cannot be read. `RADIO_STATUS` and `RADIO` tell
-//! about one radio link and stay on it; they teach nothing either. `SETUP_SIGNING` carries a key and is never passed on.
+//! the dialect does not have count as untargeted, because their target cannot be read. `RADIO_STATUS` and `RADIO`
+//! describe one radio link and stay on it; they teach no route either. `SETUP_SIGNING` carries a key and is never
+//! forwarded.
 //!
 //! A frame that was handled less than a second ago is a *copy*: it came around a loop, over a second link to the same
 //! vehicle, or it is our own coming back. A copy teaches its route and goes nowhere else, so loops die out.
@@ -25,15 +27,15 @@ use vencejo_proto::{Address, Frame, MavVersion, MonoTime, SystemId};
 
 use crate::address_index::AddressIndex;
 
-/// Links that can be open at once.
+/// Most open links.
 pub const MAX_LINKS: usize = 64;
-/// Addresses that are remembered one by one; beyond, only their system is.
+/// Addresses remembered individually; of further ones only the system is.
 const MAX_SOURCES: usize = 512;
 /// A frame that comes again within this time is a copy …
 const COPY_WINDOW_MS: u32 = 1000;
-/// … unless its sender has meanwhile counted so far that its counter may have gone round.
+/// … unless its sender has sent so many frames since that its counter may have wrapped.
 const COPY_FRAMES: u16 = 200;
-/// Frames of our own that are known when they come back, and for how long: further, a loop has no delay.
+/// Our own frames that are recognised when they come back, and for how long: no loop delays longer.
 const OWN_FRAMES: usize = 4096;
 const OWN_WINDOW_MS: u32 = 30_000;
 /// A link on which a system was heard this recently keeps carrying what we send to it.
@@ -46,7 +48,7 @@ pub(crate) const RADIO_ID: u32 = 166;
 /// `SETUP_SIGNING`: carries the secret key.
 pub(crate) const SETUP_SIGNING_ID: u32 = 256;
 
-/// The place of a link in the hub's table.
+/// The index of a link in the hub's table.
 pub(crate) type Slot = u8;
 
 /// Marks frames of our own in the table of recent frames.
@@ -89,21 +91,21 @@ impl FromIterator<Slot> for SlotSet {
     }
 }
 
-/// What to do with a received frame.
+/// What becomes of a received frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Verdict {
     /// It was handled before.
     Copy,
     /// It is new.
     Handle {
-        /// Links to pass it on to, before the links' own settings are looked at.
+        /// Links to forward it to, before the links' own settings apply.
         forward: SlotSet,
         /// Whether it is addressed to us, or to everyone.
         for_us: bool,
     },
 }
 
-/// A frame that was handled lately. The checksum tells frames of one sender and one number apart.
+/// A recently handled frame.
 #[derive(Debug, Clone, Copy)]
 struct Recent {
     identity: u64,
@@ -123,10 +125,10 @@ struct Source {
     slots: SlotSet,
     /// Recent frames by their number.
     recent: Box<[Recent; 256]>,
-    /// How far it has counted, lost frames included.
+    /// Frames that it has sent, lost ones included, modulo 2^16.
     progress: u16,
     last_sequence: u8,
-    /// Whether its counter moves: senders that write always the same number cannot be told from loops by it.
+    /// Whether its counter changes: a sender that always writes the same number cannot be told from a loop by it.
     counts: bool,
 }
 
@@ -143,11 +145,11 @@ impl Source {
     }
 }
 
-/// Where each system was heard.
+/// The links on which a system was heard.
 #[derive(Clone, Copy, Default)]
 struct SystemRoutes {
     slots: SlotSet,
-    /// The link that carries what we send to it, while it is fresh.
+    /// The link that we send to it over while it is fresh.
     preferred: Slot,
 }
 
@@ -159,9 +161,9 @@ pub(crate) struct Router {
     index: AddressIndex,
     /// When each system was last heard on each link, in milliseconds; by slot × 256 + system.
     heard_ms: Vec<u64>,
-    /// Recent frames of senders that are in no table: unknown messages, floods.
+    /// Recent frames of senders without an entry: unknown messages, floods.
     strays: Box<[Recent; 256]>,
-    /// Our own newest frames and when they went.
+    /// Our newest frames and when they were sent.
     own: VecDeque<(u64, u8, u32)>,
 }
 
@@ -186,7 +188,7 @@ impl Router {
         &self.locals
     }
 
-    /// Learns from a received frame and says what becomes of it. `all` are the open links.
+    /// Learns the route of a received frame and decides what becomes of it. `all` are the open links.
     pub(crate) fn on_received(
         &mut self,
         origin: Slot,
@@ -217,7 +219,7 @@ impl Router {
         Verdict::Copy
     }
 
-    /// Remembers a frame that we send, so that it is known when it comes back.
+    /// Remembers a frame that we send, to recognise it when it comes back.
     pub(crate) fn on_sent(&mut self, frame: &Frame, now: MonoTime) {
         if !self.is_copy(OURSELVES, frame, now) {
             self.remember(OURSELVES, frame, now);
@@ -228,7 +230,7 @@ impl Router {
         self.own.push_back((identity(frame), frame.sequence(), now_ms(now)));
     }
 
-    /// Whether a frame with our own address is one that we sent, however long it was under way; else somebody else uses it.
+    /// Whether a frame with our own address is one that we sent; otherwise another station uses our address.
     pub(crate) fn is_ours(&self, frame: &Frame, now: MonoTime) -> bool {
         let (identity, sequence, now_ms) = (identity(frame), frame.sequence(), now_ms(now));
         self.own.iter().any(|(id, number, at_ms)| {
@@ -236,8 +238,8 @@ impl Router {
         })
     }
 
-    /// The links that a frame of our own goes to by its target: every link when it is for everyone, otherwise one link
-    /// on which the target was heard, so that a command never arrives twice.
+    /// The links for one of our own frames by its target: all links for a broadcast, otherwise one link on which the
+    /// target was heard, so that a command never arrives twice.
     pub(crate) fn route_own(&mut self, frame: &Frame, all: SlotSet, now: MonoTime) -> SlotSet {
         let target = frame.target();
         let Some(system) = target.named_system() else { return all };
@@ -260,7 +262,7 @@ impl Router {
         links
     }
 
-    /// A link is gone: nobody is there any more.
+    /// Removes the routes over a closed link.
     pub(crate) fn forget(&mut self, slot: Slot) {
         let gone = SlotSet::one(slot);
         for routes in self.systems.iter_mut() {
@@ -311,7 +313,7 @@ impl Router {
     fn learn_from(&mut self, origin: Slot, frame: &Frame, known: bool, now: MonoTime) {
         let is_radio = matches!(frame.message_id(), RADIO_STATUS_ID | RADIO_ID);
         let source = frame.source();
-        // 0 is nobody's address; our own coming back teaches nothing.
+        // Address 0 is invalid as a source, and our own echo teaches nothing.
         if known && !is_radio && source.system != SystemId::BROADCAST && !self.is_own_echo(frame, now) {
             self.learn(origin, source, frame.sequence(), now);
         }
@@ -368,7 +370,7 @@ impl Router {
         recent.slot == OURSELVES && is_same(recent, frame, progress, now)
     }
 
-    /// Whether the frame was handled lately.
+    /// Whether the frame was handled within the last second.
     pub(crate) fn is_copy(&self, origin: Slot, frame: &Frame, now: MonoTime) -> bool {
         let (recent, progress, counts) = match self.source(frame.source()) {
             Some(source) => (&source.recent[usize::from(frame.sequence())], source.progress, source.counts),
@@ -410,8 +412,8 @@ fn stray_index(frame: &Frame) -> usize {
     usize::from(frame.sequence() ^ source.system.0.wrapping_mul(31) ^ source.component.0.wrapping_mul(101))
 }
 
-/// Tells frames of one sender with one number apart: the checksum, which covers header and payload, the message id, and the end of the
-/// signature.
+/// Tells frames of one sender with one number apart: the checksum, which covers header and payload, the message id, and
+/// the end of the signature.
 fn identity(frame: &Frame) -> u64 {
     let bytes = frame.bytes();
     let header = if frame.version() == MavVersion::V1 { 6 } else { 10 };

@@ -1,14 +1,14 @@
-//! Owns who must sign: which keys belong to which vehicle, what becomes of a frame that should be signed and is not, and with
-//! which key our own frames go out. Pure but for the keys' own state ([`KeyUse`]).
+//! Owns who must sign: which keys belong to which vehicle, what becomes of a frame that should be signed and is not,
+//! and with which key our own frames go out. Pure but for the keys' own state ([`KeyUse`]).
 //!
-//! A vehicle *must sign* from the moment that it has shown that it has the key. From then on a frame in its name is believed
-//! when its signature is right, when it came over a link that nobody else can reach (USB, loopback, or as the link's options
-//! say), or when it is the report of a radio, which has no key. Everything else is counted and goes nowhere: not to the
-//! listeners, not to other links, and it teaches no route. That holds too when the key itself is missing: who lost it hears
-//! nothing, rather than everything.
+//! A vehicle *must sign* from the moment that it has shown that it has the key. From then on a frame in its name is
+//! believed when its signature is right, when it came over a private link (USB, loopback, or as the
+//! link's options say), or when it is the report of a radio, which has no key. Everything else is counted and goes
+//! nowhere: not to the listeners, not to other links, and it teaches no route. That holds too when the key itself is
+//! missing: who lost it hears nothing, rather than everything.
 //!
-//! We sign for a vehicle with the key that it showed last. What is for everyone goes to each link once with every key that
-//! was seen there.
+//! We sign for a vehicle with the key that it showed last. What is for everyone goes to each link once with every key
+//! that was seen there.
 
 use std::collections::HashMap;
 
@@ -18,7 +18,8 @@ use vencejo_proto::{Frame, KeyUse, MonoTime, SignatureFault, SigningKey, Signing
 use crate::address::LinkAddress;
 use crate::router::{RADIO_ID, RADIO_STATUS_ID, Slot, SlotSet};
 
-/// A vehicle that has shown a newer key is not taken to have gone back to an older one by a frame that was under way so long.
+/// A vehicle that has shown a newer key is not taken to have gone back to an older one by a frame that was under way so
+/// long.
 const UNDER_WAY: std::time::Duration = std::time::Duration::from_secs(2);
 
 /// Names a key; the number says nothing of what is in it.
@@ -59,12 +60,12 @@ pub struct VehicleKeys {
     pub must_sign: bool,
 }
 
-/// How a vehicle's frames were signed since the station began.
+/// Counts of how a vehicle's frames were signed since the station started.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct SigningCounts {
     /// Right signature, newer than all before.
     pub verified: u64,
-    /// Not signed, and believed: it need not sign, or the link is believed.
+    /// Not signed and accepted: it need not sign, or the link accepts unsigned frames.
     pub unsigned_accepted: u64,
     /// Refused: not signed.
     pub unsigned: u64,
@@ -79,7 +80,7 @@ pub struct SigningCounts {
 }
 
 impl SigningCounts {
-    /// All that were refused.
+    /// All refused frames.
     pub fn refused(self) -> u64 {
         self.unsigned + self.wrong_key + self.replayed + self.old + self.future
     }
@@ -95,12 +96,12 @@ impl SigningCounts {
     }
 }
 
-/// A vehicle's signing at this moment.
+/// The signing state of a vehicle.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct SigningState {
     /// Its keys.
     pub keys: VehicleKeys,
-    /// What was counted.
+    /// Counts.
     pub counts: SigningCounts,
     /// The key of its newest verified frame, and when that came.
     pub shown: Option<(KeyId, MonoTime)>,
@@ -108,25 +109,25 @@ pub struct SigningState {
     pub unsigned_run: u64,
     /// When a frame was refused last.
     pub refused_at: Option<MonoTime>,
-    /// Grows when what is in `keys` changes by what the vehicle shows.
+    /// Incremented when `keys` changes because of what the vehicle shows.
     pub changes: u64,
 }
 
-/// What becomes of a received frame.
+/// Whether a received frame is admitted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Admission {
-    /// Its sender has the key.
+    /// Verified: its sender has the key.
     Verified,
-    /// Nobody has vouched for it, and nobody needs to.
+    /// Not verified, and a signature is not required.
     Unverified,
-    /// It goes nowhere.
+    /// Refused: it is dropped.
     Refused,
 }
 
 struct Key {
     id: KeyId,
     used: KeyUse,
-    /// Links on which somebody has shown to have it.
+    /// Links on which a peer has proven to have it.
     links: SlotSet,
 }
 
@@ -138,7 +139,7 @@ pub(crate) struct SigningTable {
 }
 
 impl SigningTable {
-    /// Whether there is nothing to look at.
+    /// Whether no vehicle has keys.
     pub(crate) fn is_empty(&self) -> bool {
         self.vehicles.is_empty() && self.keys.is_empty()
     }
@@ -149,7 +150,7 @@ impl SigningTable {
         }
     }
 
-    /// Sets what a vehicle's keys are. One without any that need not sign is forgotten, and so are keys that nobody has.
+    /// Sets a vehicle's keys. A vehicle without keys that need not sign is forgotten, and so are keys that no vehicle has.
     pub(crate) fn set_vehicle(&mut self, system: SystemId, keys: VehicleKeys) {
         if keys == VehicleKeys::default() {
             self.vehicles.remove(&system);
@@ -170,12 +171,12 @@ impl SigningTable {
         self.vehicles.iter().map(|(system, state)| (*system, state))
     }
 
-    /// For each key the latest time that was signed with or accepted, and the time that is reserved with it now.
+    /// For each key the latest time stamp signed or accepted, and the time reserved for it now.
     pub(crate) fn reserve(&mut self, unix_us: u64) -> Vec<(KeyId, SigningTime, SigningTime)> {
         self.keys.iter_mut().map(|key| (key.id, key.used.latest(), key.used.reserve(unix_us))).collect()
     }
 
-    /// A time to begin a new key with.
+    /// The initial time stamp of a new key.
     pub(crate) fn next_time(&mut self, id: KeyId, unix_us: u64) -> Option<SigningTime> {
         self.key_mut(id)?.used.next_time(unix_us).ok()
     }
@@ -186,12 +187,12 @@ impl SigningTable {
         }
     }
 
-    /// The links at whose other end somebody has a key: what nobody has vouched for is not passed on to them.
+    /// The links whose far end has a key: unverified frames are not forwarded to them.
     pub(crate) fn guarded(&self) -> SlotSet {
         SlotSet(self.keys.iter().fold(0, |all, key| all | key.links.0))
     }
 
-    /// Looks at a received frame. `believed`: whether its link is believed without signatures.
+    /// Decides on a received frame. `believed`: whether its link accepts unsigned frames.
     pub(crate) fn admit(
         &mut self,
         frame: &Frame,
@@ -225,7 +226,7 @@ impl SigningTable {
             Err(fault) => {
                 state.unsigned_run += u64::from(fault == SignatureFault::Unsigned);
                 let is_radio = matches!(frame.message_id(), RADIO_STATUS_ID | RADIO_ID);
-                // Without a key that could be right a vehicle that need not sign is as it always was.
+                // A vehicle that need not sign is accepted as before.
                 if believed || is_radio || !state.keys.must_sign {
                     state.counts.unsigned_accepted += 1;
                     Admission::Unverified
@@ -238,10 +239,11 @@ impl SigningTable {
         }
     }
 
-    /// With which key a frame is signed rightly.
+    /// The key that a frame's signature is valid for.
     fn check(&mut self, frame: &Frame, slot: Slot, unix_us: u64) -> Result<KeyId, SignatureFault> {
         let keys_of = |system: SystemId| self.vehicles.get(&system).map(|state| &state.keys.keys);
-        // A vehicle signs with its own keys; who speaks to a vehicle signs with that one's; else it may be any.
+        // A vehicle signs with its own keys, a ground station with those of the vehicle that it addresses; otherwise it
+        // may be any key.
         let own = keys_of(frame.source().system)
             .or_else(|| frame.target().named_system().and_then(keys_of))
             .map(|keys| keys.iter().copied().collect::<SmallVec<[KeyId; 4]>>());
@@ -259,7 +261,7 @@ impl SigningTable {
         Err(fault)
     }
 
-    /// The keys to sign a frame of our own with on a link: one for a vehicle; for everyone each that was seen there.
+    /// The keys to sign one of our own frames with on a link: one for a vehicle, for a broadcast each key seen there.
     pub(crate) fn keys_for(&self, target: Option<SystemId>, slot: Slot) -> SmallVec<[KeyId; 4]> {
         match target.and_then(|system| self.vehicles.get(&system)) {
             Some(state) => state.keys.signs_with.into_iter().collect(),
@@ -274,7 +276,7 @@ impl SigningTable {
         }
     }
 
-    /// Signs a frame that leaves now.
+    /// Signs a frame that is sent now.
     pub(crate) fn sign(&mut self, id: KeyId, frame: &Frame, slot: Slot, unix_us: u64) -> Option<Frame> {
         match self.key_mut(id)?.used.sign(frame, slot, unix_us) {
             Ok(signed) => signed,

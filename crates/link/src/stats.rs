@@ -1,8 +1,8 @@
-//! Owns what is counted about a link and about each system and component heard on it.
+//! Owns the statistics of a link and of each component heard on it.
 //!
-//! Loss comes from the frame counter that each MAVLink sender puts into the frames of each of its channels (mavlink.io, "Packet Loss
-//! Detection"), so it is followed for each source and peer: a gap counts as lost until the missing frame arrives late. It is a lower bound: a gap of 256 frames
-//! looks like none.
+//! Loss comes from the frame counter that each MAVLink sender puts into the frames of each of its channels (mavlink.io,
+//! "Packet Loss Detection"), so it is tracked for each source and peer: a gap counts as lost until the missing frame
+//! arrives late. It is a lower bound: a gap of 256 frames is not seen.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
@@ -13,7 +13,7 @@ use vencejo_proto::{Address, DecoderStats, Frame, MonoTime};
 use crate::address_index::AddressIndex;
 use crate::outlet::PeerId;
 
-/// Sources counted one by one on each link; frames of further ones only count together.
+/// Sources counted individually on each link; frames of further ones are counted together.
 pub const MAX_SOURCES_PER_LINK: usize = 256;
 
 /// Peers of a link whose frame counters are followed for one source.
@@ -31,7 +31,7 @@ pub struct Traffic {
     pub bytes: u64,
 }
 
-/// What happened lately, per second, averaged over the last full seconds (up to four).
+/// Recent rates per second, averaged over the last full seconds (up to four).
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Rates {
     /// Frames received per second.
@@ -42,7 +42,7 @@ pub struct Rates {
     pub loss_ratio: Option<f64>,
 }
 
-/// Time from a question on this link to its answer, from TIMESYNC.
+/// Round-trip time on this link, from TIMESYNC.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct RoundTrip {
     /// The latest.
@@ -51,7 +51,7 @@ pub struct RoundTrip {
     pub smoothed: Duration,
     /// The shortest.
     pub shortest: Duration,
-    /// When the latest was noted.
+    /// When the latest was measured.
     pub at: MonoTime,
 }
 
@@ -83,7 +83,7 @@ pub struct LinkStats {
     pub received: Traffic,
     /// What was handed to the link to go out.
     pub sent: Traffic,
-    /// Frames that should have gone out and did not: queue full, socket full, nobody connected.
+    /// Frames that could not be sent: queue full, socket full, not connected.
     pub dropped: u64,
     /// Candidates of a known message id with a wrong checksum.
     pub bad_crc: u64,
@@ -99,9 +99,9 @@ pub struct LinkStats {
     pub loss_ratio: Option<f64>,
     /// Frames from sources beyond [`MAX_SOURCES_PER_LINK`].
     pub overflow_frames: u64,
-    /// Frames that were not believed because their signature was missing, wrong or not new, and keys that passed by.
+    /// Frames refused because their signature was missing, wrong or not new, and SETUP_SIGNING frames.
     pub refused: u64,
-    /// When the last valid frame came; its age is the clock's now less this.
+    /// When the last valid frame came.
     pub last_seen: Option<MonoTime>,
     /// Round trip, if it was measured.
     pub round_trip: Option<RoundTrip>,
@@ -111,16 +111,16 @@ pub struct LinkStats {
     pub sources: Vec<SourceStats>,
 }
 
-/// Follows one sender's frame counter.
+/// Tracks the frame counter of one channel of a sender.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct SequenceTracker {
     last: u8,
     /// Bit n: the frame n before `last` has come.
     window: u64,
     started: bool,
-    /// Whether the counter has ever moved; some simple senders always write the same number.
+    /// Whether the counter has ever changed; some simple senders always write the same number.
     moves: bool,
-    /// The last number that lay behind, and how many in a row did, each one more than the one before.
+    /// The last number behind `last`, and how many consecutive ones there were in a row.
     behind: u8,
     behind_run: u8,
     pub(crate) lost: u64,
@@ -130,14 +130,14 @@ pub(crate) struct SequenceTracker {
 }
 
 impl SequenceTracker {
-    /// So many numbers in a row behind the last one mean that the sender started again.
+    /// This many consecutive numbers behind the last one mean that the sender restarted.
     const RESTART_RUN: u8 = 4;
-    /// A sender that was silent so long and comes back with a small number has restarted.
+    /// A sender that was silent for this long and comes back with a small number has restarted.
     const REBOOT_SILENCE: Duration = Duration::from_secs(2);
     const REBOOT_HIGHEST: u8 = 16;
     const WINDOW: u8 = 64;
 
-    /// Takes in a frame's number, `silence` after the one before. Returns how many frames are newly known as lost.
+    /// Processes a frame's number, `silence` after the one before. Returns the number of newly lost frames.
     pub(crate) fn on_frame(&mut self, sequence: u8, silence: Duration) -> u64 {
         if !self.started {
             self.start_at(sequence);
@@ -184,8 +184,8 @@ impl SequenceTracker {
         0
     }
 
-    /// Takes in the number of a frame whose checksum cannot be verified. It counts when it is the very next, so that messages which the
-    /// dialect does not have are not missed; a forged one can hide no more than one lost frame.
+    /// Processes the number of a frame whose checksum cannot be verified. It counts when it is the very next, so that
+    /// messages unknown to the dialect are not taken for lost; a forged one hides at most one lost frame.
     fn on_unverified(&mut self, sequence: u8) {
         if self.started && sequence == self.last.wrapping_add(1) {
             self.window = (self.window << 1) | 1;
@@ -194,7 +194,7 @@ impl SequenceTracker {
         }
     }
 
-    /// Forgets the last number: what comes next starts anew, without loss. For a link that was connected again.
+    /// Forgets the last number, so that a reconnected link counts no loss.
     pub(crate) fn interrupt(&mut self) {
         self.started = false;
     }
@@ -220,7 +220,7 @@ struct Bucket {
     lost: u32,
 }
 
-/// Counts per second, for the seconds that just went by.
+/// Counts of the last seconds.
 #[derive(Debug, Clone, Default)]
 struct RateMeter {
     buckets: [Bucket; RATE_WINDOW_S as usize + 1],
@@ -244,7 +244,7 @@ impl RateMeter {
     fn rates(&self, now: MonoTime) -> Rates {
         let second = now.as_duration().as_secs();
         let Some(since) = self.since else { return Rates::default() };
-        // The running second is incomplete: only the full ones before it count, once there is one.
+        // The current second is incomplete: only the full ones before it count, once there is one.
         let full = (second - since.min(second)).min(RATE_WINDOW_S);
         let (from, until, seconds) = if full == 0 { (second, second + 1, 1) } else { (second - full, second, full) };
         let mut sum = Bucket::default();
@@ -267,8 +267,8 @@ fn ratio(lost: u64, received: u64) -> Option<f64> {
     (sent > 0).then(|| lost as f64 / sent as f64)
 }
 
-/// The frame counter of a source as it comes from one peer: a sender counts on each of its channels by itself, and two vehicles may use
-/// one address.
+/// The frame counter of a source as it comes from one peer: a sender counts on each of its channels by itself, and two
+/// vehicles may use one address.
 #[derive(Debug)]
 struct Channel {
     peer: PeerId,
@@ -339,7 +339,7 @@ impl LinkMeter {
         }
     }
 
-    /// Counts a frame that goes nowhere. It says nothing of who is at the other end.
+    /// Counts a refused frame. It does not count as hearing the other end.
     pub(crate) fn on_refused(&mut self) {
         self.refused += 1;
     }
@@ -408,7 +408,7 @@ impl LinkMeter {
         });
     }
 
-    /// The connection was made anew: numbers may start anywhere.
+    /// The link has reconnected: numbers may start anywhere.
     pub(crate) fn on_connected(&mut self) {
         for channel in self.sources.iter_mut().flat_map(|source| &mut source.channels) {
             channel.sequence.interrupt();
@@ -478,7 +478,7 @@ impl PortCounters {
         add(&self.unknown_ids, before.unknown_id, after.unknown_id);
     }
 
-    /// Bytes that came in and that no decoder looks at.
+    /// Adds bytes that were received and not decoded.
     pub(crate) fn add_ignored(&self, bytes: u64) {
         self.bytes_in.fetch_add(bytes, Ordering::Relaxed);
         self.garbage_bytes.fetch_add(bytes, Ordering::Relaxed);

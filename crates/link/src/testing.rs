@@ -108,8 +108,8 @@ pub(crate) fn command_to(system: u8, command: u16) -> Message {
     Message::CommandLong(CommandLong { target, command, confirmation: 0, params: [0.0; 7] })
 }
 
-/// Time as a busy machine lets it pass: short sleeps, each counted as it was asked for. Who takes long by it has waited for
-/// something, and was not kept from running.
+/// Time as a busy machine lets it pass: short sleeps, each counted as it was asked for. Who takes long by it has waited
+/// for something, and was not kept from running.
 pub(crate) struct Metronome {
     ticks: Arc<AtomicU32>,
 }

@@ -2,7 +2,7 @@
 //! again. (Mission Planner, QGroundControl, MAVProxy and pymavlink write and read it; some of them take the lowest two
 //! bits of the time as the number of the link.)
 //!
-//! [`TlogReader`] reads a file of any condition: bytes that are no entry are skipped and counted, a torn end too.
+//! [`TlogReader`] also reads damaged files: bytes that belong to no entry are skipped and counted, a torn end too.
 
 use std::io::{self, Read};
 
@@ -16,7 +16,7 @@ const IFLAG_SIGNED: u8 = 0x01;
 const SIGNATURE_LEN: usize = 13;
 /// The longest entry: a signed MAVLink 2 frame with 255 bytes of payload.
 const LONGEST_ENTRY: usize = STAMP_LEN + 10 + 255 + 2 + SIGNATURE_LEN;
-/// The length of a frame is known after so many of its bytes.
+/// The length of a frame is known after this many of its bytes.
 const FRAME_START_LEN: usize = 10;
 
 /// One entry of a recording.
@@ -28,7 +28,7 @@ pub struct TlogEntry {
     pub frame: Frame,
 }
 
-/// What a reader could not use.
+/// Bytes that a reader skipped.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct SkippedBytes {
     /// In the middle: damaged, or of another format.
@@ -44,14 +44,14 @@ impl SkippedBytes {
     }
 }
 
-/// Reads entries from bytes that come in pieces.
+/// Decodes entries from chunks of bytes.
 #[derive(Debug, Default)]
 pub struct TlogDecoder {
     buffer: Vec<u8>,
-    /// Where the next entry may begin.
+    /// Offset at which the next entry may begin.
     at: usize,
     ended: bool,
-    /// Whether the entry before this place was a good one.
+    /// Whether the entry before this offset was valid.
     in_step: bool,
     /// Checks one frame at a time.
     checker: FrameDecoder,
@@ -70,14 +70,14 @@ impl TlogDecoder {
         Self { in_step: true, ..Self::default() }
     }
 
-    /// Takes in the next bytes. Call [`Self::next_entry`] until it returns `None` before the next push.
+    /// Appends bytes. Call [`Self::next_entry`] until it returns `None` before the next push.
     pub fn push(&mut self, bytes: &[u8]) {
         self.buffer.drain(..self.at);
         self.at = 0;
         self.buffer.extend_from_slice(bytes);
     }
 
-    /// Says that nothing more will come.
+    /// Marks the end of the recording.
     pub fn finish(&mut self) {
         self.ended = true;
     }
@@ -110,7 +110,7 @@ impl TlogDecoder {
         }
     }
 
-    /// What could not be used so far.
+    /// The bytes skipped so far.
     pub fn skipped(&self) -> SkippedBytes {
         self.skipped
     }
@@ -149,7 +149,7 @@ impl TlogDecoder {
                 return Candidate::No;
             }
         };
-        // Nothing vouches for a message that the dialect does not have but its place among others.
+        // The checksum of a message unknown to the dialect cannot be verified: its valid neighbours vouch for it.
         let follows = rest.get(STAMP_LEN + len + STAMP_LEN).is_none_or(|byte| matches!(*byte, STX_V1 | STX_V2));
         let vouched_for = frame.is_known() || (self.in_step && follows);
         if !vouched_for {
@@ -198,7 +198,7 @@ impl<R: Read> TlogReader<R> {
         Self { source, decoder: TlogDecoder::new(), ended: false }
     }
 
-    /// What could not be used so far.
+    /// The bytes skipped so far.
     pub fn skipped(&self) -> SkippedBytes {
         self.decoder.skipped()
     }
@@ -233,8 +233,8 @@ impl<R: Read> Iterator for TlogReader<R> {
     }
 }
 
-/// Appends an entry to `out`. A signature is taken off: with many signatures of known frames a key can be searched for,
-/// and a signed frame could be replayed. The frame stays valid.
+/// Appends an entry to `out`. Signatures are removed: many signatures of known frames allow a search for the key, and a
+/// signed frame could be replayed. The frame stays valid.
 pub fn write_entry(out: &mut Vec<u8>, unix_us: u64, frame: &Frame) {
     out.reserve(LONGEST_ENTRY);
     out.extend_from_slice(&unix_us.to_be_bytes());

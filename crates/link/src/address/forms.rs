@@ -1,4 +1,4 @@
-//! What a link string stands for, and what may be wrong with one.
+//! Parsed link addresses and the errors of link strings.
 
 use std::fmt;
 use std::path::PathBuf;
@@ -27,12 +27,12 @@ impl HostPort {
         Self { host: host.into(), port }
     }
 
-    /// Whether it stands for this machine and the private networks that it is in: `lan`.
+    /// Whether it is `lan`: this machine and the private networks that it is in.
     pub(crate) fn is_lan(&self) -> bool {
         self.host.eq_ignore_ascii_case("lan")
     }
 
-    /// Whether the host is this machine, as far as its name tells.
+    /// Whether the host is a loopback name or address.
     pub(super) fn is_loopback(&self) -> bool {
         self.host == "localhost" || self.host.parse::<std::net::IpAddr>().is_ok_and(|address| address.is_loopback())
     }
@@ -56,14 +56,14 @@ pub enum LinkAddress {
         /// Where to listen.
         bind: HostPort,
     },
-    /// Sends UDP to one place and hears only that place; or, with `bind`, listens there too.
+    /// Sends UDP to one address and receives from it alone; with `bind`, listens there too.
     UdpOut {
         /// Where to send.
         remote: HostPort,
-        /// Our own end, when it matters (MAVROS: `udp://bind:port@host:port`). Whoever speaks to it is answered.
+        /// Our own end, when it matters (MAVROS: `udp://bind:port@host:port`). Peers that send to it are answered.
         bind: Option<HostPort>,
     },
-    /// Sends UDP to a broadcast address until somebody answers, then to that peer.
+    /// Sends UDP to a broadcast address until a peer answers, then to that peer.
     UdpBroadcast {
         /// The broadcast address and port.
         remote: HostPort,
@@ -78,7 +78,7 @@ pub enum LinkAddress {
         /// Where to listen.
         bind: HostPort,
     },
-    /// Opens a serial port for itself alone.
+    /// Opens a serial port exclusively.
     Serial {
         /// Device: `/dev/ttyACM0`, `COM3`.
         path: String,
@@ -100,12 +100,12 @@ pub enum LinkAddress {
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum AddressError {
-    /// Nothing there.
+    /// The text is empty.
     #[error(
         "the link string is empty; write for example `udpin:0.0.0.0:14550`, `tcp:127.0.0.1:5760` or `/dev/ttyACM0,115200`"
     )]
     Empty,
-    /// The word before the colon is no kind of link.
+    /// The word before the colon is not a kind of link.
     #[error("`{scheme}` in `{text}` is not a kind of link{}; kinds are udpin, udpout, udpbcast, tcp, tcpin, serial and tlog, as in `udpin:0.0.0.0:14550`",
         .suggestion.as_ref().map_or(String::new(), |s| format!(", did you mean `{s}`?")))]
     UnknownScheme {
@@ -116,7 +116,7 @@ pub enum AddressError {
         /// The nearest link string that makes sense.
         suggestion: Option<String>,
     },
-    /// A kind of link that others have and we do not.
+    /// A kind of link that other programs have and this one does not.
     #[error("`{scheme}` links are not supported; {instead}")]
     Unsupported {
         /// The kind.
@@ -129,7 +129,7 @@ pub enum AddressError {
     MissingHost {
         /// The whole text.
         text: String,
-        /// A right one of that kind.
+        /// A valid link string of that kind.
         example: &'static str,
     },
     /// Not a host name or address.
@@ -139,7 +139,7 @@ pub enum AddressError {
         text: String,
         /// The part that was wrong.
         host: String,
-        /// A right one of that kind.
+        /// A valid link string of that kind.
         example: &'static str,
     },
     /// Not a port number.
@@ -151,7 +151,7 @@ pub enum AddressError {
         port: String,
         /// 0 for listening links, otherwise 1.
         lowest: u16,
-        /// A right one of that kind.
+        /// A valid link string of that kind.
         example: &'static str,
     },
     /// No device or file name.
@@ -161,7 +161,7 @@ pub enum AddressError {
         text: String,
         /// "device" or "file".
         what: &'static str,
-        /// A right one of that kind.
+        /// A valid link string of that kind.
         example: &'static str,
     },
     /// Not a baud rate.

@@ -224,43 +224,43 @@ impl Parser<'_> {
                 remote => LinkAddress::UdpOut { remote: self.host_port(Kind::UdpOut, remote)?, bind: Some(bind) },
             });
         }
-        let place = self.host_port(kind, rest)?;
+        let address = self.host_port(kind, rest)?;
         Ok(match kind {
-            Kind::UdpIn => LinkAddress::UdpIn { bind: place },
-            Kind::UdpOut => LinkAddress::UdpOut { remote: place, bind: None },
-            Kind::UdpBroadcast => LinkAddress::UdpBroadcast { remote: place },
-            Kind::TcpServer => LinkAddress::TcpServer { bind: place },
-            Kind::TcpClient | Kind::Serial | Kind::Tlog => LinkAddress::TcpClient { remote: place },
+            Kind::UdpIn => LinkAddress::UdpIn { bind: address },
+            Kind::UdpOut => LinkAddress::UdpOut { remote: address, bind: None },
+            Kind::UdpBroadcast => LinkAddress::UdpBroadcast { remote: address },
+            Kind::TcpServer => LinkAddress::TcpServer { bind: address },
+            Kind::TcpClient | Kind::Serial | Kind::Tlog => LinkAddress::TcpClient { remote: address },
         })
     }
 
-    fn host_port(&self, kind: Kind, place: &str) -> Result<HostPort, AddressError> {
+    fn host_port(&self, kind: Kind, address: &str) -> Result<HostPort, AddressError> {
         let bad_host = |host: &str| AddressError::BadHost {
             text: self.text.to_owned(),
             host: host.to_owned(),
             example: kind.example(),
         };
-        let (host, port) = if let Some(bracketed) = place.strip_prefix('[') {
-            let (host, after) = bracketed.split_once(']').ok_or_else(|| bad_host(place))?;
+        let (host, port) = if let Some(bracketed) = address.strip_prefix('[') {
+            let (host, after) = bracketed.split_once(']').ok_or_else(|| bad_host(address))?;
             // Strictly an IPv6 address, with an optional zone as in `fe80::1%eth0`.
             host.split('%').next().and_then(|ip| ip.parse::<Ipv6Addr>().ok()).ok_or_else(|| bad_host(host))?;
             match after.strip_prefix(':') {
                 Some(port) => (host, Some(port)),
                 None if after.is_empty() => (host, None),
-                None => return Err(bad_host(place)),
+                None => return Err(bad_host(address)),
             }
         } else {
-            match place.split_once(':') {
-                Some((_, port)) if port.contains(':') => return Err(bad_host(place)),
+            match address.split_once(':') {
+                Some((_, port)) if port.contains(':') => return Err(bad_host(address)),
                 Some((host, port)) => (host, Some(port)),
                 // `udpin:14550`: a port alone.
                 None if kind.default_host().is_some()
-                    && !place.is_empty()
-                    && place.bytes().all(|b| b.is_ascii_digit()) =>
+                    && !address.is_empty()
+                    && address.bytes().all(|b| b.is_ascii_digit()) =>
                 {
-                    ("", Some(place))
+                    ("", Some(address))
                 }
-                None => (place, None),
+                None => (address, None),
             }
         };
         let host = match (host, kind.default_host()) {
@@ -268,7 +268,7 @@ impl Parser<'_> {
             ("", None) => {
                 return Err(AddressError::MissingHost { text: self.text.to_owned(), example: kind.example() });
             }
-            (host, _) if place.starts_with('[') || is_host_name(host) => host,
+            (host, _) if address.starts_with('[') || is_host_name(host) => host,
             (host, _) => return Err(bad_host(host)),
         };
         let port = match port {
@@ -286,7 +286,8 @@ impl Parser<'_> {
     }
 
     fn serial(&self, rest: &str, query: &Query) -> Result<LinkAddress, AddressError> {
-        // A comma always separates the rate; a colon only before digits, for names under /dev/serial/by-path have colons.
+        // A comma always separates the rate; a colon only before digits, for names under /dev/serial/by-path have
+        // colons.
         let (path, baud) = match rest.split_once(',') {
             Some((path, baud)) => (path, Some(baud)),
             None => match rest.rsplit_once(':') {

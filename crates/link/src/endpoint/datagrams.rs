@@ -1,5 +1,5 @@
-//! Owns a socket for datagrams: it is waited for only to be read, several are sent with one system call where the system has one
-//! for that (Linux), and what its errors say of one datagram is told from what they say of the socket.
+//! Owns a datagram socket: it is polled for reading only, sends several datagrams with one system call where there is
+//! one (Linux), and tells errors of one datagram from errors of the socket.
 
 use std::io::{Error, ErrorKind, Result};
 use std::net::{SocketAddr, UdpSocket};
@@ -7,14 +7,14 @@ use std::sync::Arc;
 
 use crate::outlet::Sent;
 
-/// A socket that never waits to send. So the runtime is not to be woken each time that the system has sent something and has room
-/// for more, as it is with tokio's own socket.
+/// A socket that never waits to send, so the runtime is not woken whenever the system has room to send more, as it is
+/// with tokio's own socket.
 #[cfg(unix)]
 pub(super) struct Datagrams(UdpSocket);
 
 #[cfg(unix)]
 impl Datagrams {
-    /// Takes a socket that does not block.
+    /// Takes a non-blocking socket.
     pub(super) fn new(socket: UdpSocket) -> Result<Self> {
         Ok(Self(socket))
     }
@@ -27,9 +27,9 @@ impl Datagrams {
         self.0.recv_from(buffer)
     }
 
-    fn try_send(&self, (bytes, place): &Datagram<'_>) -> Result<usize> {
-        match place {
-            Some(place) => self.0.send_to(bytes, place),
+    fn try_send(&self, (bytes, address): &Datagram<'_>) -> Result<usize> {
+        match address {
+            Some(address) => self.0.send_to(bytes, address),
             None => self.0.send(bytes),
         }
     }
@@ -46,7 +46,7 @@ impl std::os::fd::AsRawFd for Datagrams {
     }
 }
 
-/// While it lives, the runtime is woken by what comes to a socket.
+/// While it lives, the runtime is woken when a socket becomes readable.
 #[cfg(unix)]
 pub(super) struct Watch(tokio::io::unix::AsyncFd<Arc<Datagrams>>);
 
@@ -54,31 +54,31 @@ pub(super) struct Watch(tokio::io::unix::AsyncFd<Arc<Datagrams>>);
 impl Watch {
     #[expect(
         deprecated,
-        reason = "what takes its place is unsafe; a socket that is owned stays open and the same, which is all it asks"
+        reason = "what takes its address is unsafe; a socket that is owned stays open and the same, which is all it asks"
     )]
     pub(super) fn new(socket: &Arc<Datagrams>) -> Result<Self> {
         Ok(Self(tokio::io::unix::AsyncFd::with_interest(socket.clone(), tokio::io::Interest::READABLE)?))
     }
 
-    /// Waits until something came since this was waited for, or had come before it was watched: all of it is to be read then.
+    /// Waits until the socket is readable. It is edge-triggered: the socket must be drained then.
     pub(super) async fn readable(&self) -> Result<()> {
         self.0.readable().await?.clear_ready();
         Ok(())
     }
 }
 
-/// The same by tokio's own socket.
+/// The same with tokio's own socket.
 #[cfg(not(unix))]
 pub(super) struct Datagrams(tokio::net::UdpSocket);
 
 #[cfg(not(unix))]
 impl Datagrams {
-    /// Takes a socket that does not block.
+    /// Takes a non-blocking socket.
     pub(super) fn new(socket: UdpSocket) -> Result<Self> {
         Ok(Self(tokio::net::UdpSocket::from_std(socket)?))
     }
 
-    /// Until the runtime has seen that there is room, nothing leaves that is sent without waiting.
+    /// Until the runtime has seen the socket writable, `try_send` sends nothing.
     pub(super) async fn writable(&self) -> Result<()> {
         self.0.writable().await
     }
@@ -91,9 +91,9 @@ impl Datagrams {
         self.0.try_recv_from(buffer)
     }
 
-    fn try_send(&self, (bytes, place): &Datagram<'_>) -> Result<usize> {
-        match place {
-            Some(place) => self.0.try_send_to(bytes, *place),
+    fn try_send(&self, (bytes, address): &Datagram<'_>) -> Result<usize> {
+        match address {
+            Some(address) => self.0.try_send_to(bytes, *address),
             None => self.0.try_send(bytes),
         }
     }
@@ -103,7 +103,7 @@ impl Datagrams {
     }
 }
 
-/// Tokio's own socket is watched always.
+/// Tokio's own socket is always watched.
 #[cfg(not(unix))]
 pub(super) struct Watch(Arc<Datagrams>);
 
@@ -118,10 +118,10 @@ impl Watch {
     }
 }
 
-/// What is to be sent, and where to; a connected socket has one place of its own.
+/// A datagram and its destination; `None` for a connected socket.
 pub(super) type Datagram<'a> = (&'a [u8], Option<SocketAddr>);
 
-/// Sends datagrams in their order without ever waiting, and tells of each, by its number and in that order, what became of it.
+/// Sends datagrams in order without waiting, and reports the result of each by its number, in the same order.
 pub(super) fn send_all(socket: &Datagrams, datagrams: &[Datagram<'_>], mut told: impl FnMut(usize, Sent)) {
     let mut number = 0;
     while let rest @ [first, ..] = &datagrams[number..] {
@@ -129,7 +129,7 @@ pub(super) fn send_all(socket: &Datagrams, datagrams: &[Datagram<'_>], mut told:
         (number..number + sent).for_each(|number| told(number, Sent::Accepted { displaced: 0 }));
         number += sent;
         if sent == 0 {
-            // What is wrong with it, the system says only when it is sent alone.
+            // The system reports the error of a datagram only when it is sent alone.
             told(number, send(socket, first));
             number += 1;
         }
@@ -137,7 +137,7 @@ pub(super) fn send_all(socket: &Datagrams, datagrams: &[Datagram<'_>], mut told:
 }
 
 fn send(socket: &Datagrams, datagram: &Datagram<'_>) -> Sent {
-    // An earlier datagram's refusal (ICMP) is reported by a later call, which then sends nothing: call again.
+    // The ICMP refusal of an earlier datagram is reported by a later call, which then sends nothing: call again.
     let sent = match socket.try_send(datagram) {
         Err(error) if is_refusal(&error) => socket.try_send(datagram),
         result => result,
@@ -149,7 +149,7 @@ fn send(socket: &Datagrams, datagram: &Datagram<'_>) -> Sent {
     }
 }
 
-/// Sends as many as the system takes with one call, the first ones.
+/// Sends as many of the first datagrams as the system takes with one call.
 #[cfg(target_os = "linux")]
 fn send_some(socket: &Datagrams, datagrams: &[Datagram<'_>]) -> usize {
     use std::io::IoSlice;
@@ -157,22 +157,22 @@ fn send_some(socket: &Datagrams, datagrams: &[Datagram<'_>]) -> usize {
     use rustix::net::addr::SocketAddrArg;
     use rustix::net::{MMsgHdr, SendAncillaryBuffer, SendFlags, sendmmsg};
 
-    let places: Vec<_> = datagrams.iter().map(|(_, place)| place.map(|place| place.as_any())).collect();
+    let addresses: Vec<_> = datagrams.iter().map(|(_, address)| address.map(|address| address.as_any())).collect();
     let bytes: Vec<_> = datagrams.iter().map(|(bytes, _)| [IoSlice::new(bytes)]).collect();
     let mut controls: Vec<_> = datagrams.iter().map(|_| SendAncillaryBuffer::default()).collect();
-    let mut messages: Vec<_> = places
+    let mut messages: Vec<_> = addresses
         .iter()
         .zip(&bytes)
         .zip(&mut controls)
-        .map(|((place, bytes), control)| match place {
-            Some(place) => MMsgHdr::new_with_addr(place, bytes, control),
+        .map(|((address, bytes), control)| match address {
+            Some(address) => MMsgHdr::new_with_addr(address, bytes, control),
             None => MMsgHdr::new(bytes, control),
         })
         .collect();
     sendmmsg(&socket.0, &mut messages, SendFlags::empty()).unwrap_or(0)
 }
 
-/// None: this system has no such call that Rust's libraries know.
+/// None: Rust's libraries offer no such call on this system.
 #[cfg(not(target_os = "linux"))]
 const fn send_some(_: &Datagrams, _: &[Datagram<'_>]) -> usize {
     0
@@ -182,7 +182,7 @@ fn is_refusal(error: &Error) -> bool {
     matches!(error.kind(), ErrorKind::ConnectionRefused | ErrorKind::ConnectionReset)
 }
 
-/// The errors that say "not now" or "nobody there yet" about one datagram, not that the socket is broken.
+/// Errors of one datagram (no room now, no receiver yet) that do not mean that the socket is broken.
 pub(super) fn is_passing(error: &Error) -> bool {
     is_refusal(error)
         || matches!(
@@ -246,9 +246,10 @@ mod tests {
     #[tokio::test]
     async fn each_goes_to_its_own_place() {
         let ((_, one), (_, two), socket) = (pair().await, pair().await, Datagrams::new(open()).unwrap());
-        let places = [&one, &two].map(|socket| Some(socket.local_addr().unwrap()));
+        let addresses = [&one, &two].map(|socket| Some(socket.local_addr().unwrap()));
         let nowhere = Some(SocketAddr::from(([255, 255, 255, 255], 9)));
-        let datagrams: [Datagram<'_>; 4] = [(b"a", places[0]), (b"b", places[1]), (b"c", nowhere), (b"d", places[0])];
+        let datagrams: [Datagram<'_>; 4] =
+            [(b"a", addresses[0]), (b"b", addresses[1]), (b"c", nowhere), (b"d", addresses[0])];
         assert_eq!(sent(&socket, &datagrams), [ACCEPTED, ACCEPTED, Sent::NobodyThere, ACCEPTED]);
         assert_eq!([next(&one).await, next(&two).await, next(&one).await], [b"a", b"b", b"d"]);
     }
@@ -256,13 +257,13 @@ mod tests {
     #[tokio::test]
     async fn a_refusal_of_an_earlier_datagram_costs_no_later_one() {
         let (from, to) = pair().await;
-        let place = to.local_addr().unwrap();
+        let address = to.local_addr().unwrap();
         drop(to);
         let datagrams: [Datagram<'_>; 3] = [(b"a", None), (b"b", None), (b"c", None)];
         for _ in 0..10 {
             assert_eq!(sent(&from, &datagrams), [ACCEPTED; 3], "each is on its way, and the answer to it comes later");
         }
-        let to = tokio::net::UdpSocket::bind(place).await.unwrap();
+        let to = tokio::net::UdpSocket::bind(address).await.unwrap();
         assert_eq!(sent(&from, &datagrams), [ACCEPTED; 3]);
         for expected in [b"a", b"b", b"c"] {
             assert_eq!(next(&to).await, expected);

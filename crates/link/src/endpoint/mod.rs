@@ -1,5 +1,5 @@
-//! Owns the life of a link: connecting, connecting again for ever, its state, and its end. Each kind of endpoint has a
-//! file of its own.
+//! Owns the life cycle of a link: connecting, reconnecting for ever, its state, and its end. Each kind of endpoint has
+//! a file of its own.
 
 mod datagrams;
 mod reader;
@@ -27,9 +27,9 @@ use crate::port::{LinkId, LinkOptions, LinkState, Port};
 
 /// The first wait before connecting again.
 const FIRST_WAIT: Duration = Duration::from_millis(250);
-/// The longest: a link that can be had again is back within 2 s.
+/// The longest wait: a link that is available again is back within 2 s.
 const LONGEST_WAIT: Duration = Duration::from_millis(1500);
-/// A connection that lived so long was a good one: the next wait is the first again.
+/// After a connection that lasted at least this long the back-off starts anew.
 const GOOD_LIFE: Duration = Duration::from_secs(5);
 /// How long connecting may take.
 const CONNECT_TIMEOUT: Duration = Duration::from_secs(5);
@@ -66,13 +66,13 @@ impl LinkHandle {
         self.state.clone()
     }
 
-    /// Waits until its state is as wanted. Returns the state; also when the link is closed meanwhile.
+    /// Waits until its state is as wanted, or the link is closed. Returns the state.
     pub async fn wait_for(&mut self, wanted: impl FnMut(&LinkState) -> bool) -> LinkState {
         let found = self.state.wait_for(wanted).await.map(|state| state.clone());
         found.unwrap_or(LinkState::Down)
     }
 
-    /// The address of its own socket while it is up: tells the port when it was opened with port 0.
+    /// The local socket address while it is up; has the actual port when opened with port 0.
     pub fn local_address(&self) -> Option<std::net::SocketAddr> {
         *self.local.borrow()
     }
@@ -81,7 +81,7 @@ impl LinkHandle {
     pub async fn close(mut self) {
         self.cancel.cancel();
         if let Some(task) = self.task.take() {
-            // The task ends by itself; that it panicked has been reported by the runtime.
+            // A join error is a panic, which the runtime has reported.
             let _ = task.await;
         }
     }
@@ -104,7 +104,7 @@ pub(crate) struct Context {
 }
 
 impl Context {
-    /// Says that the link is open, once it takes what is sent.
+    /// Reports that the link is open and takes frames.
     pub(crate) fn up(&self, local: Option<std::net::SocketAddr>, peers: usize) {
         let since = self.hub.clock().now();
         *self.up_since.lock().unwrap_or_else(std::sync::PoisonError::into_inner) = Some(since);
@@ -114,7 +114,7 @@ impl Context {
         self.hub.on_open(&self.port);
     }
 
-    /// Says how many peers there are now.
+    /// Reports the number of peers.
     pub(crate) fn peers(&self, count: usize) {
         self.state.send_if_modified(|state| match state {
             LinkState::Up { peers, .. } if *peers != count => {
@@ -131,9 +131,9 @@ impl Context {
 pub(crate) enum End {
     /// We closed the link.
     Closed,
-    /// It broke; connect again.
+    /// It broke; reconnect.
     Broken(LinkFault),
-    /// There is nothing more to come.
+    /// Nothing more will come.
     Over(Option<String>),
 }
 
@@ -163,7 +163,7 @@ impl Endpoint {
         }
     }
 
-    /// How long it may take to end by itself when the link is closed.
+    /// How long it may take to end by itself after the link is closed.
     fn grace(&self) -> Duration {
         match self {
             Self::TcpClient(_) => stream::GOOD_BYE * 2,
@@ -182,11 +182,11 @@ impl Endpoint {
 }
 
 impl Hub {
-    /// Opens a link and keeps it open until [`LinkHandle::close`]: it connects, and connects again, by itself.
+    /// Opens a link and keeps it open until [`LinkHandle::close`], reconnecting by itself.
     /// Must be called within a tokio runtime.
     ///
     /// # Errors
-    /// [`LinkError::TooManyLinks`] only; anything that can go wrong on the way shows in the link's state.
+    /// [`LinkError::TooManyLinks`] only; connection errors show in the link's state.
     pub fn open(&self, address: LinkAddress, options: LinkOptions) -> Result<LinkHandle, LinkError> {
         let (endpoint, outlet): (Endpoint, Arc<dyn Outlet>) = match &address {
             LinkAddress::UdpIn { bind } => {
@@ -287,7 +287,7 @@ async fn live(mut endpoint: Endpoint, context: Arc<Context>) {
     endpoint.finish().await;
     drop(endpoint);
     if matches!(last, LinkState::Ended { .. }) {
-        // A replay that is over stays in the list, with what was wrong with it, until it is closed.
+        // A replay that has ended stays listed with its remark until it is closed.
         context.state.send_replace(last);
         context.cancel.cancelled().await;
         context.hub.detach(&context.port);
@@ -298,39 +298,40 @@ async fn live(mut endpoint: Endpoint, context: Arc<Context>) {
     context.state.send_replace(last);
 }
 
-/// The wait before attempt `attempt` + 1: it doubles from 0.25 s to 1.5 s, and is cut at random to no less than half, so
-/// that links that broke together do not come back together.
+/// The wait before attempt `attempt` + 1: doubles from 0.25 s to 1.5 s, with jitter down to half, so that links that
+/// broke together do not come back together.
 fn backoff(attempt: u32, chance: f64) -> Duration {
     let doubled = FIRST_WAIT.saturating_mul(1 << attempt.saturating_sub(1).min(8)).min(LONGEST_WAIT);
     doubled.mul_f64(0.5 + 0.5 * chance).max(FIRST_WAIT)
 }
 
-/// A number from 0 to 1, different each time and in each process.
+/// A random number from 0 to 1.
 fn chance() -> f64 {
     use std::hash::{BuildHasher, RandomState};
     (RandomState::new().hash_one(0u8) >> 11) as f64 / (1u64 << 53) as f64
 }
 
-/// Looks a place up, anew each time: all its addresses, one at least, those of IPv4 first, which nearly every autopilot and
-/// simulator listens on.
-async fn resolve(place: &HostPort) -> Result<Vec<std::net::SocketAddr>, End> {
-    let found = tokio::time::timeout(CONNECT_TIMEOUT, tokio::net::lookup_host((place.host.as_str(), place.port))).await;
+/// Resolves a host, anew each time: at least one address, IPv4 first, which nearly every autopilot and simulator
+/// listens on.
+async fn resolve(address: &HostPort) -> Result<Vec<std::net::SocketAddr>, End> {
+    let found =
+        tokio::time::timeout(CONNECT_TIMEOUT, tokio::net::lookup_host((address.host.as_str(), address.port))).await;
     let broken = |kind, detail| Err(End::Broken(LinkFault::new(kind, detail)));
     let found = match found {
         Ok(Ok(found)) => found,
-        Ok(Err(error)) => return broken(FaultKind::NoHost, format!("cannot find {}: {error}", place.host)),
-        Err(_) => return broken(FaultKind::NoHost, format!("looking up {} took too long", place.host)),
+        Ok(Err(error)) => return broken(FaultKind::NoHost, format!("cannot find {}: {error}", address.host)),
+        Err(_) => return broken(FaultKind::NoHost, format!("looking up {} took too long", address.host)),
     };
     let mut addresses: Vec<_> = found.collect();
     addresses.sort_by_key(std::net::SocketAddr::is_ipv6);
     if addresses.is_empty() {
-        return broken(FaultKind::NoHost, format!("{} has no address", place.host));
+        return broken(FaultKind::NoHost, format!("{} has no address", address.host));
     }
     Ok(addresses)
 }
 
-/// Says which socket could not be opened, and what to do about the usual reasons.
-fn bind_error(place: &HostPort, error: &std::io::Error) -> End {
+/// Why a socket could not be bound, with a hint for the usual reasons.
+fn bind_error(address: &HostPort, error: &std::io::Error) -> End {
     use std::io::ErrorKind;
     let (kind, hint) = match error.kind() {
         ErrorKind::AddrInUse => (FaultKind::AddressInUse, "; another program listens there (another ground station?)"),
@@ -341,7 +342,7 @@ fn bind_error(place: &HostPort, error: &std::io::Error) -> End {
         ErrorKind::PermissionDenied => (FaultKind::NoPermission, "; ports below 1024 are the administrator's"),
         _ => (FaultKind::Other, ""),
     };
-    End::Broken(LinkFault::new(kind, format!("cannot listen on {place}: {error}{hint}")))
+    End::Broken(LinkFault::new(kind, format!("cannot listen on {address}: {error}{hint}")))
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
-//! Owns when a socket for datagrams is read: the runtime waits for it, and all that is there is read in one go. While datagrams come
-//! thousands a second, a thread of its own reads them at intervals in place of being woken: that costs as much as to handle ten of
-//! them, a runtime that watched the socket would be woken by each, and one of its threads that slept would keep others waiting.
+//! Owns when a datagram socket is read: the runtime waits for it and drains it. While thousands of datagrams come per
+//! second, a thread of its own polls the socket at intervals instead: a wake-up costs as much as handling ten
+//! datagrams, the runtime would be woken by each, and a sleeping runtime thread would hold up other tasks.
 
 use std::convert::Infallible;
 use std::io::{Error, ErrorKind, Result};
@@ -15,23 +15,23 @@ use crate::pace::Pace;
 
 /// How late datagrams may be read while they come thousands a second.
 const PAUSE: Duration = Duration::from_micros(500);
-/// Readings in a row that found too little before the thread ends: what comes about as fast is not handed to and fro.
+/// Readings in a row that found too little before the thread ends (hysteresis).
 const PATIENCE: u32 = 10;
-/// Datagrams read before others have their turn.
+/// Datagrams read before yielding to other tasks.
 const BURST: usize = 256;
 /// How often [`Listener::sweep`] is called.
 const SWEEP: Duration = Duration::from_secs(5);
 
-/// Who takes in what is read.
+/// Receives what is read.
 pub(super) trait Listener: Send + 'static {
-    /// Takes in the next datagram that waits, or says that there is none.
+    /// Receives the next datagram, or returns `WouldBlock`.
     fn hear(&mut self, socket: &Datagrams) -> Result<()>;
 
     /// Called before and after each reading.
     fn begin(&mut self) {}
     fn end(&mut self) {}
 
-    /// Called each [`SWEEP`] or so. An error is the socket's end.
+    /// Called about every [`SWEEP`]. An error ends the socket.
     fn sweep(&mut self, _: &Datagrams) -> Result<()> {
         Ok(())
     }
@@ -49,7 +49,7 @@ pub(super) struct Reader<L> {
     pace: Pace,
 }
 
-/// A thread that reads. It gives the reader back, at the latest one pause after the link was closed.
+/// A thread that reads. It returns the reader at most one pause after the link was closed.
 pub(super) type Paced<L> = JoinHandle<(Reader<L>, Result<()>)>;
 
 impl<L: Listener> Reader<L> {
@@ -57,7 +57,7 @@ impl<L: Listener> Reader<L> {
         Self { socket, listener, pace: Pace::new(PAUSE) }
     }
 
-    /// Reads until the socket breaks. Who drops this waits for the thread that is left in `paced`.
+    /// Reads until the socket breaks. After dropping this, wait for the thread that is left in `paced`.
     pub(super) async fn run(mut self, paced: &mut Option<Paced<L>>) -> Result<Infallible> {
         let mut sweep = tokio::time::interval(SWEEP);
         sweep.set_missed_tick_behavior(MissedTickBehavior::Delay);
@@ -85,7 +85,7 @@ impl<L: Listener> Reader<L> {
                 (self, read)
             });
             let ended = paced.insert(thread).await;
-            // It is not to be awaited a second time, however it ended.
+            // It must not be awaited a second time.
             *paced = None;
             let read;
             (self, read) = ended.map_err(Error::other)?;
@@ -111,8 +111,7 @@ impl<L: Listener> Reader<L> {
         }
     }
 
-    /// Reads datagram after datagram until none is left, or others shall have their turn; whether none is left. An error is the
-    /// socket's end.
+    /// Reads until the socket is drained, or other tasks are due; whether it is drained. An error ends the socket.
     fn read(&mut self) -> Result<bool> {
         self.listener.begin();
         let read = self.read_burst();

@@ -1,4 +1,4 @@
-//! Owns serial links: a port opened for us alone, raw, 8 data bits, no parity, one stop bit, no flow control.
+//! Owns serial links: a port opened exclusively, raw, 8 data bits, no parity, one stop bit, no flow control.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -9,10 +9,10 @@ use super::{Context, End, stream};
 use crate::fault::{FaultKind, LinkFault};
 use crate::outlet::{Peer, StreamQueue};
 
-/// What is handed to the system at once: some 40 ms on a 57,600 baud line.
+/// Bytes handed to the system at once: some 40 ms on a 57,600 baud line.
 const BATCH_BYTES: usize = 256;
 
-/// The serial ports of this machine, as far as the system tells.
+/// The serial ports that the system lists.
 pub fn serial_ports() -> Vec<PathBuf> {
     SerialPort::available_ports().unwrap_or_default()
 }
@@ -49,7 +49,7 @@ impl Serial {
         let claim = Claim::of(&self.path)?;
         let port = SerialPort::open(&self.path, self.baud)?;
         claim.keep_others_out()?;
-        // What piled up while nobody listened is old.
+        // What was received before the port was opened is stale.
         port.discard_input_buffer()?;
         Ok((port, claim))
     }
@@ -80,8 +80,8 @@ impl Drop for Serial {
     }
 }
 
-/// Keeps a port ours for as long as it lives: the lock keeps out programs that ask for it (pyserial, mavlink-router,
-/// another of us), the terminal's exclusive mode all others.
+/// Exclusive use of a port while it lives: the lock keeps out programs that take it too (pyserial, mavlink-router, this
+/// one), the terminal's exclusive mode all others.
 #[cfg(unix)]
 struct Claim {
     lock: std::fs::File,

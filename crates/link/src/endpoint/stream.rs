@@ -1,4 +1,4 @@
-//! Owns the work on one open byte stream, TCP or serial: read into the hub, write from the queue.
+//! Owns the work on an open byte stream, TCP or serial: read into the hub, write from the queue.
 
 use std::time::Duration;
 
@@ -10,13 +10,13 @@ use crate::onward::Onward;
 use crate::outlet::{Peer, StreamQueue};
 use crate::port::Intake;
 
-/// What one read takes at most.
+/// Most bytes of one read.
 const READ_BYTES: usize = 16 * 1024;
-/// How long a link that is closed may take to send what waits, and to hear the other end close too.
+/// How long a closing link may take to send what is queued and to see the other end close.
 pub(super) const GOOD_BYE: Duration = Duration::from_millis(500);
 
-/// Serves a stream until it breaks. `batch_bytes` is what is handed to the system at once: little on a thin line, so
-/// that what we say ourselves does not wait behind much. Every frame comes from `peer`.
+/// Serves a stream from `peer` until it breaks. `batch_bytes` is handed to the system at once: few on a slow line, so
+/// that our own frames do not queue behind many.
 pub(super) async fn serve(
     context: &Context,
     peer: Peer<'_>,
@@ -32,14 +32,14 @@ pub(super) async fn serve(
         end = write(&mut writer, queue, batch_bytes) => end,
     };
     if matches!(end, End::Closed) {
-        // The last words matter: that a transfer is cancelled, or a file closed. Whatever fails now ends it as well.
+        // Queued frames matter: they cancel a transfer, or close a file. An error ends the link as well.
         let _ = tokio::time::timeout(GOOD_BYE, good_bye(&mut reader, &mut writer, queue)).await;
     }
     end
 }
 
-/// Sends what waits, says that no more comes, and takes in what the other end still sends until it closes too: a socket
-/// that is closed with bytes unread would take back what was just sent.
+/// Sends what is queued, shuts the write half down, and reads until the other end closes too: closing a socket with
+/// unread bytes resets the connection and loses what was just sent.
 async fn good_bye(
     reader: &mut (impl AsyncRead + Unpin),
     writer: &mut (impl AsyncWrite + Unpin),

@@ -15,12 +15,12 @@ use crate::fault::{FaultKind, LinkFault};
 use crate::outlet::{Class, Outlet, Peer, PeerId, Sent, StreamQueue, To};
 use crate::systems::SystemSet;
 
-/// Clients of one server; more are turned away.
+/// Most clients of a server; more are turned away.
 pub(crate) const MAX_CLIENTS: usize = 32;
-/// What is handed to the system at once.
+/// Bytes handed to the system at once.
 const BATCH_BYTES: usize = 16 * 1024;
 
-/// Sets a connection up: no waiting for full packets, and a silent death is noticed within about 15 s.
+/// Configures a connection: no Nagle delay, and a dead peer is noticed within about 15 s.
 fn prepare(stream: &TcpStream) -> std::io::Result<()> {
     stream.set_nodelay(true)?;
     let keepalive = TcpKeepalive::new().with_time(Duration::from_secs(5)).with_interval(Duration::from_secs(3));
@@ -67,12 +67,12 @@ impl Client {
     }
 }
 
-/// The first of the addresses of a name that lets us in: `localhost` is ::1 too, where a simulator does not listen. Each has the whole
-/// time, so that one behind which nobody answers does not keep us from the next.
-async fn connect_to_one_of(places: &[SocketAddr], name: &HostPort) -> Result<TcpStream, End> {
+/// Connects to the first address of a name that accepts: `localhost` is ::1 too, where a simulator does not listen.
+/// Each has the full timeout, so that an address that does not answer does not use up the time of the next.
+async fn connect_to_one_of(addresses: &[SocketAddr], name: &HostPort) -> Result<TcpStream, End> {
     let mut failed = LinkFault::new(FaultKind::NoHost, format!("{name} has no address"));
-    for place in places {
-        match tokio::time::timeout(CONNECT_TIMEOUT, TcpStream::connect(place)).await {
+    for address in addresses {
+        match tokio::time::timeout(CONNECT_TIMEOUT, TcpStream::connect(address)).await {
             Ok(Ok(stream)) => return Ok(stream),
             Ok(Err(error)) => {
                 let fault = LinkFault::from(error);
@@ -90,14 +90,14 @@ impl Drop for Client {
     }
 }
 
-/// One client of a server.
+/// A client of a server.
 struct Joined {
     number: PeerId,
     queue: Arc<StreamQueue>,
     systems: Arc<SystemSet>,
 }
 
-/// Sends to all clients, or to those behind whom the addressed system was heard.
+/// Sends to all clients, or to those behind which the addressed system was heard.
 #[derive(Default)]
 struct Clients {
     joined: Mutex<Vec<Joined>>,
@@ -146,7 +146,7 @@ pub(super) struct Server {
     bind: HostPort,
     clients: Arc<Clients>,
     serving: JoinSet<()>,
-    /// Clients so far.
+    /// The number of the newest client.
     welcomed: u32,
 }
 
@@ -168,8 +168,9 @@ impl Server {
         loop {
             tokio::select! {
                 accepted = listener.accept() => match accepted {
-                    Ok((stream, place)) => self.welcome(context, stream, place),
-                    // Of one connection (aborted) or of the machine (descriptors, memory): the listener stays good.
+                    Ok((stream, address)) => self.welcome(context, stream, address),
+                    // An error of one connection (aborted) or of the machine (descriptors, memory): the listener stays
+                    // usable.
                     Err(error) => {
                         tracing::debug!(link = %context.port.id, %error, "could not accept a client");
                         tokio::time::sleep(Duration::from_millis(100)).await;
@@ -180,25 +181,25 @@ impl Server {
         }
     }
 
-    /// Ends what serves the clients, and waits for it.
+    /// Ends the tasks of the clients and waits for them.
     pub(super) async fn finish(&mut self) {
         self.serving.shutdown().await;
         self.clients.joined().clear();
     }
 
     async fn listen(&self) -> Result<TcpListener, End> {
-        let places = resolve(&self.bind).await?;
-        TcpListener::bind(&places[..]).await.map_err(|error| bind_error(&self.bind, &error))
+        let addresses = resolve(&self.bind).await?;
+        TcpListener::bind(&addresses[..]).await.map_err(|error| bind_error(&self.bind, &error))
     }
 
-    fn welcome(&mut self, context: &Arc<Context>, stream: TcpStream, place: SocketAddr) {
+    fn welcome(&mut self, context: &Arc<Context>, stream: TcpStream, address: SocketAddr) {
         if self.serving.len() >= MAX_CLIENTS {
-            tracing::warn!(link = %context.port.id, %place, "turned away: {MAX_CLIENTS} clients are connected");
+            tracing::warn!(link = %context.port.id, peer = %address, "turned away: {MAX_CLIENTS} clients are connected");
             return;
         }
         self.welcomed = self.welcomed.wrapping_add(1);
         let number = PeerId(self.welcomed);
-        self.serving.spawn(serve_client(context.clone(), self.clients.clone(), number, stream, place));
+        self.serving.spawn(serve_client(context.clone(), self.clients.clone(), number, stream, address));
     }
 }
 
@@ -207,10 +208,10 @@ async fn serve_client(
     clients: Arc<Clients>,
     number: PeerId,
     stream: TcpStream,
-    place: SocketAddr,
+    address: SocketAddr,
 ) {
     if let Err(error) = prepare(&stream) {
-        tracing::debug!(link = %context.port.id, %place, %error, "a client left at once");
+        tracing::debug!(link = %context.port.id, peer = %address, %error, "a client left at once");
         return;
     }
     let queue = Arc::new(StreamQueue::default());
@@ -225,7 +226,7 @@ async fn serve_client(
     let (reader, writer) = stream.into_split();
     let peer = Peer { id: number, systems: Some(&systems) };
     let end = stream::serve(&context, peer, reader, writer, &queue, BATCH_BYTES).await;
-    tracing::debug!(link = %context.port.id, %place, ?end, "a client left");
+    tracing::debug!(link = %context.port.id, peer = %address, ?end, "a client left");
     context.peers(clients.remove(&queue));
 }
 
@@ -255,8 +256,9 @@ mod tests {
     async fn a_client_comes_back_after_the_server_went() {
         let mut listening = Listening::new();
         let server = TcpListener::bind("127.0.0.1:0").await.unwrap();
-        let place = server.local_addr().unwrap();
-        let link = listening.hub.open(format!("tcp:{place}").parse().unwrap(), crate::LinkOptions::default()).unwrap();
+        let address = server.local_addr().unwrap();
+        let link =
+            listening.hub.open(format!("tcp:{address}").parse().unwrap(), crate::LinkOptions::default()).unwrap();
         for round in 0..3 {
             let (mut stream, _) = in_time(server.accept()).await.unwrap();
             stream.write_all(heartbeat(1, 1, round).bytes()).await.unwrap();
@@ -314,10 +316,10 @@ mod tests {
     async fn a_server_has_several_clients() {
         let mut listening = Listening::new();
         let mut link = listening.open("tcpin:127.0.0.1:0").await;
-        let place = link.local_address().unwrap();
+        let address = link.local_address().unwrap();
         let mut clients = Vec::new();
         for system in 1..=3u8 {
-            let mut client = TcpStream::connect(place).await.unwrap();
+            let mut client = TcpStream::connect(address).await.unwrap();
             client.write_all(heartbeat(system, 1, 0).bytes()).await.unwrap();
             assert_eq!(listening.next().await.source().system.0, system);
             clients.push(client);
@@ -340,18 +342,19 @@ mod tests {
     async fn too_many_clients_are_turned_away() {
         let listening = Listening::new();
         let mut link = listening.open("tcpin:127.0.0.1:0").await;
-        let place = link.local_address().unwrap();
+        let address = link.local_address().unwrap();
         let mut clients = Vec::new();
         for _ in 0..MAX_CLIENTS {
-            clients.push(TcpStream::connect(place).await.unwrap());
+            clients.push(TcpStream::connect(address).await.unwrap());
         }
         in_time(link.wait_for(|state| matches!(state, LinkState::Up { peers: MAX_CLIENTS, .. }))).await;
-        let mut late = TcpStream::connect(place).await.unwrap();
+        let mut late = TcpStream::connect(address).await.unwrap();
         assert_eq!(in_time(late.read(&mut [0])).await.unwrap_or(0), 0);
         link.close().await;
     }
 
-    // fault 8 (1 seeds): 100,000 pieces of noise and wrong checksums: same link, at least 28 of the next 40 frames heard (what is held up is one frame of 280 bytes), one source
+    // fault 8 (1 seeds): 100,000 pieces of noise and wrong checksums: same link, at least 28 of the next 40 frames
+    // heard (what is held up is one frame of 280 bytes), one source
     /// 100,000 pieces of noise change nothing but the garbage counters.
     #[tokio::test]
     async fn noise_changes_nothing() {

@@ -18,10 +18,10 @@ fn the_wait_doubles_and_is_bounded() {
 
 #[tokio::test]
 async fn a_name_is_looked_up_to_all_its_addresses_ipv4_first() {
-    let place = |host: &str, port| HostPort { host: host.to_owned(), port };
-    let found = resolve(&place("localhost", 9)).await.expect("localhost is somewhere");
+    let at = |host: &str, port| HostPort { host: host.to_owned(), port };
+    let found = resolve(&at("localhost", 9)).await.expect("localhost is somewhere");
     assert!(found.is_sorted_by_key(std::net::SocketAddr::is_ipv6), "{found:?}");
-    let at_number = resolve(&place("::1", 9)).await.expect("a number needs nobody");
+    let at_number = resolve(&at("::1", 9)).await.expect("a number needs nobody");
     assert_eq!(at_number, ["[::1]:9".parse().unwrap()]);
 }
 

@@ -1,4 +1,4 @@
-//! Owns the replay of a recording as a link: its frames come at the recorded pace, times a factor.
+//! Owns the replay of a recording as a link, at the recorded pace times a factor.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -12,9 +12,9 @@ use crate::onward::Onward;
 use crate::outlet::Peer;
 use crate::tlog::{SkippedBytes, TlogDecoder};
 
-/// What one read takes.
+/// Bytes of one read.
 const READ_BYTES: usize = 32 * 1024;
-/// A longer pause in a recording, or a step back, is a clock that was set: replayed without waiting.
+/// A longer pause, or a step back, means that the recorder's clock was set: replayed without waiting.
 const LONGEST_PAUSE_US: u64 = 60 * 60 * 1_000_000;
 /// A loop through a recording without a frame, or without duration, must not spin.
 const REPEAT_PAUSE: Duration = Duration::from_millis(100);

@@ -1,11 +1,11 @@
-//! Owns UDP links: listening, calling one place, and broadcasting until somebody answers.
+//! Owns UDP links: listening, calling one address, and broadcasting until a peer answers.
 //!
-//! A listening link answers everyone who has spoken MAVLink to it within the last minute; who sends anything else is
-//! not answered. Each peer has its own decoder, for some bridges cut frames anywhere.
+//! A listening link answers every peer that has sent MAVLink within the last minute, and no others. Each peer has its
+//! own decoder, because some bridges split frames over datagrams.
 //!
-//! There is room for so many peers, and a peer earns its place by what it says: when all places are taken, a newcomer has the
-//! place of one who never spoke MAVLink, else of one who said a frame or two and no more, else of one who is silent.
-//! So whoever sends from a thousand ports shuts nobody out, and a vehicle that comes back on another port is heard at once.
+//! Peers are bounded by [`MAX_PEERS`]. When full, a newcomer replaces, in this order, a peer that never sent MAVLink,
+//! one with fewer than [`EARNED_FRAMES`] frames, one silent for [`QUIET`]. So a flood from a thousand ports shuts no
+//! vehicle out, and a vehicle that comes back on another port is heard at once.
 
 use std::io::ErrorKind;
 use std::net::{IpAddr, SocketAddr};
@@ -27,31 +27,31 @@ use crate::outlet::{self, Class, Outlet, PeerId, Sent, To};
 use crate::port::Intake;
 use crate::systems::SystemSet;
 
-/// Peers of one link. Beyond, the least worthy makes room; if all are worth their places, newcomers are ignored.
+/// Most peers of a link. A newcomer that may replace none is ignored.
 pub(crate) const MAX_PEERS: usize = 128;
-/// Whole frames after which a peer has earned its place …
+/// Frames after which a peer is not replaced …
 const EARNED_FRAMES: u32 = 5;
-/// … for as long as it is not silent for longer than this.
+/// … unless it is silent for longer than this.
 const QUIET: Duration = Duration::from_secs(5);
-/// A peer that was silent so long is not answered any more.
+/// A peer silent for this long is no longer answered.
 pub(crate) const PEER_LIFE: Duration = Duration::from_secs(60);
 /// The largest datagram.
 const DATAGRAM_BYTES: usize = 65_536;
-/// Asked for the socket's receive buffer; the system may give less.
+/// Requested size of the socket's receive buffer; the system may grant less.
 const RECEIVE_BUFFER_BYTES: usize = 4 * 1024 * 1024;
 
-/// Whom a link talks to.
+/// The kind of a UDP link.
 enum Mode {
-    /// Whoever speaks to us.
+    /// Listens, and answers its peers.
     Listen { bind: HostPort },
-    /// A place, until somebody speaks to us.
+    /// Sends to an address until a peer is heard.
     Call { bind: Option<HostPort>, remote: HostPort, broadcast: bool },
-    /// One place and no other.
+    /// Connected to one address.
     Connect { remote: HostPort },
 }
 
 impl Mode {
-    /// Whether what comes from outside the private networks is ignored.
+    /// Whether datagrams from outside the private networks are ignored.
     fn hears_near_only(&self) -> bool {
         match self {
             Self::Listen { bind } | Self::Call { bind: Some(bind), .. } => bind.is_lan(),
@@ -60,58 +60,59 @@ impl Mode {
     }
 }
 
-/// Somebody at the other end.
+/// A peer that has sent MAVLink.
 struct Peer {
     number: PeerId,
-    place: SocketAddr,
+    address: SocketAddr,
     systems: Arc<SystemSet>,
 }
 
-/// What the reading task and the senders share.
+/// State shared by the reading task and the senders.
 #[derive(Default)]
-struct Door {
+struct Shared {
     socket: Option<Arc<Datagrams>>,
     /// The socket is connected to its one peer.
     connected: bool,
-    /// Where to send while nobody has spoken.
+    /// Where to send while there are no peers.
     fallback: Option<SocketAddr>,
-    /// Those who have spoken MAVLink.
+    /// Peers that have sent MAVLink.
     peers: Vec<Peer>,
 }
 
 #[derive(Default)]
 struct UdpOutlet {
-    door: RwLock<Door>,
+    shared: RwLock<Shared>,
 }
 
 impl UdpOutlet {
-    fn change(&self, change: impl FnOnce(&mut Door)) {
-        change(&mut self.door.write().unwrap_or_else(PoisonError::into_inner));
+    fn change(&self, change: impl FnOnce(&mut Shared)) {
+        change(&mut self.shared.write().unwrap_or_else(PoisonError::into_inner));
     }
 }
 
-impl Door {
-    /// Where a frame goes: `None` is the one place that a connected socket has.
-    fn places(&self, to: To) -> SmallVec<[Option<SocketAddr>; 8]> {
-        let mut places: SmallVec<[Option<SocketAddr>; 8]> = SmallVec::new();
+impl Shared {
+    /// The destinations of a frame; `None` is the remote of a connected socket.
+    fn destinations(&self, to: To) -> SmallVec<[Option<SocketAddr>; 8]> {
+        let mut destinations: SmallVec<[Option<SocketAddr>; 8]> = SmallVec::new();
         if self.connected {
-            places.push(None);
-            return places;
+            destinations.push(None);
+            return destinations;
         }
-        places.extend(self.peers.iter().find(|peer| Some(peer.number) == to.peer).map(|peer| Some(peer.place)));
-        if let (true, Some(system)) = (places.is_empty(), to.system) {
-            places.extend(self.peers.iter().filter(|peer| peer.systems.contains(system)).map(|peer| Some(peer.place)));
+        destinations.extend(self.peers.iter().find(|peer| Some(peer.number) == to.peer).map(|peer| Some(peer.address)));
+        if let (true, Some(system)) = (destinations.is_empty(), to.system) {
+            destinations
+                .extend(self.peers.iter().filter(|peer| peer.systems.contains(system)).map(|peer| Some(peer.address)));
         }
-        if places.is_empty() && to.is_strict() {
-            return places;
+        if destinations.is_empty() && to.is_strict() {
+            return destinations;
         }
-        if places.is_empty() {
-            places.extend(self.peers.iter().map(|peer| Some(peer.place)));
+        if destinations.is_empty() {
+            destinations.extend(self.peers.iter().map(|peer| Some(peer.address)));
         }
-        if places.is_empty() {
-            places.extend(self.fallback.map(Some));
+        if destinations.is_empty() {
+            destinations.extend(self.fallback.map(Some));
         }
-        places
+        destinations
     }
 }
 
@@ -123,22 +124,22 @@ impl Outlet for UdpOutlet {
     }
 
     fn send_all(&self, frames: &[(&Frame, To)], _: Class, told: &mut dyn FnMut(&Frame, Sent)) {
-        let door = self.door.read().unwrap_or_else(PoisonError::into_inner);
-        let socket = door.socket.clone();
+        let shared = self.shared.read().unwrap_or_else(PoisonError::into_inner);
+        let socket = shared.socket.clone();
         let mut datagrams: SmallVec<[Datagram<'_>; 8]> = SmallVec::new();
-        // Of which frame each is.
+        // The number of the frame in each datagram.
         let mut numbers: SmallVec<[usize; 8]> = SmallVec::new();
         for (number, (frame, to)) in frames.iter().enumerate() {
-            for place in door.places(*to) {
-                datagrams.push((frame.bytes(), place));
+            for address in shared.destinations(*to) {
+                datagrams.push((frame.bytes(), address));
                 numbers.push(number);
             }
         }
-        drop(door);
+        drop(shared);
         let mut results: SmallVec<[Sent; 8]> = SmallVec::from_elem(Sent::NobodyThere, frames.len());
         if let Some(socket) = socket {
             send_all(&socket, &datagrams, |number, sent| {
-                // It is on its way when it is so to one of them.
+                // Accepted when one of its datagrams is.
                 let result = &mut results[numbers[number]];
                 if *result != (Sent::Accepted { displaced: 0 }) {
                     *result = sent;
@@ -150,9 +151,9 @@ impl Outlet for UdpOutlet {
         }
     }
 
-    fn place(&self, peer: PeerId) -> Option<SocketAddr> {
-        let door = self.door.read().unwrap_or_else(PoisonError::into_inner);
-        door.peers.iter().find(|other| other.number == peer).map(|other| other.place)
+    fn address(&self, peer: PeerId) -> Option<SocketAddr> {
+        let shared = self.shared.read().unwrap_or_else(PoisonError::into_inner);
+        shared.peers.iter().find(|other| other.number == peer).map(|other| other.address)
     }
 }
 
@@ -162,8 +163,8 @@ pub(super) struct Udp {
     outlet: Arc<UdpOutlet>,
     /// The number of the newest peer, over all openings of the socket.
     numbers: Arc<AtomicU32>,
-    /// What reads when much comes.
-    paced: Option<Paced<Ear>>,
+    /// The reading thread, while much comes.
+    paced: Option<Paced<UdpReader>>,
 }
 
 impl Udp {
@@ -198,21 +199,21 @@ impl Udp {
         };
         let callers = Callers::numbered_by(self.numbers.clone());
         let heard = match &self.mode {
-            Mode::Connect { .. } => Heard::One(Intake::new()),
-            Mode::Listen { .. } | Mode::Call { .. } if self.mode.hears_near_only() => Heard::Near(callers),
-            Mode::Listen { .. } | Mode::Call { .. } => Heard::All(callers),
+            Mode::Connect { .. } => Peers::One(Intake::new()),
+            Mode::Listen { .. } | Mode::Call { .. } if self.mode.hears_near_only() => Peers::Lan(callers),
+            Mode::Listen { .. } | Mode::Call { .. } => Peers::Any(callers),
         };
-        context.up(socket.local_addr().ok(), usize::from(matches!(heard, Heard::One(_))));
-        let ear = Ear::new(context.clone(), self.outlet.clone(), heard);
-        let Err(error) = Reader::new(socket, ear).run(&mut self.paced).await;
-        self.outlet.change(|door| *door = Door::default());
+        context.up(socket.local_addr().ok(), usize::from(matches!(heard, Peers::One(_))));
+        let reader = UdpReader::new(context.clone(), self.outlet.clone(), heard);
+        let Err(error) = Reader::new(socket, reader).run(&mut self.paced).await;
+        self.outlet.change(|shared| *shared = Shared::default());
         error.into()
     }
 
-    /// Waits until nothing of a link that was closed is read any more.
+    /// Waits until the reading thread has ended.
     pub(super) async fn finish(&mut self) {
         if let Some(paced) = self.paced.take() {
-            // That it panicked has been reported by the runtime.
+            // A join error is a panic, which the runtime has reported.
             let _ = paced.await;
         }
     }
@@ -223,30 +224,30 @@ impl Udp {
             Mode::Call { bind, remote, .. } => (bind.as_ref(), Some(remote)),
             Mode::Connect { remote } => (None, Some(remote)),
         };
-        let mut place = match bind {
+        let mut address = match bind {
             Some(bind) if !bind.is_lan() => resolve(bind).await?[0],
             bind => SocketAddr::from(([0u8; 4], bind.map_or(0, |bind| bind.port))),
         };
         let remote = match remote {
             Some(name) => {
-                let (to, from) = pair_of(&resolve(name).await?, place).ok_or_else(|| {
-                    let detail = format!("cannot send from {place} to {name}: one is IPv4, the other IPv6");
+                let (to, from) = pair_of(&resolve(name).await?, address).ok_or_else(|| {
+                    let detail = format!("cannot send from {address} to {name}: one is IPv4, the other IPv6");
                     End::Broken(LinkFault::new(FaultKind::NotOurAddress, detail))
                 })?;
-                place = from;
+                address = from;
                 Some(to)
             }
             None => None,
         };
-        let socket = Socket::new(Domain::for_address(place), Type::DGRAM, Some(Protocol::UDP))?;
+        let socket = Socket::new(Domain::for_address(address), Type::DGRAM, Some(Protocol::UDP))?;
         socket.set_nonblocking(true)?;
-        // Bursts of telemetry must not be lost while we work; less than asked for is fine.
+        // Bursts of telemetry must not be lost while we work; less than requested is fine.
         let _ = socket.set_recv_buffer_size(RECEIVE_BUFFER_BYTES);
         if matches!(self.mode, Mode::Call { broadcast: true, .. }) {
             socket.set_broadcast(true)?;
         }
-        socket.bind(&SockAddr::from(place)).map_err(|error| {
-            bind_error(bind.unwrap_or(&HostPort::new(place.ip().to_string(), place.port())), &error)
+        socket.bind(&SockAddr::from(address)).map_err(|error| {
+            bind_error(bind.unwrap_or(&HostPort::new(address.ip().to_string(), address.port())), &error)
         })?;
         let connected = matches!(self.mode, Mode::Connect { .. });
         if let (true, Some(remote)) = (connected, remote) {
@@ -255,8 +256,8 @@ impl Udp {
         let socket = Arc::new(Datagrams::new(socket.into())?);
         #[cfg(not(unix))]
         socket.writable().await?;
-        self.outlet.change(|door| {
-            *door = Door { socket: Some(socket.clone()), connected, fallback: remote, peers: Vec::new() };
+        self.outlet.change(|shared| {
+            *shared = Shared { socket: Some(socket.clone()), connected, fallback: remote, peers: Vec::new() };
         });
         Ok(socket)
     }
@@ -264,58 +265,58 @@ impl Udp {
 
 impl Drop for Udp {
     fn drop(&mut self) {
-        self.outlet.change(|door| *door = Door::default());
+        self.outlet.change(|shared| *shared = Shared::default());
     }
 }
 
-/// Who is heard.
-enum Heard {
-    /// The one at the other end of a connected socket.
+/// Which peers are heard.
+enum Peers {
+    /// The remote of a connected socket.
     One(Intake),
-    /// Whoever sends.
-    All(Callers),
-    /// Whoever sends from the private networks.
-    Near(Callers),
+    /// All senders.
+    Any(Callers),
+    /// Senders in the private networks.
+    Lan(Callers),
 }
 
-/// Takes in what a socket of the link brings.
-struct Ear {
+/// Reads the socket of a link.
+struct UdpReader {
     context: Arc<Context>,
     outlet: Arc<UdpOutlet>,
-    heard: Heard,
+    heard: Peers,
     onward: Onward,
-    /// When the reading began.
+    /// When the current reading began.
     now: MonoTime,
     buffer: Vec<u8>,
 }
 
-impl Ear {
-    fn new(context: Arc<Context>, outlet: Arc<UdpOutlet>, heard: Heard) -> Self {
+impl UdpReader {
+    fn new(context: Arc<Context>, outlet: Arc<UdpOutlet>, heard: Peers) -> Self {
         let (onward, now, buffer) = (Onward::default(), MonoTime::ZERO, vec![0; DATAGRAM_BYTES]);
         Self { context, outlet, heard, onward, now, buffer }
     }
 }
 
-impl Listener for Ear {
+impl Listener for UdpReader {
     fn hear(&mut self, socket: &Datagrams) -> std::io::Result<()> {
         let Self { context, outlet, heard, onward, now, buffer } = self;
         let (callers, is_near_only) = match heard {
-            Heard::One(intake) => {
+            Peers::One(intake) => {
                 let count = socket.recv(buffer)?;
                 intake.feed_datagram(&context.port, &buffer[..count], |frame| {
                     context.hub.receive(&context.port, outlet::Peer::default(), frame, *now, onward);
                 });
                 return Ok(());
             }
-            Heard::All(callers) => (callers, false),
-            Heard::Near(callers) => (callers, true),
+            Peers::Any(callers) => (callers, false),
+            Peers::Lan(callers) => (callers, true),
         };
-        let (count, place) = socket.recv_from(buffer)?;
-        if is_near_only && !is_near(place.ip()) {
-            tracing::debug!(link = %context.port.id, %place, "not heard: from outside the private networks");
+        let (count, address) = socket.recv_from(buffer)?;
+        if is_near_only && !is_near(address.ip()) {
+            tracing::debug!(link = %context.port.id, peer = %address, "not heard: from outside the private networks");
             Intake::ignore(&context.port, count);
         } else {
-            hear(context, outlet, callers, place, &buffer[..count], *now, onward);
+            hear(context, outlet, callers, address, &buffer[..count], *now, onward);
         }
         Ok(())
     }
@@ -329,7 +330,7 @@ impl Listener for Ear {
     }
 
     fn sweep(&mut self, socket: &Datagrams) -> std::io::Result<()> {
-        if let Heard::All(callers) | Heard::Near(callers) = &mut self.heard {
+        if let Peers::Any(callers) | Peers::Lan(callers) = &mut self.heard {
             callers.forget_silent(self.context.hub.clock().now());
             publish(&self.context, &self.outlet, callers);
         }
@@ -341,29 +342,29 @@ impl Listener for Ear {
     }
 }
 
-/// Takes in a datagram of somebody.
+/// Processes a datagram.
 fn hear(
     context: &Context,
     outlet: &UdpOutlet,
     callers: &mut Callers,
-    place: SocketAddr,
+    address: SocketAddr,
     datagram: &[u8],
     now: MonoTime,
     onward: &mut Onward,
 ) {
-    let Some(caller) = callers.find_or_add(place, now) else {
+    let Some(caller) = callers.find_or_add(address, now) else {
         return Intake::ignore(&context.port, datagram.len());
     };
     let mut is_new = false;
     let Caller { number, intake, systems, frames, .. } = caller;
     let number = *number;
-    // The place must be known before the hub answers what it hears.
+    // The peer must be known before the hub answers what it hears.
     intake.feed_datagram(&context.port, datagram, |frame| {
         if frame.is_known() {
             if *frames == 0 {
                 is_new = true;
-                outlet.change(|door| {
-                    door.peers.push(Peer { number, place, systems: systems.clone() });
+                outlet.change(|shared| {
+                    shared.peers.push(Peer { number, address, systems: systems.clone() });
                 });
             }
             *frames = frames.saturating_add(1);
@@ -375,8 +376,8 @@ fn hear(
     }
 }
 
-/// The first of the remote addresses that can be reached from `bind`, and the address to bind for it: where every address of this machine is
-/// meant, those of the remote's IP version.
+/// The first remote address that can be reached from `bind`, and the address to bind for it: an unspecified address is
+/// bound in the remote's IP version.
 fn pair_of(remotes: &[SocketAddr], bind: SocketAddr) -> Option<(SocketAddr, SocketAddr)> {
     if let Some(remote) = remotes.iter().find(|remote| remote.is_ipv4() == bind.is_ipv4()) {
         return Some((*remote, bind));
@@ -386,8 +387,8 @@ fn pair_of(remotes: &[SocketAddr], bind: SocketAddr) -> Option<(SocketAddr, Sock
     Some((remote, SocketAddr::new(every, bind.port())))
 }
 
-/// Whether this machine still has the address that a socket has: after a change of network or an ended lease it does not, and
-/// then nothing leaves or comes any more, while the system tells the socket of no error that would end it.
+/// Checks that this machine still has a socket's address: after a change of network or an expired DHCP lease nothing is
+/// sent or received any more, and the system reports no error on the socket.
 fn still_ours(mut local: SocketAddr) -> std::io::Result<()> {
     if local.ip().is_unspecified() {
         return Ok(());
@@ -395,19 +396,20 @@ fn still_ours(mut local: SocketAddr) -> std::io::Result<()> {
     local.set_port(0);
     match std::net::UdpSocket::bind(local) {
         Err(error) if error.kind() == ErrorKind::AddrNotAvailable => Err(error),
-        // Whatever else there is says nothing about the address.
+        // Other errors say nothing about the address.
         _ => Ok(()),
     }
 }
 
-/// Tells the senders and the link's state who is there.
+/// Publishes the peers to the senders and to the link's state.
 fn publish(context: &Context, outlet: &UdpOutlet, callers: &Callers) {
     let peers: Vec<Peer> = callers.spoken().collect();
     context.peers(peers.len());
-    outlet.change(|door| door.peers = peers);
+    outlet.change(|shared| shared.peers = peers);
 }
 
-/// Whether an address is of this machine or of a network that the internet does not route (RFC 1918, RFC 3927, RFC 4193).
+/// Whether an address is of this machine or of a network that is not routed on the internet (RFC 1918, RFC 3927, RFC
+/// 4193).
 fn is_near(ip: IpAddr) -> bool {
     match ip.to_canonical() {
         IpAddr::V4(ip) => ip.is_loopback() || ip.is_private() || ip.is_link_local(),
@@ -415,26 +417,26 @@ fn is_near(ip: IpAddr) -> bool {
     }
 }
 
-/// Somebody who sends to us, MAVLink or not.
+/// A sender, of MAVLink or not.
 struct Caller {
     number: PeerId,
-    place: SocketAddr,
+    address: SocketAddr,
     intake: Intake,
     systems: Arc<SystemSet>,
     heard_at: MonoTime,
-    /// Whole frames that came.
+    /// Frames received.
     frames: u32,
 }
 
-/// Those who sent to us lately, at most [`MAX_PEERS`].
+/// Recent senders, at most [`MAX_PEERS`].
 #[derive(Default)]
 struct Callers {
     list: Vec<Caller>,
-    /// The one who sent last will probably send next.
+    /// Index of the last sender, which probably sends next.
     last: usize,
-    /// The number of the newest one.
+    /// The number of the newest sender.
     numbers: Arc<AtomicU32>,
-    /// One who spoke has lost its place since this was looked at.
+    /// Whether a peer was replaced since this was read.
     has_dropped_a_peer: bool,
 }
 
@@ -443,10 +445,10 @@ impl Callers {
         Self { numbers, ..Self::default() }
     }
 
-    fn find_or_add(&mut self, place: SocketAddr, now: MonoTime) -> Option<&mut Caller> {
+    fn find_or_add(&mut self, address: SocketAddr, now: MonoTime) -> Option<&mut Caller> {
         let found = match self.list.get(self.last) {
-            Some(caller) if caller.place == place => Some(self.last),
-            _ => self.list.iter().position(|caller| caller.place == place),
+            Some(caller) if caller.address == address => Some(self.last),
+            _ => self.list.iter().position(|caller| caller.address == address),
         };
         let index = match found {
             Some(index) => index,
@@ -459,7 +461,7 @@ impl Callers {
                 let number = self.numbers.fetch_add(1, Ordering::Relaxed).wrapping_add(1);
                 self.list.push(Caller {
                     number: PeerId(number),
-                    place,
+                    address,
                     intake: Intake::new(),
                     systems: Arc::default(),
                     heard_at: now,
@@ -474,7 +476,7 @@ impl Callers {
         Some(caller)
     }
 
-    /// Who makes room for a newcomer; `None` when all have earned their places and are still heard.
+    /// The sender that a newcomer replaces; `None` when all are to stay.
     fn least_worthy(&self, now: MonoTime) -> Option<usize> {
         let longest_silent = |is_candidate: &dyn Fn(&Caller) -> bool| {
             let candidates = self.list.iter().enumerate().filter(|(_, caller)| is_candidate(caller));
@@ -483,17 +485,17 @@ impl Callers {
         let never_spoke = |caller: &Caller| caller.frames == 0;
         longest_silent(&never_spoke)
             .or_else(|| {
-                // Of the machine that has most of them: a crowd from one makes room for itself first.
+                // Of the host with most of them: a crowd from one host replaces itself first.
                 let is_passer_by = |caller: &Caller| caller.frames < EARNED_FRAMES;
                 let mut crowd: SmallVec<[(IpAddr, usize); 8]> = SmallVec::new();
-                for ip in self.list.iter().filter(|caller| is_passer_by(caller)).map(|caller| caller.place.ip()) {
+                for ip in self.list.iter().filter(|caller| is_passer_by(caller)).map(|caller| caller.address.ip()) {
                     match crowd.iter_mut().find(|(other, _)| *other == ip) {
                         Some((_, count)) => *count += 1,
                         None => crowd.push((ip, 1)),
                     }
                 }
                 let most = crowd.into_iter().max_by_key(|(_, count)| *count).map(|(ip, _)| ip)?;
-                longest_silent(&|caller| is_passer_by(caller) && caller.place.ip() == most)
+                longest_silent(&|caller| is_passer_by(caller) && caller.address.ip() == most)
             })
             .or_else(|| longest_silent(&|caller| now.since(caller.heard_at) > QUIET))
     }
@@ -505,7 +507,7 @@ impl Callers {
     fn spoken(&self) -> impl Iterator<Item = Peer> {
         self.list.iter().filter(|caller| caller.frames > 0).map(|caller| Peer {
             number: caller.number,
-            place: caller.place,
+            address: caller.address,
             systems: caller.systems.clone(),
         })
     }
@@ -541,13 +543,13 @@ mod tests {
     async fn a_listening_link_answers_those_who_speak() {
         let mut listening = Listening::new();
         let mut link = listening.open("udpin:127.0.0.1:0").await;
-        let place = link.local_address().unwrap();
+        let address = link.local_address().unwrap();
         let (one, two, noisy) = (peer().await, peer().await, peer().await);
         assert_eq!(say_something(&listening.hub), 0, "nobody is there");
 
-        noisy.send_to(b"GET / HTTP/1.1\r\n\r\n", place).await.unwrap();
+        noisy.send_to(b"GET / HTTP/1.1\r\n\r\n", address).await.unwrap();
         for (system, socket) in [(1, &one), (2, &two)] {
-            socket.send_to(heartbeat(system, 1, 0).bytes(), place).await.unwrap();
+            socket.send_to(heartbeat(system, 1, 0).bytes(), address).await.unwrap();
             assert_eq!(listening.next().await, heartbeat(system, 1, 0));
         }
         in_time(link.wait_for(|state| matches!(state, LinkState::Up { peers: 2, .. }))).await;
@@ -596,7 +598,7 @@ mod tests {
         let mut numbers = Vec::new();
         for _ in 0..3 {
             let mut callers = Callers::numbered_by(udp.numbers.clone());
-            numbers.extend([1, 2].map(|port| callers.find_or_add(place(port), MonoTime::ZERO).unwrap().number.0));
+            numbers.extend([1, 2].map(|port| callers.find_or_add(address(port), MonoTime::ZERO).unwrap().number.0));
         }
         assert_eq!(numbers, [1, 2, 3, 4, 5, 6]);
     }
@@ -621,7 +623,7 @@ mod tests {
     // fault 13: a socket whose address this machine has no more is given up, and opened anew
     #[test]
     fn an_address_that_went_away_is_noticed() {
-        let is_ours = |place: &str| still_ours(place.parse().unwrap()).map_err(|error| error.kind());
+        let is_ours = |address: &str| still_ours(address.parse().unwrap()).map_err(|error| error.kind());
         // TEST-NET-1 (RFC 5737) and the prefix for documentation (RFC 3849) are no machine's.
         for gone in ["192.0.2.1:14550", "[2001:db8::1]:14550"] {
             assert_eq!(is_ours(gone), Err(ErrorKind::AddrNotAvailable), "{gone}");
@@ -637,14 +639,14 @@ mod tests {
     async fn frames_cut_anywhere_are_put_together_per_peer() {
         let mut listening = Listening::new();
         let link = listening.open("udpin:127.0.0.1:0").await;
-        let place = link.local_address().unwrap();
+        let address = link.local_address().unwrap();
         let (one, two) = (peer().await, peer().await);
         let (a, b) = (heartbeat(1, 1, 0), heartbeat(2, 1, 0));
         for cut in 1..a.bytes().len() {
-            one.send_to(&a.bytes()[..cut], place).await.unwrap();
-            two.send_to(&b.bytes()[..cut], place).await.unwrap();
-            one.send_to(&a.bytes()[cut..], place).await.unwrap();
-            two.send_to(&b.bytes()[cut..], place).await.unwrap();
+            one.send_to(&a.bytes()[..cut], address).await.unwrap();
+            two.send_to(&b.bytes()[..cut], address).await.unwrap();
+            one.send_to(&a.bytes()[cut..], address).await.unwrap();
+            two.send_to(&b.bytes()[cut..], address).await.unwrap();
             let mut systems = [listening.next().await.source().system.0, listening.next().await.source().system.0];
             systems.sort_unstable();
             assert_eq!(systems, [1, 2], "cut at {cut}");
@@ -660,7 +662,7 @@ mod tests {
     async fn truncated_datagrams_cost_only_themselves() {
         let mut listening = Listening::new();
         let link = listening.open("udpin:127.0.0.1:0").await;
-        let place = link.local_address().unwrap();
+        let address = link.local_address().unwrap();
         let vehicle = peer().await;
         let len = heartbeat(1, 1, 0).bytes().len();
         let mut whole = 0u32;
@@ -670,7 +672,7 @@ mod tests {
             // Every third is cut, at each place in turn.
             let cut = if n % 3 == 0 { 1 + (n / 3) as usize % (len - 1) } else { len };
             whole += u32::from(cut == len);
-            vehicle.send_to(&frame.bytes()[..cut], place).await.unwrap();
+            vehicle.send_to(&frame.bytes()[..cut], address).await.unwrap();
             if n % 3 == 2 {
                 while heard < whole {
                     let frame = listening.next().await;
@@ -685,7 +687,8 @@ mod tests {
         link.close().await;
     }
 
-    /// Two peers, one of whose datagrams is torn, and one that cuts its frames in two, all before the link is read once.
+    /// Two peers, one of whose datagrams is torn, and one that cuts its frames in two, all before the link is read
+    /// once.
     #[tokio::test]
     async fn what_waits_is_read_and_passed_on_in_one_go() {
         let mut listening = Listening::new();
@@ -695,7 +698,7 @@ mod tests {
         let mut tee = listening.hub.open(tee.parse().unwrap(), LinkOptions::tee()).unwrap();
         in_time(tee.wait_for(LinkState::is_up)).await;
 
-        let place = link.local_address().unwrap();
+        let address = link.local_address().unwrap();
         let [one, two] = [0; 2].map(|_| std::net::UdpSocket::bind("127.0.0.1:0").unwrap());
         let mut whole = Vec::new();
         // Nothing is read meanwhile: this test's thread is the only one.
@@ -703,9 +706,9 @@ mod tests {
             let (a, b) = (heartbeat(1, 1, sequence), heartbeat(2, 1, sequence));
             let cut = 1 + usize::from(sequence) % 20;
             let is_torn = sequence % 10 == 4;
-            two.send_to(&b.bytes()[..cut], place).unwrap();
-            one.send_to(&a.bytes()[..if is_torn { cut } else { a.bytes().len() }], place).unwrap();
-            two.send_to(&b.bytes()[cut..], place).unwrap();
+            two.send_to(&b.bytes()[..cut], address).unwrap();
+            one.send_to(&a.bytes()[..if is_torn { cut } else { a.bytes().len() }], address).unwrap();
+            two.send_to(&b.bytes()[cut..], address).unwrap();
             whole.extend(if is_torn { None } else { Some(a) }.into_iter().chain([b]));
         }
         for frame in &whole {
@@ -723,16 +726,16 @@ mod tests {
     async fn calling_survives_that_nobody_is_there_yet() {
         let mut listening = Listening::new();
         let reserved = peer().await;
-        let place = reserved.local_addr().unwrap();
+        let address = reserved.local_addr().unwrap();
         drop(reserved);
-        let link = listening.open(&format!("udpout:{place}")).await;
+        let link = listening.open(&format!("udpout:{address}")).await;
         let state = link.state();
         for _ in 0..20 {
             // The first is on its way; later ones meet the refusal of earlier ones.
             assert_eq!(say_something(&listening.hub), 1);
             tokio::task::yield_now().await;
         }
-        let vehicle = UdpSocket::bind(place).await.unwrap();
+        let vehicle = UdpSocket::bind(address).await.unwrap();
         say_something(&listening.hub);
         assert_eq!(hears(&vehicle).await.source(), US);
         vehicle.send_to(heartbeat(1, 1, 0).bytes(), link.local_address().unwrap()).await.unwrap();
@@ -826,7 +829,7 @@ mod tests {
         }
     }
 
-    fn place(port: u16) -> SocketAddr {
+    fn address(port: u16) -> SocketAddr {
         SocketAddr::from(([127, 0, 0, 1], port))
     }
 
@@ -834,20 +837,23 @@ mod tests {
     fn callers_are_bounded_and_those_who_spoke_stay() {
         let mut callers = Callers::default();
         for n in 0..MAX_PEERS as u16 {
-            let caller = callers.find_or_add(place(n + 1), MonoTime::from_millis(u64::from(n))).unwrap();
+            let caller = callers.find_or_add(address(n + 1), MonoTime::from_millis(u64::from(n))).unwrap();
             caller.frames = if n != 5 && n != 9 { EARNED_FRAMES } else { 0 };
         }
         for port in [60_000, 60_001] {
-            let newcomer = callers.find_or_add(place(port), MonoTime::from_millis(500)).unwrap();
+            let newcomer = callers.find_or_add(address(port), MonoTime::from_millis(500)).unwrap();
             newcomer.frames = EARNED_FRAMES;
         }
         assert_eq!(callers.list.len(), MAX_PEERS);
-        assert!(!callers.list.iter().any(|caller| [place(6), place(10)].contains(&caller.place)));
-        assert!(callers.find_or_add(place(60_002), MonoTime::from_millis(501)).is_none(), "all are worth their places");
+        assert!(!callers.list.iter().any(|caller| [address(6), address(10)].contains(&caller.address)));
+        assert!(
+            callers.find_or_add(address(60_002), MonoTime::from_millis(501)).is_none(),
+            "all are worth their destinations"
+        );
         assert_eq!(callers.spoken().count(), MAX_PEERS);
         // The one silent for longest makes room once it is taken for gone.
-        assert!(callers.find_or_add(place(60_002), MonoTime::from_millis(5_001)).is_some());
-        assert!(!callers.list.iter().any(|caller| caller.place == place(1)));
+        assert!(callers.find_or_add(address(60_002), MonoTime::from_millis(5_001)).is_some());
+        assert!(!callers.list.iter().any(|caller| caller.address == address(1)));
     }
 
     #[test]
@@ -859,7 +865,7 @@ mod tests {
             callers.find_or_add(passer_by(2, n + 1), MonoTime::from_millis(1 + u64::from(n) / 100)).unwrap().frames = 1;
         }
         assert_eq!(callers.list.len(), MAX_PEERS);
-        assert!(callers.list.iter().any(|caller| caller.place == passer_by(1, 1)), "it may yet earn its place");
+        assert!(callers.list.iter().any(|caller| caller.address == passer_by(1, 1)), "it may yet earn its address");
     }
 
     /// A vehicle that comes back on another port while the places are full of those who said one frame and went.
@@ -885,10 +891,10 @@ mod tests {
     fn the_silent_are_forgotten() {
         let mut callers = Callers::default();
         for (port, ms) in [(1, 0), (2, 30_000)] {
-            callers.find_or_add(place(port), MonoTime::from_millis(ms)).unwrap().frames = 1;
+            callers.find_or_add(address(port), MonoTime::from_millis(ms)).unwrap().frames = 1;
         }
         callers.forget_silent(MonoTime::from_millis(60_001));
-        assert_eq!(callers.spoken().map(|peer| peer.place).collect::<Vec<_>>(), [place(2)]);
+        assert_eq!(callers.spoken().map(|peer| peer.address).collect::<Vec<_>>(), [address(2)]);
         callers.forget_silent(MonoTime::from_millis(120_000));
         assert_eq!(callers.spoken().count(), 0);
     }

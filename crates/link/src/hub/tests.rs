@@ -190,7 +190,7 @@ fn a_command_goes_over_one_link_and_changes_over_within_the_failover_time() {
     assert!((10..=22).contains(&change), "within 3 s after the link fell silent, not before: {change}");
     assert!(over[change..].iter().all(|over| *over == 1));
     assert_eq!(bench.hub.links_of(SystemId(1)).first().unwrap().0, bench.ports[1].id);
-    // A place that was chosen is told as the one where things go.
+    // A chosen origin comes first.
     let origin = Origin { link: bench.ports[0].id, peer: PeerId(0) };
     bench.hub.choose(Address::new(1, 1), Some(origin));
     assert_eq!(bench.hub.links_of(SystemId(1)).first().unwrap().0, bench.ports[0].id);
@@ -307,7 +307,7 @@ fn a_listener_may_call_the_hub() {
     let hub = bench.hub.clone();
     let calls = Arc::new(AtomicU32::new(0));
     let counter = calls.clone();
-    let id = bench.hub.add_sink(
+    bench.hub.add_sink(
         SinkScope::All,
         Arc::new(move |origin: Origin, _, _| {
             let message = command_to(1, 400);
@@ -321,9 +321,6 @@ fn a_listener_may_call_the_hub() {
     assert_eq!(bench.given()[0].len(), 1);
     let stats = bench.hub.stats(bench.ports[0].id).unwrap();
     assert_eq!(stats.round_trip.unwrap().last, Duration::from_millis(7));
-    bench.hub.remove_sink(id);
-    bench.receive(0, &heartbeat(1, 1, 1));
-    assert_eq!(calls.load(Ordering::SeqCst), 1);
 }
 
 #[test]

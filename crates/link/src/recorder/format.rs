@@ -1,4 +1,4 @@
-//! What a recorder's files are: how they are named, begun, filled and ended.
+//! The file format of a recorder: how its files are named, begun, filled and ended.
 
 use std::collections::VecDeque;
 
@@ -6,23 +6,24 @@ use vencejo_proto::MonoTime;
 
 use super::storage::Names;
 
-/// What is in the files of a recorder.
+/// The format of a recorder's files.
 pub trait Format: Send + 'static {
-    /// What is written, one by one.
+    /// The items that are written.
     type Item: Send + 'static;
-    /// Whether a file is begun before there is something to write.
+    /// Whether a file is begun before the first item.
     const BEGINS_AT_ONCE: bool;
     /// How the files are named.
     fn names(&self) -> &Names;
-    /// A new file begins, at this moment of the monotonic clock and of UTC. One that was not ended stays as it is.
+    /// Begins a new file at this moment of the monotonic clock and of UTC. An earlier file that was not ended stays as
+    /// it is.
     fn begin(&mut self, at: MonoTime, unix_us: u64);
-    /// Writes these, or holds some of it back until [`flush`](Self::flush).
+    /// Writes items, or buffers some of them until [`flush`](Self::flush).
     fn write(&mut self, items: &VecDeque<Self::Item>, out: &mut Vec<u8>);
-    /// Writes what was held back: it is about to be forced to the disk.
+    /// Writes what was buffered, before a sync to disk.
     fn flush(&mut self, out: &mut Vec<u8>) {
         let _ = out;
     }
-    /// Writes what stands at a file's end. One that was killed has none, and is read all the same.
+    /// Writes a file's trailer. A file without one (of a killed process) can be read all the same.
     fn end(&mut self, out: &mut Vec<u8>) {
         let _ = out;
     }

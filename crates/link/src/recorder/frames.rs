@@ -16,8 +16,8 @@ pub struct Noted {
     pub(super) frame: Frame,
 }
 
-/// Frames as a `.tlog` file has them. Their times follow the monotonic clock from the wall time at which the file was begun, so that they
-/// never step back when the wall clock is set.
+/// Frames in `.tlog` format. Time stamps follow the monotonic clock from the wall time at which the file was begun, so
+/// they do not step when the wall clock is set.
 pub struct Frames {
     names: Names,
     begun_at: MonoTime,
@@ -32,9 +32,8 @@ impl Default for Frames {
 }
 
 impl Frames {
-    /// The time of the next entry, never less than that of the last: what is received and what is sent come from several
-    /// threads, whose moments overtake each other by some 0.1 ms on the way here. Some readers take the lowest two bits as the
-    /// number of the link.
+    /// The time stamp of the next entry, never before the last one: frames come from several threads and overtake each
+    /// other by some 0.1 ms. Some readers take the lowest two bits as the number of the link.
     fn next_unix_us(&mut self, at: MonoTime, link: LinkId) -> u64 {
         let base = i128::from(self.begun_unix_us);
         let offset = i128::from(at.as_micros()) - i128::from(self.begun_at.as_micros());

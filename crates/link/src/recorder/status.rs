@@ -1,4 +1,4 @@
-//! The limits of a recorder, and how it is going.
+//! The limits and the status of a recorder.
 
 use std::time::Duration;
 
@@ -9,7 +9,7 @@ use vencejo_store::{Class, Floors};
 pub(super) const QUEUE_ITEMS: usize = 16_384;
 /// How often the writer looks for frames.
 pub(super) const WRITE_INTERVAL: Duration = Duration::from_millis(200);
-/// How often what was written is forced to the disk, and space and quota are looked at.
+/// How often written data is synced to disk, and free space and quota are checked.
 pub(super) const SYNC_INTERVAL: Duration = Duration::from_secs(1);
 
 /// The recorder's limits.
@@ -18,9 +18,9 @@ pub struct RecorderConfig {
     /// A file that has grown to this size is closed, and the next one begun. 512 MiB by default: about two days of an
     /// aircraft at 10 Hz.
     pub max_file_bytes: u64,
-    /// And one that has grown this old; never by default.
+    /// The age at which a file is closed too; unlimited by default.
     pub max_file_age: Option<Duration>,
-    /// What all recordings of the folder may take together, 8 GiB by default. Never less than one file.
+    /// Quota of all recordings of the folder, 8 GiB by default. At least one file.
     pub quota_bytes: u64,
     /// Free space of the disk below which nothing is written, 500 MB by default.
     pub free_floor_bytes: u64,
@@ -28,7 +28,8 @@ pub struct RecorderConfig {
     pub retry_after: Duration,
     /// The longest wait before another try, 30 s by default.
     pub retry_at_most: Duration,
-    /// What may wait for the disk, 16,384 frames by default. Overflow: see [`RecorderHandle::put`] and [`RecorderHandle::offer`].
+    /// Capacity of the queue, 16,384 frames by default. Overflow: see [`RecorderHandle::put`] and
+    /// [`RecorderHandle::offer`].
     pub queue_items: usize,
 }
 
@@ -46,26 +47,26 @@ impl Default for RecorderConfig {
     }
 }
 
-/// How the recording is going.
+/// The status of a recording.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct RecorderStatus {
-    /// What it is doing.
+    /// The state of the recorder.
     pub state: RecorderState,
-    /// Since when it has been recording, or not.
+    /// Since when it has been recording or not recording.
     pub since: MonoTime,
     /// Frames written in this session.
     pub frames: u64,
-    /// Of these, frames that were forced to the disk; what was begun anew after a failure counts from there.
+    /// Of these, frames that were synced to disk; counted anew after a failure.
     pub synced: u64,
     /// Bytes written in this session.
     pub bytes: u64,
     /// Frames that were not recorded: queue full, or nothing could be written.
     pub dropped: u64,
-    /// How often writing had to stop: after each, frames that were not forced to the disk may be missing.
+    /// Number of failures; after each, frames that were not synced may be missing.
     pub failures: u64,
 }
 
-/// What the recorder is doing.
+/// The state of a recorder.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum RecorderState {
     /// About to open its file.
@@ -79,7 +80,7 @@ pub enum RecorderState {
     LowSpace {
         /// Free bytes.
         free_bytes: u64,
-        /// Free bytes that are needed.
+        /// Free bytes required.
         floor_bytes: u64,
     },
     /// Nothing is written, because writing failed; it is tried again.
@@ -94,7 +95,7 @@ pub enum RecorderState {
 }
 
 impl RecorderState {
-    /// Why nothing is written, in English; `None` while it is, or is about to be.
+    /// Why nothing is written, in English; `None` while it writes or is about to.
     pub fn problem(&self) -> Option<String> {
         match self {
             Self::Starting | Self::Recording { .. } => None,

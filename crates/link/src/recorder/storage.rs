@@ -1,4 +1,4 @@
-//! Where recordings are kept: a folder, the names of the files in it and their age, and those that somebody keeps.
+//! The storage of recordings: a folder, the names and ages of its files, and which of them are marked as kept.
 
 use std::collections::HashSet;
 use std::fs;
@@ -8,7 +8,7 @@ use std::sync::mpsc;
 
 use vencejo_store::Space;
 
-/// The end of the name of the empty file beside a recording that somebody keeps.
+/// The suffix of the empty file that marks a recording as kept.
 const KEPT: &str = ".keep";
 
 /// A recording in the folder.
@@ -18,65 +18,65 @@ pub struct StoredFile {
     pub name: String,
     /// Its size.
     pub bytes: u64,
-    /// Whether somebody keeps it, so that it is not deleted to make room.
+    /// Whether it is marked as kept, so that it is not deleted to make room.
     pub is_kept: bool,
 }
 
-/// Where recordings are kept; injected, so that tests can let it fail.
+/// The storage of recordings; injected, so that tests can let it fail.
 pub trait Storage: Send {
-    /// Makes a file that does not exist yet.
+    /// Creates a file that does not exist yet.
     ///
     /// # Errors
-    /// [`io::ErrorKind::AlreadyExists`] when it does, otherwise whatever the disk says.
+    /// [`io::ErrorKind::AlreadyExists`] when it exists, otherwise the error of the disk.
     fn create_new(&mut self, name: &str) -> io::Result<Box<dyn StorageFile>>;
-    /// Opens one of its files again, which was closed with so many bytes in it, to be appended to.
+    /// Reopens one of its files for appending, which was closed with this size.
     ///
     /// # Errors
-    /// [`io::ErrorKind::InvalidData`] when it has another size now, otherwise whatever the disk says.
+    /// [`io::ErrorKind::InvalidData`] when its size has changed, otherwise the error of the disk.
     fn append(&mut self, name: &str, bytes: u64) -> io::Result<Box<dyn StorageFile>>;
     /// All files.
     ///
     /// # Errors
-    /// Whatever the disk says.
+    /// The error of the disk.
     fn list(&mut self) -> io::Result<Vec<StoredFile>>;
-    /// Deletes a file that nobody is writing.
+    /// Deletes a file that is not being written.
     ///
     /// # Errors
-    /// [`io::ErrorKind::WouldBlock`] when another process is writing it, otherwise whatever the disk says.
+    /// [`io::ErrorKind::WouldBlock`] when another process is writing it, otherwise the error of the disk.
     fn remove(&mut self, name: &str) -> io::Result<()>;
     /// Free space.
     ///
     /// # Errors
-    /// Whatever the disk says.
+    /// The error of the disk.
     fn free_bytes(&mut self) -> io::Result<u64>;
 }
 
 /// A recording being written.
 pub trait StorageFile: Write + Send {
-    /// Begins to force to the disk what was written until now. What is written meanwhile does not wait for it.
+    /// Begins to sync what was written until now. Writes do not wait for it.
     fn sync(&mut self) -> Syncing;
 }
 
-/// How forcing to the disk goes on: it can take seconds.
+/// A sync in progress: it can take seconds.
 #[derive(Debug)]
 pub struct Syncing(mpsc::Receiver<io::Result<()>>);
 
 impl Syncing {
-    /// One that goes on, and where its end is told.
+    /// One in progress, and the sender of its result.
     pub fn begun() -> (mpsc::Sender<io::Result<()>>, Self) {
         let (told, end) = mpsc::channel();
         (told, Self(end))
     }
 
-    /// One that has ended already.
+    /// One that has ended.
     pub fn ended(result: io::Result<()>) -> Self {
         let (told, syncing) = Self::begun();
-        // The other end is here.
+        // The receiver lives.
         let _ = told.send(result);
         syncing
     }
 
-    /// How it ended; `None` while it goes on.
+    /// Its result; `None` while in progress.
     pub(super) fn end(&self) -> Option<io::Result<()>> {
         match self.0.try_recv() {
             Ok(result) => Some(result),
@@ -100,12 +100,12 @@ fn given_up() -> io::Error {
 pub struct Folder {
     path: PathBuf,
     space: Space,
-    /// To the thread that waits for the disk, which the first file starts.
+    /// To the syncing thread, which the first file starts.
     jobs: Option<mpsc::Sender<SyncJob>>,
 }
 
 impl Folder {
-    /// The folder at `path`, made when the first recording is.
+    /// The folder at `path`, created with the first recording.
     pub fn new(path: impl Into<PathBuf>) -> Self {
         Self { path: path.into(), space: Space::default(), jobs: None }
     }
@@ -122,22 +122,22 @@ impl Folder {
         Ok(jobs)
     }
 
-    /// The same on a disk whose free space something else tells.
+    /// The same with another source for the free space.
     #[must_use]
     pub fn with_space(self, space: Space) -> Self {
         Self { space, ..self }
     }
 }
 
-/// Whether somebody keeps a recording of a folder.
+/// Whether a recording of a folder is marked as kept.
 pub fn is_kept_recording(folder: &std::path::Path, name: &str) -> bool {
     folder.join(format!("{name}{KEPT}")).exists()
 }
 
-/// Keeps a recording of a folder: it is not deleted to make room for new ones. Or lets it go again.
+/// Marks a recording of a folder as kept (not deleted to make room for new ones), or unmarks it.
 ///
 /// # Errors
-/// [`io::ErrorKind::NotFound`] when there is none of that name, otherwise whatever the disk says.
+/// [`io::ErrorKind::NotFound`] when there is none of that name, otherwise the error of the disk.
 pub fn keep_recording(folder: &std::path::Path, name: &str, is_kept: bool) -> io::Result<()> {
     if Names::plain("tlog").age_key(name).is_none() || !folder.join(name).is_file() {
         return Err(io::ErrorKind::NotFound.into());
@@ -156,7 +156,7 @@ impl Storage for Folder {
     fn create_new(&mut self, name: &str) -> io::Result<Box<dyn StorageFile>> {
         vencejo_store::make_folder(&self.path)?;
         let file = fs::OpenOptions::new().write(true).create_new(true).open(self.path.join(name))?;
-        // So that no other process deletes it to make room. Nobody else can have it yet.
+        // So that no other process deletes it to make room. It was just created, so the lock is free.
         vencejo_store::lock::try_hold(&file)?;
         Ok(Box::new(FolderFile { file, unsynced_folder: Some(self.path.clone()), jobs: self.jobs()? }))
     }
@@ -206,7 +206,7 @@ impl Storage for Folder {
 /// A file of a [`Folder`].
 struct FolderFile {
     file: fs::File,
-    /// Its folder, until that is on the disk with the file's name.
+    /// Its folder, until the folder is synced with the file's name.
     unsynced_folder: Option<PathBuf>,
     jobs: mpsc::Sender<SyncJob>,
 }
@@ -228,13 +228,13 @@ impl StorageFile for FolderFile {
             Err(error) => return Syncing::ended(Err(error)),
         };
         let (told, syncing) = Syncing::begun();
-        // A thread that is gone drops `told`, which tells it.
+        // A thread that is gone drops `told`, which ends the sync with an error.
         let _ = self.jobs.send(SyncJob { file, folder: self.unsynced_folder.take(), told });
         syncing
     }
 }
 
-/// What is to be forced to the disk.
+/// A request to the syncing thread.
 struct SyncJob {
     file: fs::File,
     folder: Option<PathBuf>,
@@ -244,12 +244,12 @@ struct SyncJob {
 impl SyncJob {
     fn run(self) {
         let folder = self.folder.map_or(Ok(()), |folder| vencejo_store::sync_folder(&folder));
-        // Nobody waits for it any more where the recorder has ended.
+        // The receiver is gone when the recorder has ended.
         let _ = self.told.send(folder.and_then(|()| self.file.sync_data()));
     }
 }
 
-/// How the files of a recorder are named: `PREFIX2026-11-21T08-50-12Z.ENDING`.
+/// The file names of a recorder: `PREFIX2026-11-21T08-50-12Z.ENDING`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Names {
     /// Before the time: empty, or ends with `_`. The quota counts files of any such prefix.
@@ -264,14 +264,14 @@ impl Names {
         Self { prefix: String::new(), ending }
     }
 
-    /// The name of a file that was begun then, with a number when that one is taken.
+    /// The name of a file begun at that time, with a number when the name is taken.
     pub(super) fn name(&self, stamp: &str, number: u32) -> String {
         let Self { prefix, ending } = self;
         if number == 0 { format!("{prefix}{stamp}.{ending}") } else { format!("{prefix}{stamp}-{number}.{ending}") }
     }
 
-    /// The order of age of a name of ours; `None` for any other name. Those that were made before the clock of a computer without a
-    /// battery was set come last: nobody knows how old they are.
+    /// The sort key by age of a recording's name; `None` for any other name. Names from before the clock of a computer
+    /// without a battery was set sort last: their age is unknown.
     pub(super) fn age_key(&self, name: &str) -> Option<(bool, String, u32)> {
         let stem = name.strip_suffix(self.ending)?.strip_suffix('.')?;
         let stem = if self.prefix.is_empty() { stem } else { stem.rsplit_once('_')?.1 };
@@ -292,7 +292,7 @@ impl Names {
     }
 }
 
-/// No recording of ours is older.
+/// No recording is older than this.
 const CLOCK_SET: &str = "2020";
 
 /// The UTC time of a file name. Days to a date as in Howard Hinnant, "chrono-Compatible Low-Level Date Algorithms".

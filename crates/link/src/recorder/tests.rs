@@ -444,7 +444,8 @@ fn what_is_kept_and_what_another_process_writes_is_never_deleted() {
     assert!(!path.join(old).exists());
     drop(file);
     keep_recording(&path, kept, false).unwrap();
-    // A process that another test starts has our locks too, until it has become its program: then a later flight makes room.
+    // A process that another test starts has our locks too, until it has become its program: then a later flight makes
+    // room.
     let gives_up_at = std::time::Instant::now() + Duration::from_secs(20);
     while path.join(kept).exists() || path.join(current).exists() {
         assert!(std::time::Instant::now() < gives_up_at, "no longer kept, no longer written");
@@ -700,7 +701,8 @@ const KILLED_FOLDER: &str = "VENCEJO_TEST_RECORD_UNTIL_KILLED";
 /// How many are killed; 8 when it is not set, 1,000 in a soak.
 const KILLS: &str = "VENCEJO_TEST_KILLS";
 
-/// Run by the test below in a process of its own: 200 frames a second, each told on standard output once it was handed over.
+/// Run by the test below in a process of its own: 200 frames a second, each told on standard output once it was handed
+/// over.
 #[test]
 fn records_until_it_is_killed() {
     let Some(folder) = std::env::var_os(KILLED_FOLDER) else { return };

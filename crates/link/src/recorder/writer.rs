@@ -1,4 +1,4 @@
-//! What the recorder's thread does, without the thread.
+//! The work of the recorder's thread, without the thread.
 
 use std::collections::{BTreeSet, VecDeque};
 use std::io;
@@ -14,27 +14,27 @@ use super::status::{RecorderConfig, RecorderState, RecorderStatus, SYNC_INTERVAL
 use super::storage::{Names, Storage, StorageFile, Syncing, utc_stamp};
 use crate::clock::Clock;
 
-/// Files that are open at a time; those beyond are opened again for each write.
+/// Most files open at a time; further ones are reopened for each write.
 pub(super) const MAX_OPEN: usize = 64;
-/// Files that are forced to the disk in a second at most: a disk of a laptop takes some 5 ms for one.
+/// Most syncs per second: a laptop's disk takes some 5 ms for one.
 const SYNCS_PER_S: u32 = 100;
-/// Files that are being forced to the disk at a time: as many as it takes until the writer looks again.
+/// Most syncs in progress: as many as end before the writer looks again.
 const SYNCS_AT_ONCE: usize = SYNCS_PER_S as usize / 5;
-/// What was written is forced to the disk after so long at the latest, where the disk keeps up.
+/// Written data is synced after this time at the latest, if the disk keeps up.
 const LATEST_SYNC: Duration = Duration::from_secs(10);
-/// Of the quota the files that are written may take one in so many parts: those are never deleted.
+/// The files being written may take one part in this many of the quota: they are never deleted.
 const CURRENT_PART: u64 = 4;
-/// No file is ended for that before it has this size.
+/// No file is ended for that below this size.
 const LEAST_FILE_BYTES: u64 = 64 << 10;
 
 /// A file being written.
 struct OpenFile {
     name: String,
-    /// `None` while it rests: it is opened again, to be appended to.
+    /// `None` while it is closed between writes.
     file: Option<Box<dyn StorageFile>>,
     bytes: u64,
     begun_at: MonoTime,
-    /// Whether something of it may not be on the disk.
+    /// Whether some of it may not be synced.
     is_unsynced: bool,
 }
 
@@ -48,23 +48,24 @@ struct House {
     current: BTreeSet<String>,
     /// Those of them that are open.
     open_files: usize,
-    /// Files that are being forced to the disk.
+    /// Syncs in progress.
     syncs: usize,
-    /// When the disk ended that for one, or had none to do.
+    /// When a sync ended last, or none was in progress.
     answered_at: MonoTime,
-    /// Free space, as far as the disk says, and when that was asked.
+    /// Free space when the disk was asked last, and when that was.
     free: Option<(MonoTime, Option<u64>)>,
-    /// When the quota was looked at.
+    /// When the quota was checked last.
     tidied_at: Option<MonoTime>,
 }
 
 impl House {
-    /// How often a file is forced to the disk: each second; of many, as often as a disk can.
+    /// How often a file is synced: each second; with many files as often as the disk can.
     fn sync_interval(&self) -> Duration {
         (SYNC_INTERVAL * self.lines / SYNCS_PER_S).clamp(SYNC_INTERVAL, LATEST_SYNC)
     }
 
-    /// A file of this size is full. Of many lines each has less, so that the quota has room for what is not being written.
+    /// The size at which a file is full. With many lines it is less, so that the quota has room for files that are not
+    /// being written.
     fn file_bytes(&self) -> u64 {
         let share = self.config.quota_bytes / CURRENT_PART / u64::from(self.lines.max(1));
         if self.lines > 1 {
@@ -74,19 +75,19 @@ impl House {
         }
     }
 
-    /// Why nothing may be written: the disk is nearly full. The disk is asked once for all lines that ask together.
+    /// Why nothing may be written: the disk is nearly full. Checked once for all lines that ask together.
     fn lacks_space(&mut self, now: MonoTime) -> Option<RecorderState> {
         let fresh = self.free.filter(|(at, _)| now.since(*at) < WRITE_INTERVAL);
         let (_, free_bytes) = *self.free.insert(fresh.unwrap_or_else(|| (now, self.storage.free_bytes().ok())));
-        // A disk that cannot say is tried: writing will tell.
+        // When the disk does not report it, a write shows it.
         let floor_bytes = self.config.free_floor_bytes;
         free_bytes
             .filter(|free_bytes| *free_bytes < floor_bytes)
             .map(|free_bytes| RecorderState::LowSpace { free_bytes, floor_bytes })
     }
 
-    /// Deletes the oldest recordings until all together fit; what somebody keeps does not count. What cannot be listed or
-    /// deleted is left as it is.
+    /// Deletes the oldest recordings until the rest fits into the quota; kept ones do not count. What cannot be listed
+    /// or deleted is left.
     fn tidy(&mut self, names: &Names, now: MonoTime) {
         if self.tidied_at.is_some_and(|at| now.since(at) < self.sync_interval()) {
             return;
@@ -132,8 +133,8 @@ pub(super) struct Writers<F: Format> {
     lines: Vec<(Writer<F>, VecDeque<F::Item>)>,
     /// Whose turn it is to be forced to the disk.
     next: usize,
-    /// Since when it has been waiting for the disk, in a call because of one line or for something to be forced to it, µs on the clock plus
-    /// one; 0 while it does not.
+    /// Since when it has been waiting for the disk, in a call because of one line or for something to be forced to it,
+    /// µs on the clock plus one; 0 while it does not.
     pub(super) busy_since_us: Arc<AtomicU64>,
 }
 
