@@ -511,73 +511,78 @@ class VideoRequest:
 
 @final
 class PlanePilot:
-    """The laws that fly the simulated plane: L1, total energy and attitude. Radians, metres, seconds."""
+    """The laws that fly the simulated plane: L1, total energy and attitude."""
 
     def __new__(cls) -> PlanePilot: ...
     def set_params(self, params: dict[str, float]) -> None: ...
     def reset(self) -> None: ...
-    def fly_leg(self, from_north: float, from_east: float, to_north: float, to_east: float) -> None: ...
-    def fly_circle(self, north: float, east: float, radius: float, clockwise: bool) -> None: ...
-    def fly_heading(self, heading: float) -> None: ...
+    def fly_leg(self, *, from_north_m: float, from_east_m: float, to_north_m: float, to_east_m: float) -> None: ...
+    def fly_circle(self, *, north_m: float, east_m: float, radius_m: float, clockwise: bool) -> None: ...
+    def fly_heading(self, heading_rad: float) -> None: ...
     def fly_level(self) -> None: ...
-    def fly_bank(self, bank: float) -> None: ...
+    def fly_bank(self, bank_rad: float) -> None: ...
     def stick_aileron(self, aileron: float) -> None: ...
     def fly_energy(
         self,
-        height: float,
-        airspeed: float,
+        *,
+        height_m: float,
+        airspeed_m_s: float,
         climbout: bool,
-        pitch_min: float,
-        pitch_max: float,
+        pitch_min_rad: float,
+        pitch_max_rad: float,
         throttle_min: float,
         throttle_max: float,
     ) -> None: ...
     def fly_approach(
         self,
-        height: float,
-        airspeed: float,
+        *,
+        height_m: float,
+        airspeed_m_s: float,
         proportion: float,
-        pitch_min: float,
-        pitch_max: float,
+        pitch_min_rad: float,
+        pitch_max_rad: float,
         throttle_max: float,
     ) -> None: ...
     def fly_flare(
         self,
-        height: float,
-        start_height: float,
-        start_sink: float,
-        airspeed: float,
-        pitch_min: float,
-        pitch_max: float,
+        *,
+        height_m: float,
+        start_height_m: float,
+        start_sink_m_s: float,
+        airspeed_m_s: float,
+        pitch_min_rad: float,
+        pitch_max_rad: float,
     ) -> None: ...
-    def fly_pitch(self, pitch: float, throttle: float) -> None: ...
+    def fly_pitch(self, pitch_rad: float, throttle: float) -> None: ...
     def stick_elevator(self, elevator: float, throttle: float) -> None: ...
     def set_limits(
         self,
-        bank_max: float,
+        *,
+        bank_max_rad: float,
         rudder: float,
-        ground_heading: float | None,
+        ground_heading_rad: float | None,
         on_ground: bool,
         throttle_off: bool,
     ) -> None: ...
     def step(
         self,
-        north: float,
-        east: float,
-        height: float,
-        velocity_north: float,
-        velocity_east: float,
-        climb: float,
-        roll: float,
-        pitch: float,
-        heading: float,
-        p: float,
-        q: float,
-        r: float,
-        airspeed: float,
+        *,
+        north_m: float,
+        east_m: float,
+        height_m: float,
+        velocity_north_m_s: float,
+        velocity_east_m_s: float,
+        climb_m_s: float,
+        roll_rad: float,
+        pitch_rad: float,
+        heading_rad: float,
+        roll_rate_rad_s: float,
+        pitch_rate_rad_s: float,
+        yaw_rate_rad_s: float,
+        airspeed_m_s: float,
         eas_to_tas: float,
-        forward_accel: float,
-        dt: float,
+        forward_accel_m_s2: float,
+        dt_s: float,
     ) -> tuple[float, float, float, float]: ...
     @property
     def attitude_demand(self) -> tuple[float, float]: ...

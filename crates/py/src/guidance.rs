@@ -9,8 +9,8 @@ use vencejo_flight::guidance::tecs::{Demand, Phase};
 
 /// The laws that fly the simulated plane: L1, total energy and attitude.
 ///
-/// Orders stay until they are given again; `step` is one control step. Angles are radians, lengths metres, times
-/// seconds, surfaces −1 to 1 and throttle 0 to 1.
+/// Orders stay until they are given again; `step` is one control step. Positions are in the local frame, north and east
+/// of its origin; heights are above the same datum in all calls. Surfaces go from −1 to 1, throttle from 0 to 1.
 #[pyclass(module = "vencejo._native")]
 struct PlanePilot {
     state: PilotState,
@@ -19,8 +19,10 @@ struct PlanePilot {
     output: PilotOutput,
 }
 
-// Many plain numbers in one call: a call costs a microsecond, an object for each vector would cost more.
-#[allow(clippy::too_many_arguments)]
+#[allow(
+    clippy::too_many_arguments,
+    reason = "keywords from Python at every control step; an object for each vector would cost more than the call"
+)]
 #[pymethods]
 impl PlanePilot {
     /// A pilot with default parameters, wings level, motor off.
@@ -56,18 +58,20 @@ impl PlanePilot {
     }
 
     /// Follows the leg from one point to the next.
-    fn fly_leg(&mut self, from_north: f64, from_east: f64, to_north: f64, to_east: f64) {
+    #[pyo3(signature = (*, from_north_m, from_east_m, to_north_m, to_east_m))]
+    fn fly_leg(&mut self, from_north_m: f64, from_east_m: f64, to_north_m: f64, to_east_m: f64) {
         self.orders.lateral = Lateral::Track(Track::Leg {
-            from: NorthEast::new(from_north, from_east),
-            to: NorthEast::new(to_north, to_east),
+            from: NorthEast::new(from_north_m, from_east_m),
+            to: NorthEast::new(to_north_m, to_east_m),
         });
     }
 
     /// Circles around a point.
-    fn fly_circle(&mut self, north: f64, east: f64, radius: f64, clockwise: bool) {
+    #[pyo3(signature = (*, north_m, east_m, radius_m, clockwise))]
+    fn fly_circle(&mut self, north_m: f64, east_m: f64, radius_m: f64, clockwise: bool) {
         let circle = Track::Circle {
-            centre: NorthEast::new(north, east),
-            radius_m: radius,
+            centre: NorthEast::new(north_m, east_m),
+            radius_m,
             turn: if clockwise { Turn::Clockwise } else { Turn::Anticlockwise },
         };
         // Whether the circle is being flown is known after the next step only.
@@ -78,8 +82,8 @@ impl PlanePilot {
     }
 
     /// Holds a heading.
-    fn fly_heading(&mut self, heading: f64) {
-        self.orders.lateral = Lateral::Track(Track::Heading { heading_rad: heading });
+    fn fly_heading(&mut self, heading_rad: f64) {
+        self.orders.lateral = Lateral::Track(Track::Heading { heading_rad });
     }
 
     /// Holds the wings level.
@@ -88,8 +92,8 @@ impl PlanePilot {
     }
 
     /// Holds a bank.
-    fn fly_bank(&mut self, bank: f64) {
-        self.orders.lateral = Lateral::Bank(bank);
+    fn fly_bank(&mut self, bank_rad: f64) {
+        self.orders.lateral = Lateral::Bank(bank_rad);
     }
 
     /// Passes the stick to the aileron.
@@ -98,73 +102,76 @@ impl PlanePilot {
     }
 
     /// Energy control in flight, or with `climbout` a full-throttle climb.
+    #[pyo3(signature = (*, height_m, airspeed_m_s, climbout, pitch_min_rad, pitch_max_rad, throttle_min, throttle_max))]
     fn fly_energy(
         &mut self,
-        height: f64,
-        airspeed: f64,
+        height_m: f64,
+        airspeed_m_s: f64,
         climbout: bool,
-        pitch_min: f64,
-        pitch_max: f64,
+        pitch_min_rad: f64,
+        pitch_max_rad: f64,
         throttle_min: f64,
         throttle_max: f64,
     ) {
         let phase = if climbout { Phase::Climbout } else { Phase::Cruise };
         self.orders.vertical = Vertical::Energy(Demand {
-            height_m: height,
-            airspeed_m_s: airspeed,
+            height_m,
+            airspeed_m_s,
             phase,
-            pitch_min_rad: pitch_min,
-            pitch_max_rad: pitch_max,
+            pitch_min_rad,
+            pitch_max_rad,
             throttle_min,
             throttle_max,
         });
     }
 
     /// Energy control on final approach; `proportion` of the leg is flown.
+    #[pyo3(signature = (*, height_m, airspeed_m_s, proportion, pitch_min_rad, pitch_max_rad, throttle_max))]
     fn fly_approach(
         &mut self,
-        height: f64,
-        airspeed: f64,
+        height_m: f64,
+        airspeed_m_s: f64,
         proportion: f64,
-        pitch_min: f64,
-        pitch_max: f64,
+        pitch_min_rad: f64,
+        pitch_max_rad: f64,
         throttle_max: f64,
     ) {
         self.orders.vertical = Vertical::Energy(Demand {
-            height_m: height,
-            airspeed_m_s: airspeed,
+            height_m,
+            airspeed_m_s,
             phase: Phase::Approach { proportion },
-            pitch_min_rad: pitch_min,
-            pitch_max_rad: pitch_max,
+            pitch_min_rad,
+            pitch_max_rad,
             throttle_min: 0.0,
             throttle_max,
         });
     }
 
     /// Rounds out over the runway, motor off.
+    #[pyo3(signature = (*, height_m, start_height_m, start_sink_m_s, airspeed_m_s, pitch_min_rad, pitch_max_rad))]
     fn fly_flare(
         &mut self,
-        height: f64,
-        start_height: f64,
-        start_sink: f64,
-        airspeed: f64,
-        pitch_min: f64,
-        pitch_max: f64,
+        height_m: f64,
+        start_height_m: f64,
+        start_sink_m_s: f64,
+        airspeed_m_s: f64,
+        pitch_min_rad: f64,
+        pitch_max_rad: f64,
     ) {
         self.orders.vertical = Vertical::Energy(Demand {
-            height_m: height,
-            airspeed_m_s: airspeed,
-            phase: Phase::Flare { height_m: height, start_height_m: start_height, start_sink_m_s: start_sink },
-            pitch_min_rad: pitch_min,
-            pitch_max_rad: pitch_max,
+            height_m,
+            airspeed_m_s,
+            phase: Phase::Flare { height_m, start_height_m, start_sink_m_s },
+            pitch_min_rad,
+            pitch_max_rad,
             throttle_min: 0.0,
             throttle_max: 0.0,
         });
     }
 
     /// Holds a pitch with a throttle.
-    fn fly_pitch(&mut self, pitch: f64, throttle: f64) {
-        self.orders.vertical = Vertical::Pitch { pitch_rad: pitch, throttle };
+    fn fly_pitch(&mut self, pitch_rad: f64, throttle: f64) {
+        self.orders.vertical = Vertical::Pitch { pitch_rad, throttle };
     }
 
     /// Passes the sticks to elevator and throttle.
@@ -173,56 +180,75 @@ impl PlanePilot {
     }
 
     /// Bank limit, added rudder, heading to steer on the ground, and what holds the plane.
-    #[pyo3(signature = (bank_max, rudder, ground_heading, on_ground, throttle_off))]
+    #[pyo3(signature = (*, bank_max_rad, rudder, ground_heading_rad, on_ground, throttle_off))]
     fn set_limits(
         &mut self,
-        bank_max: f64,
+        bank_max_rad: f64,
         rudder: f64,
-        ground_heading: Option<f64>,
+        ground_heading_rad: Option<f64>,
         on_ground: bool,
         throttle_off: bool,
     ) {
-        self.orders.bank_max_rad = bank_max;
+        self.orders.bank_max_rad = bank_max_rad;
         self.orders.rudder = rudder;
-        self.orders.ground_heading_rad = ground_heading;
+        self.orders.ground_heading_rad = ground_heading_rad;
         self.orders.on_ground = on_ground;
         self.orders.throttle_off = throttle_off;
     }
 
     /// One control step: `(aileron, elevator, rudder, throttle)`.
+    #[pyo3(signature = (
+        *,
+        north_m,
+        east_m,
+        height_m,
+        velocity_north_m_s,
+        velocity_east_m_s,
+        climb_m_s,
+        roll_rad,
+        pitch_rad,
+        heading_rad,
+        roll_rate_rad_s,
+        pitch_rate_rad_s,
+        yaw_rate_rad_s,
+        airspeed_m_s,
+        eas_to_tas,
+        forward_accel_m_s2,
+        dt_s,
+    ))]
     fn step(
         &mut self,
-        north: f64,
-        east: f64,
-        height: f64,
-        velocity_north: f64,
-        velocity_east: f64,
-        climb: f64,
-        roll: f64,
-        pitch: f64,
-        heading: f64,
-        p: f64,
-        q: f64,
-        r: f64,
-        airspeed: f64,
+        north_m: f64,
+        east_m: f64,
+        height_m: f64,
+        velocity_north_m_s: f64,
+        velocity_east_m_s: f64,
+        climb_m_s: f64,
+        roll_rad: f64,
+        pitch_rad: f64,
+        heading_rad: f64,
+        roll_rate_rad_s: f64,
+        pitch_rate_rad_s: f64,
+        yaw_rate_rad_s: f64,
+        airspeed_m_s: f64,
         eas_to_tas: f64,
-        forward_accel: f64,
-        dt: f64,
+        forward_accel_m_s2: f64,
+        dt_s: f64,
     ) -> (f64, f64, f64, f64) {
         let sensed = Sensed {
-            position: NorthEast::new(north, east),
-            height_m: height,
-            velocity: NorthEast::new(velocity_north, velocity_east),
-            climb_m_s: climb,
-            roll_rad: roll,
-            pitch_rad: pitch,
-            heading_rad: heading,
-            rates_rad_s: [p, q, r],
-            airspeed_m_s: airspeed,
+            position: NorthEast::new(north_m, east_m),
+            height_m,
+            velocity: NorthEast::new(velocity_north_m_s, velocity_east_m_s),
+            climb_m_s,
+            roll_rad,
+            pitch_rad,
+            heading_rad,
+            rates_rad_s: [roll_rate_rad_s, pitch_rate_rad_s, yaw_rate_rad_s],
+            airspeed_m_s,
             eas_to_tas,
-            forward_accel_m_s2: forward_accel,
+            forward_accel_m_s2,
         };
-        (self.state, self.output) = pilot::step(self.state, &sensed, &self.orders, &self.params, dt);
+        (self.state, self.output) = pilot::step(self.state, &sensed, &self.orders, &self.params, dt_s);
         let surfaces = self.output.surfaces;
         (surfaces.aileron, surfaces.elevator, surfaces.rudder, self.output.throttle)
     }

@@ -160,22 +160,22 @@ class Autopilot(Plane):
             self.mode.update()
         est = self.est
         surfaces = self.pilot.step(
-            est.n_m,
-            est.e_m,
-            est.alt_m,
-            est.velocity_n_m_s,
-            est.velocity_e_m_s,
-            -est.velocity_d_m_s,
-            est.roll_rad,
-            est.pitch_rad,
-            est.yaw_rad,
-            est.p_rad_s,
-            est.q_rad_s,
-            est.r_rad_s,
-            est.airspeed_m_s,
-            est.eas_to_tas,
-            est.forward_accel_m_s2,
-            DT_S,
+            north_m=est.n_m,
+            east_m=est.e_m,
+            height_m=est.alt_m,
+            velocity_north_m_s=est.velocity_n_m_s,
+            velocity_east_m_s=est.velocity_e_m_s,
+            climb_m_s=-est.velocity_d_m_s,
+            roll_rad=est.roll_rad,
+            pitch_rad=est.pitch_rad,
+            heading_rad=est.yaw_rad,
+            roll_rate_rad_s=est.p_rad_s,
+            pitch_rate_rad_s=est.q_rad_s,
+            yaw_rate_rad_s=est.r_rad_s,
+            airspeed_m_s=est.airspeed_m_s,
+            eas_to_tas=est.eas_to_tas,
+            forward_accel_m_s2=est.forward_accel_m_s2,
+            dt_s=DT_S,
         )
         self._surfaces = surfaces
         body, wind, battery = self.body, self.wind, self.battery
@@ -247,7 +247,13 @@ class Autopilot(Plane):
                         self._ground_heading_rad = self.est.yaw_rad
                     heading = self._ground_heading_rad
         off = not self.armed or (self.mode.auto_throttle and self.throttle_suppressed)
-        self.pilot.set_limits(math.radians(self._bank_max_deg()), rudder, heading, on_ground, off)
+        self.pilot.set_limits(
+            bank_max_rad=math.radians(self._bank_max_deg()),
+            rudder=rudder,
+            ground_heading_rad=heading,
+            on_ground=on_ground,
+            throttle_off=off,
+        )
         if self.config.launch == "hand" and self._climbing_out() and not self.throttle_suppressed:
             self.climbout.throw()
 

@@ -33,13 +33,13 @@ class Energy:
         if tune["TECS_PITCH_MIN"] < 0:
             low = max(low, tune["TECS_PITCH_MIN"])
         self._plane.pilot.fly_energy(
-            self._nav.target_alt_m,
-            self.airspeed_m_s(),
-            False,
-            math.radians(low),
-            math.radians(high),
-            max(0.0, tune["THR_MIN"]) * 0.01,
-            tune["THR_MAX"] * 0.01,
+            height_m=self._nav.target_alt_m,
+            airspeed_m_s=self.airspeed_m_s(),
+            climbout=False,
+            pitch_min_rad=math.radians(low),
+            pitch_max_rad=math.radians(high),
+            throttle_min=max(0.0, tune["THR_MIN"]) * 0.01,
+            throttle_max=tune["THR_MAX"] * 0.01,
         )
 
     def airspeed_m_s(self) -> float:

@@ -249,7 +249,12 @@ class Landing:
         pitch_min = math.radians(tune["PTCH_LIM_MIN_DEG"])
         if self.stage is not Stage.FINAL:
             plane.pilot.fly_approach(
-                nav.target_alt_m, self.airspeed_m_s(), nav.proportion, pitch_min, pitch_max, tune["THR_MAX"] * 0.01
+                height_m=nav.target_alt_m,
+                airspeed_m_s=self.airspeed_m_s(),
+                proportion=nav.proportion,
+                pitch_min_rad=pitch_min,
+                pitch_max_rad=pitch_max,
+                throttle_max=tune["THR_MAX"] * 0.01,
             )
         elif plane.body.on_wheels:
             plane.pilot.fly_pitch(0.0, 0.0)
@@ -260,7 +265,12 @@ class Landing:
             part = min(1.0, max(0.0, (height - tune["TECS_FLARE_HGT"]) / max(0.5, self._flare_height_m)))
             low = touch + part * (math.radians(-12.0) - touch)
             plane.pilot.fly_flare(
-                height, self._flare_height_m, self._flare_sink_m_s, self.airspeed_m_s(), low, pitch_max
+                height_m=height,
+                start_height_m=self._flare_height_m,
+                start_sink_m_s=self._flare_sink_m_s,
+                airspeed_m_s=self.airspeed_m_s(),
+                pitch_min_rad=low,
+                pitch_max_rad=pitch_max,
             )
 
     def ground_heading_rad(self) -> float | None:

@@ -266,7 +266,7 @@ class Navigator:
     def fly_leg(self, start: Spot, end: Spot) -> None:
         """Follow a leg."""
         self._circled = None
-        self._plane.pilot.fly_leg(start.n_m, start.e_m, end.n_m, end.e_m)
+        self._plane.pilot.fly_leg(from_north_m=start.n_m, from_east_m=start.e_m, to_north_m=end.n_m, to_east_m=end.e_m)
 
     def fly_circle(self, radius_m: float = 0.0) -> None:
         """Circle around the next point; a radius of at most 1 m means WP_LOITER_RAD."""
@@ -283,7 +283,12 @@ class Navigator:
             self.fly_leg(self.previous, self.next)
         else:
             # In thin air the same bank needs a wider circle: true airspeed grows.
-            plane.pilot.fly_circle(self.next.n_m, self.next.e_m, self.circle_radius_m, loiter.clockwise)
+            plane.pilot.fly_circle(
+                north_m=self.next.n_m,
+                east_m=self.next.e_m,
+                radius_m=self.circle_radius_m,
+                clockwise=loiter.clockwise,
+            )
             self._circled = self.next
             loiter.ordered = True
         if loiter.started_s is None and (self.on_circle or self.proportion > 1.0):

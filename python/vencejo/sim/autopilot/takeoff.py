@@ -152,13 +152,13 @@ class Takeoff:
         cruise = min(throttle, tune["TRIM_THROTTLE"] * 0.01)
         throttle = cruise + (throttle - cruise) * left
         plane.pilot.fly_energy(
-            plane.home.alt_m + (self.altitude_rel_m or 0.0),
-            airspeed_m_s,
-            True,
-            math.radians(low),
-            math.radians(high),
-            throttle,
-            throttle,
+            height_m=plane.home.alt_m + (self.altitude_rel_m or 0.0),
+            airspeed_m_s=airspeed_m_s,
+            climbout=True,
+            pitch_min_rad=math.radians(low),
+            pitch_max_rad=math.radians(high),
+            throttle_min=throttle,
+            throttle_max=throttle,
         )
 
     def _pitch_min_deg(self) -> float:
