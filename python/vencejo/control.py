@@ -18,6 +18,7 @@ from typing import TypeVar
 
 from vencejo import _native
 from vencejo._closing import Closing
+from vencejo._forking import belongs_here
 from vencejo.vehicle import VehicleState
 
 __all__ = ["Operator"]
@@ -33,6 +34,7 @@ class Operator(Closing):
 
     def __init__(self, native: _native.Operator) -> None:
         self._native = native
+        belongs_here(self)
 
     @property
     def name(self) -> str:

@@ -18,6 +18,7 @@ from typing import Any
 
 from vencejo import _native
 from vencejo._closing import Closing
+from vencejo._forking import belongs_here
 from vencejo.enrolment import Organisation, default_key_file, native
 from vencejo.enrolment import member_file as default_member_file
 from vencejo.station import Station, default_history_dir
@@ -126,6 +127,7 @@ class Aircraft(Closing):
             member_file=default_member_file() if member_file is None else Path(member_file),
             history=_history(history, history_mb, "board", history_frames),
         )
+        belongs_here(self)
 
     @property
     def status(self) -> AircraftStatus:
@@ -249,6 +251,7 @@ class Fleet(Closing):
             folder=organisation.folder.parent,
             history=_history(history, history_mb, f"ground/{org}"),
         )
+        belongs_here(self)
 
     @property
     def endpoint(self) -> str:

@@ -21,6 +21,7 @@ from pathlib import Path
 
 from vencejo import _native
 from vencejo._closing import Closing
+from vencejo._forking import belongs_here
 from vencejo.enrolment import native
 from vencejo.errors import VencejoError
 from vencejo.station import Station, default_history_dir
@@ -249,6 +250,7 @@ class Replay(Closing):
         self._native = native("HistoryReplay")(
             station._native, os.fspath(path), speed=speed, start_s=start_s, repeat=repeat
         )
+        belongs_here(self)
 
     @property
     def name(self) -> str:

@@ -503,7 +503,7 @@ def rehearse_many(
         When the plan has no home, or one that is no place, and for a number of runs out of its range.
     """
     if not 1 <= runs <= 100_000:
-        raise InvalidRequest(f"runs is {runs}; choose from 1 to 100,000")
+        raise InvalidRequest(f"runs is {runs}, should be 1 to 100,000")
     expected, flown, endings, duration_s, energy_wh, left, touch_down_m, corridor = _native.rehearse_many(
         _plan(plan)._to_native(),
         _given(parameters, airframe, battery, wind, clearance_m=clearance_m),
@@ -593,7 +593,7 @@ def _plan(plan: object) -> Plan:
     if not isinstance(plan, Plan):
         kind = type(plan).__name__
         raise TypeError(
-            f"a Plan is wanted, not {kind}: Plan.load() reads one from a file, vehicle.mission.download() from a vehicle"
+            f"a Plan is wanted, not {kind}: Plan.load() reads one from a file, vehicle.download() from a vehicle"
         )
     return plan
 
@@ -712,7 +712,7 @@ def fixes(
 def _within(name: str, value: float, least: float, most: float) -> float:
     """A number in its range; not-a-number is in none."""
     if not least <= value <= most:
-        raise InvalidRequest(f"{name} is {value}; choose from {least:,} to {most:,}")
+        raise InvalidRequest(f"{name} is {value}, should be {least:,} to {most:,}")
     return value
 
 

@@ -12,6 +12,7 @@ from os import PathLike, fspath
 from typing import Final, Literal
 
 from vencejo._closing import Closing
+from vencejo._forking import belongs_here
 from vencejo.enrolment import native
 from vencejo.errors import LinkError
 from vencejo.station import Station
@@ -163,6 +164,7 @@ class Gateway(Closing):
             namespace=namespace,
             is_operator=role == "operator",
         )
+        belongs_here(self)
 
     @property
     def status(self) -> GatewayStatus:

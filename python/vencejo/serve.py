@@ -20,6 +20,7 @@ from pathlib import Path
 
 from vencejo import _native
 from vencejo._closing import Closing
+from vencejo._forking import belongs_here
 from vencejo.control import Operator
 from vencejo.errors import InvalidRequest
 from vencejo.station import Station, default_history_dir, default_record_dir
@@ -192,6 +193,7 @@ class Server(Closing):
             floors_mb=None if floors is None else floors._mb,
         )
         self._station = station
+        belongs_here(self)
 
     @property
     def port(self) -> int:

@@ -7,15 +7,16 @@ import contextlib
 import os
 import weakref
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from typing import TYPE_CHECKING, Any, NoReturn, cast
+from typing import TYPE_CHECKING
 
 from vencejo import _native
 from vencejo._closing import Closing
+from vencejo._forking import belongs_here
 from vencejo._native import MavlinkMessage, Subscription
 from vencejo._whereabouts import data_dir, program
 from vencejo.control import Operator
-from vencejo.errors import ClosedError, InvalidRequest, VencejoError
-from vencejo.vehicle import Vehicle, VehicleState, _call_back, _signing_info
+from vencejo.errors import InvalidRequest, VencejoError
+from vencejo.vehicle import Vehicle, _call_back, _signing_info
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -89,6 +90,8 @@ class Station(Closing):
     ------
     LinkError
         For a link string that cannot be read, or an address that cannot be listened on.
+    InvalidRequest
+        For an id or a rate out of its range, and a message that the dialect does not have.
 
     Examples
     --------
@@ -142,8 +145,8 @@ class Station(Closing):
         )
         # Weak, so that a station that is no longer used is not kept by its own vehicles.
         self._vehicles: weakref.WeakValueDictionary[int, Vehicle] = weakref.WeakValueDictionary()
-        self._states: weakref.WeakSet[VehicleState] = weakref.WeakSet()
         _open_stations.add(self)
+        belongs_here(self)
         try:
             for link in links:
                 self.open_link(link)
@@ -349,16 +352,6 @@ class Station(Closing):
         self._native.close()
 
 
-class _Elsewhere:
-    """Stands in for what only lives in the process that was forked."""
-
-    def close(self) -> None:
-        """Nothing of it is in this process."""
-
-    def __getattr__(self, name: str) -> NoReturn:
-        raise ClosedError("this station belongs to the process that was forked; connect again in this one")
-
-
 _open_stations: weakref.WeakSet[Station] = weakref.WeakSet()
 
 
@@ -369,20 +362,7 @@ def _end() -> None:
         station.close()
 
 
-def _leave_parents_stations() -> None:
-    """Let go of the stations of the process that was forked: their threads are not in this one."""
-    elsewhere = cast("Any", _Elsewhere())
-    for station in list(_open_stations):
-        station._native.abandon()
-        for vehicle in list(station._states):
-            vehicle._native = elsewhere
-        station._native = elsewhere
-        _open_stations.discard(station)
-
-
 atexit.register(_end)
-if hasattr(os, "register_at_fork"):
-    os.register_at_fork(after_in_child=_leave_parents_stations)
 
 
 def connect(
@@ -424,6 +404,8 @@ def connect(
     ------
     LinkError
         For a link string that cannot be read.
+    InvalidRequest
+        For an id or a rate out of its range, and a message that the dialect does not have.
     NoVehicleError
         When no vehicle is heard in time.
     """

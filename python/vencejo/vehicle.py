@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias, cast
 
 from vencejo import _native
 from vencejo._closing import Closing
+from vencejo._forking import belongs_here
 from vencejo._native import MavlinkMessage
 from vencejo.errors import (
     CommandRefused,
@@ -109,7 +110,7 @@ class VehicleState:
     def __init__(self, native: _native.Vehicle, station: Station) -> None:
         self._native = native
         self._station = station
-        station._states.add(self)
+        belongs_here(self)
 
     @property
     def system_id(self) -> int:

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Literal
 
 from vencejo import _native
+from vencejo._forking import belongs_here
 from vencejo.station import default_record_dir
 
 __all__ = ["VideoFeed", "VideoRequest", "VideoStatus", "default_video_dir"]
@@ -75,6 +76,7 @@ class VideoFeed:
 
     def __init__(self, native: _native.VideoFeed) -> None:
         self._native = native
+        belongs_here(self)
 
     def publish(
         self,

@@ -416,6 +416,31 @@ with vencejo.connect(sys.argv[1], record=False) as plane:
     assert mock.acts() == []
 
 
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork on this system")
+def test_a_forked_process_leaves_the_server_of_its_parent_alone() -> None:
+    program = """
+import os, sys, warnings
+warnings.simplefilter("ignore")
+import vencejo
+from vencejo.serve import Server
+with vencejo.Station(record=False) as station, Server(station, port=0) as server:
+    operator, child = station.operator, os.fork()
+    if child == 0:
+        for call in (operator.take, lambda: server.clients, lambda: station.operator):
+            try:
+                call()
+            except vencejo.ClosedError as error:
+                assert "forked" in str(error), error
+            else:
+                print("not refused", call, flush=True)
+        sys.exit(0)
+    _, status = os.waitpid(child, 0)
+    print("parent", server.port > 0, status)
+"""
+    done = run(program, "")
+    assert (done.returncode, done.stdout, done.stderr) == (0, "parent True 0\n", "")
+
+
 def test_importing_again_is_the_same_core(mock: MockPlane) -> None:
     program = """
 import importlib, sys

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import _thread
 import dataclasses
 import json
 import math
+import threading
 from collections.abc import Callable
 from pathlib import Path
 from statistics import fmean
@@ -117,8 +119,14 @@ def test_many_flights_give_the_odds() -> None:
     assert odds.energy_wh is not None
     assert odds.corridor[10].across_m.low <= odds.corridor[10].across_m.high
     assert odds == rehearse_many(plan, parameters=parameters, wind=Wind(240.0, 6.0), runs=12)
-    with pytest.raises(vencejo.InvalidRequest, match="runs"):
+    with pytest.raises(vencejo.InvalidRequest, match="runs is 0, should be 1 to 100,000"):
         rehearse_many(plan, runs=0)
+    # Ctrl-C ends what would take minutes.
+    interrupt = threading.Timer(0.2, _thread.interrupt_main)
+    interrupt.start()
+    with pytest.raises(KeyboardInterrupt):
+        rehearse_many(plan, parameters=parameters, runs=100_000)
+    interrupt.join()
 
 
 def test_what_is_left_of_the_battery_is_told_where_it_is_known(tmp_path: Path) -> None:

@@ -25,7 +25,7 @@ fn finite(name: &str, value: f64) -> PyResult<f64> {
     if value.is_finite() {
         Ok(value)
     } else {
-        Err(errors::raise("InvalidRequest", format!("{name} is {value}: it must be a finite number")))
+        Err(errors::raise("InvalidRequest", format!("{name} is {value}, should be a finite number")))
     }
 }
 

@@ -50,6 +50,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     plan::register(module)?;
     recording::register(module)?;
     rehearsal::register(module)?;
+    requests::register(module)?;
     separation::register(module)?;
     server::register(module)?;
     station::register(module)?;
@@ -57,6 +58,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     survey::register(module)?;
     vehicle::register(module)?;
     video::register(module)?;
+    module.add_function(wrap_pyfunction!(runtime::abandon, module)?)?;
     module.add_function(wrap_pyfunction!(runtime::end_waits, module)?)?;
     module.add_class::<ground::Elevation>()?;
     module.add_class::<messages::PyMessage>()?;

@@ -19,6 +19,7 @@ use vencejo_station::{Runs, recorded_flight};
 use crate::errors;
 use crate::ground;
 use crate::plan::{FigureTuple, FindingTuple, PlanTuple, figures, findings, plan_from_tuple, plan_to_tuple};
+use crate::runtime;
 
 /// Adds what this module has.
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
@@ -128,7 +129,7 @@ impl Profile {
         ];
         for (part, fault) in faults {
             if let Some((field, value, (low, high))) = fault {
-                let problem = format!("{part}.{field} is {value}; choose from {low} to {high}");
+                let problem = format!("{part}.{field} is {value}, should be {low} to {high}");
                 return Err(errors::raise("InvalidRequest", problem));
             }
         }
@@ -164,13 +165,19 @@ impl Given {
     }
 }
 
-/// Asks something of a plan, its conditions and home's height, and the clearance that it should keep.
+/// Whether the answer is still waited for.
+type IsWanted<'a> = &'a (dyn Fn() -> bool + Sync);
+
+/// Asks something of a plan and its conditions, with home's altitude above sea level and the clearance to keep, m.
+///
+/// # Errors
+/// `InvalidRequest` without a home on Earth; what a signal handler of Python raises meanwhile.
 fn ask<T: Send>(
     py: Python<'_>,
     plan: PlanTuple,
     given: Given,
     ground: Option<&Bound<'_, PyAny>>,
-    question: impl FnOnce(&Plan, &Conditions<'_>, f64, f64) -> Option<T> + Send,
+    question: impl FnOnce(&Plan, &Conditions<'_>, (f64, f64), IsWanted<'_>) -> Option<T> + Send,
 ) -> PyResult<T> {
     let plan = plan_from_tuple(plan)?;
     let Some(home) = plan.mission.home else {
@@ -180,10 +187,10 @@ fn ask<T: Send>(
     let below = |point| map.height_m(point);
     let (start, clearance_m) = (Start::Ground { heading_deg: given.heading_deg }, given.clearance_m);
     let (plane, air) = given.plane_and_air()?;
-    py.detach(|| {
+    runtime::interruptible(py, |is_wanted| {
         let conditions = Conditions { start, ground: Some(&below), ..Conditions::new(&plane, air) };
-        question(&plan, &conditions, home.alt_amsl_m, clearance_m)
-    })
+        question(&plan, &conditions, (home.alt_amsl_m, clearance_m), is_wanted)
+    })?
     .ok_or_else(|| errors::raise("InvalidRequest", "the plan's home is no place on Earth"))
 }
 
@@ -231,7 +238,7 @@ fn rehearse(
     given: Given,
     ground: Option<Bound<'_, PyAny>>,
 ) -> PyResult<RehearsalTuple> {
-    ask(py, plan, given, ground.as_ref(), |plan, conditions, home_amsl_m, clearance_m| {
+    ask(py, plan, given, ground.as_ref(), |plan, conditions, (home_amsl_m, clearance_m), _| {
         rehearse_and_check(plan, conditions, clearance_m).map(|(flown, found)| to_tuple(&flown, found, home_amsl_m))
     })
 }
@@ -265,10 +272,10 @@ fn rehearse_many(
 ) -> PyResult<SpreadTuple> {
     let (wind_speed_m_s, wind_from_deg, gust_m_s, thrust, drag, power) = doubts;
     let doubts = Doubts { wind_speed_m_s, wind_from_deg, gust_m_s, thrust, drag, power };
-    ask(py, plan, given, ground.as_ref(), |plan, conditions, home_amsl_m, clearance_m| {
+    ask(py, plan, given, ground.as_ref(), |plan, conditions, (home_amsl_m, clearance_m), is_wanted| {
         let (expected, found) = rehearse_and_check(plan, conditions, clearance_m)?;
         let runs = Runs { count: runs, seed, spared: 0 };
-        let spread = vencejo_station::rehearse_many(plan, conditions, &doubts, expected, &runs, &|| true)?;
+        let spread = vencejo_station::rehearse_many(plan, conditions, &doubts, expected, &runs, is_wanted)?;
         let range = |range: Range| (range.low, range.median, range.high);
         Some((
             to_tuple(&spread.expected, found, home_amsl_m),

@@ -100,3 +100,17 @@ pub fn named(name: &str, values: &Bound<'_, PyDict>) -> PyResult<Request> {
     Request::named(name, MapDeserializer::new(given.into_iter()))
         .map_err(|error| errors::raise("InvalidRequest", format!("{name}: {error}")))
 }
+
+/// Reads a request without asking a vehicle for it.
+///
+/// # Errors
+/// `InvalidRequest` for an unknown name, listing those that exist, and for a value that is wrong or missing.
+#[pyfunction]
+fn check_request(name: &str, values: &Bound<'_, PyDict>) -> PyResult<()> {
+    named(name, values).map(drop)
+}
+
+/// Adds what this module has.
+pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add_function(wrap_pyfunction!(check_request, module)?)
+}

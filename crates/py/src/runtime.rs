@@ -2,7 +2,7 @@
 
 use std::future::Future;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Mutex, OnceLock, PoisonError};
+use std::sync::{Mutex, OnceLock, PoisonError, mpsc};
 use std::thread::ThreadId;
 use std::time::{Duration, Instant};
 
@@ -76,6 +76,13 @@ pub fn end_waits(py: Python<'_>) {
     });
 }
 
+/// Keeps a native object for ever. In a process that was forked off the threads behind it are not there, so nothing of it
+/// may run, not even its end.
+#[pyfunction]
+pub fn abandon(object: Py<PyAny>) {
+    std::mem::forget(object);
+}
+
 /// While it lives, the interpreter of the process in which it began does not end.
 struct Returning {
     process: u32,
@@ -116,6 +123,34 @@ pub fn detached<T: Send>(py: Python<'_>, run: impl FnOnce() -> T + Send) -> T {
 pub fn attached<T>(run: impl FnOnce(Python<'_>) -> T) -> T {
     let _returning = Returning::begin();
     Python::attach(run)
+}
+
+/// Runs something long without the GIL, on a thread of its own, and lets Ctrl-C in: from then on `is_wanted` is false, and the
+/// exception is raised as soon as `run` has returned.
+pub fn interruptible<T: Send>(py: Python<'_>, run: impl FnOnce(&(dyn Fn() -> bool + Sync)) -> T + Send) -> PyResult<T> {
+    let is_wanted = AtomicBool::new(true);
+    let (ended, mut end) = mpsc::channel();
+    std::thread::scope(|scope| {
+        let is_wanted = &is_wanted;
+        // A panic drops the sender too, and comes back at the join.
+        let running = scope.spawn(move || {
+            let _ended: mpsc::Sender<()> = ended;
+            run(&|| is_wanted.load(Ordering::Relaxed))
+        });
+        let interrupted = loop {
+            let (waited, returned) = detached(py, || (end.recv_timeout(SIGNAL_INTERVAL), end));
+            end = returned;
+            if waited != Err(mpsc::RecvTimeoutError::Timeout) {
+                break None;
+            }
+            if let Err(signal) = py.check_signals() {
+                is_wanted.store(false, Ordering::Relaxed);
+                break Some(signal);
+            }
+        };
+        let value = detached(py, || running.join()).unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+        interrupted.map_or(Ok(value), Err)
+    })
 }
 
 /// Waits for something native without the GIL, and lets Ctrl-C in. `None` when `timeout` passes first.

@@ -28,7 +28,7 @@ fn separation_conflicts(
 ) -> PyResult<Vec<ConflictTuple>> {
     let limits = Limits { horizontal_m, vertical_m, window_s };
     if let Some((field, value, least, most)) = limits.fault() {
-        return Err(errors::raise("InvalidRequest", format!("{field} must be {least} to {most}, not {value}")));
+        return Err(errors::raise("InvalidRequest", format!("{field} is {value}, should be {least} to {most}")));
     }
     let place = |(time_s, lat_deg, lon_deg, alt_amsl_m): PlaceTuple| {
         let point = GeoPoint::new(lat_deg, lon_deg).map_err(|error| errors::raise("InvalidRequest", error))?;

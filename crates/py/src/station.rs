@@ -255,12 +255,6 @@ impl PyStation {
         self.station.set_heartbeat(enabled);
     }
 
-    /// In a process that was forked off: the threads behind the station are not there, so nothing of it may run, not
-    /// even its end.
-    fn abandon(&self) {
-        std::mem::forget(self.station.clone());
-    }
-
     fn close(&self, py: Python<'_>) -> PyResult<()> {
         runtime::wait(py, None, self.station.close()).map(drop)
     }

@@ -28,7 +28,7 @@ pub enum StationError {
         reason: String,
     },
     /// No autopilot was heard.
-    #[error("no vehicle{} was heard within {} s on {links}; check the cable or address, the baud rate, and that the autopilot is on", wanted.map_or_else(String::new, |id| format!(" with id {id}")), waited.as_secs())]
+    #[error("no vehicle{} was heard within {} s on {links}; check the cable or address, the baud rate, and that the autopilot is on", wanted.map_or_else(String::new, |id| format!(" with id {id}")), waited.as_secs_f64())]
     NoVehicle {
         /// The one that was wanted.
         wanted: Option<VehicleId>,

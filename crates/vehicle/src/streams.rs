@@ -93,7 +93,7 @@ impl StreamConfig {
     pub fn new(default_hz: f64) -> Result<Self, VehicleError> {
         if !(MIN_RATE_HZ..=MAX_RATE_HZ).contains(&default_hz) {
             return Err(VehicleError::InvalidValue {
-                field: "default_hz",
+                field: "rate_hz",
                 value: default_hz.to_string(),
                 expected: "4 to 50 messages per second",
             });
