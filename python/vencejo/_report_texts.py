@@ -104,8 +104,8 @@ TEXTS: Final[Mapping[str, tuple[str, str]]] = {
     "airframe.simulator": ("The plane of ArduPilot's simulator.", "El avión del simulador de ArduPilot."),
     "airframe.flight": ("Learned from a recorded flight.", "Aprendido de un vuelo grabado."),
     "no-parameters": (
-        "Steered as an ArduPlane as it comes: no parameters were given.",
-        "Pilotado como un ArduPlane de serie: no se dieron parámetros.",
+        "Steered as ArduPilot's simulated plane: no parameters were given.",
+        "Pilotado como el avión simulado de ArduPilot: no se dieron parámetros.",
     ),
     "parameters": ("Steered with these parameters:", "Pilotado con estos parámetros:"),
     "cruise": (

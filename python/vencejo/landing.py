@@ -74,6 +74,8 @@ class Wind:
 
     def __post_init__(self) -> None:
         check(self, from_deg=NUMBER, speed_m_s=NUMBER)
+        for name in ("from_deg", "speed_m_s"):
+            object.__setattr__(self, name, float(getattr(self, name)))
 
     @property
     def is_calm(self) -> bool:
@@ -264,7 +266,8 @@ def design_landing(
         Height of the ground at the point above home, metres, -1000 to 1000. When it is not known home's is taken, and a
         caution says so.
     airspeed_m_s : float, optional
-        Of the approach, 5 to 60 m/s; that of ``parameters`` (TECS_LAND_ARSPD), else 22 (ArduPlane's AIRSPEED_CRUISE).
+        Approach airspeed, 5 to 60 m/s. Default: TECS_LAND_ARSPD of ``parameters``, else 22 (AIRSPEED_CRUISE of ArduPilot's
+        simulated plane).
     slope : float, optional
         Steepest slope of the final leg, 0.02 to 0.25; default 0.08 (1 in 12.5), and no more than ``parameters`` let the plane sink without power
         (TECS_SINK_MIN).
@@ -278,8 +281,8 @@ def design_landing(
         Whether DO_LAND_START goes before it, by which "land" and a return find it; where RTL_AUTOLAND looks for it, without ``parameters`` yes. An
         ArduPlane whose RTL_AUTOLAND is 0 does not arm with one.
     parameters : mapping of str to float, optional
-        The plane's, as a file has them (`vencejo.params.load_params`), or the values of ``vehicle.params.all()``; what they lack is as an ArduPlane
-        comes.
+        The plane's parameters, as `vencejo.params.load_params` or ``vehicle.params.all()`` give them; a missing one has the
+        value of ArduPilot's simulated plane.
     home : Home, optional
         Where heights count from; without it ``ground`` says nothing.
     ground : callable, optional

@@ -37,6 +37,9 @@ class Unreached(LinkError):
         super().__init__(text)
         self.code = code
 
+    def __reduce__(self) -> tuple[type[Unreached], tuple[str, str]]:
+        return type(self), (self.code, str(self))
+
 
 def _path(file: str | PathLike[str] | None) -> str | None:
     return None if file is None else fspath(file)

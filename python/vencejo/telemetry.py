@@ -936,9 +936,12 @@ class Telemetry:
                 yield name, group
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain dictionaries of everything heard so far, ready for JSON."""
+        """Plain dictionaries of everything heard so far, ready for JSON; 64-bit ids as their decimal digits."""
         values: dict[str, Any] = {name: asdict(group) for name, group in self.groups()}
+        if (version := values.get("version")) is not None and version["uid"] is not None:
+            version["uid"] = str(version["uid"])
         values["batteries"] = [asdict(battery) for battery in self.batteries]
+        values["imus"] = [None if imu is None else asdict(imu) for imu in self.imus]
         return values
 
     def _group(self, name: str, kind: type[_G]) -> _G | None:

@@ -196,8 +196,8 @@ class VehicleState:
 
         Raises
         ------
-        FileFormatError
-            For a plan that cannot be.
+        InvalidRequest
+            For a plan with a value that cannot be, such as a latitude of 91°.
         """
         from vencejo.values import PlanChange
 
@@ -341,8 +341,8 @@ class VehicleState:
     ) -> Rehearsal:
         """Fly a plan as this plane would in a wind (calm by default), from the ground at its home or else the plan's.
 
-        What was read of its parameters is the plane's, anything else is as an ArduPlane comes: read them first, by
-        ``vehicle.params.all()``. Its battery is the one that it tells of, its power that of its flight as far as it was followed.
+        Parameters that were read are the plane's, missing ones have the values of ArduPilot's simulated plane: read them first,
+        by ``vehicle.params.all()``. Battery and power are taken from its telemetry and the flight followed so far.
         ``airframe`` (:meth:`learned` has one), ``battery``, ``ground`` and ``clearance_m`` are those of
         :func:`vencejo.rehearsal.rehearse`.
 

@@ -388,7 +388,9 @@ def test_a_recording_holds_what_the_source_sent(tmp_path: Path) -> None:
     assert times[-1] == pytest.approx(ended.duration_s, abs=0.05)
 
 
-def test_the_command_fails_when_nothing_came_of_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_command_fails_when_nothing_came_of_it(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
     for options, says in (
         ({"record": True, "seconds": 0.1}, "nothing was recorded: .* is not there"),
         ({"record": False, "seconds": 0.1}, "no picture came from .*none.mp4 in 0.1 s: .* is not there"),
@@ -415,6 +417,13 @@ def test_the_command_fails_when_nothing_came_of_it(tmp_path: Path, capsys: pytes
 
         stop_recording = start_recording
 
+    def unread(*_: object, **__: object) -> None:
+        raise BrokenPipeError
+
+    monkeypatch.setattr("builtins.print", unread)
+    with pytest.raises(Failed, match="the disk is full"):
+        watch(cast("Camera", Filling()), record=True, seconds=None, json=False)
+    monkeypatch.undo()
     with pytest.raises(Failed, match="the disk is full"):
         watch(cast("Camera", Filling()), record=True, seconds=None, json=False)
     assert "Recorded 4.0 s, 1.0 MB" in capsys.readouterr().err

@@ -122,9 +122,11 @@ def test_pictures_come_no_faster_than_the_rate_that_is_set(client: Client, camer
     assert client.camera.getImageData("RGB8").timeStamp != shown
 
 
-def test_viewers_of_a_camera_that_is_slow_hold_up_no_command(client: Client, cameras: list[Source]) -> None:
+def test_viewers_of_a_camera_that_is_slow_hold_up_no_command(
+    client: Client, cameras: list[Source], monkeypatch: pytest.MonkeyPatch
+) -> None:
     gate = threading.Event()
-    cameras[0].latest = lambda: gate.wait(30.0) and None  # type: ignore[method-assign]
+    monkeypatch.setattr(cameras[0], "latest", lambda: gate.wait(30.0) and None)
     waiting = [client.camera.getImageDataAsync("RGB8") for _ in range(20)]
     assert client.pose.setPose3DData(client.jderobot.Pose3DData(x=40.0, y=-3.0, z=700.0)) == 2, "no vehicle is heard"
     assert not any(call.done() for call in waiting), "the viewers still wait"

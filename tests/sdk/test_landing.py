@@ -74,6 +74,7 @@ def test_what_cannot_be_is_refused(at: GeoPoint, options: dict[str, object], say
 
 def test_wind_is_calm_as_the_core_says() -> None:
     assert Wind(90.0, 0.9).is_calm
+    assert repr(Wind(90, 7)) == "Wind(from_deg=90.0, speed_m_s=7.0)", "whole numbers too"
     assert not Wind(90.0, 1.0).is_calm
     assert design_landing(FIELD, wind=Wind(90.0, 1.0)).direction == "into-wind"
 

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 
 import pytest
 import vencejo
-from vencejo.telemetry import GROUPS
+from vencejo.telemetry import GROUPS, AutopilotVersion
 
 from tests.support import CAPTURES, wait_for
 
@@ -36,7 +36,14 @@ def test_every_group_converts(plane: vencejo.Vehicle) -> None:
             value = getattr(group, field.name)
             assert not (isinstance(value, float) and math.isnan(value)), f"{name}.{field.name}"
     assert telemetry.batteries
-    assert telemetry.to_dict()["position"]["lat_deg"] == heard["position"].lat_deg  # type: ignore[attr-defined]
+    told = telemetry.to_dict()
+    assert told["position"]["lat_deg"] == heard["position"].lat_deg  # type: ignore[attr-defined]
+    assert [imu is None for imu in told["imus"]] == [imu is None for imu in telemetry.imus]
+    version = AutopilotVersion(
+        age_s=0.0, has_invalid=False, flight_sw="4.6.3", git_hash="", capabilities=0, uid=2**63 + 1
+    )
+    telemetry.__dict__["version"] = version
+    assert telemetry.to_dict()["version"]["uid"] == "9223372036854775809", "more than a number keeps in JSON"
     assert telemetry.invalid_values == 0
 
 

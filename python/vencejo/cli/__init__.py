@@ -66,7 +66,7 @@ def root(
 
     The link is given with --link or in VENCEJO_LINK. Nothing is armed, started or changed unless a command says so.
 
-    Exit codes: 0 done, 1 could not, 2 wrong usage, 3 compared and not the same, 130 interrupted with Ctrl-C.
+    Exit codes: 0 done, 1 could not, 2 wrong usage, 3 compared and not the same, 130 interrupted with Ctrl-C, 143 ended by SIGTERM.
 
     Example: vencejo demo
     """

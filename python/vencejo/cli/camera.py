@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import typer
 
-from vencejo.cli.common import Failed, JsonOption, put_json, say
+from vencejo.cli.common import UNREAD, Failed, JsonOption, put_json, say
 
 if TYPE_CHECKING:
     from vencejo.camera import Camera, CameraStatus
@@ -133,10 +133,12 @@ def tell(camera: Camera, *, record: bool, seconds: float | None, json: bool) -> 
         news = (status.state, status.reason, status.codec, status.width, status.height)
         if news != told or time.monotonic() - told_s >= TELL_INTERVAL_S:
             told, told_s = news, time.monotonic()
-            if json:
-                put_json(as_dict(status))
-            else:
-                print(describe(status), flush=True)
+            # A recording goes on when its status is no longer read.
+            with contextlib.suppress(*UNREAD) if record else contextlib.nullcontext():
+                if json:
+                    put_json(as_dict(status))
+                else:
+                    print(describe(status), flush=True)
         pause.wait(LOOK_INTERVAL_S)
 
 

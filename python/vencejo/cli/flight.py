@@ -20,7 +20,7 @@ WindFromOption = Annotated[
 ]
 ParamsOption = Annotated[
     Path | None,
-    typer.Option("--params", metavar="FILE", help="The plane's parameters; else an ArduPlane as it comes."),
+    typer.Option("--params", metavar="FILE", help="The plane's parameters; else those of ArduPilot's simulated plane."),
 ]
 LearnOption = Annotated[
     Path | None, typer.Option("--learn", metavar="TLOG", help="A recorded flight of the plane, to learn it from.")
