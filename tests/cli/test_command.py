@@ -354,6 +354,9 @@ def test_what_no_command_takes() -> None:
     for args, said in [
         (("maps", "area", "estimate", "pnoa", "--box", "1,2,3,4", "--buffer", "inf"), "--buffer is inf, should be"),
         (("plan", "survey", "field.plan", "--height", "nan"), "--height is nan, should be"),
+        (("params", "set", "WP_RADIUS", "nan"), "VALUE is nan, should be"),
+        (("ask", "make-coffee"), "make-coffee"),
+        (("ask", "speed", "kind=airspeed", "speed_m_s=fast"), "speed_m_s"),
         (("fleet", "history", "--folder", "/no/such"), "is no folder"),
         (("camera", "\udcff.mp4"), ".mp4 is not UTF-8"),
     ]:

@@ -9,40 +9,36 @@ from typing import TYPE_CHECKING, Annotated, Any, cast
 import typer
 
 from vencejo.cli.common import (
-    DEFAULT_LINK,
     Exit,
     Failed,
     JsonOption,
-    LinkOption,
-    SystemOption,
-    TimeoutOption,
     YesOption,
     confirm,
+    grouped,
     put_json,
 )
-from vencejo.cli.connecting import vehicle_on
+from vencejo.cli.connecting import OnVehicle
 
 if TYPE_CHECKING:
     from vencejo.vehicle import Danger
 
 
+@grouped
 def ask(
+    on: OnVehicle,
     request: Annotated[
         str,
         typer.Argument(
             metavar="REQUEST",
-            help="Its name, as in POST /api/v1/vehicles/{id}/NAME; once a vehicle is heard a wrong one lists them.",
+            help="Its name, as in POST /api/v1/vehicles/{id}/NAME; a wrong one lists them.",
         ),
     ],
     values: Annotated[
         list[str] | None,
         typer.Argument(metavar="NAME=VALUE…", help="Its values, by the names of the API; a text of digits as '\"5\"'."),
     ] = None,
-    link: LinkOption = DEFAULT_LINK,
     yes: YesOption = False,
     json: JsonOption = False,
-    system: SystemOption = None,
-    timeout: TimeoutOption = 30.0,
 ) -> None:
     """Ask the vehicle for one thing, such as a mode, and wait until it did it or shows it. What is dangerous is asked about.
 
@@ -52,14 +48,15 @@ def ask(
 
     Example: vencejo ask goto lat_deg=40.333 lon_deg=-3.797 alt_m=80 alt_frame=home --link tcp:127.0.0.1:5760
     """
-    from vencejo import ConfirmationNeeded
+    from vencejo import ConfirmationNeeded, _native
 
     given: dict[str, Any] = {}
     for name, value in map(_value, values or ()):
         if name in given:
             raise Failed(f"{name} is given twice", Exit.USAGE)
         given[name] = value
-    with vehicle_on(link, system_id=system, timeout_s=timeout) as vehicle:
+    _native.check_request(request, given)  # before anything is waited for
+    with on.vehicle() as vehicle:
         try:
             message = vehicle.ask(request, given)
         except ConfirmationNeeded as needed:

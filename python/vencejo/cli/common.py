@@ -1,14 +1,16 @@
 """What the commands share: options, consoles, the exit code of every error, and the way to a vehicle.
 
-Exit codes: 0 done, 1 could not, 2 wrong usage, 130 interrupted with Ctrl-C.
+Exit codes: 0 done, 1 could not, 2 wrong usage, 130 interrupted with Ctrl-C, 143 ended by SIGTERM.
 Results go to standard output, everything else (status, errors, questions) to standard error.
 """
 
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 import enum
 import functools
+import inspect
 import io
 import json
 import math
@@ -18,7 +20,7 @@ import sys
 import threading
 import traceback
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Annotated, Any, Final
+from typing import TYPE_CHECKING, Annotated, Any, Final, TypeVar, get_type_hints
 
 import typer
 from typer.core import TyperGroup
@@ -31,6 +33,8 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from vencejo.plan import Finding, PlanNote
+
+_T = TypeVar("_T")
 
 DEFAULT_LINK: Final = "default"
 """Stands for the link of those who name none: `vencejo.cli.listening` says what it is."""
@@ -45,14 +49,6 @@ LinkOption = Annotated[
         help="Where the vehicle is, such as udpin:0.0.0.0:14550, tcp:127.0.0.1:5760 or /dev/ttyACM0,115200; the default "
         "hears on UDP port 14550 whom `vencejo serve --listen` named, at first this machine alone.",
     ),
-]
-SystemOption = Annotated[
-    int | None,
-    typer.Option("--system", metavar="ID", min=1, max=255, help="MAVLink system id; the first heard when not given."),
-]
-TimeoutOption = Annotated[
-    float,
-    typer.Option("--timeout", metavar="SECONDS", min=0.1, help="How long to wait for the vehicle's heartbeat."),
 ]
 JsonOption = Annotated[bool, typer.Option("--json", help="Write JSON, for scripts.")]
 YesOption = Annotated[bool, typer.Option("--yes", "-y", help="Do not ask.")]
@@ -138,6 +134,44 @@ def describe_error(error: Exception) -> tuple[Exit, str]:
     return Exit.FAILED, f"internal error, please report it with the output of --debug: {type(error).__name__}: {error}"
 
 
+def grouped(command: Callable[..., _T]) -> Callable[..., _T]:
+    """Let a command take groups of options: a parameter whose type is a dataclass stands for an option per field.
+
+    A field is declared as an option of a command is: ``Annotated[…, typer.Option(…)]`` with its default. The command gets an
+    instance of the dataclass.
+    """
+    hints = get_type_hints(command, include_extras=True)
+    groups = {name: kind for name, kind in hints.items() if isinstance(kind, type) and dataclasses.is_dataclass(kind)}
+    shown: list[inspect.Parameter] = []
+    for parameter in inspect.signature(command).parameters.values():
+        group = groups.get(parameter.name)
+        if group is None:
+            one = parameter.replace(kind=inspect.Parameter.KEYWORD_ONLY, annotation=hints[parameter.name])
+            shown.append(one)
+            continue
+        options = get_type_hints(group, include_extras=True)
+        shown += [
+            inspect.Parameter(
+                field.name, inspect.Parameter.KEYWORD_ONLY, default=field.default, annotation=options[field.name]
+            )
+            for field in dataclasses.fields(group)
+        ]
+
+    @functools.wraps(command)
+    def called(**given: Any) -> _T:
+        made = {
+            name: group(**{field.name: given.pop(field.name) for field in dataclasses.fields(group)})
+            for name, group in groups.items()
+        }
+        return command(**given, **made)
+
+    # Typer reads the signature that is set here, not that of the function inside.
+    del called.__wrapped__
+    called.__signature__ = inspect.Signature(shown)  # type: ignore[attr-defined]
+    called.__annotations__ = {parameter.name: parameter.annotation for parameter in shown}
+    return called
+
+
 def _take_finite_numbers(command: Any) -> None:
     """Have a command and those below it refuse nan, which passes every bound, and inf."""
     for child in getattr(command, "commands", {}).values():
@@ -146,12 +180,17 @@ def _take_finite_numbers(command: Any) -> None:
     if do is None:
         return
 
+    shown = {
+        parameter.name: parameter.opts[0] if parameter.opts[0].startswith("-") else parameter.metavar or parameter.name
+        for parameter in command.params
+    }
+
     @functools.wraps(do)
     def checked(**given: Any) -> Any:
         for name, value in given.items():
             for number in value if isinstance(value, tuple) else (value,):
                 if isinstance(number, float) and not math.isfinite(number):
-                    raise Failed(f"--{name.replace('_', '-')} is {number}, should be a finite number", Exit.USAGE)
+                    raise Failed(f"{shown[name]} is {number}, should be a finite number", Exit.USAGE)
         return do(**given)
 
     command.callback = checked

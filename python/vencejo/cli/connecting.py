@@ -5,20 +5,23 @@ from __future__ import annotations
 import contextlib
 import threading
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Final
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, Final
 
-from vencejo.cli.common import DEFAULT_LINK, say, status
+import typer
+
+from vencejo.cli.common import DEFAULT_LINK, LinkOption, say, status
 from vencejo.cli.listening import default_link
 
 if TYPE_CHECKING:
     from vencejo.station import Station
     from vencejo.vehicle import Vehicle
 
-__all__ = ["RECORDED_AGAIN", "real_link", "recording_told", "vehicle_on"]
+__all__ = ["RECORDED_AGAIN", "OnVehicle", "real_link", "recording_told"]
 
 
 def real_link(link: str) -> str:
-    """The link that was named, or the one of those who name none."""
+    """The link that was named, or else the default one."""
     return default_link() if link == DEFAULT_LINK else link
 
 
@@ -54,28 +57,43 @@ def recording_told(station: Station) -> Iterator[None]:
         thread.join()
 
 
-@contextlib.contextmanager
-def vehicle_on(
-    link: str,
-    *,
-    system_id: int | None = None,
-    timeout_s: float = 30.0,
-    rate_hz: float = 10.0,
-    record: bool = False,
-    forward: list[str] | None = None,
-) -> Iterator[Vehicle]:
-    """Connect to a vehicle, and close the link at the end."""
-    from vencejo import connect
+@dataclass(frozen=True)
+class OnVehicle:
+    """The options by which a command finds its vehicle."""
 
-    link = real_link(link)
-    with status(f"Waiting for a vehicle on {link} …"):
-        vehicle = connect(
-            link,
-            system_id=system_id,
-            timeout_s=timeout_s,
-            rate_hz=rate_hz,
-            record=record,
-            forward_to=forward or (),
-        )
-    with vehicle, recording_told(vehicle.station):
-        yield vehicle
+    link: LinkOption = DEFAULT_LINK
+    system: Annotated[
+        int | None,
+        typer.Option(
+            "--system", metavar="ID", min=1, max=255, help="MAVLink system id; the first heard when not given."
+        ),
+    ] = None
+    timeout: Annotated[
+        float,
+        typer.Option("--timeout", metavar="SECONDS", min=0.1, help="How long to wait for the vehicle's heartbeat."),
+    ] = 30.0
+
+    @contextlib.contextmanager
+    def vehicle(
+        self, *, rate_hz: float = 10.0, record: bool = False, forward: list[str] | None = None
+    ) -> Iterator[Vehicle]:
+        """Connect to the vehicle, and close the link at the end.
+
+        Raises
+        ------
+        LinkError, NoVehicleError
+        """
+        from vencejo import connect
+
+        link = real_link(self.link)
+        with status(f"Waiting for a vehicle on {link} …"):
+            vehicle = connect(
+                link,
+                system_id=self.system,
+                timeout_s=self.timeout,
+                rate_hz=rate_hz,
+                record=record,
+                forward_to=forward or (),
+            )
+        with vehicle, recording_told(vehicle.station):
+            yield vehicle

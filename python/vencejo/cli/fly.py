@@ -13,26 +13,23 @@ from typing import TYPE_CHECKING, Annotated, Final
 import typer
 
 from vencejo.cli.common import (
-    DEFAULT_LINK,
     Exit,
     Failed,
     ForwardOption,
     JsonOption,
-    LinkOption,
     RecordOption,
-    SystemOption,
-    TimeoutOption,
     YesOption,
     clean,
     confirm,
     distance,
     duration,
     finding_text,
+    grouped,
     progress_bar,
     say,
     status,
 )
-from vencejo.cli.connecting import vehicle_on
+from vencejo.cli.connecting import OnVehicle
 from vencejo.cli.mission import without
 
 if TYPE_CHECKING:
@@ -52,11 +49,12 @@ NO_ANSWER_S: Final = 4.0
 PICTURES_HZ: Final = 5.0
 
 
+@grouped
 def fly(
+    on: OnVehicle,
     plan: Annotated[
         Path, typer.Argument(metavar="PLAN", help="A .waypoints (QGC WPL 110) or .plan (QGroundControl) file.")
     ],
-    link: LinkOption = DEFAULT_LINK,
     yes: YesOption = False,
     json: JsonOption = False,
     ready_timeout: Annotated[
@@ -76,8 +74,6 @@ def fly(
             help="Arm and start although what another station left on board meanwhile may be a mixture. It is written down.",
         ),
     ] = False,
-    system: SystemOption = None,
-    timeout: TimeoutOption = 30.0,
     record: RecordOption = True,
     forward: ForwardOption = None,
 ) -> None:
@@ -107,7 +103,7 @@ def fly(
         if not loaded.items:
             raise Failed(without(plan, loaded, "mission"))
         reporter.step("loaded", f"{plan}: {len(loaded)} items, {distance(loaded.length_m)}", items=len(loaded))
-        with vehicle_on(link, system_id=system, timeout_s=timeout, record=record, forward=forward) as vehicle:
+        with on.vehicle(record=record, forward=forward) as vehicle:
             flight = fly_plan(
                 vehicle,
                 loaded,

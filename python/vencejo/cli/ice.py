@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -19,79 +19,77 @@ if TYPE_CHECKING:
 
 _PANEL = "JdeRobot (ZeroC Ice)"
 
-IceOption = Annotated[
-    bool,
-    typer.Option("--ice", rich_help_panel=_PANEL, help="Serve the JdeRobot interfaces too; needs vencejo[ice]."),
-]
-IceHostOption = Annotated[
-    str | None,
-    typer.Option(
-        "--ice-host",
-        metavar="ADDRESS",
-        rich_help_panel=_PANEL,
-        help="Where they listen (default 127.0.0.1); another one lets other machines in, with a token.",
-    ),
-]
-IceMissionsOption = Annotated[
-    str | None,
-    typer.Option(
-        "--ice-missions",
-        metavar="fly|upload",
-        rich_help_panel=_PANEL,
-        help="Whether a mission is flown at once, as JdeRobot programs expect (the default), or only sent.",
-    ),
-]
-IceDialectOption = Annotated[
-    str | None,
-    typer.Option(
-        "--ice-dialect",
-        metavar="data|sequence",
-        rich_help_panel=_PANEL,
-        help="Not needed any more: both are served. How a client that sent no mission yet reads one.",
-    ),
-]
-IceAllowOption = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--ice-allow",
-        metavar="NETWORK",
-        rich_help_panel=_PANEL,
-        help="Who needs no token, such as 192.168.1.0/24: existing programs cannot send one; repeatable.",
-    ),
-]
-IceConfigOption = Annotated[
-    Path | None,
-    typer.Option("--ice-config", metavar="FILE", rich_help_panel=_PANEL, help="An Ice .cfg file with settings."),
-]
-IceSetOption = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--ice-set",
-        metavar="NAME=VALUE",
-        rich_help_panel=_PANEL,
-        help="Any setting of docs/jderobot.md, such as Pose3D.Endpoints='tcp -p 9998' or Mission.Name=m; repeatable.",
-    ),
-]
-
 
 @dataclass(frozen=True)
 class IceOptions:
-    """The options as they were given."""
+    """The options of the JdeRobot interfaces."""
 
-    enabled: bool
-    host: str | None
-    missions: str | None
-    dialect: str | None
-    allow: Sequence[str]
-    config: Path | None
-    set: Sequence[str]
+    ice: Annotated[
+        bool,
+        typer.Option("--ice", rich_help_panel=_PANEL, help="Serve the JdeRobot interfaces too; needs vencejo[ice]."),
+    ] = False
+    ice_host: Annotated[
+        str | None,
+        typer.Option(
+            "--ice-host",
+            metavar="ADDRESS",
+            rich_help_panel=_PANEL,
+            help="Where they listen (default 127.0.0.1); another one lets other machines in, with a token.",
+        ),
+    ] = None
+    ice_missions: Annotated[
+        str | None,
+        typer.Option(
+            "--ice-missions",
+            metavar="fly|upload",
+            rich_help_panel=_PANEL,
+            help="Whether a mission is flown at once, as JdeRobot programs expect (the default), or only sent.",
+        ),
+    ] = None
+    ice_dialect: Annotated[
+        str | None,
+        typer.Option(
+            "--ice-dialect",
+            metavar="data|sequence",
+            rich_help_panel=_PANEL,
+            help="Dialect in which a client that has not sent a mission yet reads one.",
+        ),
+    ] = None
+    ice_allow: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--ice-allow",
+            metavar="NETWORK",
+            rich_help_panel=_PANEL,
+            help="Who needs no token, such as 192.168.1.0/24: existing programs cannot send one; repeatable.",
+        ),
+    ] = None
+    ice_config: Annotated[
+        Path | None,
+        typer.Option("--ice-config", metavar="FILE", rich_help_panel=_PANEL, help="An Ice .cfg file with settings."),
+    ] = None
+    ice_set: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--ice-set",
+            metavar="NAME=VALUE",
+            rich_help_panel=_PANEL,
+            help="Any setting of docs/jderobot.md, such as Pose3D.Endpoints='tcp -p 9998' or Mission.Name=m; repeatable.",
+        ),
+    ] = None
 
     def settings(self) -> IceSettings | None:
-        """What they come to, with the configuration and the `.cfg` file below them; ``None`` without `--ice`."""
+        """The settings: these options over the `.cfg` file over the configuration; ``None`` without `--ice`.
+
+        Raises
+        ------
+        InvalidRequest
+            For options without ``--ice``, and for a setting that is wrong.
+        """
         from vencejo import InvalidRequest
 
-        if not self.enabled:
-            if self.config or self.set or self.allow or self.host or self.missions or self.dialect:
+        if not self.ice:
+            if self != IceOptions():
                 raise InvalidRequest("the options --ice-… need --ice")
             return None
         from vencejo.jderobot import IceSettings, default_config_file, read_cfg, read_config
@@ -99,24 +97,18 @@ class IceOptions:
         settings = IceSettings()
         if default_config_file().is_file():
             settings = read_config(default_config_file(), settings)
-        if self.config is not None:
-            settings = read_cfg(self.config, settings)
-        given = {"Host": self.host, "Missions": self.missions, "Dialect": self.dialect}
-        if self.allow:
-            given["Allow"] = ",".join(self.allow)
-        for text in self.set:
+        if self.ice_config is not None:
+            settings = read_cfg(self.ice_config, settings)
+        given = {"Host": self.ice_host, "Missions": self.ice_missions, "Dialect": self.ice_dialect}
+        if self.ice_allow:
+            given["Allow"] = ",".join(self.ice_allow)
+        for text in self.ice_set or ():
             name, separator, value = text.partition("=")
             if not separator:
                 raise InvalidRequest(f"--ice-set {text!r}: write NAME=VALUE")
             given[name.strip()] = value
         known = {name: value for name, value in given.items() if value is not None}
-        settings = settings.with_settings(known, where="the command line")
-        if self.dialect or settings.dialect != IceSettings().dialect:
-            say(
-                "Dialect is not needed any more: both dialects of Mission are served, to each client its own. It only says in "
-                f"which one a client reads that has sent no mission yet: {settings.dialect}."
-            )
-        return settings
+        return settings.with_settings(known, where="the command line")
 
 
 @contextlib.contextmanager

@@ -11,17 +11,14 @@ from typing import TYPE_CHECKING, Annotated, Any, Final
 import typer
 
 from vencejo.cli.common import (
-    DEFAULT_LINK,
     Exit,
     Failed,
     JsonOption,
-    LinkOption,
-    SystemOption,
-    TimeoutOption,
     YesOption,
     confirm,
     distance,
     finding_text,
+    grouped,
     progress_bar,
     put_json,
     require_plan_name,
@@ -29,7 +26,7 @@ from vencejo.cli.common import (
     stdout,
     table,
 )
-from vencejo.cli.connecting import vehicle_on
+from vencejo.cli.connecting import OnVehicle
 
 if TYPE_CHECKING:
     from vencejo.plan import Plan
@@ -63,14 +60,13 @@ KindOption = Annotated[Kind, typer.Option("--kind", help="Which part of the plan
 
 
 @mission_app.command()
+@grouped
 def upload(
+    on: OnVehicle,
     file: Annotated[Path, typer.Argument(metavar="FILE", help="A plan file.")],
-    link: LinkOption = DEFAULT_LINK,
     kind: KindOption = Kind.mission,
     check: Annotated[bool, typer.Option("--check/--no-check", help="Refuse a mission with errors.")] = True,
     json: JsonOption = False,
-    system: SystemOption = None,
-    timeout: TimeoutOption = 30.0,
 ) -> None:
     """Replace the mission on board, read it back and compare.
 
@@ -87,7 +83,7 @@ def upload(
     kinds = [part for part in _kinds(kind) if kind is not Kind.all or count(plan, part)]
     if not any(count(plan, part) for part in kinds):
         raise Failed(without(file, plan, kind.value) + "; to empty it on board use: mission clear")
-    with vehicle_on(link, system_id=system, timeout_s=timeout) as vehicle:
+    with on.vehicle() as vehicle:
         for part in kinds:
             if check and part == "mission":
                 _tell_findings(plan, vehicle.check_plan(plan), json=json)
@@ -101,16 +97,15 @@ def upload(
 
 
 @mission_app.command()
+@grouped
 def download(
+    on: OnVehicle,
     file: Annotated[
         Path, typer.Argument(metavar="FILE", help="Where to; the ending says how: .waypoints, .plan, .kml…")
     ],
-    link: LinkOption = DEFAULT_LINK,
     kind: KindOption = Kind.mission,
     force: Annotated[bool, typer.Option("--force", help="Overwrite the file.")] = False,
     json: JsonOption = False,
-    system: SystemOption = None,
-    timeout: TimeoutOption = 30.0,
 ) -> None:
     """Read the mission from the vehicle into a file. A .waypoints file holds one kind, a .plan file all; see vencejo plan convert.
 
@@ -125,7 +120,7 @@ def download(
         raise Failed(f"{file} exists; add --force to overwrite it")
     if not file.resolve().parent.is_dir():
         raise Failed(f"{file}: there is no folder {file.resolve().parent}")
-    plan = _read(link, kind, system, timeout, quiet=json)
+    plan = _read(on, kind, quiet=json)
     notes = plan.save(file)
     counts = {part: count(plan, part) for part in _kinds(kind)}
     if json:
@@ -136,13 +131,12 @@ def download(
 
 
 @mission_app.command()
+@grouped
 def compare(
+    on: OnVehicle,
     file: Annotated[Path, typer.Argument(metavar="FILE", help="A plan file.")],
-    link: LinkOption = DEFAULT_LINK,
     kind: KindOption = Kind.mission,
     json: JsonOption = False,
-    system: SystemOption = None,
-    timeout: TimeoutOption = 30.0,
 ) -> None:
     """Read what is on board and tell how the file's plan differs from it, as this vehicle keeps items.
 
@@ -155,7 +149,7 @@ def compare(
     from vencejo import Plan
 
     plan = Plan.load(file)
-    with vehicle_on(link, system_id=system, timeout_s=timeout) as vehicle:
+    with on.vehicle() as vehicle:
         with progress_bar(f"Reading {kind.value}", quiet=json) as bar:
             vehicle.download(kinds=_kinds(kind), progress=bar)
         found = {part: vehicle.compare_plan(plan, kind=part) for part in _kinds(kind)}
@@ -177,19 +171,18 @@ def compare(
 
 
 @mission_app.command()
+@grouped
 def clear(
-    link: LinkOption = DEFAULT_LINK,
+    on: OnVehicle,
     kind: KindOption = Kind.mission,
     yes: YesOption = False,
     json: JsonOption = False,
-    system: SystemOption = None,
-    timeout: TimeoutOption = 30.0,
 ) -> None:
     """Remove the mission from the vehicle, after asking.
 
     Example: vencejo mission clear --link tcp:127.0.0.1:5760 --yes
     """
-    with vehicle_on(link, system_id=system, timeout_s=timeout) as vehicle:
+    with on.vehicle() as vehicle:
         flying = vehicle.telemetry.is_armed is True
         question = f"Remove the {'whole plan' if kind is Kind.all else kind.value} from the vehicle"
         if not confirm(question + (", which is ARMED?" if flying else "?"), yes=yes):
@@ -203,15 +196,14 @@ def clear(
 
 
 @mission_app.command()
+@grouped
 def show(
+    on: OnVehicle,
     file: Annotated[
         Path | None, typer.Argument(metavar="FILE", help="A plan file; the vehicle when not given.")
     ] = None,
-    link: LinkOption = DEFAULT_LINK,
     kind: KindOption = Kind.mission,
     json: JsonOption = False,
-    system: SystemOption = None,
-    timeout: TimeoutOption = 30.0,
 ) -> None:
     """Show a mission, of a file or on board, as a table, with what the checks find.
 
@@ -221,7 +213,7 @@ def show(
     """
     from vencejo import Plan
 
-    plan = Plan.load(file) if file is not None else _read(link, kind, system, timeout, quiet=json)
+    plan = Plan.load(file) if file is not None else _read(on, kind, quiet=json)
     if json:
         put_json(as_json(plan, _kinds(kind)))
         return
@@ -243,9 +235,9 @@ def _kinds(kind: Kind) -> list[PlanKind]:
     return ["mission", "fence", "rally"] if kind is Kind.all else [kind.value]
 
 
-def _read(link: str, kind: Kind, system: int | None, timeout_s: float, *, quiet: bool) -> Plan:
+def _read(on: OnVehicle, kind: Kind, *, quiet: bool) -> Plan:
     with (
-        vehicle_on(link, system_id=system, timeout_s=timeout_s) as vehicle,
+        on.vehicle() as vehicle,
         progress_bar(f"Reading {kind.value}", quiet=quiet) as bar,
     ):
         return vehicle.download(kinds=_kinds(kind), progress=bar)

@@ -18,27 +18,12 @@ from vencejo.cli.common import (
     HistoryOption,
     JsonOption,
     RecordOption,
+    grouped,
     put_json,
     say,
 )
 from vencejo.cli.fleet import joined
-from vencejo.cli.ros import (
-    Names,
-    Role,
-    Ros2CaOption,
-    Ros2CertOption,
-    Ros2DomainOption,
-    Ros2KeyOption,
-    Ros2NamesOption,
-    Ros2NamespaceOption,
-    Ros2News,
-    Ros2Option,
-    Ros2Options,
-    Ros2PlainOption,
-    Ros2RoleOption,
-    Ros2RouterOption,
-    router_of,
-)
+from vencejo.cli.ros import Ros2News, Ros2Options
 from vencejo.cli.serve import ON_BOARD_COMPONENT
 
 if TYPE_CHECKING:
@@ -48,6 +33,7 @@ WARN_DAYS: Final = 20
 """A certificate that has less left is told of: it is renewed 30 days before its end where that can be."""
 
 
+@grouped
 def onboard(
     link: Annotated[
         list[str] | None,
@@ -130,16 +116,8 @@ def onboard(
             "--rate", metavar="HZ", min=4.0, max=50.0, help="How often the autopilot tells its state on board."
         ),
     ] = 10.0,
-    ros2: Ros2Option = False,
-    ros2_router: Ros2RouterOption = None,
-    ros2_ca: Ros2CaOption = None,
-    ros2_cert: Ros2CertOption = None,
-    ros2_key: Ros2KeyOption = None,
-    ros2_plain: Ros2PlainOption = False,
-    ros2_domain: Ros2DomainOption = 0,
-    ros2_names: Ros2NamesOption = Names.MAVROS,
-    ros2_namespace: Ros2NamespaceOption = "{name}",
-    ros2_role: Ros2RoleOption = Role.READER,
+    *,
+    ros: Ros2Options,
     record: RecordOption = True,
     history: HistoryOption = True,
     history_frames: Annotated[
@@ -171,7 +149,7 @@ def onboard(
 
     if plane:
         planes = [plane_of(text, system) for text in plane]
-        if fleet is None or name is not None or link or join is not None or ros2:
+        if fleet is None or name is not None or link or join is not None or ros.ros2:
             raise Failed(
                 "--plane is with --fleet, and without --name, --link, --join and --ros2: each plane has its own",
                 Exit.USAGE,
@@ -186,8 +164,7 @@ def onboard(
             raise Failed(
                 "a plane has a name in a fleet: give --fleet and --name, or neither once it has joined one", Exit.USAGE
             )
-    router = router_of(ros2_router, ros2_ca, ros2_cert, ros2_key, plain=ros2_plain, is_on=ros2)
-    ros = Ros2Options(router, ros2_domain, ros2_names, ros2_namespace, ros2_role)
+    router = ros.router()
     if join is not None:
         if fleet is not None:
             raise Failed("the token says which fleet and which name: leave out --fleet and --name", Exit.USAGE)
@@ -229,7 +206,7 @@ def onboard(
                 )
             )
             heard.append((each.name if plane else None, aircraft))
-            news.append(Ros2News(aboard.enter_context(ros.gateway(station))))
+            news.append(Ros2News(aboard.enter_context(ros.gateway(station, router))))
         if not (trust or chief or json or is_member):
             say("It takes no orders: no --trust. It only tells where the plane is.")
         told: dict[str | None, Told] = {}

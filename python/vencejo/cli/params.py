@@ -13,22 +13,18 @@ from typing import TYPE_CHECKING, Annotated, cast
 import typer
 
 from vencejo.cli.common import (
-    DEFAULT_LINK,
-    Exit,
     Failed,
     JsonOption,
-    LinkOption,
-    SystemOption,
-    TimeoutOption,
     YesOption,
     confirm,
+    grouped,
     progress_bar,
     put_json,
     say,
     stdout,
     table,
 )
-from vencejo.cli.connecting import vehicle_on
+from vencejo.cli.connecting import OnVehicle
 
 if TYPE_CHECKING:
     from vencejo.values import Parameter
@@ -44,12 +40,11 @@ OWN_VALUES = ("STAT_*", "BARO?_GND_PRESS")
 
 
 @params_app.command()
+@grouped
 def get(
+    on: OnVehicle,
     names: Annotated[list[str], typer.Argument(metavar="NAME…", help="Names of parameters.")],
-    link: LinkOption = DEFAULT_LINK,
     json: JsonOption = False,
-    system: SystemOption = None,
-    timeout: TimeoutOption = 30.0,
 ) -> None:
     """Read some parameters.
 
@@ -57,7 +52,7 @@ def get(
 
     Example: vencejo params get RTL_AUTOLAND --json --link tcp:127.0.0.1:5760
     """
-    with vehicle_on(link, system_id=system, timeout_s=timeout) as vehicle:
+    with on.vehicle() as vehicle:
         found = [vehicle.params.get(name.upper()) for name in names]
     if json:
         put_json({parameter.name: number(parameter) for parameter in found})
@@ -84,14 +79,13 @@ def write(vehicle: Vehicle, name: str, value: float, *, yes: bool) -> Parameter:
 
 
 @params_app.command("set", context_settings={"ignore_unknown_options": True})
+@grouped
 def set_(
+    on: OnVehicle,
     name: Annotated[str, typer.Argument(metavar="NAME", help="Name of the parameter.")],
     value: Annotated[float, typer.Argument(metavar="VALUE", help="Its new value.")],
-    link: LinkOption = DEFAULT_LINK,
     yes: YesOption = False,
     json: JsonOption = False,
-    system: SystemOption = None,
-    timeout: TimeoutOption = 30.0,
 ) -> None:
     """Write one parameter and show what the vehicle has then. What is dangerous, such as switching the fence off, is asked about.
 
@@ -99,9 +93,7 @@ def set_(
 
     Example: vencejo params set LAND_PITCH_DEG -1 --link tcp:127.0.0.1:5760
     """
-    if not math.isfinite(value):
-        raise Failed(f"{value} is not a value for a parameter; give a finite number", Exit.USAGE)
-    with vehicle_on(link, system_id=system, timeout_s=timeout) as vehicle:
+    with on.vehicle() as vehicle:
         before = vehicle.params.get(name.upper())
         after = write(vehicle, before.name, value, yes=yes)
     if json:
@@ -111,18 +103,17 @@ def set_(
 
 
 @params_app.command("list")
+@grouped
 def list_(
+    on: OnVehicle,
     pattern: Annotated[str, typer.Argument(metavar="PATTERN", help="A name, in which * stands for anything.")] = "*",
-    link: LinkOption = DEFAULT_LINK,
     json: JsonOption = False,
-    system: SystemOption = None,
-    timeout: TimeoutOption = 30.0,
 ) -> None:
     """List the parameters.
 
     Example: vencejo params list 'LAND_*'
     """
-    with vehicle_on(link, system_id=system, timeout_s=timeout) as vehicle:
+    with on.vehicle() as vehicle:
         found = read_all(vehicle, quiet=json)
     chosen = {name: found[name] for name in sorted(found) if fnmatch.fnmatchcase(name, pattern.upper())}
     if not chosen:
@@ -135,13 +126,12 @@ def list_(
 
 
 @params_app.command()
+@grouped
 def save(
+    on: OnVehicle,
     file: Annotated[Path, typer.Argument(metavar="FILE", help="Where to: a .param file.")],
-    link: LinkOption = DEFAULT_LINK,
     force: Annotated[bool, typer.Option("--force", help="Overwrite the file.")] = False,
     json: JsonOption = False,
-    system: SystemOption = None,
-    timeout: TimeoutOption = 30.0,
 ) -> None:
     """Save all parameters to a file.
 
@@ -153,7 +143,7 @@ def save(
         raise Failed(f"{file} exists; add --force to overwrite it")
     if not file.resolve().parent.is_dir():
         raise Failed(f"{file}: there is no folder {file.resolve().parent}")
-    with vehicle_on(link, system_id=system, timeout_s=timeout) as vehicle:
+    with on.vehicle() as vehicle:
         found = read_all(vehicle, quiet=json)
     save_params(file, {name: parameter.value for name, parameter in found.items()})
     if json:
@@ -163,13 +153,12 @@ def save(
 
 
 @params_app.command()
+@grouped
 def load(
+    on: OnVehicle,
     file: Annotated[Path, typer.Argument(metavar="FILE", help="A .param, .parm or .params file.")],
-    link: LinkOption = DEFAULT_LINK,
     yes: YesOption = False,
     json: JsonOption = False,
-    system: SystemOption = None,
-    timeout: TimeoutOption = 30.0,
 ) -> None:
     """Write the parameters of a file that differ, after showing the differences and asking.
 
@@ -181,7 +170,7 @@ def load(
     from vencejo import load_params
 
     wanted = load_params(file)
-    with vehicle_on(link, system_id=system, timeout_s=timeout) as vehicle:
+    with on.vehicle() as vehicle:
         changes, unknown = compare(wanted, read_all(vehicle, quiet=json))
         if unknown:
             say(f"Not on this vehicle, left out: {', '.join(unknown)}")

@@ -37,18 +37,6 @@ class Role(str, Enum):
     OPERATOR = "operator"
 
 
-Ros2Option = Annotated[
-    bool, typer.Option("--ros2", help="Show the planes in ROS 2 (rmw_zenoh_cpp), by a router on this machine.")
-]
-Ros2RouterOption = Annotated[
-    str | None,
-    typer.Option(
-        "--ros2-router",
-        metavar="ADDRESS",
-        help=f"The router of ROS 2 to use, with --ros2 or in its place: tls/HOST:PORT (with --ros2-ca), quic/…, or tcp/… "
-        f"in the clear; {ROUTER} when not given.",
-    ),
-]
 Ros2CaOption = Annotated[
     Path | None,
     typer.Option(
@@ -66,63 +54,87 @@ Ros2PlainOption = Annotated[
     bool, typer.Option("--ros2-plain", help="Do without TLS where that router (tcp/…) is not of this machine.")
 ]
 Ros2DomainOption = Annotated[int, typer.Option("--ros2-domain", metavar="N", min=0, max=232, help="ROS_DOMAIN_ID.")]
-Ros2NamesOption = Annotated[
-    Names, typer.Option("--ros2-names", help="Topics by the names of MAVROS or of ArduPilot's own ROS 2 interface.")
-]
-Ros2NamespaceOption = Annotated[
-    str,
-    typer.Option(
-        "--ros2-namespace",
-        metavar="TEXT",
-        help="Namespace of each plane: {name} stands for its name in a fleet or vencejo_SYSTEM, {system} for "
-        "the number by which this station knows it, its system id for one on a link. Without effect on the names of ap.",
-    ),
-]
-Ros2RoleOption = Annotated[
-    Role,
-    typer.Option("--ros2-role", help="reader: services refuse. operator: they act, for whoever reaches the router."),
-]
 
 
-def router_of(
-    address: str | None, ca: Path | None, cert: Path | None, key: Path | None, *, plain: bool, is_on: bool = False
-) -> Router | None:
-    """The router that was given, its files read; none where planes are not to be shown."""
-    if address is None and not is_on:
-        if plain or not (ca is cert is key is None):
-            raise Failed(
-                "--ros2-ca, --ros2-cert, --ros2-key and --ros2-plain are for --ros2-router ADDRESS", Exit.USAGE
-            )
-        return None
+def router_of(address: str, ca: Path | None, cert: Path | None, key: Path | None, *, plain: bool) -> Router:
+    """A router of ROS 2, its files read."""
     from vencejo.ros2 import Router
 
     warn_of_open_key(key)
-    return Router(address or ROUTER, ca=ca, certificate=cert, key=key, plain=plain)
+    return Router(address, ca=ca, certificate=cert, key=key, plain=plain)
 
 
 @dataclass(frozen=True)
 class Ros2Options:
-    """How planes are shown in ROS 2."""
+    """The options by which planes are shown in ROS 2."""
 
-    router: Router | None
-    domain: int
-    names: Names
-    namespace: str
-    role: Role
+    ros2: Annotated[
+        bool, typer.Option("--ros2", help="Show the planes in ROS 2 (rmw_zenoh_cpp), by a router on this machine.")
+    ] = False
+    ros2_router: Annotated[
+        str | None,
+        typer.Option(
+            "--ros2-router",
+            metavar="ADDRESS",
+            help=f"The router of ROS 2 to use, with --ros2 or in its place: tls/HOST:PORT (with --ros2-ca), quic/…, or tcp/… "
+            f"in the clear; {ROUTER} when not given.",
+        ),
+    ] = None
+    ros2_ca: Ros2CaOption = None
+    ros2_cert: Ros2CertOption = None
+    ros2_key: Ros2KeyOption = None
+    ros2_plain: Ros2PlainOption = False
+    ros2_domain: Ros2DomainOption = 0
+    ros2_names: Annotated[
+        Names, typer.Option("--ros2-names", help="Topics by the names of MAVROS or of ArduPilot's own ROS 2 interface.")
+    ] = Names.MAVROS
+    ros2_namespace: Annotated[
+        str,
+        typer.Option(
+            "--ros2-namespace",
+            metavar="TEXT",
+            help="Namespace of each plane: {name} stands for its name in a fleet or vencejo_SYSTEM, {system} for "
+            "the number by which this station knows it, its system id for one on a link. Without effect on the names of ap.",
+        ),
+    ] = "{name}"
+    ros2_role: Annotated[
+        Role,
+        typer.Option(
+            "--ros2-role", help="reader: services refuse. operator: they act, for whoever reaches the router."
+        ),
+    ] = Role.READER
 
-    def gateway(self, station: Station) -> contextlib.AbstractContextManager[Gateway | None]:
-        """The gateway that was asked for; none without."""
-        if self.router is None:
+    def router(self) -> Router | None:
+        """The router that was given, its files read; ``None`` when planes are not to be shown.
+
+        Raises
+        ------
+        Failed
+            For options of a router without one.
+        """
+        if self.ros2_router is not None or self.ros2:
+            return router_of(
+                self.ros2_router or ROUTER, self.ros2_ca, self.ros2_cert, self.ros2_key, plain=self.ros2_plain
+            )
+        if self.ros2_plain or not (self.ros2_ca is self.ros2_cert is self.ros2_key is None):
+            raise Failed(
+                "--ros2-ca, --ros2-cert, --ros2-key and --ros2-plain are for --ros2-router ADDRESS", Exit.USAGE
+            )
+        return None
+
+    def gateway(self, station: Station, router: Router | None) -> contextlib.AbstractContextManager[Gateway | None]:
+        """Show a station's planes by a router; without one nothing is done."""
+        if router is None:
             return contextlib.nullcontext()
         from vencejo.ros2 import Gateway
 
         return Gateway(
             station,
-            router=self.router,
-            domain=self.domain,
-            names=self.names.value,
-            namespace=self.namespace,
-            role=self.role.value,
+            router=router,
+            domain=self.ros2_domain,
+            names=self.ros2_names.value,
+            namespace=self.ros2_namespace,
+            role=self.ros2_role.value,
         )
 
 
@@ -171,7 +183,6 @@ def doctor(
     from vencejo.ros2 import Examined, Finding, Unreached, examine
 
     router = router_of(ros2_router, ros2_ca, ros2_cert, ros2_key, plain=ros2_plain)
-    assert router is not None
     try:
         examined = examine(router, domain=ros2_domain)
     except Unreached as error:

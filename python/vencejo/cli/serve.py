@@ -19,42 +19,16 @@ from vencejo.cli.common import (
     HistoryOption,
     JsonOption,
     RecordOption,
+    grouped,
     put_json,
     say,
     warn_of_open_key,
 )
 from vencejo.cli.connecting import RECORDED_AGAIN
 from vencejo.cli.fleet import joined
-from vencejo.cli.ice import (
-    IceAllowOption,
-    IceConfigOption,
-    IceDialectOption,
-    IceHostOption,
-    IceMissionsOption,
-    IceOption,
-    IceOptions,
-    IceSetOption,
-    ice_server,
-    tell_ice,
-)
+from vencejo.cli.ice import IceOptions, ice_server, tell_ice
 from vencejo.cli.listening import ListenOption, default_link
-from vencejo.cli.ros import (
-    Names,
-    Role,
-    Ros2CaOption,
-    Ros2CertOption,
-    Ros2DomainOption,
-    Ros2KeyOption,
-    Ros2NamesOption,
-    Ros2NamespaceOption,
-    Ros2News,
-    Ros2Option,
-    Ros2Options,
-    Ros2PlainOption,
-    Ros2RoleOption,
-    Ros2RouterOption,
-    router_of,
-)
+from vencejo.cli.ros import Ros2News, Ros2Options
 
 if TYPE_CHECKING:
     from vencejo.fleet import Fleet
@@ -81,6 +55,7 @@ AGAIN: Final = {
 """What is said when the disk works again."""
 
 
+@grouped
 def serve(
     link: Annotated[
         list[str] | None,
@@ -188,23 +163,9 @@ def serve(
     ] = None,
     history: HistoryOption = True,
     camera: CameraOption = None,
-    ros2: Ros2Option = False,
-    ros2_router: Ros2RouterOption = None,
-    ros2_ca: Ros2CaOption = None,
-    ros2_cert: Ros2CertOption = None,
-    ros2_key: Ros2KeyOption = None,
-    ros2_plain: Ros2PlainOption = False,
-    ros2_domain: Ros2DomainOption = 0,
-    ros2_names: Ros2NamesOption = Names.MAVROS,
-    ros2_namespace: Ros2NamespaceOption = "{name}",
-    ros2_role: Ros2RoleOption = Role.READER,
-    ice: IceOption = False,
-    ice_host: IceHostOption = None,
-    ice_missions: IceMissionsOption = None,
-    ice_dialect: IceDialectOption = None,
-    ice_allow: IceAllowOption = None,
-    ice_config: IceConfigOption = None,
-    ice_set: IceSetOption = None,
+    *,
+    ros: Ros2Options,
+    ice: IceOptions,
     json: JsonOption = False,
 ) -> None:
     """Serve the ground station to browsers until Ctrl-C.
@@ -234,8 +195,7 @@ def serve(
     from vencejo import Floors, Station
     from vencejo.serve import Server
 
-    router = router_of(ros2_router, ros2_ca, ros2_cert, ros2_key, plain=ros2_plain, is_on=ros2)
-    ros = Ros2Options(router, ros2_domain, ros2_names, ros2_namespace, ros2_role)
+    router = ros.router()
     if join is not None:
         found = joined(join, as_station=True)
         if fleet not in (None, found.org):
@@ -244,8 +204,7 @@ def serve(
     given = {"maps_mb": maps_floor, "video_mb": video_floor, "telemetry_mb": telemetry_floor}
     floors = Floors(**{name: mb for name, mb in given.items() if mb is not None})
 
-    options = IceOptions(ice, ice_host, ice_missions, ice_dialect, ice_allow or (), ice_config, ice_set or ())
-    settings = options.settings()
+    settings = ice.settings()
     system_id, component_id = (255, 190) if on_board is None else (on_board, ON_BOARD_COMPONENT)
     warn_of_open_key(key)
     with (
@@ -275,7 +234,7 @@ def serve(
             floors=floors,
         ) as server,
         joined_fleet(station, fleet, listen=fleet_listen, door=fleet_door, router=fleet_router, history=history) as far,
-        ros.gateway(station) as gateway,
+        ros.gateway(station, router) as gateway,
         served_cameras(server, camera, floors) as cameras,
         ice_server(station, settings, lambda: server.tokens, **for_ice(cameras)) as interfaces,
     ):

@@ -11,21 +11,18 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from vencejo.cli.common import (
-    DEFAULT_LINK,
     Exit,
     Failed,
     JsonOption,
-    LinkOption,
-    SystemOption,
-    TimeoutOption,
     YesOption,
     confirm,
+    grouped,
     number,
     put_json,
     stdout,
     table,
 )
-from vencejo.cli.connecting import vehicle_on
+from vencejo.cli.connecting import OnVehicle
 
 if TYPE_CHECKING:
     from vencejo.signing import SigningInfo
@@ -77,17 +74,16 @@ def _state(info: SigningInfo) -> str:
 
 
 @signing_app.command()
+@grouped
 def status(
-    link: LinkOption = DEFAULT_LINK,
+    on: OnVehicle,
     json: JsonOption = False,
-    system: SystemOption = None,
-    timeout: TimeoutOption = 30.0,
 ) -> None:
     """Show how a vehicle signs and what was refused in its name.
 
     Example: vencejo signing status --link /dev/ttyUSB0,57600
     """
-    with vehicle_on(link, system_id=system, timeout_s=timeout) as vehicle:
+    with on.vehicle() as vehicle:
         _put(vehicle.system_id, vehicle.signing, json=json)
 
 
@@ -172,9 +168,10 @@ def forget_key(name: NameArgument, yes: YesOption = False) -> None:
 
     Example: vencejo signing forget-key bixler-old
     """
-    if confirm(f"Delete the key '{name}' for good?", yes=yes):
-        with _keys() as station:
-            station.forget_signing_key(name)
+    if not confirm(f"Delete the key '{name}' for good?", yes=yes):
+        raise Failed("nothing was changed")
+    with _keys() as station:
+        station.forget_signing_key(name)
 
 
 @signing_app.command()
@@ -191,70 +188,64 @@ def use(
 
 
 @signing_app.command()
+@grouped
 def setup(
-    link: LinkOption = DEFAULT_LINK,
+    on: OnVehicle,
     key: KeyOption = None,
     any_link: AnyLinkOption = False,
     yes: YesOption = False,
     json: JsonOption = False,
-    system: SystemOption = None,
-    timeout: TimeoutOption = 30.0,
 ) -> None:
     """Give a vehicle that does not sign a key, over USB. It must be disarmed.
 
     Example: vencejo signing setup --link /dev/ttyACM0
     """
-    _change("set_up_signing", "Have vehicle {} sign from now on?", link, system, timeout, yes, json, key, any_link)
+    _change("set_up_signing", "Have vehicle {} sign from now on?", on, yes=yes, json=json, key=key, any_link=any_link)
 
 
 @signing_app.command()
+@grouped
 def rotate(
-    link: LinkOption = DEFAULT_LINK,
+    on: OnVehicle,
     key: KeyOption = None,
     any_link: AnyLinkOption = False,
     yes: YesOption = False,
     json: JsonOption = False,
-    system: SystemOption = None,
-    timeout: TimeoutOption = 30.0,
 ) -> None:
     """Give a vehicle that signs another key; both are believed until it shows the new one.
 
     Example: vencejo signing rotate --link /dev/ttyACM0
     """
-    _change("rotate_signing", "Give vehicle {} another key?", link, system, timeout, yes, json, key, any_link)
+    _change("rotate_signing", "Give vehicle {} another key?", on, yes=yes, json=json, key=key, any_link=any_link)
 
 
 @signing_app.command()
+@grouped
 def off(
-    link: LinkOption = DEFAULT_LINK,
+    on: OnVehicle,
     any_link: AnyLinkOption = False,
     yes: YesOption = False,
     json: JsonOption = False,
-    system: SystemOption = None,
-    timeout: TimeoutOption = 30.0,
 ) -> None:
     """Take a vehicle's key away: anybody whom it hears can command it then. The key stays on this machine.
 
     Example: vencejo signing off --link /dev/ttyACM0
     """
     question = "Have vehicle {} sign no more, so that anybody whom it hears can command it?"
-    _change("remove_signing", question, link, system, timeout, yes, json, None, any_link)
+    _change("remove_signing", question, on, yes=yes, json=json, any_link=any_link)
 
 
 def _change(
     act: str,
     question: str,
-    link: str,
-    system: int | None,
-    timeout_s: float,
+    on: OnVehicle,
+    *,
     yes: bool,
     json: bool,
-    key: str | None,
-    any_link: bool,
+    **signing: Any,
 ) -> None:
-    with vehicle_on(link, system_id=system, timeout_s=timeout_s) as vehicle:
+    with on.vehicle() as vehicle:
         if not confirm(question.format(vehicle.system_id), yes=yes):
             raise Failed("nothing was changed")
-        chosen: dict[str, Any] = {} if act == "remove_signing" else {"key": key}
-        info = getattr(vehicle, act)(any_link=any_link, **chosen)
+        info = getattr(vehicle, act)(**signing)
         _put(vehicle.system_id, info, json=json)

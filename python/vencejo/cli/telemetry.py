@@ -8,20 +8,17 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from vencejo.cli.common import (
-    DEFAULT_LINK,
     Exit,
     Failed,
     ForwardOption,
     JsonOption,
-    LinkOption,
     RecordOption,
-    SystemOption,
-    TimeoutOption,
     clean,
+    grouped,
     put_json,
     stdout,
 )
-from vencejo.cli.connecting import vehicle_on
+from vencejo.cli.connecting import OnVehicle
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -32,8 +29,9 @@ if TYPE_CHECKING:
     from vencejo.vehicle import Vehicle
 
 
+@grouped
 def telemetry(
-    link: LinkOption = DEFAULT_LINK,
+    on: OnVehicle,
     rate: Annotated[float, typer.Option("--rate", metavar="HZ", min=0.1, max=50.0, help="Samples per second.")] = 5.0,
     once: Annotated[bool, typer.Option("--once", help="Show one sample, as soon as all groups are there.")] = False,
     groups: Annotated[
@@ -41,8 +39,6 @@ def telemetry(
         typer.Option("--groups", metavar="NAMES", help="Only these groups, such as attitude,position,battery."),
     ] = None,
     json: JsonOption = False,
-    system: SystemOption = None,
-    timeout: TimeoutOption = 30.0,
     record: RecordOption = True,
     forward: ForwardOption = None,
 ) -> None:
@@ -56,16 +52,13 @@ def telemetry(
     Example: vencejo telemetry --once --json --groups position,battery
     """
     names = parse_groups(groups)
-    with vehicle_on(
-        link,
-        system_id=system,
-        timeout_s=timeout,
+    with on.vehicle(
         rate_hz=min(50.0, max(4.0, rate)),
         record=record and not once,
         forward=forward,
     ) as vehicle:
         if once:
-            show(vehicle, wait_for(vehicle, names, timeout), names, json=json)
+            show(vehicle, wait_for(vehicle, names, on.timeout), names, json=json)
         elif json:
             for sample in samples(vehicle, rate):
                 put_json(as_json(vehicle.system_id, sample, names))
