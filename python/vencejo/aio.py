@@ -207,10 +207,10 @@ class AsyncVehicle(VehicleState):
         CommandRefused
             With the vehicle's pre-arm reasons.
         NotPossibleNow
-            While the mission on board may be a mixture (`PlanState.may_be_mixed`), unless it is `despite_mixed_plan`, which
-            is written among the vehicle's texts.
+            While the mission on board may be a mixture of two (`PlanState.may_be_mixed`), unless `despite_mixed_plan` is set,
+            which is noted among the vehicle's texts.
         ControlHeld
-            When somebody else holds control; so does every act.
+            When another operator holds control. Every request raises this.
         ConfirmationNeeded
             When `force` is not confirmed.
         """
@@ -219,22 +219,22 @@ class AsyncVehicle(VehicleState):
     async def disarm(self, *, force: bool = False, confirm: Danger | None = None) -> None:
         """Disarm; returns when the vehicle shows it.
 
-        `force` stops the motor even in the air (``confirm="force-disarm"``). Without it a vehicle that flies, or does not say
-        that it stands, is asked only with ``confirm="disarm-in-flight"``.
+        `force` stops the motor even in the air (``confirm="force-disarm"``). Without it, a vehicle that flies or does not report
+        that it is on the ground is disarmed only with ``confirm="disarm-in-flight"``.
         """
         await self._wait(self._ask("disarm", force=force, confirm=confirm))
 
     async def set_mode(self, mode: str | int, *, despite_mixed_plan: bool = False) -> None:
         """Change the flight mode by name (``"AUTO"``, ``"fbwa"``…) or number; returns when the vehicle shows it.
 
-        A mode that follows the mission is refused while that may be mixed, see `arm`.
+        A mode that follows the mission is refused while the mission may be mixed, see `arm`.
         """
         await self._wait(self._ask("mode", mode=mode, despite_mixed_plan=despite_mixed_plan))
 
     async def takeoff(self, *, alt_rel_home_m: float) -> None:
-        """Take off and climb to a height above home. Does not arm.
+        """Take off and climb to an altitude above home. Does not arm.
 
-        An ArduPlane gets its take-off height and mode TAKEOFF: it begins to roll when it is armed.
+        An ArduPlane gets its take-off altitude and mode TAKEOFF: it begins to roll when it is armed.
         """
         await self._wait(self._ask("takeoff", alt_rel_home_m=alt_rel_home_m))
 
@@ -253,7 +253,13 @@ class AsyncVehicle(VehicleState):
     ) -> None:
         """Fly to a position and circle there (mode GUIDED, entered unless `change_mode` is false).
 
-        Give the height once, by what it is counted from.
+        Give the altitude once, in one of its three references.
+
+        Raises
+        ------
+        InvalidRequest
+            For a position that is not on Earth, or is 0/0; an altitude that is missing or given twice; a radius or speed out
+            of its range.
         """
         await self._wait(
             self._ask(
@@ -273,18 +279,19 @@ class AsyncVehicle(VehicleState):
         await self._wait(self._ask("speed", kind="airspeed", speed_m_s=airspeed_m_s))
 
     async def set_groundspeed(self, groundspeed_m_s: float) -> None:
-        """Change the least ground speed."""
+        """Change the minimum ground speed."""
         await self._wait(self._ask("speed", kind="groundspeed", speed_m_s=groundspeed_m_s))
 
     async def set_altitude(self, *, alt_rel_home_m: float | None = None, alt_amsl_m: float | None = None) -> None:
-        """Change the altitude of the present target. Not to 0, which ArduPlane takes for none.
+        """Change the altitude of the present target. Not to 0, which ArduPlane ignores.
 
         In AUTO it holds until the next item.
 
         Raises
         ------
         NotPossibleNow
-            While an ArduPlane lands, or may do so in a mission that was not read: it would flare and stop its motor where it is.
+            While an ArduPlane is landing, or may be landing in a mission that was not read: it would flare and stop its
+            motor in the air.
         """
         await self._wait(self._ask("altitude", **_height(alt_rel_home_m, alt_amsl_m)))
 
@@ -296,14 +303,14 @@ class AsyncVehicle(VehicleState):
         course_deg : float
             Degrees from true north, 0 to below 360.
         accel_m_s2 : float, optional
-            Centripetal acceleration of the turn at most, 0.05 to 20; 5 is a bank of 27 degrees.
+            Greatest centripetal acceleration of the turn, 0.05 to 20; 5 is a bank of 27 degrees.
         """
         await self._wait(self._ask("course", course_deg=course_deg, accel_m_s2=accel_m_s2))
 
     async def climb_to(
         self, *, alt_rel_home_m: float | None = None, alt_amsl_m: float | None = None, rate_m_s: float
     ) -> None:
-        """Climb or sink to a height at a rate (above 0 to 50 m/s). Only for an ArduPlane that is in GUIDED."""
+        """Climb or sink to an altitude at a rate (above 0 to 50 m/s). Only for an ArduPlane that is in GUIDED."""
         await self._wait(self._ask("climb", **_height(alt_rel_home_m, alt_amsl_m), rate_m_s=rate_m_s))
 
     async def set_velocity(
@@ -316,7 +323,7 @@ class AsyncVehicle(VehicleState):
     ) -> None:
         """Fly at a velocity relative to the heading. Only for an ArduCopter in GUIDED or a PX4 in OFFBOARD.
 
-        It has no answer: it returns when it is sent. Repeat it; the vehicle stops by itself when it hears no more of it,
+        There is no acknowledgement: it returns when the message is sent. Repeat it; the vehicle stops when no more come,
         ArduCopter after 3 s (GUID_TIMEOUT), PX4 after 0.5 s.
 
         Parameters
@@ -342,7 +349,7 @@ class AsyncVehicle(VehicleState):
         )
 
     async def loiter(self) -> None:
-        """Circle here (mode LOITER)."""
+        """Circle at the present position (mode LOITER)."""
         await self._wait(self._ask("loiter"))
 
     async def return_to_launch(self) -> None:
@@ -361,50 +368,56 @@ class AsyncVehicle(VehicleState):
         await self._wait(self._ask("abort-landing", alt_rel_home_m=alt_rel_home_m))
 
     async def set_home(self, home: Home | None = None) -> None:
-        """Move home to a position, or to where the vehicle is."""
+        """Move home to a position, or to where the vehicle is.
+
+        Raises
+        ------
+        InvalidRequest
+            For a position that is not on Earth, or is 0/0.
+        """
         from dataclasses import asdict
 
         place: dict[str, Any] = {} if home is None else asdict(home)
         await self._wait(self._ask("home", **place))
 
     async def switch_fence(self, on: bool, *, confirm: Danger | None = None) -> None:
-        """Switch the fence on board on or off (``confirm="fence-off"``), until its parameters or a restart do.
+        """Switch the fence on board on or off (``confirm="fence-off"``), until a parameter or a restart changes it.
 
         Raises
         ------
         CommandRefused
-            When the vehicle has no fence to switch on: an ArduPlane also before it knows where it is, some 20 s after its start,
-            since it loads its fence then.
+            When the vehicle has no fence to switch on. An ArduPlane loads its fence only once it knows its position, some 20 s
+            after its start.
         ConfirmationNeeded
             When it is switched off without `confirm`.
         """
         await self._wait(self._ask("switch-fence", on=on, confirm=confirm))
 
     async def set_up_signing(self, *, key: str | None = None, any_link: bool = False) -> SigningInfo:
-        """Give a vehicle that does not sign a key, and wait until it signs with it, at most 5 s.
+        """Give a signing key to a vehicle that does not sign, and wait until it signs with it, at most 5 s.
 
-        The vehicle must be disarmed. From then on only what it signs is believed, except over USB and on this machine. Until it
-        shows the key, nothing changes.
+        The vehicle must be disarmed. From then on only its signed messages are accepted, except over USB and on this machine.
+        Nothing changes until it signs with the key.
 
         Parameters
         ----------
         key : str, optional
             Name of a key of this machine (`Station.signing_keys`); a new one by default.
         any_link : bool, optional
-            Allow the key, which goes over the link as it is, on one that others can listen to.
+            Allow sending the key, which crosses the link unencrypted, over one that others can listen to.
 
         Raises
         ------
         NotPossibleNow
             When it is armed or not heard, signs already, others can listen to the link, or it refuses.
         CommandTimeout
-            When it did not show the key. It is talked to as before; if it shows it later, that is followed.
+            When it did not sign with the key in time. It is addressed as before; if it signs later, that is followed.
         """
         await self._wait(self._native.change_signing("set_up", key=key, any_link=any_link))
         return self.signing
 
     async def rotate_signing(self, *, key: str | None = None, any_link: bool = False) -> SigningInfo:
-        """Give a vehicle that signs another key; both are believed until it shows the new one.
+        """Replace the key of a vehicle that signs; both keys are accepted until it signs with the new one.
 
         Parameters and exceptions are those of `set_up_signing`.
         """
@@ -412,7 +425,7 @@ class AsyncVehicle(VehicleState):
         return self.signing
 
     async def remove_signing(self, *, any_link: bool = False) -> SigningInfo:
-        """Take a vehicle's key away, and wait until it signs no more. The key stays on this machine.
+        """Remove a vehicle's key, and wait until it no longer signs. The key stays on this machine.
 
         Parameters and exceptions are those of `set_up_signing`.
         """
@@ -444,18 +457,18 @@ class AsyncVehicle(VehicleState):
         check : bool, optional
             Refuse a mission with errors before anything is sent.
         while_heard : bool, optional
-            Give up when the vehicle is lost meanwhile, rather than wait for it as long as a transfer does.
+            Give up as soon as the vehicle is lost, instead of after the transfer's own timeout.
         progress : function of (done, total), optional
-            Called while it runs.
+            Called during the transfer.
 
         Raises
         ------
         PlanRefused
             When the checks find an error.
         TransferError
-            When it fails; what the vehicle holds is then unknown.
+            When it fails; the plan on board is then unknown.
         Cancelled
-            When it was given up.
+            When the vehicle was lost and `while_heard` is set.
         """
         pending = self._upload(plan, kind, check, while_heard)
         await self._wait(pending, progress)
@@ -464,38 +477,38 @@ class AsyncVehicle(VehicleState):
     async def download(
         self, *, kinds: Sequence[PlanKind] = ("mission",), progress: ProgressCallback | None = None
     ) -> Plan:
-        """Read the mission (and fence, and rally points when asked) from the vehicle."""
+        """Read the mission from the vehicle, and the fence and the rally points if `kinds` names them."""
         from vencejo.plan import Plan
 
         parts = {kind: Plan._from_native(await self._wait(self._native.download(kind), progress)) for kind in kinds}
         return _joined(parts)
 
     async def clear(self, *, kind: PlanKind = "mission", confirm: Danger | None = None) -> None:
-        """Remove the mission (or fence, or rally points); returns when the vehicle says that it is gone.
+        """Remove the mission (or fence, or rally points); returns when the vehicle confirms it.
 
-        Confirmed by ``confirm="clear-mission"``, ``"clear-fence"`` or ``"clear-rally"``.
+        Needs ``confirm="clear-mission"``, ``"clear-fence"`` or ``"clear-rally"``.
         """
         await self._wait(self._native.clear(kind, confirm))
 
     async def prepare_flight(self, *, despite_mixed_plan: bool = False) -> None:
-        """Prepare a flight, on the ground and disarmed: a mode that arms, and the mission back at its beginning.
+        """Prepare a flight, on the ground and disarmed: change to a mode that arms, and rewind the mission.
 
-        After a landing an ArduPlane stands in AUTO at the landing of its mission, or in RTL when that was replaced; in
-        neither it arms. `flight_preparation` tells what is changed, and a text of ours (`note`) says it before it is done.
+        After a landing an ArduPlane is in AUTO at the landing of its mission, or in RTL if the mission was replaced; it arms in
+        neither. `flight_preparation` says what will change, and a note among the vehicle's texts (`note`) announces it.
         Nothing is armed or started.
 
         Raises
         ------
         NotPossibleNow
-            When it is armed, or in the air; and while the mission may be mixed, see `arm`.
+            When the vehicle is armed or in the air, and while the mission may be mixed, see `arm`.
         """
         await self._wait(self._ask("prepare-flight", despite_mixed_plan=despite_mixed_plan))
 
     async def start_mission(self, *, from_item: int | None = None, despite_mixed_plan: bool = False) -> None:
-        """Begin the mission (mode AUTO), at an item counted from 1 when given. Does not arm.
+        """Begin the mission (mode AUTO), at an item counted from 1 if given. Does not arm.
 
-        Item 1 is the mission's beginning: jumps that were flown count anew. An ArduPlane that begins its mission anew at each
-        change to AUTO (``MIS_RESTART`` 1) is set to ``from_item`` once more. Refused while the mission may be mixed, see `arm`.
+        Item 1 rewinds the mission: jump counters start again. If an ArduPlane restarts its mission at each change to
+        AUTO (``MIS_RESTART`` 1), ``from_item`` is set once more. Refused while the mission may be mixed, see `arm`.
         """
         await self._wait(self._ask("mission/start", from_item=from_item, despite_mixed_plan=despite_mixed_plan))
 
@@ -504,11 +517,14 @@ class AsyncVehicle(VehicleState):
         await self._wait(self._ask("mission/pause"))
 
     async def resume_mission(self, *, despite_mixed_plan: bool = False) -> None:
-        """Go on with the mission where it stands (mode AUTO), also with ``MIS_RESTART`` 1; refused while it may be mixed, see `arm`."""
+        """Resume the mission at its current item (mode AUTO), also with ``MIS_RESTART`` 1.
+
+        Refused while the mission may be mixed, see `arm`.
+        """
         await self._wait(self._ask("mission/resume", despite_mixed_plan=despite_mixed_plan))
 
     async def set_current_item(self, item: int, *, despite_mixed_plan: bool = False) -> None:
-        """Make an item, counted from 1, the one in execution; refused while the mission may be mixed, see `arm`."""
+        """Make an item, counted from 1, the current one; refused while the mission may be mixed, see `arm`."""
         await self._wait(self._ask("mission/current", item=item, despite_mixed_plan=despite_mixed_plan))
 
     async def send_and_fly(self, plan: Plan, *, progress: ProgressCallback | None = None) -> None:
@@ -554,12 +570,12 @@ class AsyncVehicle(VehicleState):
             raise VencejoError(f"the mission was not started: {why}") from reason
 
     async def note(self, text: str, *, severity: int = 6) -> None:
-        """Put a text of ours beside the vehicle's own, for whoever watches it through this station. Nothing is sent.
+        """Add a note to the vehicle's texts, for everyone who uses this station. Nothing is sent to the vehicle.
 
         Parameters
         ----------
         text : str
-            Cut to 500 characters.
+            Truncated to 500 characters.
         severity : int, optional
             MAV_SEVERITY: 3 error, 4 warning, 5 notice, 6 info (default).
         """
@@ -578,7 +594,7 @@ class AsyncVehicle(VehicleState):
         confirm: Danger | None = None,
         despite_mixed_plan: bool = False,
     ) -> MavlinkMessage | None:
-        """Ask for anything by its name and values as the HTTP API has them; returns when it is done, with the message that it brings.
+        """Make any request by its name and values as in the HTTP API; returns when it is done, with the message it requested, if any.
 
         Examples
         --------
@@ -588,9 +604,9 @@ class AsyncVehicle(VehicleState):
         Raises
         ------
         InvalidRequest
-            For a name that is none, naming those that are, and for a value that is wrong or lacks.
+            For an unknown name, listing the known ones, and for a value that is wrong or missing.
         ConfirmationNeeded
-            When it is dangerous, and not confirmed by the name of that danger.
+            When it is dangerous and not confirmed by the name of its danger.
         """
         asked = self._native.request(name, dict(values or {}), confirm, despite_mixed_plan)
         return cast("MavlinkMessage | None", await self._wait(asked))
@@ -598,15 +614,15 @@ class AsyncVehicle(VehicleState):
     async def command(
         self, command: int | str, *params: float, confirm: Danger | None = None, despite_mixed_plan: bool = False
     ) -> int:
-        """Send any command by COMMAND_LONG and give back its ``result_param2``. Missing parameters are 0.
+        """Send any command by COMMAND_LONG and return its ``result_param2``. Missing parameters are 0.
 
-        A dangerous one is confirmed by its name, as the method for the same act would be.
+        A dangerous one has to be confirmed as the method for the same act.
 
         Raises
         ------
         CommandRefused, CommandTimeout
         NotPossibleNow
-            For one that arms, follows the mission or jumps in it, while that may be mixed; see `arm`.
+            For a command that arms, follows the mission or jumps in it, while the mission may be mixed; see `arm`.
         """
         number, seven = _command_number(command), self._seven(params)
         return int(await self._wait(self._native.command_long(number, seven, confirm, despite_mixed_plan)) or 0)
@@ -622,29 +638,29 @@ class AsyncVehicle(VehicleState):
         confirm: Danger | None = None,
         despite_mixed_plan: bool = False,
     ) -> int:
-        """Send any command by COMMAND_INT, its position as scaled integers of the frame (degE7 in a global one)."""
+        """Send any command by COMMAND_INT, with its position as scaled integers of the frame (degE7 in a global frame)."""
         asked = self._command_int(command, params, frame, x, y, z, confirm, despite_mixed_plan)
         return int(await self._wait(asked) or 0)
 
     async def request_message(self, name: str | int) -> MavlinkMessage:
-        """Ask for one message once, by its name or its number, and give it back."""
+        """Request one message once, by its name or number, and return it."""
         return cast("MavlinkMessage", await self._wait(self._ask("request-message", message=name)))
 
     async def set_message_rate(self, name: str | int, rate_hz: float | Literal["default", "stop"] | None) -> None:
-        """Set how often the vehicle sends a message, now and after each of its restarts. It overrides other stations.
+        """Set how often the vehicle sends a message, now and after each of its restarts. This overrides other stations.
 
         Parameters
         ----------
         name : str or int
             The message's name, such as ``"ATTITUDE"``, or its number.
         rate_hz : float, "default", "stop" or None
-            From one in 2,000 s (0.0005) to 50 a second; ``"default"``, or 0, for the vehicle's own rate; ``"stop"``, or ``None``,
-            for none.
+            0.0005 (one in 2,000 s) to 50 messages a second; ``"default"`` or 0 for the vehicle's own rate; ``"stop"`` or
+            ``None`` to stop it.
 
         Raises
         ------
         CommandRefused
-            When the vehicle's firmware does not have the message, or cannot send it so often.
+            When the vehicle's firmware lacks the message, or cannot send it this often.
         """
         await self._wait(self._ask("set-message-rate", message=name, rate_hz="stop" if rate_hz is None else rate_hz))
 
@@ -660,7 +676,7 @@ class AsyncParameters:
         self._vehicle = vehicle
 
     async def get(self, name: str) -> Parameter:
-        """Read one.
+        """Read one parameter.
 
         Raises
         ------
@@ -672,19 +688,19 @@ class AsyncParameters:
         return Parameter(*await self._vehicle._wait(self._vehicle._native.param_read(name)))
 
     async def set(self, name: str, value: float, *, confirm: Danger | None = None) -> Parameter:
-        """Write one; returns what the vehicle has then. Switching the fence off needs ``confirm="fence-off"``.
+        """Write one parameter and return the vehicle's new value. Switching the fence off needs ``confirm="fence-off"``.
 
         Raises
         ------
         ParameterError
-            When the vehicle does not have it, or keeps another value.
+            When the vehicle does not have it, or keeps a different value.
         """
         from vencejo.values import Parameter
 
         return Parameter(*await self._vehicle._wait(self._vehicle._native.param_set(name, float(value), confirm)))
 
     async def all(self, *, progress: ProgressCallback | None = None) -> dict[str, Parameter]:
-        """Read all, by name."""
+        """Read all parameters, by name."""
         from vencejo.values import Parameter
 
         found = await self._vehicle._wait(self._vehicle._native.param_list(), progress)

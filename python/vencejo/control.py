@@ -1,8 +1,8 @@
-"""Who acts: the control lease that all doors of a station share.
+"""The control lease that all front ends of a station share.
 
 One operator at a time holds control of a station: the program itself, a browser, the Ice interfaces, or another operator of
-this program. The first who acts has it; acts of the others are refused with `vencejo.errors.ControlHeld` until it is given up.
-Watching needs none of that. A station of another process is another ground station, with a lease of its own.
+this program. The first to act gets it; requests of the others raise `vencejo.errors.ControlHeld` until it is given up.
+Watching needs no control. A station in another process is another ground station, with a lease of its own.
 
 Examples
 --------
@@ -27,7 +27,7 @@ _V = TypeVar("_V", bound=VehicleState)
 
 
 class Operator(Closing):
-    """Somebody who may act on a station's vehicles.
+    """An operator: a person or program that may command a station's vehicles.
 
     Made by `Station.operator` (the program itself), `Station.add_operator` and `Server.operator`.
     """
@@ -38,7 +38,7 @@ class Operator(Closing):
 
     @property
     def name(self) -> str:
-        """What the others are shown."""
+        """The name shown to the other operators."""
         return self._native.name()
 
     @property
@@ -48,12 +48,12 @@ class Operator(Closing):
 
     @property
     def holder(self) -> str | None:
-        """Name of the operator that holds control, ``None`` when nobody does."""
+        """Name of the operator that holds control; ``None`` while it is free."""
         return self._native.holder()
 
     @property
     def requested_by(self) -> str | None:
-        """Name of the operator that asks for control, ``None`` when nobody does."""
+        """Name of the operator that asks for control; ``None`` without a request."""
         return self._native.requested_by()
 
     def vehicle(self, vehicle: _V) -> _V:
@@ -61,17 +61,17 @@ class Operator(Closing):
         return type(vehicle)(vehicle._native.acting_as(self._native), vehicle._station)
 
     def take(self, *, over: str | None = None) -> bool:
-        """Take control if nobody else has it; returns whether it is held now.
+        """Take control if it is free; returns whether this operator holds it now.
 
         Parameters
         ----------
         over : str, optional
-            Take it from the holder of this name, without being asked for.
+            Take it over from the holder of this name, without asking.
 
         Raises
         ------
         ControlHeld
-            When another holder than the one named has it.
+            When the holder is not the one named.
         """
         if over is None:
             return self._native.take()
@@ -79,21 +79,21 @@ class Operator(Closing):
         return True
 
     def request(self) -> bool:
-        """Ask the holder for control, or take it when nobody has it; returns whether it is held now."""
+        """Ask the holder for control, or take it if it is free; returns whether this operator holds it now."""
         return self._native.request()
 
     def release(self) -> None:
-        """Give control up: to the operator that asks for it, else to nobody."""
+        """Give up control: it goes to the operator that asks for it, or is free."""
         self._native.release()
 
     def attach(self) -> None:
-        """Show that it is there, until `detach` has been called as often: what it stands for is connected."""
+        """Mark the operator as present until `detach` has been called as often."""
         self._native.attach()
 
     def detach(self) -> None:
-        """One thing less shows that it is there; without any, control is free after 5 s."""
+        """Undo one `attach`. After the last one control becomes free within 5 s."""
         self._native.detach()
 
     def close(self) -> None:
-        """Give control up; a session of a server ends. Can be called again."""
+        """Give up control and end the session, if it is one of a server. Can be called again."""
         self._native.close()

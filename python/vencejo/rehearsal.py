@@ -1,8 +1,8 @@
-"""Rehearsal: a plan as the plane would really fly it in a wind, before it does.
+"""Rehearsal: a simulated flight of a plan in a wind, as the plane would really fly it.
 
-A point mass flies the plan under ArduPlane's own laws: it cuts corners by the waypoint radius, drifts in turns, reaches heights
-later than the line says, circles until its height is there, flares, and says where it comes down. What ArduPlane does at each item,
-and the formulas with their sources, stand in the core (``crates/flight/src/rehearsal``).
+A point mass flies the plan under ArduPlane's own laws: it cuts corners by the waypoint radius, drifts in turns, reaches altitudes
+later than the drawn line, circles until it has its altitude, flares and touches down. What ArduPlane does at each item, and the
+formulas with their sources, are documented in the core (``crates/flight/src/rehearsal``).
 
 Examples
 --------
@@ -58,57 +58,57 @@ __all__ = [
 ]
 
 CLEARANCE_M: Final = 30.0
-"""Height above the ground that a flight should keep unless another is said, metres."""
+"""Default clearance that a flight should keep above the ground, metres."""
 
 Ground = Callable[[float, float], float | None]
 """Height of the ground at a latitude and longitude, metres above mean sea level; ``None`` where it is not known."""
 
 AirframeOrigin = Literal["parameters", "simulator", "flight"]
-"""What was taken for the plane: a foam pusher with what the parameters say of it, the plane of ArduPilot's simulator, or one that was
-learned from a recorded flight."""
+"""Source of the airframe: a foam pusher adjusted by the parameters, the plane of ArduPilot's simulator, or one learned from a
+recorded flight."""
 
 Ending = Literal[
     "landed", "returned", "unlimited", "endless", "ground", "held", "grounded", "not-rehearsed", "too-long"
 ]
-"""How a rehearsed flight ends: at rest on the ground; circling over home or a rally point; in a circle that the mission orders without
-end; never, for a jump repeats for ever; where the ground comes before a landing; where the wind does not let the plane come nearer;
-on the ground, which it does not leave; at an item that is not rehearsed (quadplanes, scripts); after six hours."""
+"""How a rehearsed flight ends: at rest on the ground; circling over home or a rally point; in an endless circle of the mission;
+never, because a jump repeats for ever; in the ground before a landing; where the wind lets the plane come no nearer; on the ground
+that it never leaves; at an item that is not rehearsed (quadplanes, scripts); after six hours."""
 
 
 @dataclass(frozen=True)
 class Airframe:
-    """What flies: lift, drag and thrust per mass, at airspeeds as the autopilot has them.
+    """A model of the airframe: lift, drag and thrust per mass, at airspeeds as the autopilot measures them.
 
     Attributes
     ----------
     cruise_m_s : float
-        Airspeed that the rest is given at.
+        Reference airspeed of the other values.
     drag_m_s2 : float
-        In level flight at it.
+        Drag per mass in level flight at ``cruise_m_s``.
     induced : float
-        Part of that drag which lift induces, 0 to 1.
+        Lift-induced part of that drag, 0 to 1.
     thrust_full_m_s2 : float
-        At full throttle.
+        Thrust per mass at full throttle and ``cruise_m_s``.
     throttle_cruise : float
-        Of level flight at it, 0 to 1.
+        Throttle of level flight at ``cruise_m_s``, 0 to 1.
     attack_rad, level_pitch_rad : float
-        Angle of attack above that of no lift, and pitch of the fuselage, in level flight at it.
+        Angle of attack above zero lift, and pitch of the fuselage, in level flight at ``cruise_m_s``.
     pitot : float
-        True airspeed over what the autopilot takes for it.
+        Ratio of the true airspeed to the one that the autopilot assumes.
     skid : float
         A bank turns the plane ``1 / (1 + skid)`` as fast as in a coordinated turn.
     power_cruise_w : float or None
-        Electrical power of level flight at it.
+        Electrical power of level flight at ``cruise_m_s``.
     is_simulated : bool
-        Whether ArduPilot's simulator flies it, whose pitot and ground are its own.
+        Whether ArduPilot's simulator flies it, whose pitot and ground behave differently.
     power_exponent : float
-        Of the power over the throttle.
+        Exponent of the power as a function of the throttle.
     voltage_v : float or None
-        Of the battery in flight.
+        Battery voltage in flight.
     thrust_static_m_s2 : float or None
-        At full throttle standing still, no less than ``thrust_full_m_s2``; ``None``: not known, or no propeller's.
+        Static thrust per mass at full throttle, at least ``thrust_full_m_s2``; ``None``: not known, or not a propeller.
     ground_drag_m_s2 : float or None
-        What holds it back on the ground after a landing beside its drag: its wheels, brakes, or belly; ``None``: not known, and it slides.
+        Deceleration on the ground beside its drag, by wheels, brakes or belly; ``None``: not known, and it slides.
     """
 
     cruise_m_s: float
@@ -130,20 +130,21 @@ class Airframe:
 
 @dataclass(frozen=True)
 class Battery:
-    """What is said of a battery in place of what the plane's parameters (``BATT_*``) and its monitor do; ``None``: as those.
+    """Battery values that replace those of the plane's parameters (``BATT_*``) and its monitor; ``None`` keeps theirs.
 
     Attributes
     ----------
     capacity_mah : float, optional
-        Charge of a full one, 1 to 1,000,000.
+        Capacity, 1 to 1,000,000.
     voltage_v : float, optional
-        Its voltage while the engine runs, 1 to 1,000.
+        Voltage while the engine runs, 1 to 1,000.
     charge_pct : float, optional
-        What it holds at the start, % of its capacity, 0 to 100; full where nobody says another.
+        Charge at the start, % of the capacity, 0 to 100; default 100.
     reserve_pct : float, optional
-        What should be left at the landing, likewise; the higher of ``BATT_LOW_MAH`` and ``BATT_CRT_MAH``, else 20.
+        Charge that should be left at the landing, % of the capacity, 0 to 100; default: the higher of ``BATT_LOW_MAH`` and
+        ``BATT_CRT_MAH``, else 20.
     power_cruise_w : float, optional
-        Power that is drawn from it in level flight at cruise, 0.1 to 1,000,000; that of the airframe where nobody says another.
+        Power drawn in level flight at cruise, 0.1 to 1,000,000; default: that of the airframe.
     """
 
     capacity_mah: float | None = None
@@ -155,20 +156,20 @@ class Battery:
 
 @dataclass(frozen=True)
 class BatteryLeft:
-    """What a flight leaves of a battery.
+    """State of the battery at the end of a flight.
 
     Attributes
     ----------
     capacity_wh : float
-        Energy of a full one, its charge times its voltage.
+        Energy of the full battery: capacity times voltage.
     left_wh : float
-        At the end; below 0 the flight wants as much more than it holds.
+        Energy at the end; negative by what the flight needs beyond it.
     reserve : float
         Part of the capacity that should be left, 0 to 1.
     empty_s : float or None
-        When it is empty, since the start; ``None``: it is not.
+        Time at which it is empty, from the start; ``None`` if it is not.
     empty_item : int or None
-        The item that is flown then, counted from 1; ``None`` in a return and where it is not empty.
+        Item flown at that time, counted from 1; ``None`` in a return, and if it is not empty.
     """
 
     capacity_wh: float
@@ -179,23 +180,23 @@ class BatteryLeft:
 
     @property
     def left(self) -> float:
-        """Part of the capacity that is left, 1 at most; below 0 as :attr:`left_wh`."""
+        """Remaining part of the capacity, 1 at most; negative where :attr:`left_wh` is."""
         return self.left_wh / self.capacity_wh
 
 
 @dataclass(frozen=True)
 class Learned:
-    """What a recorded flight taught.
+    """A plane learned from a recorded flight.
 
     Attributes
     ----------
     airframe : Airframe
     wind : Wind
-        Of that flight.
+        Wind of that flight.
     moments : int
-        How many it rests on.
+        Number of samples used.
     airspeed_error_m_s : float
-        What is left between measured and modelled airspeeds, RMS.
+        RMS difference between measured and modelled airspeeds.
     """
 
     airframe: Airframe
@@ -209,23 +210,23 @@ def learn(
 ) -> Learned:
     """Learn a plane from a recording of its flight (a ``.tlog``): its pitot, turns, lift, drag, thrust, power, and the wind.
 
-    What the flight does not show keeps the value that the parameters, or a foam pusher, have. At 10 Hz of position, attitude and
-    VFR_HUD, with turns all round and changes of speed and height, two minutes are enough.
+    Values that the flight does not show are those of the parameters, or of a foam pusher. Two minutes are enough, with position,
+    attitude and VFR_HUD at 10 Hz, turns in all directions and changes of speed and altitude.
 
     Parameters
     ----------
     path : path
     parameters : mapping of str to float, optional
-        The vehicle's.
+        The vehicle's parameters.
     system_id : int, optional
-        Which vehicle of the recording; the first that tells its position by default.
+        The vehicle in the recording; default: the first one with a position.
 
     Raises
     ------
     FileFormatError
         When the file cannot be read.
     InvalidRequest
-        When the recording holds no flight that is long enough and flies in more than one direction.
+        When the recording has no flight that is long enough and in more than one direction.
     """
     numbers = {name: float(value) for name, value in (parameters or {}).items()}
     learned = _native.learn_plane(os.fspath(path), parameters=numbers, system=system_id)
@@ -243,29 +244,29 @@ def _learned(learned: Any) -> Learned:
 
 
 class Elevation:
-    """Heights of the ground from a file: SRTM (``N40W004.hgt``, ``.hgt.gz``), GeoTIFF, or a folder of them.
+    """Terrain elevation from a file: SRTM (``N40W004.hgt``, ``.hgt.gz``), GeoTIFF, or a folder of them.
 
-    Called with a latitude and a longitude it gives the height there, bilinear between the file's own, in metres above the file's
-    datum, which is mean sea level with SRTM and Copernicus; ``None`` where it has none.
+    Calling it with a latitude and a longitude returns the bilinearly interpolated elevation, in metres above the file's datum,
+    which is mean sea level for SRTM and Copernicus; ``None`` where the file has no data.
 
     Parameters
     ----------
     path : path-like
     below_sea_level : bool, optional
-        Whether heights of GeoTIFFs below sea level are land; by default they are the sea's floor, and the ground is the water's
+        Whether elevations of GeoTIFFs below sea level are land; by default they are the sea floor, and the ground is the water
         surface, 0 m.
 
     Raises
     ------
     FileFormatError
-        When it cannot be read, or holds no heights.
+        When it cannot be read, or holds no elevations.
     """
 
     def __init__(self, path: str | os.PathLike[str], *, below_sea_level: bool = False) -> None:
         self._native = _native.Elevation(path, below_sea_level)
 
     def __call__(self, lat_deg: float, lon_deg: float) -> float | None:
-        """Height at a place, metres above mean sea level."""
+        """Elevation at a position, metres above mean sea level."""
         return self._native(lat_deg, lon_deg)
 
 
@@ -276,24 +277,24 @@ class Moment:
     Attributes
     ----------
     time_s : float
-        Since its beginning.
+        Time since its beginning, seconds.
     lat_deg, lon_deg : float
     alt_amsl_m, alt_rel_home_m : float
         Above mean sea level and above home, metres.
     alt_asked_m : float
-        Height that the autopilot asks for, metres above home.
+        Altitude that the autopilot demands, metres above home.
     clearance_m : float or None
-        Height above the ground below, metres; ``None`` where that is not known.
+        Height above the ground, metres; ``None`` where the ground is not known.
     airspeed_m_s, groundspeed_m_s, climb_m_s : float
-        Equivalent airspeed, speed over ground, climb.
+        Equivalent airspeed, ground speed, climb rate.
     course_deg, heading_deg : float
-        Over ground and of the nose, degrees from true north, 0 to 360.
+        Course over ground and heading of the nose, degrees from true north, 0 to 360.
     bank_deg, pitch_deg : float
-        To the right and up positive.
+        Positive to the right, positive nose up.
     throttle : float
         0 to 1.
     item : int or None
-        Item that is flown, counted from 1; ``None`` in a return and after the landing.
+        Current item, counted from 1; ``None`` in a return and after the landing.
     """
 
     time_s: float
@@ -316,7 +317,7 @@ class Moment:
 
 @dataclass(frozen=True, slots=True)
 class Passage:
-    """One item on the way, in the order flown; jumps repeat them.
+    """One item as flown; passages are in flight order, and jumps repeat items.
 
     Attributes
     ----------
@@ -325,9 +326,9 @@ class Passage:
     begins_s : float
         When the plane begins to fly to it.
     reached_s : float or None
-        When it counts as reached or done; ``None``: never.
+        When it counts as reached or done; ``None`` if it never does.
     nearest_m : float or None
-        How near the plane comes to its place; ``None`` for what is no waypoint and no landing.
+        Least distance to its position; ``None`` for items other than waypoints and landings.
     """
 
     item: int
@@ -338,30 +339,30 @@ class Passage:
 
 @dataclass(frozen=True)
 class Rehearsal:
-    """A plan, flown.
+    """The rehearsed flight of a plan.
 
     Attributes
     ----------
     airframe : {"parameters", "simulator", "flight"}
-        What was taken for the plane; see :data:`AirframeOrigin`.
+        Source of the airframe; see :data:`AirframeOrigin`.
     findings : tuple of Finding
-        What the flight shows to be wrong or doubtful in the plan, which lines on a map do not: waypoints missed, heights not
-        reached, the ground near or not known, the fence left, a touch-down far from its point or with the wind behind.
+        Problems of the plan that only a flight shows: missed waypoints, altitudes not reached, terrain that is near or not known,
+        a fence breach, a touch-down far from its point or with a tailwind.
     track : tuple of Moment
-        Five a second, with the first and the last.
+        Five samples a second, with the first and the last.
     passages : tuple of Passage
     ending : str
         See :data:`Ending`.
     touch_down : Moment or None
-        Where the ground is touched.
+        Where it touches the ground.
     duration_s, distance_m : float
-        Until the end, over ground.
+        Duration and distance over ground, to the end.
     energy_wh : float or None
-        ``None`` where the plane's power is not known.
+        ``None`` if the plane's power is not known.
     battery : BatteryLeft or None
-        ``None`` where that cannot be told.
+        ``None`` if it cannot be computed.
     battery_unknown : {"power", "capacity", "voltage"} or None
-        What is not known, so that it cannot.
+        The missing value because of which it cannot.
     """
 
     airframe: AirframeOrigin
@@ -377,7 +378,7 @@ class Rehearsal:
     battery_unknown: Literal["power", "capacity", "voltage"] | None = None
 
     def touch_down_off_m(self, plan: Plan) -> float | None:
-        """Distance from the plan's first landing point to where the ground is touched, metres; ``None`` without one of them."""
+        """Distance from the plan's first landing point to the touch-down, metres; ``None`` without either."""
         land = next((item for item in plan.items if item.command == Command.NAV_LAND), None)
         if self.touch_down is None or land is None or land.lat_deg is None or land.lon_deg is None:
             return None
@@ -387,16 +388,16 @@ class Rehearsal:
 
 @dataclass(frozen=True)
 class Doubts:
-    """How much may be otherwise than expected, as standard deviations.
+    """Uncertainty of the expected conditions, as standard deviations.
 
     Attributes
     ----------
     wind_speed_m_s, wind_from_deg : float
-        Of the wind's speed and direction.
+        Wind speed and direction.
     gust_m_s : float
-        Gusts of each flight.
+        Gusts in each flight.
     thrust, drag, power : float
-        As parts of them.
+        Relative to the expected values.
     """
 
     wind_speed_m_s: float = 1.5
@@ -409,7 +410,7 @@ class Doubts:
 
 @dataclass(frozen=True, slots=True)
 class Range:
-    """Of nine flights in ten: one in twenty has less than ``low``, one in twenty more than ``high``."""
+    """The range of nine flights in ten: one in twenty is below ``low``, one in twenty above ``high``."""
 
     low: float
     median: float
@@ -418,16 +419,16 @@ class Range:
 
 @dataclass(frozen=True, slots=True)
 class Breadth:
-    """How far flights lie from the expected one at a moment of it.
+    """Deviation of the flights from the expected one at a moment of it.
 
     Attributes
     ----------
     time_s : float
-        Of the expected flight.
+        Time of the expected flight.
     across_m : Range
-        Across its course, to the right positive.
+        Across its course, positive to the right.
     height_m : Range
-        Higher positive.
+        In altitude, positive upwards.
     """
 
     time_s: float
@@ -437,28 +438,28 @@ class Breadth:
 
 @dataclass(frozen=True)
 class Spread:
-    """What many flights of one plan show.
+    """Statistics of many flights of one plan.
 
     Attributes
     ----------
     expected : Rehearsal
         The flight in the expected wind.
     runs : int
-        Flights beside it.
+        Number of flights beside it.
     endings : dict of str to int
-        How many ended how, the most first; see :data:`Ending`.
+        Number of flights by ending, the most frequent first; see :data:`Ending`.
     duration_s : Range
-        Of those that ended as the expected one.
+        For flights that ended as the expected one.
     energy_wh : Range or None
-        Of the same; ``None`` where the plane's power is not known.
+        For the same flights; ``None`` if the plane's power is not known.
     battery_left : Range or None
-        Part of the battery that the same leave; ``None`` where that cannot be told.
+        Remaining part of the capacity of the same flights; ``None`` if it cannot be computed.
     below_reserve : int or None
-        How many of all flights leave less than its reserve; ``None`` likewise.
+        Number of all flights that end below the reserve; ``None`` likewise.
     touch_down_m : Range or None
         Distance of touch-downs from the expected one.
     corridor : tuple of Breadth
-        A moment every five seconds.
+        One entry every five seconds.
     """
 
     expected: Rehearsal
@@ -485,7 +486,7 @@ def rehearse_many(
     ground: Ground | None = None,
     clearance_m: float = CLEARANCE_M,
 ) -> Spread:
-    """Fly a plan many times in winds and with planes that are not quite those expected, on all processors.
+    """Rehearse a plan many times with winds and airframes that vary by `doubts`, on all processors. Ctrl-C ends it.
 
     Parameters
     ----------
@@ -500,7 +501,7 @@ def rehearse_many(
     Raises
     ------
     InvalidRequest
-        When the plan has no home, or one that is no place, and for a number of runs out of its range.
+        When the plan has no home, or an invalid one, and for a number out of its range.
     """
     if not 1 <= runs <= 100_000:
         raise InvalidRequest(f"runs is {runs}, should be 1 to 100,000")
@@ -539,36 +540,36 @@ def rehearse(
     ground: Ground | None = None,
     clearance_m: float = CLEARANCE_M,
 ) -> Rehearsal:
-    """Fly a plan from its home, on the ground; one that does not begin with a take-off is begun in the air over home.
+    """Rehearse a plan from its home on the ground, or in the air over home if it does not begin with a take-off.
 
     Parameters
     ----------
     plan : Plan
         With a home.
     parameters : mapping of str to float, optional
-        The vehicle's, as :func:`vencejo.params.load_params` or ``vehicle.params`` give them; a missing name has the value
-        of ArduPilot's simulated plane. Names from before ArduPlane 4.5 are understood.
+        The vehicle's parameters, as :func:`vencejo.params.load_params` or ``vehicle.params`` give them; a missing one has the
+        value of ArduPilot's simulated plane. Names from before ArduPlane 4.5 are understood.
     airframe : Airframe, optional
-        As :func:`learn` gives it; else as the parameters tell it.
+        As :func:`learn` returns it; default: derived from the parameters.
     battery : Battery, optional
-        What is said of it in place of what the parameters do. What is left of it is told where capacity, voltage and the plane's power are
-        known: no parameter has the last two, a learned airframe does.
+        Values that replace those of the parameters. The remaining charge is computed if capacity, voltage and the plane's power
+        are known; no parameter has the last two, a learned airframe does.
     wind : Wind, optional
-        60 m above home and higher; below it fades as over open land, or as ArduPilot's simulator lets it when the parameters are those
-        of one. Calm by default.
+        Wind from 60 m above home upwards; below it decreases as over open land, or as in ArduPilot's simulator if the parameters
+        are those of one. Calm by default.
     gust_m_s : float, optional
         Standard deviation of the gusts, metres a second, 0 to 20.
     seed : int, optional
-        Which gusts; the same seed gives the same flight.
+        Seed of the gusts; the same seed gives the same flight.
     heading_deg : float, optional
-        Where the nose points on the ground, −360 to 360; into the wind by default.
+        Heading on the ground, −360 to 360; into the wind by default.
     ground : callable, optional
-        Height of the ground at a latitude and longitude, metres above mean sea level, ``None`` where it is not known; an
-        :class:`Elevation` is one. It is called beforehand for places some 30 m apart around the plan. Heights count from the one at
-        home, on which the plane stands. Without it the ground is level and not known.
+        Terrain elevation at a latitude and longitude, metres above mean sea level, ``None`` where it is not known; an
+        :class:`Elevation` is one. It is called beforehand for positions some 30 m apart around the plan. Heights count from the
+        elevation at home, where the plane stands. Without it the ground is level, and its clearance is not known.
     clearance_m : float, optional
-        Height above the ground that the flight should keep; after a take-off and on an approach half the height above the field is
-        enough.
+        Clearance that the flight should keep above the ground; after a take-off and on an approach half the height above the
+        field is enough.
 
     Raises
     ------
@@ -589,7 +590,7 @@ def rehearse(
 
 
 def _plan(plan: object) -> Plan:
-    """A plan; anything else has no items that could be flown."""
+    """The argument, if it is a plan; `TypeError` otherwise."""
     if not isinstance(plan, Plan):
         kind = type(plan).__name__
         raise TypeError(
@@ -613,7 +614,7 @@ def _given(
     seed: int = 0,
     heading_deg: float | None = None,
 ) -> dict[str, Any]:
-    """What a plan is rehearsed with."""
+    """The conditions of a rehearsal, as the core takes them."""
     return {
         "parameters": {name: float(value) for name, value in (parameters or {}).items()},
         "profile": _profile(airframe, battery),
@@ -627,20 +628,20 @@ def _given(
 
 @dataclass(frozen=True)
 class Fix:
-    """A change that resolves a finding: it was tried, and no error is there that was not.
+    """A change that resolves a finding. It was tried, and adds no new error.
 
     Attributes
     ----------
     finding : Finding
     does : str
-        Stable name of what it does: ``"set-param"``, ``"delete-item"``, ``"add-takeoff"``, ``"raise-takeoff"``, ``"add-landing"``,
+        Stable name of the change: ``"set-param"``, ``"delete-item"``, ``"add-takeoff"``, ``"raise-takeoff"``, ``"add-landing"``,
         ``"turn-landing"``, ``"add-circle"``, ``"raise"``, ``"move-away"`` or ``"set-parameter"``.
     message : str
-        It in English.
+        The change in English.
     plan : Plan
-        The plan with it. For ``"set-parameter"`` it is as it was: the figures ``name`` and ``value`` say what to set on the vehicle.
+        The changed plan. For ``"set-parameter"`` it is unchanged: the figures ``name`` and ``value`` say what to set on the vehicle.
     figures : mapping of str to bool, int, float, str or None
-        By name; a name ends in its unit.
+        Figures of the message by name; a name ends in its unit.
     """
 
     finding: Finding
@@ -659,14 +660,15 @@ def fixes(
     ground: Ground | None = None,
     clearance_m: float = CLEARANCE_M,
 ) -> tuple[Fix, ...]:
-    """Find changes that resolve what a check or a rehearsal finds in a plan; each is tried before it is told.
+    """Find changes that resolve the findings of checks and rehearsal; each is tried before it is returned.
 
-    Of several that would do the first is told. What follows from one another is found by asking again for the plan with the change.
+    Of several changes that resolve a finding only the first is returned. Changes that build on each other are found by calling it
+    again with the changed plan.
 
     Parameters
     ----------
     plan, parameters, wind, ground, clearance_m
-        As for :func:`rehearse`. A plan without a home is checked and not rehearsed.
+        As for :func:`rehearse`. A plan without a home is checked but not rehearsed.
     on_ground : bool, optional
         Whether the vehicle is on the ground; then the mission must begin with a take-off.
 
@@ -710,7 +712,7 @@ def fixes(
 
 
 def _within(name: str, value: float, least: float, most: float) -> float:
-    """A number in its range; not-a-number is in none."""
+    """The number, if it is in its range; `InvalidRequest` otherwise, also for NaN."""
     if not least <= value <= most:
         raise InvalidRequest(f"{name} is {value}, should be {least:,} to {most:,}")
     return value

@@ -42,12 +42,12 @@ __all__ = [
 
 @dataclass(frozen=True, kw_only=True)
 class Tokens:
-    """What proves that somebody may use a server that others can reach.
+    """The secrets that give access to a server that other machines can reach.
 
     Attributes
     ----------
     viewer, operator : str
-        For those who look, and for those who command as well.
+        For watching only; for watching and commanding.
     """
 
     viewer: str = field(repr=False)
@@ -55,24 +55,24 @@ class Tokens:
 
 
 def default_token_file() -> Path:
-    """Where the tokens are kept: `server-tokens.json` in the data folder, readable by its owner alone."""
+    """Path of the token file: `server-tokens.json` in the data folder, readable by its owner alone."""
     return default_record_dir().parent / "server-tokens.json"
 
 
 def default_maps_folder() -> Path:
-    """Where map sources, their cache and offline areas are kept: `maps` in the data folder."""
+    """Folder of map sources, their cache and offline areas: `maps` in the data folder."""
     return default_record_dir().parent / "maps"
 
 
 def renew_tokens(path: str | os.PathLike[str] | None = None, *, viewer: bool = True, operator: bool = True) -> Tokens:
-    """Make new tokens. A running server takes them within seconds, and ends the sessions that the old ones opened.
+    """Make new tokens. A running server loads them within seconds and ends the sessions opened with the old ones.
 
     Parameters
     ----------
     path : path, optional
         Their file. Default `default_token_file`.
     viewer, operator : bool, optional
-        Which of the two is to be another.
+        Which of the two to replace.
 
     Raises
     ------
@@ -85,17 +85,17 @@ def renew_tokens(path: str | os.PathLike[str] | None = None, *, viewer: bool = T
 
 
 def default_draft_file() -> Path:
-    """Where the draft of the plan is kept: `plan-draft.json` in the data folder."""
+    """Path of the plan's draft: `plan-draft.json` in the data folder."""
     return default_record_dir().parent / "plan-draft.json"
 
 
 def has_app() -> bool:
-    """Whether the web app is in this build; without it the server serves its API alone."""
+    """Whether this build contains the web app; without it the server serves its API alone."""
     return _native.has_app()
 
 
 class Server(Closing):
-    """A station's server, from its making until it is closed. The station goes on afterwards.
+    """A web server for a station. It runs from construction until it is closed; the station outlives it.
 
     One operator at a time holds control of the station (`vencejo.control`); others watch and may ask for it.
 
@@ -104,46 +104,45 @@ class Server(Closing):
     station : Station
         What to serve.
     host : str, optional
-        Address or name to listen on, default ``"127.0.0.1"``. Any that others can reach demands tokens.
+        Address or name to listen on, default ``"127.0.0.1"``. One that other machines can reach demands tokens.
     port : int, optional
-        Default 8765; 0 takes a free one.
+        Default 8765; 0 picks a free port.
     tokens : bool, optional
-        Whether to demand tokens even on a loopback address, where everybody on this machine is an operator without.
+        Whether to demand tokens even on a loopback address, where all users of this machine are operators otherwise.
     token_file : path, optional
-        Where they are kept; made at the first start. Default `default_token_file`.
+        File of the tokens; created at the first start. Default `default_token_file`.
     allow_hosts : iterable of str, optional
-        Names of this machine by which browsers reach it, beside addresses, ``localhost`` and, where others are let in, its
-        own host name.
+        Names of this machine that browsers use, beside addresses, ``localhost`` and, if other machines are let in, its own
+        host name.
     allow_origins : iterable of str, optional
         Other web pages' origins that may use the API, such as ``"http://localhost:5173"``.
     certificate, key : path, optional
         PEM files of a certificate chain and its key, for TLS.
     plain_http : bool, optional
-        Whether others may be let in without TLS, where whoever is in the network reads along, tokens too. Default False: an
-        address that others can reach needs ``certificate`` and ``key``.
+        Whether to let other machines in without TLS, so that anyone in the network can read the traffic, tokens included.
+        Default False: an address that others can reach needs ``certificate`` and ``key``.
     on_board : bool, optional
-        On board a vehicle: our heartbeat is sent only while an operator's session is alive, because the autopilot's
-        ground-station failsafe counts it.
+        Run on board a vehicle: the station's heartbeat is sent only while an operator's session is alive, because the
+        autopilot's ground-station failsafe monitors it.
     maps_folder : path, optional
-        Where map sources, their cache and offline areas are kept; made when it is not there. Default
-        `default_maps_folder`.
+        Folder of map sources, their cache and offline areas; created if missing. Default `default_maps_folder`.
     video_folder : path, optional
-        Where the recordings and pictures of cameras are, to be listed and downloaded. Default
-        `vencejo.video.default_video_dir`.
+        Folder of camera recordings and pictures, which pages list and download. Default `vencejo.video.default_video_dir`.
     history_folder : path, optional
-        Where the history of aircraft far away is, to be listed and downloaded. Default `vencejo.station.default_history_dir`.
+        Folder of the histories of remote aircraft, which pages list and download. Default
+        `vencejo.station.default_history_dir`.
     draft_file : path, optional
-        Where the draft of the plan is kept for all browsers. Default `default_draft_file`.
+        File of the plan's draft, which all browsers share. Default `default_draft_file`.
     floors : Floors, optional
         Free space of the disk below which no maps are kept; default 2 GB.
 
     Raises
     ------
     InvalidRequest
-        For an address that is none, or a certificate without key.
+        For an invalid address, or a certificate without a key.
     VencejoError
-        When the address is taken or not to be listened on without TLS, or the certificate or the tokens' file cannot be used. A disk that cannot be written is
-        no error: `storage_problems` tells.
+        When the address is in use or needs TLS, or the certificate or the token file cannot be used. An unwritable disk does not
+        raise; see `storage_problems`.
     """
 
     def __init__(
@@ -215,13 +214,13 @@ class Server(Closing):
 
     @property
     def tokens(self) -> Tokens | None:
-        """Its tokens; ``None`` when everybody on this machine is an operator."""
+        """Its tokens; ``None`` when all users of this machine are operators."""
         tokens = self._native.tokens()
         return None if tokens is None else Tokens(viewer=tokens[0], operator=tokens[1])
 
     @property
     def storage_problems(self) -> list[StorageProblem]:
-        """What of the disk does not work, the flight recorder first; empty when all is well. As pages show it."""
+        """Storage faults as the web app shows them, the flight recorder's first; empty when there are none."""
         return [
             StorageProblem(what=what, name=name, fault=fault, text=text)
             for what, name, fault, text in self._native.storage_problems()
@@ -233,44 +232,43 @@ class Server(Closing):
         return self._native.clients
 
     def operator(self, name: str) -> Operator:
-        """Take part as one more operator, for a program that flies while people watch.
+        """Join as one more operator, for a program that flies while people watch.
 
-        It is a session like a browser's: it has control from the start when nobody else does. Act in its name with
-        `Operator.vehicle`.
+        It is a session like a browser's: it gets control at once if control is free. Act in its name with `Operator.vehicle`.
 
         Parameters
         ----------
         name : str
-            What the others are shown, up to 40 characters.
+            Name shown to the other operators, up to 40 characters.
 
         Raises
         ------
         Busy
-            When all places for sessions are taken.
+            When the server has its maximum of sessions.
         """
         return Operator(self._native.operator(name))
 
     @property
     def station(self) -> Station:
-        """Whose vehicles it shows."""
+        """The station that it serves."""
         return self._station
 
     def add_camera(self, name: str, source: str) -> VideoFeed:
-        """Show one more camera; it is there until its feed is closed. `vencejo.camera.ServedCamera` does all the rest.
+        """Add a camera, which the pages show until its feed is closed. `vencejo.camera.ServedCamera` does this and feeds it.
 
         Parameters
         ----------
         name : str
             1 to 32 letters, digits, ``-`` or ``_``.
         source : str
-            What people are shown of where it comes from: no passwords.
+            Where the pictures come from, as people are shown it: without passwords.
 
         Raises
         ------
         InvalidRequest
-            For a name that cannot be one, or that is taken.
+            For an invalid name, or one that is in use.
         VencejoError
-            When there are as many as there may be.
+            When the server has its maximum of cameras.
         """
         return VideoFeed(self._native.add_camera(name, source))
 

@@ -30,21 +30,21 @@ __all__ = ["Station", "connect", "default_record_dir", "default_signing_dir"]
 
 
 def default_history_dir() -> Path:
-    """Where fleets' histories are: ``history`` in the data folder, ``board`` of the aircraft here, ``ground/ORG`` of those far away."""
+    """Folder of fleet histories: ``history`` in the data folder, with ``board`` for aircraft here and ``ground/ORG`` for remote ones."""
     from pathlib import Path
 
     return Path(data_dir("history"))
 
 
 def default_record_dir() -> Path:
-    """Where telemetry logs go: ``$VENCEJO_DATA/telemetry``, else the user's data folder (XDG base directories)."""
+    """Folder of telemetry logs: ``$VENCEJO_DATA/telemetry``, else the user's data folder (XDG base directories)."""
     from pathlib import Path
 
     return Path(data_dir("telemetry"))
 
 
 def default_signing_dir() -> Path:
-    """Where signing keys are: ``$VENCEJO_DATA/signing``, else in the user's data folder (XDG base directories)."""
+    """Folder of signing keys: ``$VENCEJO_DATA/signing``, else in the user's data folder (XDG base directories)."""
     from pathlib import Path
 
     return Path(data_dir("signing"))
@@ -58,33 +58,33 @@ class Station(Closing):
     *links : str
         Link strings, such as ``"udpin:0.0.0.0:14550"``, ``"tcp:127.0.0.1:5760"`` or ``"/dev/ttyACM0,115200"``.
     system_id, component_id : int, optional
-        Our MAVLink address; 255/190 is a ground station, component 191 of the vehicle's system id a computer on board.
+        The station's MAVLink address: 255/190 for a ground station; the vehicle's system id and component 191 on board.
     rate_hz : float, optional
-        How often each vehicle is asked to send its state, 4 to 50, default 10.
+        Rate at which each vehicle is asked to send its state, 4 to 50, default 10.
     message_rates : mapping of str to float, optional
         Other rates for single messages by name, such as ``{"ATTITUDE": 50}``.
     request_streams : bool, optional
-        Whether to ask for rates at all; ``False`` only listens: until you ask a vehicle for something, nothing goes to it but our
-        heartbeat, and whether it hears us (``is_reached``) stays unknown.
+        Whether to request message rates at all. ``False`` only listens: until the first request nothing but the heartbeat is
+        sent to a vehicle, and whether it receives us (``is_reached``) stays unknown.
     heartbeat : bool, optional
-        Whether to send our heartbeat each second. The vehicle's ground-station failsafe counts it: on board it comes from the system
-        id that an ArduPilot counts (``MAV_GCS_SYSID``, 255 until that is read).
+        Whether to send the station's heartbeat each second, which the vehicle's ground-station failsafe monitors. On board it is
+        sent from the system id that ArduPilot monitors (``MAV_GCS_SYSID``, 255 until that is read).
     record : bool or path, optional
         Record every frame to a ``.tlog``: ``True`` in the user's data folder, a path for another folder.
     forward_to : iterable of str, optional
-        More links, for other ground stations: what the vehicles and they say is passed on untouched.
+        Links to other ground stations: messages between them and the vehicles are forwarded unchanged.
     floors : Floors, optional
-        Free space of the disk below which nothing is recorded; default 500 MB for telemetry.
+        Free disk space below which recording stops; default 500 MB for telemetry.
     signing : bool or path, optional
-        Where signing keys are kept: ``True`` in the user's data folder, a path for another folder; with ``False`` nothing is
-        signed and nothing is checked.
+        Where signing keys are kept: ``True`` in the user's data folder, a path for another folder; ``False`` neither signs nor
+        verifies.
     operator : str, optional
-        Name of the operator in whose name this program acts; by default what the program is called.
+        Name of the operator that this program acts as; default: the program's name.
 
     Notes
     -----
-    Close it, or use it in a ``with`` statement; one that nobody holds any more closes by itself, and so does each at the
-    end of the program. A process that is forked off has none of its parent's stations: `ClosedError` says so.
+    Close it, or use it in a ``with`` statement; it also closes when it is garbage-collected and at the end of the program. In a
+    forked process the parent's stations raise `ClosedError`.
 
     Raises
     ------
@@ -159,15 +159,15 @@ class Station(Closing):
     def open_link(
         self, address: str, *, forward: bool = False, name: str | None = None, accept_unsigned: bool | None = None
     ) -> int:
-        """Open one more link and give back its id. It reconnects by itself for ever.
+        """Open one more link and return its id. It reconnects for ever.
 
-        With `forward`, frames between it and the other links are passed on, for another ground station. `accept_unsigned` says
-        whether a vehicle that has to sign is believed there without; by default on USB and on this machine, nowhere else.
+        With `forward`, frames between it and the other links are forwarded, for another ground station. `accept_unsigned` says
+        whether unsigned messages of a vehicle that has to sign are accepted there; by default only on USB and this machine.
         """
         return self._native.open_link(address, forward=forward, name=name, accept_unsigned=accept_unsigned)
 
     def close_link(self, link: int) -> None:
-        """Close a link by its id."""
+        """Close the link with this id."""
         self._native.close_link(link)
 
     @property
@@ -179,21 +179,21 @@ class Station(Closing):
 
     @property
     def recorder(self) -> RecorderInfo | None:
-        """The recording, ``None`` when it is off."""
+        """State of the recording; ``None`` when it is off."""
         from vencejo.values import RecorderInfo
 
         info = self._native.recorder()
         return None if info is None else RecorderInfo(**info)
 
     def recorder_changes(self, timeout_s: float | None = None) -> Iterator[RecorderInfo]:
-        """Follow the recording: as it is now, and again each time that it stops, goes on, or stops for another reason.
+        """Iterate over states of the recording: the present one, then each change (stopped, resumed, another reason).
 
-        It ends when the station is closed; at once when nothing is recorded.
+        Ends when the station is closed, and at once when nothing is recorded.
 
         Parameters
         ----------
         timeout_s : float or None, optional
-            How long to wait for each change; the iteration ends when none comes. ``None`` waits for ever.
+            How long to wait for each change before the iteration ends. ``None`` waits for ever.
 
         Examples
         --------
@@ -241,19 +241,19 @@ class Station(Closing):
     def on_message(
         self, callback: Callable[[MavlinkMessage], None], *, names: Iterable[str] | None = None, capacity: int = 8192
     ) -> Subscription:
-        """Call a function for each raw message of all vehicles at links, also of those not heard yet, in one thread and in the order they come.
+        """Call a function for each raw message of all vehicles on links, also those heard later, in one thread and in order.
 
-        For many vehicles at once: one thread costs a fraction of those of a `Vehicle.on_message` for each.
+        For many vehicles one thread costs a fraction of a `Vehicle.on_message` each.
 
         Parameters
         ----------
         callback : function of a MavlinkMessage
-            Its ``system_id`` tells the vehicle. A slow one loses the oldest messages (`Subscription.dropped`), it never delays a link.
-            While more than 4,000 come a second it is called with several at a time, up to 2 ms later.
+            Its ``system_id`` identifies the vehicle. A slow callback loses the oldest messages (`Subscription.dropped`) and
+            never delays a link. Above 4,000 messages a second they are delivered in batches, up to 2 ms later.
         names : iterable of str, optional
             Only these messages.
         capacity : int, optional
-            Messages that wait for the callback at most.
+            Most messages queued for the callback.
 
         Returns
         -------
@@ -271,17 +271,17 @@ class Station(Closing):
         return vehicle
 
     def signing_of(self, system_id: int) -> SigningInfo:
-        """How a vehicle signs, heard or not."""
+        """Signing state of a vehicle, whether it has been heard or not."""
         return _signing_info(self._native.signing_of(system_id))
 
     @property
     def signing_vehicles(self) -> list[int]:
-        """System ids of the vehicles that have keys, heard or not."""
+        """System ids of the vehicles with keys, whether heard or not."""
         return list(self._native.signing_vehicles())
 
     @property
     def signing_keys(self) -> list[SigningKeyInfo]:
-        """The signing keys of this machine, without what is secret of them."""
+        """The signing keys of this machine, without their secrets."""
         from datetime import datetime, timezone
 
         from vencejo.signing import SigningKeyInfo
@@ -292,14 +292,14 @@ class Station(Closing):
         ]
 
     def add_signing_key(self, name: str, *, key: bytes | None = None, passphrase: str | None = None) -> None:
-        """Keep a signing key under a name: a new random one, 32 bytes, or the one that a passphrase stands for.
+        """Store a signing key under a name: the given 32 bytes, the key derived from a passphrase, or a new random one.
 
         A passphrase gives the same key as in QGroundControl, Mission Planner and MAVProxy.
 
         Raises
         ------
         InvalidRequest
-            When the name cannot be one or is taken, or the key has not 32 bytes.
+            For an invalid name or one that is in use, and a key that is not 32 bytes long.
         """
         if key is not None and passphrase is not None:
             raise InvalidRequest("give a key or a passphrase, not both")
@@ -308,47 +308,47 @@ class Station(Closing):
         self._native.add_signing_key(name, key=None if key is None else list(key), passphrase=passphrase)
 
     def export_signing_key(self, name: str) -> bytes:
-        """A key with its secret, to carry it to another ground station. Keep it as secret as the vehicle is dear."""
+        """The secret of a key, 32 bytes, to carry it to another ground station. Whoever has it can command the vehicle."""
         return bytes.fromhex(self._native.export_signing_key(name))
 
     def forget_signing_key(self, name: str) -> None:
-        """Delete a key that no vehicle has."""
+        """Delete a key that no vehicle uses."""
         self._native.forget_signing_key(name)
 
     def use_signing_key(self, system_id: int, name: str | None) -> None:
-        """Say that a vehicle has a key already, given by another ground station; ``None``: that it has none.
+        """Record that a vehicle has a key already, given by another ground station; ``None``: that it has none.
 
-        Nothing is sent. From then on only what it signs is believed.
+        Nothing is sent. From then on only its signed messages are accepted.
         """
         self._native.use_signing_key(system_id, name)
 
     @property
     def operator(self) -> Operator:
-        """In whose name this program acts: it takes control with its first act, unless somebody else has it.
+        """The operator that this program acts as. It takes control with its first request, unless another operator has it.
 
-        It gives control to whoever asks for it; a program that wants to be asked takes part with `Server.operator`.
+        It hands control over on request; a program that wants to be asked joins with `Server.operator` instead.
         """
         return Operator(self._native.operator())
 
     def add_operator(self, name: str, *, transient: bool = False) -> Operator:
-        """One more operator of this program, that takes control only when it acts or asks.
+        """Add an operator to this program. It takes control only when it acts or asks for it.
 
         Parameters
         ----------
         name : str
-            What the others are shown, up to 40 characters.
+            Name shown to the other operators, up to 40 characters.
         transient : bool, optional
-            It stands for clients that come and go and cannot ask: it is there from `Operator.attach` to `Operator.detach` and
-            for 5 s after what it does, and to be refused is to ask for control.
+            For clients that come and go and cannot ask for control: it is present from `Operator.attach` to `Operator.detach`
+            and for 5 s after each request, and a refused request asks for control.
         """
         return Operator(self._native.enlist(name, transient))
 
     def set_heartbeat(self, enabled: bool) -> None:
-        """Start or stop our heartbeat, which the vehicle's ground-station failsafe counts."""
+        """Start or stop the station's heartbeat, which the vehicle's ground-station failsafe monitors."""
         self._native.set_heartbeat(enabled)
 
     def close(self) -> None:
-        """Close all links and end the recording. What is under way ends with `ClosedError`. Can be called again."""
+        """Close all links and end the recording. Pending operations raise `ClosedError`. Can be called again."""
         self._native.close()
 
 
@@ -356,7 +356,7 @@ _open_stations: weakref.WeakSet[Station] = weakref.WeakSet()
 
 
 def _end() -> None:
-    """End in order what the program left open: what is under way, the links, the recordings."""
+    """Close in order what the program left open: operations, links, recordings."""
     _native.end_waits()
     for station in list(_open_stations):
         station.close()
@@ -380,7 +380,7 @@ def connect(
 ) -> Vehicle:
     """Connect to a vehicle and wait for its heartbeat.
 
-    Nothing is armed, started or changed by it; the vehicle is asked to send its state.
+    Nothing is armed, started or changed; the vehicle is only asked to send its state.
 
     Parameters
     ----------
@@ -393,7 +393,7 @@ def connect(
     rate_hz, message_rates, record, forward_to, signing
         See `Station`.
     own_system_id, own_component_id : int, optional
-        Our MAVLink address, default 255/190.
+        The station's MAVLink address, default 255/190.
 
     Returns
     -------

@@ -1,6 +1,6 @@
-"""What a vehicle and its station tell of themselves, as values that do not change.
+"""Immutable value types of vehicles and stations.
 
-Apart from what tells them: to make these classes takes a program longer than to hear its first vehicle.
+In a module of their own because defining them takes longer than hearing the first vehicle.
 """
 
 from __future__ import annotations
@@ -27,20 +27,20 @@ SEVERITIES = ("emergency", "alert", "critical", "error", "warning", "notice", "i
 
 @dataclass(frozen=True)
 class FlightPreparation:
-    """What a flight needs first: what `Vehicle.prepare_flight` does to the vehicle as it is now.
+    """What `Vehicle.prepare_flight` would change in the vehicle's present state.
 
     Attributes
     ----------
     from_mode : str
-        The mode that it is in.
+        The present mode.
     mode : str or None
-        The mode to change to; ``None`` when it arms as it is, and stays where it is when armed.
+        The mode to change to; ``None`` when it arms in the present mode, and stays in place when armed.
     rewinds_mission : bool
-        Whether the mission is set back to its beginning; false when there is none.
+        Whether the mission is set back to its beginning; false without a mission.
     is_needed : bool
         Whether a flight should not begin without it.
     text : str
-        All of it in words.
+        The preparation in words.
     """
 
     from_mode: str
@@ -55,32 +55,32 @@ class FlightPreparation:
 
 @dataclass(frozen=True, kw_only=True)
 class MissionProgress:
-    """Where the vehicle stands in its mission.
+    """Progress of the vehicle's mission.
 
     Attributes
     ----------
     item : int or None
-        Item in execution, counted from 1 as a plan's items are; ``None`` when there is none.
+        Current item, counted from 1 as a plan's items are; ``None`` without one.
     total : int or None
         Items on board.
     reached : tuple of int
-        Items reached since the mission began, each once, ascending.
+        Items reached since the mission began, each once, in ascending order.
     is_complete : bool
         Whether the mission was flown to its end.
     distance_m : float or None
-        Way to go to the end of the mission.
+        Distance to the end of the mission, metres.
     time_s : float or None
-        Time to go at the present ground speed.
+        Time to the end of the mission at the present ground speed, seconds.
     leg_distance_m : float or None
-        Way to go to the item in execution.
+        Distance to the current item, metres.
     circled_turns : float or None
-        Turns that were flown of the circle at the item in execution; ``None`` while it circles at none, and where the
-        beginning was not heard.
+        Turns flown of the circle at the current item; ``None`` while it does not circle, and if the circle's beginning was
+        not heard.
     circled_s : float or None
-        Time on that circle by the vehicle's clock; ``None`` likewise.
+        Time on that circle by the vehicle's clock, seconds; ``None`` likewise.
     target_off_m : float or None
-        An alarm: the vehicle flies to somewhere that is this far from the current item of the plan that was read from it.
-        ``None`` while it does not, and where it cannot be told.
+        An alarm: the vehicle's target is this far, in metres, from the current item of the plan that was read from it.
+        ``None`` while it is not, and when it is unknown.
     """
 
     item: int | None
@@ -97,10 +97,10 @@ class MissionProgress:
 
 @dataclass(frozen=True)
 class PlanChange:
-    """One step from the list on board to the one of a plan; see `Vehicle.compare_plan`.
+    """One step from the plan on board to a given one; see `Vehicle.compare_plan`.
 
-    Numbers count from 1, home of a mission left out. Of a fence they count its corners and circles in order, then the return
-    point.
+    Numbers count from 1, without the home of a mission. For a fence they count its corners and circles in order, then the
+    return point.
 
     Attributes
     ----------
@@ -111,7 +111,7 @@ class PlanChange:
     on_board : int or None
         The number of the one on board; ``None`` when it was added.
     fields : tuple of {"command", "place", "height", "parameters"}
-        What of a changed item is another, in this order.
+        Parts of a changed item that differ, in this order.
     """
 
     kind: Literal["added", "removed", "changed"]
@@ -122,23 +122,23 @@ class PlanChange:
 
 @dataclass(frozen=True, kw_only=True)
 class PlanState:
-    """What is known of a plan on board; only a read-back makes it known.
+    """What is known about a plan on board; only reading it back makes it known.
 
     Attributes
     ----------
     state : {"unknown", "empty", "verified"}
     count : int or None
-        Items, without home, when they were read.
+        Number of items, without home, if they were read.
     hash : str or None
         Fingerprint of the items as the vehicle holds them.
     detail : str
         The state in words.
     may_be_mixed : bool
-        Whether it may be a mixture of two that an upload left behind: then the vehicle is not armed, and its mission neither
-        started nor jumped in, unless that is asked for ``despite_mixed_plan``.
+        Whether it may be a mixture of two plans that an interrupted upload left behind: then arming, starting the mission and
+        jumping in it are refused without ``despite_mixed_plan``.
     position_error_m : float or None
-        What an upload gives back of a vehicle that keeps positions as 32-bit floats: how far the farthest place on board is
-        from where it was sent to be. ``None``: exact, or not known.
+        After an upload to a vehicle that stores positions as 32-bit floats: the greatest distance between a position on board
+        and the one that was sent, metres. ``None``: exact, or not known.
     """
 
     state: Literal["unknown", "empty", "verified"]
@@ -151,7 +151,7 @@ class PlanState:
 
 @dataclass(frozen=True)
 class StatusText:
-    """A text that the vehicle wrote.
+    """A text from the vehicle (STATUSTEXT).
 
     Attributes
     ----------
@@ -184,7 +184,7 @@ class Event:
     time_s : float
         On the clock of `Telemetry.time_s`.
     detail : mapping of str to object
-        What the kind needs: ``{"mode": "AUTO"}``, ``{"item": 3}``…
+        Values of the kind: ``{"mode": "AUTO"}``, ``{"item": 3}``…
     """
 
     kind: str
@@ -219,7 +219,7 @@ class RecorderInfo:
         The ``.tlog`` being written.
     is_recording : bool
     frames, bytes, dropped : int
-        Written so far, and frames that the disk was too slow for.
+        Written so far; and frames dropped because the disk was too slow.
     problem : str or None
         Why nothing is recorded.
     """

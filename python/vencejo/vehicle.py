@@ -1,8 +1,8 @@
-"""A vehicle: what it says, what it is asked to do, and what it answers.
+"""A vehicle: its telemetry, requests to it, and their results.
 
 Uploading, arming, changing the mode and starting are separate acts: no method does another's as a side effect, except
-`Vehicle.send_and_fly`, which says so. A method returns when the vehicle has done it, or shows it, and raises with the
-vehicle's own words when it does not.
+`Vehicle.send_and_fly`, which says so. A method returns when the vehicle has done it, or shows it, and otherwise raises an
+exception with the vehicle's own reasons.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ Danger: TypeAlias = Literal[
     "erase",
     "write-files",
 ]
-"""What can end a flight or destroy what is on board, by the names with which a program confirms it."""
+"""Requests that can end a flight or destroy data on board, by the names with which a program confirms them."""
 
 PlanKind = Literal["mission", "fence", "rally"]
 ProgressCallback = Callable[[int, int], None]
@@ -75,13 +75,13 @@ def _event(kind: str, time_s: float, detail: dict[str, Any]) -> Event:
 
 
 def _call_back(subscription: _native.Subscription, call: Callable[[Any], None]) -> None:
-    """Call a function with each entry until the subscription ends, in a thread that the program's end does not wait for."""
+    """Call a function with each entry until the subscription ends, in a daemon thread."""
 
     def run() -> None:
         while (item := subscription.next()) is not None:
             try:
                 call(item)
-            except Exception:  # noqa: BLE001 - as any callback's: told, and on to the next
+            except Exception:  # noqa: BLE001 - reported as for any thread; the next entry follows
                 threading.excepthook(threading.ExceptHookArgs((*sys.exc_info(), threading.current_thread())))
             del item
 
@@ -94,7 +94,7 @@ def _height(
     heights = (("home", alt_rel_home_m), ("amsl", alt_amsl_m), ("terrain", alt_terrain_m))
     given = [{"alt_frame": frame, "alt_m": alt_m} for frame, alt_m in heights if alt_m is not None]
     if len(given) != 1:
-        raise InvalidRequest("give the height once: as alt_rel_home_m, alt_amsl_m or alt_terrain_m")
+        raise InvalidRequest("give the altitude once: as alt_rel_home_m, alt_amsl_m or alt_terrain_m")
     return given[0]
 
 
@@ -105,7 +105,7 @@ def _signing_info(info: dict[str, Any]) -> SigningInfo:
 
 
 class VehicleState:
-    """What `Vehicle` and `vencejo.aio.AsyncVehicle` know without asking: everything here returns at once."""
+    """State shared by `Vehicle` and `vencejo.aio.AsyncVehicle`. Nothing here waits for the vehicle."""
 
     def __init__(self, native: _native.Vehicle, station: Station) -> None:
         self._native = native
@@ -114,52 +114,51 @@ class VehicleState:
 
     @property
     def system_id(self) -> int:
-        """The vehicle's MAVLink system id; of one far away the id from 256 to 65,535 by which this station knows it."""
+        """The vehicle's MAVLink system id; for a remote one of a fleet, this station's id for it, 256 to 65,535."""
         return self._native.system_id
 
     @property
     def station(self) -> Station:
-        """The station that hears it."""
+        """The station that receives it."""
         return self._station
 
     @property
     def telemetry(self) -> Telemetry:
-        """A snapshot of everything that it said, each value with its age."""
-        # Plans, telemetry and the like are imported where they are first used: their classes take longer to make than a vehicle to be
-        # heard.
+        """A snapshot of the newest telemetry; every value has its age."""
+        # Imported lazily, as plans are: defining these classes takes longer than hearing the first vehicle.
         from vencejo.telemetry import Telemetry
 
         return Telemetry(self._native.telemetry())
 
     @property
     def change_count(self) -> int:
-        """A number that is another one as soon as something new has come from the vehicle."""
+        """A counter that changes whenever something new has come from the vehicle."""
         return self._native.change_count()
 
     @property
     def texts(self) -> list[StatusText]:
-        """The newest texts that it wrote, oldest first."""
+        """The newest STATUSTEXT messages, oldest first."""
         from vencejo.values import StatusText
 
         return [StatusText(*text) for text in self._native.texts()]
 
     @property
     def mission_progress(self) -> MissionProgress:
-        """Where it stands in its mission."""
+        """Progress of its mission."""
         from vencejo.values import MissionProgress
 
         return MissionProgress(**self._native.progress())
 
     @property
     def flight_preparation(self) -> FlightPreparation | None:
-        """What a flight needs first; ``None`` before the first heartbeat. See `Vehicle.prepare_flight`."""
+        """What `Vehicle.prepare_flight` would change now; ``None`` before the first heartbeat."""
         found = self._native.flight_preparation()
         from vencejo.values import FlightPreparation
 
         return None if found is None else FlightPreparation(*found)
 
     def plan_state(self, kind: PlanKind = "mission") -> PlanState:
-        """What is known of the mission, the fence or the rally points on board."""
+        """What is known about the mission, the fence or the rally points on board."""
         from vencejo.values import PlanState
 
         return PlanState(**self._native.plan_state(kind))
@@ -167,8 +166,8 @@ class VehicleState:
     def plan_on_board(self, kind: PlanKind = "mission") -> Plan | None:
         """The mission, the fence or the rally points on board as they were read; ``None`` while they are not known.
 
-        Nothing is asked of the vehicle: the station reads by itself what it does not know (see `plan_state`). `download`
-        reads it now.
+        Nothing is requested from the vehicle: the station reads unknown plans by itself (see `plan_state`). `download` reads
+        it now.
         """
         from vencejo.plan import Plan
 
@@ -178,8 +177,8 @@ class VehicleState:
     def compare_plan(self, plan: Plan, *, kind: PlanKind = "mission") -> tuple[PlanChange, ...] | None:
         """How the mission, the fence or the rally points of a plan differ from those on board, as this vehicle keeps items.
 
-        Nothing is asked of the vehicle: the station reads by itself what it does not know (see `plan_state`). `download`
-        reads it now.
+        Nothing is requested from the vehicle: the station reads unknown plans by itself (see `plan_state`). `download` reads
+        it now.
 
         Parameters
         ----------
@@ -191,8 +190,8 @@ class VehicleState:
         Returns
         -------
         tuple of PlanChange or None
-            From what is on board to the plan; empty when the vehicle has it as it is. ``None`` while what is on board is
-            not known to be whole.
+            The steps from the plan on board to the given one; empty when they are the same. ``None`` while the plan on board
+            is not fully known.
 
         Raises
         ------
@@ -208,7 +207,7 @@ class VehicleState:
 
     @property
     def link(self) -> LinkInfo | None:
-        """The link that it is reached over, with the counts of this vehicle alone; ``None`` when it is heard on none."""
+        """The link over which it is reached, with the counters of this vehicle alone; ``None`` when no link receives it."""
         from vencejo.link import LinkInfo
 
         info = self._native.link()
@@ -216,72 +215,72 @@ class VehicleState:
 
     @property
     def remote_name(self) -> str | None:
-        """Its name in a fleet, when it is far away: no link of this station reaches it, a station on board does."""
+        """Its name in a fleet, for a remote vehicle: one reached by its station on board and not by a link of this station."""
         return self._native.remote_name()
 
     @property
     def is_reached(self) -> bool | None:
-        """Whether it hears us; ``None`` when that is not known.
+        """Whether it receives our messages; ``None`` when that is not known.
 
-        ``False``: it is heard, but has answered nothing of ours for 4.5 s, asked again and again. The link works in one
-        direction only, or the vehicle takes nothing without a signing key that we lack.
+        ``False``: it is heard, but has not answered for 4.5 s in spite of repeated requests. The link works in one direction
+        only, or the vehicle accepts nothing without a signing key that this station lacks.
         """
         return self._native.is_reached()
 
     @property
     def lacks_terrain(self) -> bool:
-        """Whether it asks for the ground's altitude at places where no map of the server that serves its station knows it."""
+        """Whether it requests terrain altitudes at positions that no map of the station's server covers."""
         return self._native.lacks_terrain()
 
     @property
     def rival(self) -> str | None:
-        """Where another vehicle is heard that uses the same system id, in words; ``None`` when there is none.
+        """Where another vehicle with the same system id is heard, in words; ``None`` without one.
 
-        That one is not followed, and nothing is sent to it. Of an aircraft of a fleet, where another computer speaks by its name: then
-        nothing is sent to either.
+        The other one is not followed, and nothing is sent to it. For an aircraft of a fleet: where another computer uses its
+        name; then nothing is sent to either.
         """
         return self._native.rival()
 
     def follow_rival(self) -> bool:
-        """Follow and command that other vehicle from now on, and this one no more; at a link alone.
+        """From now on follow and command the `rival` instead of this vehicle; only for vehicles on a link.
 
         Returns
         -------
         bool
-            Whether there is one.
+            Whether there is a rival.
 
         Raises
         ------
         ControlHeld
-            When somebody else holds control.
+            When another operator holds control.
         """
         return self._native.follow_rival()
 
     @property
     def signing(self) -> SigningInfo:
-        """How it signs: its key by name, and what was verified and refused."""
+        """State of its MAVLink signing: the key's name, and how many messages were verified and refused."""
         return _signing_info(self._native.signing())
 
     @property
     def mode_names(self) -> list[str]:
-        """Names of the modes that this kind of vehicle has."""
+        """Names of the flight modes of this kind of vehicle."""
         heartbeat = self.telemetry.heartbeat
         return [] if heartbeat is None else _native.mode_names(heartbeat.mav_type, heartbeat.autopilot)
 
     def on_message(
         self, callback: Callable[[MavlinkMessage], None], *, names: Iterable[str] | None = None, capacity: int = 1024
     ) -> _native.Subscription:
-        """Call a function for each raw message of this vehicle, in one thread of its own.
+        """Call a function for each raw message of this vehicle, in a thread of its own.
 
         Parameters
         ----------
         callback : function of a MavlinkMessage
-            A slow one loses the oldest messages (`Subscription.dropped`), it never delays the link. While more than 4,000 come a
-            second it is called with several at a time, up to 2 ms later.
+            A slow one loses the oldest messages (`Subscription.dropped`) and never delays the link. Above 4,000 messages a
+            second they are delivered in batches, up to 2 ms later.
         names : iterable of str, optional
             Only these messages.
         capacity : int, optional
-            Messages that wait for the callback at most.
+            Most messages queued for the callback.
 
         Returns
         -------
@@ -293,7 +292,7 @@ class VehicleState:
         return subscription
 
     def on_event(self, callback: Callable[[Event], None], *, capacity: int = 1024) -> _native.Subscription:
-        """Call a function for each event of this vehicle, in one thread of its own."""
+        """Call a function for each event of this vehicle, in a thread of its own."""
         subscription = self._native.subscribe_events(capacity)
         _call_back(subscription, lambda item: callback(_event(*item)))
         return subscription
@@ -303,12 +302,11 @@ class VehicleState:
     ) -> None:
         """Send any message of the dialect: the escape hatch.
 
-        Fields are named as in the message definition, in the units of the wire; those not given are 0. The vehicle is
-        put into ``target_system`` and ``target_component`` when these are not given. There is no answer. Of its values
-        only those are refused that no autopilot can take: numbers beyond 32 bits, positions that are not on Earth, heights
-        beyond -1,000 to 100,000 m, and a new height of 0, which ArduPlane takes for none. One that is dangerous has to be
-        confirmed, and what arms, follows the mission or jumps in it is held back while that may be mixed
-        (`PlanState.may_be_mixed`), unless it is `despite_mixed_plan`.
+        Fields are named as in the message definition, in the units of the wire; missing ones are 0. ``target_system`` and
+        ``target_component`` default to the vehicle. There is no acknowledgement. Refused are only values that no autopilot can
+        accept: numbers beyond 32 bits, positions that are not on Earth, altitudes beyond -1,000 to 100,000 m, and a new
+        altitude of 0, which ArduPlane ignores. Dangerous messages have to be confirmed. Those that arm, follow the mission or
+        jump in it are refused while the mission may be mixed (`PlanState.may_be_mixed`), unless `despite_mixed_plan` is set.
 
         Raises
         ------
@@ -320,10 +318,10 @@ class VehicleState:
         self._native.send_message(name, fields, confirm, despite_mixed_plan)
 
     def check_plan(self, plan: Plan) -> tuple[Finding, ...]:
-        """Check a plan that this vehicle is to fly as it is now. Errors first.
+        """Check a plan for this vehicle in its present state; errors come first.
 
-        It knows the vehicle's position and home, whether it stands on the ground, whether it can hover, and what of its
-        parameters was read.
+        The checks use the vehicle's position and home, whether it is on the ground, whether it can hover, and the parameters
+        that were read.
         """
         from vencejo.plan import findings_of
 
@@ -339,7 +337,7 @@ class VehicleState:
         ground: Ground | None = None,
         clearance_m: float = 30.0,
     ) -> Rehearsal:
-        """Fly a plan as this plane would in a wind (calm by default), from the ground at its home or else the plan's.
+        """Rehearse a plan with this plane in a wind (calm by default), from the ground at its home, else the plan's home.
 
         Parameters that were read are the plane's, missing ones have the values of ArduPilot's simulated plane: read them first,
         by ``vehicle.params.all()``. Battery and power are taken from its telemetry and the flight followed so far.
@@ -365,9 +363,9 @@ class VehicleState:
         return _of_native(flown)
 
     def learned(self) -> Learned | None:
-        """What the plane's flight teaches of it, as :func:`vencejo.rehearsal.learn`; ``None`` where that is too little yet.
+        """The airframe as learned from its flight, as by :func:`vencejo.rehearsal.learn`; ``None`` while there is too little data.
 
-        Of the last ten minutes in the air, as far as this station followed them.
+        From the last ten minutes in the air, as far as this station followed them.
         """
         from vencejo.rehearsal import _learned
 
@@ -385,16 +383,16 @@ class VehicleState:
         wind: Wind | None = None,
         ground: Ground | None = None,
     ) -> tuple[WhatIf, ...]:
-        """What follows when something happens at moments of a plan, with this plane's own failsafes: :func:`vencejo.what_if.what_if`.
+        """What follows from triggers at moments of a plan, with this plane's failsafes: see :func:`vencejo.what_if.what_if`.
 
-        Without a plan and a moment it is from now on, as the vehicle flies: its mission, or in GUIDED, LOITER, CIRCLE or RTL to the end of
-        that; in a mode that a pilot steers straight on until something is decided.
+        Without a plan and a moment it starts from the present flight: its mission, or GUIDED, LOITER, CIRCLE or RTL to their
+        end; in a mode that a pilot steers, straight on until a failsafe decides.
 
         Raises
         ------
         InvalidRequest
-            As there, for a plan without a moment or a moment without a plan, and without both when it is not known that the vehicle
-            flies, and how.
+            As there; for a plan without a moment or a moment without a plan; and without both when the vehicle is not known to
+            fly, or its mode is not known.
         """
         from vencejo.rehearsal import _blowing, _plan, _profile
         from vencejo.what_if import TRIGGERS, _moments, _named, _of_tuples
@@ -414,17 +412,17 @@ class VehicleState:
         return _of_tuples(found)
 
     def _require_sound(self, plan: Plan) -> None:
-        """Refuse a plan with an error; it may wait on board until the plane flies."""
+        """Refuse a plan with an error, checked as one that waits on board until the plane flies."""
         from vencejo.plan import findings_of, refuse_errors
 
         refuse_errors(findings_of(self._native.check_plan(plan._to_native(), True)))
 
-    # Each operation as it starts; the front doors below only differ in how they wait for the end.
+    # Starts of operations, shared with vencejo.aio, which only waits differently for their end.
 
     def _ask(
         self, name: str, *, confirm: Danger | None = None, despite_mixed_plan: bool = False, **values: Any
     ) -> _native.Pending:
-        """Ask for what describes itself in the core (`Request`), by its name and values; ``None`` is not given."""
+        """Start a request of the core by its name and values; ``None`` stands for a value that is not given."""
         return self._native.request(name, values, confirm, despite_mixed_plan)
 
     def _upload(self, plan: Plan, kind: PlanKind, check: bool, while_heard: bool = False) -> _native.Pending:
@@ -488,7 +486,7 @@ class VehicleState:
 class Vehicle(Closing, VehicleState):
     """A vehicle, for synchronous programs. Made by `vencejo.connect` or `Station.wait_vehicle`.
 
-    Every method that waits can be interrupted with Ctrl-C; what it had begun is then cancelled.
+    Every method that waits can be interrupted with Ctrl-C, which cancels its operation.
 
     Examples
     --------
@@ -524,14 +522,14 @@ class Vehicle(Closing, VehicleState):
     # Watching ------------------------------------------------------------------------------------------------------
 
     def stream(self, *, rate_hz: float = 10.0, timeout_s: float | None = None) -> Iterator[Telemetry]:
-        """Snapshots for ever, at most this many a second, each when something new has arrived.
+        """Iterate over telemetry snapshots, each taken when something new has arrived, at `rate_hz` at most.
 
         Parameters
         ----------
         rate_hz : float, optional
             From 0.1 to 50.
         timeout_s : float, optional
-            Ends the stream when nothing new has arrived for so long. Without it a lost vehicle's stream waits.
+            End the stream when nothing new has arrived for this long. By default it waits for ever.
 
         Raises
         ------
@@ -556,7 +554,7 @@ class Vehicle(Closing, VehicleState):
     def wait_until(
         self, condition: Callable[[Telemetry], bool], *, timeout_s: float | None, what: str = "the condition"
     ) -> Telemetry:
-        """Wait until a function of the telemetry is true, and give back the snapshot that made it so.
+        """Wait until a function of the telemetry is true, and return the snapshot for which it is.
 
         Raises
         ------
@@ -575,7 +573,7 @@ class Vehicle(Closing, VehicleState):
         return telemetry
 
     def _wait_change(self, seen: int | None, deadline: float | None) -> int | None:
-        """Wait a moment for something new; snapshots that grow old are looked at again as well."""
+        """Wait a moment for something new; it returns without, so that ageing values are looked at too."""
         rest_s = _LOOK_S if deadline is None else min(_LOOK_S, max(0.0, deadline - time.monotonic()))
         return self._native.wait_change(seen, rest_s)
 
@@ -589,10 +587,10 @@ class Vehicle(Closing, VehicleState):
         CommandRefused
             With the vehicle's pre-arm reasons.
         NotPossibleNow
-            While the mission on board may be a mixture (`PlanState.may_be_mixed`), unless it is `despite_mixed_plan`, which
-            is written among the vehicle's texts.
+            While the mission on board may be a mixture of two (`PlanState.may_be_mixed`), unless `despite_mixed_plan` is set,
+            which is noted among the vehicle's texts.
         ControlHeld
-            When somebody else holds control; so does every act.
+            When another operator holds control. Every request raises this.
         ConfirmationNeeded
             When `force` is not confirmed.
         """
@@ -601,24 +599,24 @@ class Vehicle(Closing, VehicleState):
     def disarm(self, *, force: bool = False, confirm: Danger | None = None) -> None:
         """Disarm; returns when the vehicle shows it.
 
-        `force` stops the motor even in the air (``confirm="force-disarm"``). Without it a vehicle that flies, or does not say
-        that it stands, is asked only with ``confirm="disarm-in-flight"``.
+        `force` stops the motor even in the air (``confirm="force-disarm"``). Without it, a vehicle that flies or does not report
+        that it is on the ground is disarmed only with ``confirm="disarm-in-flight"``.
         """
         self._wait(self._ask("disarm", force=force, confirm=confirm))
 
     def set_mode(self, mode: str | int, *, despite_mixed_plan: bool = False) -> None:
         """Change the flight mode by name (``"AUTO"``, ``"fbwa"``…) or number; returns when the vehicle shows it.
 
-        A mode that follows the mission is refused while that may be mixed, see `arm`.
+        A mode that follows the mission is refused while the mission may be mixed, see `arm`.
         """
         self._wait(self._ask("mode", mode=mode, despite_mixed_plan=despite_mixed_plan))
 
     # Flying --------------------------------------------------------------------------------------------------------
 
     def takeoff(self, *, alt_rel_home_m: float) -> None:
-        """Take off and climb to a height above home. Does not arm.
+        """Take off and climb to an altitude above home. Does not arm.
 
-        An ArduPlane gets its take-off height and mode TAKEOFF: it begins to roll when it is armed.
+        An ArduPlane gets its take-off altitude and mode TAKEOFF: it begins to roll when it is armed.
         """
         self._wait(self._ask("takeoff", alt_rel_home_m=alt_rel_home_m))
 
@@ -637,7 +635,13 @@ class Vehicle(Closing, VehicleState):
     ) -> None:
         """Fly to a position and circle there (mode GUIDED, entered unless `change_mode` is false).
 
-        Give the height once, by what it is counted from.
+        Give the altitude once, in one of its three references.
+
+        Raises
+        ------
+        InvalidRequest
+            For a position that is not on Earth, or is 0/0; an altitude that is missing or given twice; a radius or speed out
+            of its range.
         """
         self._wait(
             self._ask(
@@ -657,18 +661,19 @@ class Vehicle(Closing, VehicleState):
         self._wait(self._ask("speed", kind="airspeed", speed_m_s=airspeed_m_s))
 
     def set_groundspeed(self, groundspeed_m_s: float) -> None:
-        """Change the least ground speed."""
+        """Change the minimum ground speed."""
         self._wait(self._ask("speed", kind="groundspeed", speed_m_s=groundspeed_m_s))
 
     def set_altitude(self, *, alt_rel_home_m: float | None = None, alt_amsl_m: float | None = None) -> None:
-        """Change the altitude of the present target. Not to 0, which ArduPlane takes for none.
+        """Change the altitude of the present target. Not to 0, which ArduPlane ignores.
 
         In AUTO it holds until the next item.
 
         Raises
         ------
         NotPossibleNow
-            While an ArduPlane lands, or may do so in a mission that was not read: it would flare and stop its motor where it is.
+            While an ArduPlane is landing, or may be landing in a mission that was not read: it would flare and stop its
+            motor in the air.
         """
         self._wait(self._ask("altitude", **_height(alt_rel_home_m, alt_amsl_m)))
 
@@ -680,14 +685,14 @@ class Vehicle(Closing, VehicleState):
         course_deg : float
             Degrees from true north, 0 to below 360.
         accel_m_s2 : float, optional
-            Centripetal acceleration of the turn at most, 0.05 to 20; 5 is a bank of 27 degrees.
+            Greatest centripetal acceleration of the turn, 0.05 to 20; 5 is a bank of 27 degrees.
         """
         self._wait(self._ask("course", course_deg=course_deg, accel_m_s2=accel_m_s2))
 
     def climb_to(
         self, *, alt_rel_home_m: float | None = None, alt_amsl_m: float | None = None, rate_m_s: float
     ) -> None:
-        """Climb or sink to a height at a rate (above 0 to 50 m/s). Only for an ArduPlane that is in GUIDED."""
+        """Climb or sink to an altitude at a rate (above 0 to 50 m/s). Only for an ArduPlane that is in GUIDED."""
         self._wait(self._ask("climb", **_height(alt_rel_home_m, alt_amsl_m), rate_m_s=rate_m_s))
 
     def set_velocity(
@@ -700,7 +705,7 @@ class Vehicle(Closing, VehicleState):
     ) -> None:
         """Fly at a velocity relative to the heading. Only for an ArduCopter in GUIDED or a PX4 in OFFBOARD.
 
-        It has no answer: it returns when it is sent. Repeat it; the vehicle stops by itself when it hears no more of it,
+        There is no acknowledgement: it returns when the message is sent. Repeat it; the vehicle stops when no more come,
         ArduCopter after 3 s (GUID_TIMEOUT), PX4 after 0.5 s.
 
         Parameters
@@ -726,7 +731,7 @@ class Vehicle(Closing, VehicleState):
         )
 
     def loiter(self) -> None:
-        """Circle here (mode LOITER)."""
+        """Circle at the present position (mode LOITER)."""
         self._wait(self._ask("loiter"))
 
     def return_to_launch(self) -> None:
@@ -745,50 +750,56 @@ class Vehicle(Closing, VehicleState):
         self._wait(self._ask("abort-landing", alt_rel_home_m=alt_rel_home_m))
 
     def set_home(self, home: Home | None = None) -> None:
-        """Move home to a position, or to where the vehicle is."""
+        """Move home to a position, or to where the vehicle is.
+
+        Raises
+        ------
+        InvalidRequest
+            For a position that is not on Earth, or is 0/0.
+        """
         from dataclasses import asdict
 
         place: dict[str, Any] = {} if home is None else asdict(home)
         self._wait(self._ask("home", **place))
 
     def switch_fence(self, on: bool, *, confirm: Danger | None = None) -> None:
-        """Switch the fence on board on or off (``confirm="fence-off"``), until its parameters or a restart do.
+        """Switch the fence on board on or off (``confirm="fence-off"``), until a parameter or a restart changes it.
 
         Raises
         ------
         CommandRefused
-            When the vehicle has no fence to switch on: an ArduPlane also before it knows where it is, some 20 s after its start,
-            since it loads its fence then.
+            When the vehicle has no fence to switch on. An ArduPlane loads its fence only once it knows its position, some 20 s
+            after its start.
         ConfirmationNeeded
             When it is switched off without `confirm`.
         """
         self._wait(self._ask("switch-fence", on=on, confirm=confirm))
 
     def set_up_signing(self, *, key: str | None = None, any_link: bool = False) -> SigningInfo:
-        """Give a vehicle that does not sign a key, and wait until it signs with it, at most 5 s.
+        """Give a signing key to a vehicle that does not sign, and wait until it signs with it, at most 5 s.
 
-        The vehicle must be disarmed. From then on only what it signs is believed, except over USB and on this machine. Until it
-        shows the key, nothing changes.
+        The vehicle must be disarmed. From then on only its signed messages are accepted, except over USB and on this machine.
+        Nothing changes until it signs with the key.
 
         Parameters
         ----------
         key : str, optional
             Name of a key of this machine (`Station.signing_keys`); a new one by default.
         any_link : bool, optional
-            Allow the key, which goes over the link as it is, on one that others can listen to.
+            Allow sending the key, which crosses the link unencrypted, over one that others can listen to.
 
         Raises
         ------
         NotPossibleNow
             When it is armed or not heard, signs already, others can listen to the link, or it refuses.
         CommandTimeout
-            When it did not show the key. It is talked to as before; if it shows it later, that is followed.
+            When it did not sign with the key in time. It is addressed as before; if it signs later, that is followed.
         """
         self._wait(self._native.change_signing("set_up", key=key, any_link=any_link))
         return self.signing
 
     def rotate_signing(self, *, key: str | None = None, any_link: bool = False) -> SigningInfo:
-        """Give a vehicle that signs another key; both are believed until it shows the new one.
+        """Replace the key of a vehicle that signs; both keys are accepted until it signs with the new one.
 
         Parameters and exceptions are those of `set_up_signing`.
         """
@@ -796,7 +807,7 @@ class Vehicle(Closing, VehicleState):
         return self.signing
 
     def remove_signing(self, *, any_link: bool = False) -> SigningInfo:
-        """Take a vehicle's key away, and wait until it signs no more. The key stays on this machine.
+        """Remove a vehicle's key, and wait until it no longer signs. The key stays on this machine.
 
         Parameters and exceptions are those of `set_up_signing`.
         """
@@ -830,56 +841,56 @@ class Vehicle(Closing, VehicleState):
         check : bool, optional
             Refuse a mission with errors before anything is sent.
         while_heard : bool, optional
-            Give up when the vehicle is lost meanwhile, rather than wait for it as long as a transfer does.
+            Give up as soon as the vehicle is lost, instead of after the transfer's own timeout.
         progress : function of (done, total), optional
-            Called while it runs.
+            Called during the transfer.
 
         Raises
         ------
         PlanRefused
             When the checks find an error.
         TransferError
-            When it fails; what the vehicle holds is then unknown.
+            When it fails; the plan on board is then unknown.
         Cancelled
-            When it was given up.
+            When the vehicle was lost and `while_heard` is set.
         """
         pending = self._upload(plan, kind, check, while_heard)
         self._wait(pending, progress)
         return self._uploaded(kind, pending)
 
     def download(self, *, kinds: Sequence[PlanKind] = ("mission",), progress: ProgressCallback | None = None) -> Plan:
-        """Read the mission (and fence, and rally points when asked) from the vehicle."""
+        """Read the mission from the vehicle, and the fence and the rally points if `kinds` names them."""
         from vencejo.plan import Plan
 
         parts = {kind: Plan._from_native(self._wait(self._native.download(kind), progress)) for kind in kinds}
         return _joined(parts)
 
     def clear(self, *, kind: PlanKind = "mission", confirm: Danger | None = None) -> None:
-        """Remove the mission (or fence, or rally points); returns when the vehicle says that it is gone.
+        """Remove the mission (or fence, or rally points); returns when the vehicle confirms it.
 
-        Confirmed by ``confirm="clear-mission"``, ``"clear-fence"`` or ``"clear-rally"``.
+        Needs ``confirm="clear-mission"``, ``"clear-fence"`` or ``"clear-rally"``.
         """
         self._wait(self._native.clear(kind, confirm))
 
     def prepare_flight(self, *, despite_mixed_plan: bool = False) -> None:
-        """Prepare a flight, on the ground and disarmed: a mode that arms, and the mission back at its beginning.
+        """Prepare a flight, on the ground and disarmed: change to a mode that arms, and rewind the mission.
 
-        After a landing an ArduPlane stands in AUTO at the landing of its mission, or in RTL when that was replaced; in
-        neither it arms. `flight_preparation` tells what is changed, and a text of ours (`note`) says it before it is done.
+        After a landing an ArduPlane is in AUTO at the landing of its mission, or in RTL if the mission was replaced; it arms in
+        neither. `flight_preparation` says what will change, and a note among the vehicle's texts (`note`) announces it.
         Nothing is armed or started.
 
         Raises
         ------
         NotPossibleNow
-            When it is armed, or in the air; and while the mission may be mixed, see `arm`.
+            When the vehicle is armed or in the air, and while the mission may be mixed, see `arm`.
         """
         self._wait(self._ask("prepare-flight", despite_mixed_plan=despite_mixed_plan))
 
     def start_mission(self, *, from_item: int | None = None, despite_mixed_plan: bool = False) -> None:
-        """Begin the mission (mode AUTO), at an item counted from 1 when given. Does not arm.
+        """Begin the mission (mode AUTO), at an item counted from 1 if given. Does not arm.
 
-        Item 1 is the mission's beginning: jumps that were flown count anew. An ArduPlane that begins its mission anew at each
-        change to AUTO (``MIS_RESTART`` 1) is set to ``from_item`` once more. Refused while the mission may be mixed, see `arm`.
+        Item 1 rewinds the mission: jump counters start again. If an ArduPlane restarts its mission at each change to
+        AUTO (``MIS_RESTART`` 1), ``from_item`` is set once more. Refused while the mission may be mixed, see `arm`.
         """
         self._wait(self._ask("mission/start", from_item=from_item, despite_mixed_plan=despite_mixed_plan))
 
@@ -888,11 +899,14 @@ class Vehicle(Closing, VehicleState):
         self._wait(self._ask("mission/pause"))
 
     def resume_mission(self, *, despite_mixed_plan: bool = False) -> None:
-        """Go on with the mission where it stands (mode AUTO), also with ``MIS_RESTART`` 1; refused while it may be mixed, see `arm`."""
+        """Resume the mission at its current item (mode AUTO), also with ``MIS_RESTART`` 1.
+
+        Refused while the mission may be mixed, see `arm`.
+        """
         self._wait(self._ask("mission/resume", despite_mixed_plan=despite_mixed_plan))
 
     def set_current_item(self, item: int, *, despite_mixed_plan: bool = False) -> None:
-        """Make an item, counted from 1, the one in execution; refused while the mission may be mixed, see `arm`."""
+        """Make an item, counted from 1, the current one; refused while the mission may be mixed, see `arm`."""
         self._wait(self._ask("mission/current", item=item, despite_mixed_plan=despite_mixed_plan))
 
     def send_and_fly(self, plan: Plan, *, progress: ProgressCallback | None = None) -> None:
@@ -940,12 +954,12 @@ class Vehicle(Closing, VehicleState):
     # Texts ---------------------------------------------------------------------------------------------------------
 
     def note(self, text: str, *, severity: int = 6) -> None:
-        """Put a text of ours beside the vehicle's own, for whoever watches it through this station. Nothing is sent.
+        """Add a note to the vehicle's texts, for everyone who uses this station. Nothing is sent to the vehicle.
 
         Parameters
         ----------
         text : str
-            Cut to 500 characters.
+            Truncated to 500 characters.
         severity : int, optional
             MAV_SEVERITY: 3 error, 4 warning, 5 notice, 6 info (default).
         """
@@ -968,7 +982,7 @@ class Vehicle(Closing, VehicleState):
         confirm: Danger | None = None,
         despite_mixed_plan: bool = False,
     ) -> MavlinkMessage | None:
-        """Ask for anything by its name and values as the HTTP API has them; returns when it is done, with the message that it brings.
+        """Make any request by its name and values as in the HTTP API; returns when it is done, with the message it requested, if any.
 
         Examples
         --------
@@ -978,9 +992,9 @@ class Vehicle(Closing, VehicleState):
         Raises
         ------
         InvalidRequest
-            For a name that is none, naming those that are, and for a value that is wrong or lacks.
+            For an unknown name, listing the known ones, and for a value that is wrong or missing.
         ConfirmationNeeded
-            When it is dangerous, and not confirmed by the name of that danger.
+            When it is dangerous and not confirmed by the name of its danger.
         """
         asked = self._native.request(name, dict(values or {}), confirm, despite_mixed_plan)
         return cast("MavlinkMessage | None", self._wait(asked))
@@ -988,15 +1002,15 @@ class Vehicle(Closing, VehicleState):
     def command(
         self, command: int | str, *params: float, confirm: Danger | None = None, despite_mixed_plan: bool = False
     ) -> int:
-        """Send any command by COMMAND_LONG and give back its ``result_param2``. Missing parameters are 0.
+        """Send any command by COMMAND_LONG and return its ``result_param2``. Missing parameters are 0.
 
-        A dangerous one is confirmed by its name, as the method for the same act would be.
+        A dangerous one has to be confirmed as the method for the same act.
 
         Raises
         ------
         CommandRefused, CommandTimeout
         NotPossibleNow
-            For one that arms, follows the mission or jumps in it, while that may be mixed; see `arm`.
+            For a command that arms, follows the mission or jumps in it, while the mission may be mixed; see `arm`.
         """
         number, seven = _command_number(command), self._seven(params)
         return int(self._wait(self._native.command_long(number, seven, confirm, despite_mixed_plan)) or 0)
@@ -1012,29 +1026,29 @@ class Vehicle(Closing, VehicleState):
         confirm: Danger | None = None,
         despite_mixed_plan: bool = False,
     ) -> int:
-        """Send any command by COMMAND_INT, its position as scaled integers of the frame (degE7 in a global one)."""
+        """Send any command by COMMAND_INT, with its position as scaled integers of the frame (degE7 in a global frame)."""
         asked = self._command_int(command, params, frame, x, y, z, confirm, despite_mixed_plan)
         return int(self._wait(asked) or 0)
 
     def request_message(self, name: str | int) -> MavlinkMessage:
-        """Ask for one message once, by its name or its number, and give it back."""
+        """Request one message once, by its name or number, and return it."""
         return cast("MavlinkMessage", self._wait(self._ask("request-message", message=name)))
 
     def set_message_rate(self, name: str | int, rate_hz: float | Literal["default", "stop"] | None) -> None:
-        """Set how often the vehicle sends a message, now and after each of its restarts. It overrides other stations.
+        """Set how often the vehicle sends a message, now and after each of its restarts. This overrides other stations.
 
         Parameters
         ----------
         name : str or int
             The message's name, such as ``"ATTITUDE"``, or its number.
         rate_hz : float, "default", "stop" or None
-            From one in 2,000 s (0.0005) to 50 a second; ``"default"``, or 0, for the vehicle's own rate; ``"stop"``, or ``None``,
-            for none.
+            0.0005 (one in 2,000 s) to 50 messages a second; ``"default"`` or 0 for the vehicle's own rate; ``"stop"`` or
+            ``None`` to stop it.
 
         Raises
         ------
         CommandRefused
-            When the vehicle's firmware does not have the message, or cannot send it so often.
+            When the vehicle's firmware lacks the message, or cannot send it this often.
         """
         self._wait(self._ask("set-message-rate", message=name, rate_hz="stop" if rate_hz is None else rate_hz))
 
@@ -1053,7 +1067,7 @@ class Parameters:
         self._vehicle = vehicle
 
     def get(self, name: str) -> Parameter:
-        """Read one.
+        """Read one parameter.
 
         Raises
         ------
@@ -1065,19 +1079,19 @@ class Parameters:
         return Parameter(*self._vehicle._wait(self._vehicle._native.param_read(name)))
 
     def set(self, name: str, value: float, *, confirm: Danger | None = None) -> Parameter:
-        """Write one; returns what the vehicle has then. Switching the fence off needs ``confirm="fence-off"``.
+        """Write one parameter and return the vehicle's new value. Switching the fence off needs ``confirm="fence-off"``.
 
         Raises
         ------
         ParameterError
-            When the vehicle does not have it, or keeps another value.
+            When the vehicle does not have it, or keeps a different value.
         """
         from vencejo.values import Parameter
 
         return Parameter(*self._vehicle._wait(self._vehicle._native.param_set(name, float(value), confirm)))
 
     def all(self, *, progress: ProgressCallback | None = None) -> dict[str, Parameter]:
-        """Read all, by name."""
+        """Read all parameters, by name."""
         from vencejo.values import Parameter
 
         found = self._vehicle._wait(self._vehicle._native.param_list(), progress)

@@ -1,7 +1,7 @@
-"""What if: where the plane goes when the link, the battery or the engine fails, or a return is asked for, at any moment of a plan.
+"""What if: where the plane goes when the link, the battery or the engine fails, or a return is requested, at any moment of a plan.
 
-The plan is rehearsed (:mod:`vencejo.rehearsal`), and from the moment on it goes on as the vehicle's failsafes decide there: from its own
-``FS_*``, ``THR_FAILSAFE``, ``BATT_FS_*`` and ``RTL_*``; an ArduPlane as it comes goes on with its mission.
+The plan is rehearsed (:mod:`vencejo.rehearsal`); from that moment on the vehicle's failsafes decide, by its ``FS_*``,
+``THR_FAILSAFE``, ``BATT_FS_*`` and ``RTL_*``. An ArduPlane with default parameters continues its mission.
 
 Examples
 --------
@@ -47,26 +47,26 @@ __all__ = ["TRIGGERS", "Decision", "Reaction", "Trigger", "WhatIf", "what_if"]
 Trigger = Literal[
     "return-asked", "link-lost", "radio-lost", "battery-low", "battery-critical", "go-around", "engine-stopped"
 ]
-"""What happens: somebody chooses RTL; the vehicle hears no ground station any more; no remote control; its battery reaches the low
-mark; the critical one; somebody breaks a landing off on its final leg; the engine gives nothing any more."""
+"""What happens: RTL is selected; the vehicle loses the ground station's heartbeat; the remote control; its battery reaches the low
+level; the critical level; a landing is aborted on its final leg; the engine stops."""
 
 TRIGGERS: tuple[Trigger, ...] = get_args(Trigger)
 
 Reaction = Literal["goes-on", "flies-mission", "returns", "lands", "goes-around", "circles", "glides", "not-rehearsed"]
-"""What the vehicle does: goes on as before, with its mission or what else it did; flies its mission, which it did not; returns, as RTL
-does with ``RTL_AUTOLAND`` and rally points; goes to the mission's nearest landing sequence; climbs away from a landing and begins that
-again; circles where it is; glides straight ahead, throttle closed; something that is not rehearsed (a parachute, a termination, rotors, a
-mode that needs a pilot)."""
+"""What the vehicle does: continues as before, with its mission or otherwise; switches to its mission; returns, as RTL does with
+``RTL_AUTOLAND`` and rally points; flies to the mission's nearest landing sequence; climbs away from a landing and repeats it; circles
+where it is; glides straight ahead with the throttle closed; something that is not rehearsed (a parachute, a termination, rotors, a mode
+that needs a pilot)."""
 
 
 @dataclass(frozen=True, slots=True)
 class Decision:
-    """One decision of the vehicle.
+    """A decision of the vehicle's failsafes.
 
     Attributes
     ----------
     time_s : float
-        Since the rehearsed flight's beginning.
+        Time since the rehearsed flight's beginning, seconds.
     reaction : str
         See :data:`Reaction`.
     """
@@ -77,24 +77,24 @@ class Decision:
 
 @dataclass(frozen=True)
 class WhatIf:
-    """What follows from something that happens at a moment of a plan.
+    """What follows from a trigger at a moment of a plan.
 
     Attributes
     ----------
     trigger : str
         See :data:`Trigger`.
     at : Moment
-        The plane then.
+        The plane at that moment.
     decisions : tuple of Decision
-        In order of time; none where the vehicle's settings do not act on it.
+        In order of time; empty if the vehicle's settings do not react.
     reaction : str
-        What it ends with; see :data:`Reaction`.
+        The final reaction; see :data:`Reaction`.
     flown : Rehearsal or None
-        The flight from there to its end, at times of the plan; its distance and energy are those since the plan's beginning.
-        ``None`` where the mission goes on as rehearsed.
+        The flight from there to its end, with times of the plan; distance and energy count from the plan's beginning. ``None`` if
+        the mission continues as rehearsed.
     glide_range : tuple of GeoPoint
-        The ground that the plane may reach from there without thrust: where it comes down when it turns into each of 72 directions,
-        clockwise from north, and glides on at the airspeed of its flattest glide.
+        Ground within gliding range: where the plane comes down without thrust when it turns into each of 72 directions,
+        clockwise from north, and flies at its best-glide airspeed.
     """
 
     trigger: Trigger
@@ -117,14 +117,14 @@ def what_if(
     heading_deg: float | None = None,
     ground: Ground | None = None,
 ) -> tuple[WhatIf, ...]:
-    """Fly a plan, and from a moment on what follows when something happens.
+    """Rehearse a plan, and what follows from triggers at moments of it.
 
     Parameters
     ----------
     plan : Plan
         With a home.
     at_s : float or sequence of float
-        Moments, seconds since the rehearsed flight's beginning, growing. Nothing is answered for a moment on the ground.
+        Moments, seconds since the rehearsed flight's beginning, ascending. A moment on the ground gives no result.
     triggers : sequence of str, optional
         See :data:`Trigger`; all by default.
     parameters, airframe, battery, wind, heading_deg, ground
@@ -133,12 +133,12 @@ def what_if(
     Returns
     -------
     tuple of WhatIf
-        For each moment in the air one for each trigger, in their order.
+        One for each moment in the air and each trigger, in that order.
 
     Raises
     ------
     InvalidRequest
-        When the plan has no home, for a moment or a trigger that is none, and for a number out of its range.
+        When the plan has no home, for an invalid moment or an unknown trigger, and for a number out of its range.
     """
     found = _native.what_if(
         _plan(plan)._to_native(),
