@@ -1,10 +1,10 @@
-"""Landing design: the items that bring a fixed-wing plane down on a point, none of their heights tuned by hand.
+"""Landing design: the mission items that land a fixed-wing plane at a point, without altitudes tuned by hand.
 
-The plane goes round a circle that touches the extended final leg until it has the height of the leg's beginning, leaves it
-along the tangent, and flies one straight slope to the point: whatever height it came from, the slope is the same. The
-formulas and their sources stand in the core (``crates/flight/src/landing.rs``).
+The plane descends in a circle that touches the extended final leg until it has the altitude of the leg's beginning, leaves it along
+the tangent, and flies one straight slope to the point: the slope is the same from any altitude. The formulas and their sources are
+documented in the core (``crates/flight/src/landing.rs``).
 
-Nothing here knows the ground or what stands on it: look at the way down before you send it.
+Obstacles are not known, nor is the ground without a map of it: check the approach before you send it.
 
 Examples
 --------
@@ -33,16 +33,20 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Final, Literal, TypeAlias
+from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias, TypedDict
 
 from vencejo import _native
 from vencejo._given import NUMBER, check
 from vencejo.plan import Command, GeoPoint, Home, MissionItem, Plan
 
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
 __all__ = [
     "Landing",
     "LandingAlternative",
     "LandingCaution",
+    "LandingOptions",
     "LandingPart",
     "LandingReason",
     "Runway",
@@ -54,7 +58,7 @@ __all__ = [
 ]
 
 LandingPart: TypeAlias = Literal["point", "final-leg", "circle"]
-"""A part of a landing: where it touches down, where its final leg begins, the centre of its circle."""
+"""A part of a landing: its touch-down point, the beginning of its final leg, the centre of its circle."""
 
 
 @dataclass(frozen=True)
@@ -64,9 +68,9 @@ class Wind:
     Attributes
     ----------
     from_deg : float
-        Where it comes from, degrees from true north.
+        Direction that it comes from, degrees from true north.
     speed_m_s : float
-        Metres a second, 0 to 60.
+        Speed, 0 to 60 m/s.
     """
 
     from_deg: float
@@ -79,13 +83,13 @@ class Wind:
 
     @property
     def is_calm(self) -> bool:
-        """Whether it is too weak to have a direction to land into: below 1 m/s."""
+        """Whether it is too weak to choose a landing direction by: below 1 m/s."""
         return self.speed_m_s < _native.CALM_WIND_M_S
 
 
 @dataclass(frozen=True)
 class LandingCaution:
-    """What the pilot should know of a landing before it is flown.
+    """A warning about a landing, to be read before it is flown.
 
     Attributes
     ----------
@@ -100,28 +104,28 @@ class LandingCaution:
 
 @dataclass(frozen=True)
 class Landing:
-    """A landing, ready to be the end of a mission.
+    """A designed landing, ready to end a mission.
 
     Attributes
     ----------
     items : tuple of MissionItem
-        DO_LAND_START where asked for, NAV_LOITER_TO_ALT, NAV_LAND; heights above home.
+        DO_LAND_START if asked for, NAV_LOITER_TO_ALT, NAV_LAND; altitudes above home.
     course_deg : float
         Course of the final leg at the point, degrees from true north, 0 to 360.
     direction : {"course", "coming-from", "into-wind"}
-        What gave it.
+        What the course follows from.
     leaves : GeoPoint
-        Where the circle is left and the final leg begins.
+        Where the plane leaves the circle and the final leg begins.
     leaves_alt_rel_home_m : float
-        Height there, metres above home.
+        Altitude there, metres above home.
     final_m : float
         Length of the final leg, metres.
     slope : float
-        Its height over its length.
+        Height of the final leg over its length.
     radius_m : float
         Radius of the circle, metres.
     headwind_m_s, groundspeed_m_s : float or None
-        On the final leg; a negative headwind comes from behind. ``None`` when no wind is known.
+        On the final leg; a tailwind is negative. ``None`` if no wind is known.
     cautions : tuple of LandingCaution
     """
 
@@ -150,7 +154,7 @@ class Runway:
     Raises
     ------
     InvalidRequest
-        For another length, or an end that is no position.
+        For any other length, or an end that is not a position.
     """
 
     begin: GeoPoint
@@ -172,7 +176,7 @@ class Runway:
 
     @property
     def aim(self) -> GeoPoint:
-        """The landing point from ``begin`` to ``end``: in the middle, on a runway of more than 300 m at 150 m (ICAO Annex 14)."""
+        """The landing point from ``begin`` to ``end``: the middle, or 150 m in on a runway longer than 300 m (ICAO Annex 14)."""
         return GeoPoint(*self._measured()[2])
 
     def _measured(self) -> tuple[float, float, tuple[float, float]]:
@@ -181,7 +185,7 @@ class Runway:
 
 @dataclass(frozen=True)
 class LandingReason:
-    """What speaks for or against a landing.
+    """An argument for or against a landing.
 
     Attributes
     ----------
@@ -189,7 +193,7 @@ class LandingReason:
         ``"calm"``, ``"headwind"``, ``"tailwind"``, ``"crosswind"`` (from 2 m/s on), ``"steep"`` (more than 1 in 10), ``"ground-near"``,
         ``"comes-to-rest"`` (where the rehearsed plane does), ``"before-runway"``, ``"beyond-runway"`` (it touches down or rolls there) or ``"does-not-land"``.
     message : str
-        With its figures.
+        The reason in English, with its figures.
     """
 
     code: str
@@ -198,7 +202,7 @@ class LandingReason:
 
 @dataclass(frozen=True)
 class LandingAlternative:
-    """A landing to choose, as the plane would fly it.
+    """A landing to choose from, as rehearsed.
 
     Attributes
     ----------
@@ -206,16 +210,16 @@ class LandingAlternative:
     is_clockwise : bool
         Whether its circle is flown clockwise, to the right of the final leg.
     crosswind_m_s : float or None
-        The wind across the final leg, positive from the right; ``None`` when no wind is known.
+        Crosswind on the final leg, positive from the right; ``None`` if no wind is known.
     ending : str
         How the rehearsed approach ends (`vencejo.rehearsal.Ending`).
     touch_down_m, rest_m : float or None
-        Where it touches the ground and where it comes to rest, metres beyond the point along the final leg, negative before it; ``None`` where
-        it does not.
+        Where it touches down and comes to rest, metres beyond the point along the final leg, negative before it; ``None`` if it
+        does not.
     duration_s : float
-        Time of the approach from where the plane comes from, or from home.
+        Duration of the approach from where the plane comes from, or from home.
     verdict : {"good", "doubtful", "bad"}
-        Whether to fly it: nothing speaks against it, something does, the rehearsed plane does not come down where it should.
+        Good: nothing speaks against it; doubtful: something does; bad: the rehearsed plane does not come down where it should.
     reasons : tuple of LandingReason
     """
 
@@ -230,113 +234,107 @@ class LandingAlternative:
     reasons: tuple[LandingReason, ...]
 
 
-def design_landing(
-    at: GeoPoint | Runway,
-    *,
-    course_deg: float | None = None,
-    coming_from: GeoPoint | None = None,
-    wind: Wind | None = None,
-    ground_rel_home_m: float | None = None,
-    airspeed_m_s: float | None = None,
-    slope: float | None = None,
-    final_height_m: float | None = None,
-    radius_m: float | None = None,
-    is_clockwise: bool | None = None,
-    has_land_start: bool | None = None,
-    parameters: Mapping[str, float] | None = None,
-    home: Home | None = None,
-    ground: Callable[[float, float], float | None] | None = None,
-) -> Landing:
+class LandingOptions(TypedDict, total=False):
+    """Keyword arguments of `design_landing` and `landing_alternatives`; all are optional.
+
+    Attributes
+    ----------
+    course_deg : float or None
+        Course of the final leg, degrees from true north.
+    coming_from : GeoPoint or None
+        Where the plane comes from. It gives the direction, unless it is nearer than 20 m or the landing is on a runway.
+    wind : Wind or None
+        Lengthens the leg and widens the circle as necessary; below 1 m/s it gives no direction.
+    ground_rel_home_m : float or None
+        Height of the ground at the point above home, metres, -1000 to 1000. By default it is that of home, and a caution says so.
+    airspeed_m_s : float or None
+        Approach airspeed, 5 to 60 m/s. Default: TECS_LAND_ARSPD of ``parameters``, else 22 (AIRSPEED_CRUISE of ArduPilot's
+        simulated plane).
+    slope : float or None
+        Steepest slope of the final leg, 0.02 to 0.25; default 0.08 (1 in 12.5), and at most what ``parameters`` let the plane sink
+        without power (TECS_SINK_MIN).
+    final_height_m : float or None
+        Height above the ground where the final leg begins, 15 to 200 m, default 40.
+    radius_m : float or None
+        Smallest radius of the circle, 20 to 500 m. Default: WP_LOITER_RAD of ``parameters``, or what cruise needs, else 80.
+    is_clockwise : bool or None
+        Whether the circle lies to the right of the final leg, flown clockwise. Default: as the plane circles, else True.
+        `landing_alternatives` lists this side first of two equally good ones.
+    has_land_start : bool or None
+        Whether DO_LAND_START precedes the landing, by which "land" and a return find it. Default: if RTL_AUTOLAND of ``parameters``
+        uses it, and True without ``parameters``. An ArduPlane whose RTL_AUTOLAND is 0 does not arm with one.
+    parameters : mapping of str to float or None
+        The plane's parameters, as `vencejo.params.load_params` or ``vehicle.params.all()`` give them; a missing one has the value
+        of ArduPilot's simulated plane.
+    home : Home or None
+        Home, where altitudes count from. `design_landing` ignores ``ground`` without it; `landing_alternatives` takes the point
+        at sea level.
+    ground : callable or None
+        Terrain elevation, as for `vencejo.rehearsal.rehearse`. It gives the height at the point if ``ground_rel_home_m`` does not,
+        and a caution where it comes near the final leg or the circle. Obstacles are not known.
+    """
+
+    course_deg: float | None
+    coming_from: GeoPoint | None
+    wind: Wind | None
+    ground_rel_home_m: float | None
+    airspeed_m_s: float | None
+    slope: float | None
+    final_height_m: float | None
+    radius_m: float | None
+    is_clockwise: bool | None
+    has_land_start: bool | None
+    parameters: Mapping[str, float] | None
+    home: Home | None
+    ground: Callable[[float, float], float | None] | None
+
+
+def design_landing(at: GeoPoint | Runway, **options: Unpack[LandingOptions]) -> Landing:
     """Design a landing at a point or on a runway.
 
-    Its direction is the course where that is given; else the one that leads from where the plane comes from; else into the wind. Of a runway's
-    two directions the one nearer to the course is flown, else the one with the wind ahead, in calm air from its beginning.
+    Its direction is the given course; else from where the plane comes from; else into the wind. On a runway the direction nearer
+    to the course is taken, else the one with the headwind, in calm air from its beginning.
 
     Parameters
     ----------
     at : GeoPoint or Runway
         Where to touch down.
-    course_deg : float, optional
-        Course of the final leg, degrees from true north.
-    coming_from : GeoPoint, optional
-        Where the plane comes from; nearer than 20 m it gives no direction, and to a runway none.
-    wind : Wind, optional
-        Lengthens the leg and widens the circle as it needs; below 1 m/s it gives no direction.
-    ground_rel_home_m : float, optional
-        Height of the ground at the point above home, metres, -1000 to 1000. When it is not known home's is taken, and a
-        caution says so.
-    airspeed_m_s : float, optional
-        Approach airspeed, 5 to 60 m/s. Default: TECS_LAND_ARSPD of ``parameters``, else 22 (AIRSPEED_CRUISE of ArduPilot's
-        simulated plane).
-    slope : float, optional
-        Steepest slope of the final leg, 0.02 to 0.25; default 0.08 (1 in 12.5), and no more than ``parameters`` let the plane sink without power
-        (TECS_SINK_MIN).
-    final_height_m : float, optional
-        Height above the ground where the final leg begins, 15 to 200 m, default 40.
-    radius_m : float, optional
-        Smallest radius of the circle, 20 to 500 m; that of ``parameters`` (WP_LOITER_RAD, or what cruise needs), else 80.
-    is_clockwise : bool, optional
-        Whether the circle lies to the right of the final leg, flown clockwise; as the plane circles, else yes.
-    has_land_start : bool, optional
-        Whether DO_LAND_START goes before it, by which "land" and a return find it; where RTL_AUTOLAND looks for it, without ``parameters`` yes. An
-        ArduPlane whose RTL_AUTOLAND is 0 does not arm with one.
-    parameters : mapping of str to float, optional
-        The plane's parameters, as `vencejo.params.load_params` or ``vehicle.params.all()`` give them; a missing one has the
-        value of ArduPilot's simulated plane.
-    home : Home, optional
-        Where heights count from; without it ``ground`` says nothing.
-    ground : callable, optional
-        Height of the ground, as for `vencejo.rehearsal.rehearse`. It gives the height at the point where ``ground_rel_home_m`` does not, and a
-        caution where it comes near the final leg or the circle. What stands on it no map of heights knows.
+    **options
+        Keyword arguments of `LandingOptions`, such as ``wind`` and ``parameters``.
 
     Raises
     ------
     InvalidRequest
-        For a position that is none, a value out of its range, when nothing gives a direction, and when the wind is too strong
-        for the plane to come in.
+        For an invalid position, a value out of its range, when nothing gives a direction, and when the wind is too strong for the
+        plane to come in.
     """
-    return _landing(_native.design_landing(_site(at), _asked(locals()), _start(home), ground))
+    return _landing(
+        _native.design_landing(_site(at), _asked(options), _start(options.get("home")), options.get("ground"))
+    )
 
 
-def landing_alternatives(
-    at: GeoPoint | Runway,
-    *,
-    course_deg: float | None = None,
-    coming_from: GeoPoint | None = None,
-    wind: Wind | None = None,
-    ground_rel_home_m: float | None = None,
-    airspeed_m_s: float | None = None,
-    slope: float | None = None,
-    final_height_m: float | None = None,
-    radius_m: float | None = None,
-    is_clockwise: bool | None = None,
-    has_land_start: bool | None = None,
-    parameters: Mapping[str, float] | None = None,
-    home: Home | None = None,
-    ground: Callable[[float, float], float | None] | None = None,
-) -> tuple[LandingAlternative, ...]:
-    """All landings at a point or on a runway, the best for this wind first.
+def landing_alternatives(at: GeoPoint | Runway, **options: Unpack[LandingOptions]) -> tuple[LandingAlternative, ...]:
+    """List the landings at a point or on a runway, the best for this wind first.
 
-    Each direction (of a runway, of a course that is given, else twelve 30 degrees apart) with its circle on either side, each rehearsed
-    (`vencejo.rehearsal`) from where the plane comes from, else from ``home``, 30 m above the beginning of the final leg. Those that come down well are
-    first, then the one with less tailwind, less crosswind, that comes to rest nearer to the point, and that is down first. Directions in which
-    the wind does not let the plane come in are left out.
+    Each direction (of the runway, of the given course, else twelve at 30 degrees) is combined with its circle on either side and
+    rehearsed (`vencejo.rehearsal`) from where the plane comes from, else from ``home``, 30 m above the beginning of the final leg.
+    They are sorted by verdict, then by less tailwind, less crosswind, the distance at which the plane comes to rest, and the duration.
+    Directions in which the wind is too strong for the plane to come in are left out. A landing near which the ground comes ranks
+    lower.
 
     Parameters
     ----------
-    at, course_deg, coming_from, wind, ground_rel_home_m, airspeed_m_s, slope, final_height_m, radius_m, is_clockwise, has_land_start, parameters
-        As `design_landing` takes them; ``is_clockwise`` is the side that comes first of two that are as good.
-    home : Home, optional
-        Where heights count from; the point at sea level when it is not given.
-    ground : callable, optional
-        As `design_landing` takes it, with ``home``: a landing that the ground comes near ranks lower.
+    at : GeoPoint or Runway
+        Where to touch down.
+    **options
+        Keyword arguments of `LandingOptions`.
 
     Raises
     ------
     InvalidRequest
-        As `design_landing`, when there is none.
+        As `design_landing`, when no landing is possible.
     """
-    found = _native.landing_alternatives(_site(at), _asked(locals()), _start(home), ground)
+    found = _native.landing_alternatives(_site(at), _asked(options), _start(options.get("home")), options.get("ground"))
     return tuple(
         LandingAlternative(
             _landing(landing),
@@ -359,28 +357,28 @@ def move_landing(
     ground_rel_home_m: float | None = None,
     parameters: Mapping[str, float] | None = None,
 ) -> Landing:
-    """A landing as it was designed, with one part somewhere else; the rest follows.
+    """Move one part of a designed landing; the rest follows.
 
-    Moved by its point it keeps course and slope; the beginning of the final leg, or the circle, gives course and length, and with them the slope (0.02 to
-    0.25). Heights stay.
+    Moving the point keeps course and slope. Moving the beginning of the final leg, or the circle, changes course and length, and with
+    them the slope (0.02 to 0.25). Altitudes stay.
 
     Parameters
     ----------
     items : sequence of MissionItem
-        Those of a `Landing`, as they are in a mission.
+        The items of a `Landing`, as they are in a mission.
     part : {"point", "final-leg", "circle"}
     to : GeoPoint
     wind, parameters : optional
-        As `design_landing` takes them: the leg grows and the circle widens as they need.
+        As in `LandingOptions`: the leg grows and the circle widens as necessary.
     ground_rel_home_m : float, optional
-        Height of the ground above home where the point is moved to; without it the point keeps its height.
+        Height of the ground above home at the new point; by default the point keeps its height.
 
     Raises
     ------
     InvalidRequest
-        As `design_landing`, and for items that are no such landing.
+        As `design_landing`, and for items that are not such a landing.
     """
-    asked = _asked(locals())
+    asked = _asked({"wind": wind, "ground_rel_home_m": ground_rel_home_m, "parameters": parameters})
     rows = [(item.command, item.frame, item.params, item.autocontinue) for item in items]
     return _landing(_native.move_landing(rows, part, _place(to), asked))
 
@@ -403,10 +401,13 @@ _ASKED: Final = (
 )
 
 
-def _asked(given: Mapping[str, Any]) -> dict[str, Any]:
-    """What is asked of a landing, as the core takes it, of a function's arguments."""
-    coming_from, wind, parameters = given.get("coming_from"), given["wind"], given["parameters"]
-    return {name: given.get(name) for name in _ASKED} | {
+def _asked(options: LandingOptions) -> dict[str, Any]:
+    """The options as the core takes them."""
+    if unknown := options.keys() - LandingOptions.__annotations__.keys():
+        known = ", ".join(LandingOptions.__annotations__)
+        raise TypeError(f"landings have no option {', '.join(sorted(unknown))}; they have {known}")
+    coming_from, wind, parameters = options.get("coming_from"), options.get("wind"), options.get("parameters")
+    return {name: options.get(name) for name in _ASKED} | {
         "coming_from": None if coming_from is None else _place(coming_from),
         "wind": None if wind is None else (wind.from_deg, wind.speed_m_s),
         "parameters": None if parameters is None else {name: float(value) for name, value in parameters.items()},
@@ -431,10 +432,10 @@ def _landing(found: Any) -> Landing:
 
 
 def landing_item(plan: Plan) -> int | None:
-    """The item, counted from 1, from which a mission's landing is flown; ``None`` when it has none.
+    """The item, counted from 1, at which a mission's landing begins; ``None`` without a landing.
 
-    It is DO_LAND_START where there is one before the landing, else the place before the landing, from which its last leg
-    leads (a circle down to the right height, or a waypoint), else the landing itself.
+    It is the DO_LAND_START before the landing; else the item with a position before it, where its last leg begins (a circle down
+    to its altitude, or a waypoint); else the landing itself.
 
     Examples
     --------

@@ -1,11 +1,11 @@
-"""Surveys: the lines from which a plane photographs an area or a corridor, and what its pictures really show.
+"""Surveys: the lines from which a plane photographs an area or a corridor, and what its pictures will show.
 
-Lines lie across the wind, so that the plane is as fast on the way out as on the way back; they are flown in an order in which it can
-turn from one to the next, and each begins with a straight way on which it settles. The survey is rehearsed at once: where each
-picture is taken, how much of the area they show, and which lines were missed. The formulas and their sources stand in the core
+Lines lie across the wind, so that the ground speed is the same in both directions; their order lets the plane turn from one to the
+next, and each has a straight lead-in on which the plane settles. The survey is rehearsed at once: where each picture is taken, how
+much of the area is covered, and which lines were missed. The formulas and their sources are documented in the core
 (``crates/flight/src/survey``).
 
-The ground is level unless heights count from the terrain; nothing is known of what stands on it.
+The ground is level unless altitudes count from the terrain; obstacles are not known.
 
 Examples
 --------
@@ -34,7 +34,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import astuple, dataclass, replace
 from types import MappingProxyType
-from typing import Any, Final, Literal
+from typing import TYPE_CHECKING, Any, Final, Literal, TypedDict
 
 from vencejo import _native
 from vencejo._given import NUMBER, WHOLE, check
@@ -42,6 +42,9 @@ from vencejo.errors import InvalidRequest
 from vencejo.findings import Finding
 from vencejo.landing import Wind
 from vencejo.plan import ComplexItem, GeoPoint, Home, MissionItem, Plan, findings_of
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
 
 __all__ = [
     "CAMERAS",
@@ -52,6 +55,7 @@ __all__ = [
     "Photo",
     "Survey",
     "SurveyCaution",
+    "SurveyOptions",
     "design_corridor",
     "design_survey",
     "redesign",
@@ -60,18 +64,18 @@ __all__ = [
 
 @dataclass(frozen=True)
 class Camera:
-    """What a camera's pictures are made with.
+    """Geometry and speed of a survey camera.
 
     Attributes
     ----------
     sensor_width_mm, sensor_height_mm : float
-        Of the sensor, 0.5 to 200.
+        Size of the sensor, 0.5 to 200.
     image_width_px, image_height_px : int
-        Of the picture, 16 to 100,000.
+        Size of the picture, 16 to 100,000.
     focal_length_mm : float
-        The real one, not its equivalent on film, 0.5 to 2,000.
+        The real focal length, not the 35 mm equivalent, 0.5 to 2,000.
     min_interval_s : float
-        Least time between two pictures, 0 to 60; 0 when it is not known.
+        Minimum time between two pictures, 0 to 60; 0 if it is not known.
     """
 
     sensor_width_mm: float
@@ -87,12 +91,12 @@ class Camera:
 
 
 CAMERAS: Final[Mapping[str, Camera]] = MappingProxyType({name: Camera(*data) for name, data in _native.CAMERAS})
-"""Cameras that are flown on small planes, by the names that QGroundControl has for them."""
+"""Common cameras of small planes, by the names that QGroundControl has for them."""
 
 
 @dataclass(frozen=True)
 class SurveyCaution:
-    """What the pilot should know of a survey before it is flown.
+    """A warning about a survey, to be read before it is flown.
 
     Attributes
     ----------
@@ -112,13 +116,13 @@ class Photo:
     Attributes
     ----------
     time_s : float
-        Since the start.
+        Time since the start, seconds.
     lat_deg, lon_deg, alt_rel_home_m : float
-        Where the plane is.
+        Position of the plane.
     heading_deg, bank_deg, pitch_deg : float
-        How it flies then; a bank to the right is positive.
+        Attitude of the plane; a bank to the right is positive.
     shows : tuple of GeoPoint or None
-        The corners of the ground that it shows; ``None`` for one that looks beyond the horizon, and without a camera.
+        Corners of the ground in the picture; ``None`` if it reaches beyond the horizon, and without a camera.
     """
 
     time_s: float
@@ -133,12 +137,12 @@ class Photo:
 
 @dataclass(frozen=True)
 class Hole:
-    """Ground that no picture shows.
+    """Ground that no picture covers.
 
     Attributes
     ----------
     point : GeoPoint
-        Its middle.
+        Its centre.
     area_m2 : float
     """
 
@@ -153,10 +157,10 @@ class FlownLine:
     Attributes
     ----------
     off_m : float or None
-        Farthest from the line while pictures are taken; ``None`` when it is not flown.
+        Greatest distance from the line while pictures are taken; ``None`` if it is not flown.
     photos : int
     is_missed : bool
-        Whether it is not flown, or so far aside that nothing is left of the overlap with the next.
+        Whether it is not flown, or so far off that no overlap with the next line is left.
     """
 
     off_m: float | None
@@ -166,18 +170,17 @@ class FlownLine:
 
 @dataclass(frozen=True)
 class FlownSurvey:
-    """What the pictures of a survey show when it is flown as rehearsed.
+    """Coverage of a survey when it is flown as rehearsed.
 
     Attributes
     ----------
     photos : tuple of Photo
     covered, overlapped : float or None
-        Part of the area that one picture or more show, and that as many show as the overlap promises, 0 to 1; ``None`` without a
-        camera.
+        Parts of the area in at least one picture, and in ``views_promised`` pictures, 0 to 1; ``None`` without a camera.
     views_promised : int
-        How many that is.
+        Number of pictures of each point that the overlap promises.
     holes : tuple of Hole
-        The largest, at most 20.
+        The largest holes, at most 20.
     lines : tuple of FlownLine
         As ``Survey.lines``.
     duration_s : float
@@ -202,39 +205,39 @@ class Survey:
     Attributes
     ----------
     items : tuple of MissionItem
-        Waypoints and camera; the first waypoint leads to the first line, the last one away from the last.
+        Waypoints and camera commands; the first waypoint leads to the first line, the last one away from the last line.
     lines : tuple of tuple of GeoPoint
-        What is photographed without a stop, in the order flown.
+        Uninterrupted stretches that are photographed, in flight order.
     course_deg : float
-        Of the first line, from true north.
+        Course of the first line, degrees from true north.
     course_from : {"asked", "across-wind", "along-area", "corridor"}
-        What gave it.
+        What the course follows from.
     height_m : float
-        Above the ground.
+        Height above the ground.
     gsd_m : float or None
-        Ground that a pixel covers; ``None`` without a camera.
+        Ground sampling distance; ``None`` without a camera.
     footprint_m : tuple of float or None
-        Ground that a picture shows, across and along the track.
+        Size of the ground in a picture, across and along the track.
     spacing_m : float
-        Between two lines.
+        Distance between two lines.
     trigger_m : float or None
-        Between two pictures; ``None`` when the camera is not triggered.
+        Distance between two pictures; ``None`` if the camera is not triggered.
     turn_radius_m, lead_in_m, lead_out_m : float
-        Of the turns; straight way before the first picture of a line and after its last.
+        Turn radius, and the straight distance flown before the first and after the last picture of a line.
     groundspeed_m_s : tuple of float
-        Slowest and fastest on the lines.
+        Lowest and highest ground speed on the lines.
     crab_deg : float
-        Between heading and course on the lines, at the most.
+        Greatest angle between heading and course on the lines.
     area_m2, line_m, length_m : float
-        Of the area; of all that is photographed; of the whole way.
+        Area of the polygon, total length of photographed lines, total length flown.
     duration_s : float
-        Of the whole way, in this wind.
+        Duration of the whole survey, in this wind.
     photos : int
     cautions : tuple of SurveyCaution
     flown : FlownSurvey
-        It, rehearsed.
+        The rehearsed flight.
     complex_item : ComplexItem
-        It as QGroundControl's own survey or corridor, for a ``.plan`` file.
+        The survey as QGroundControl's survey or corridor, for a ``.plan`` file.
     """
 
     items: tuple[MissionItem, ...]
@@ -261,15 +264,15 @@ class Survey:
     complex_item: ComplexItem
 
     def placed_in(self, plan: Plan, *, before: int | None = None, replacing: ComplexItem | None = None) -> Plan:
-        """The plan with this survey before the item of that number, counted from 1; at its end when none is given.
+        """The plan with this survey inserted before an item, counted from 1; at its end by default.
 
-        With `replacing`, one of ``plan.settings.complex_items``, it takes that one's place. A jump still leads to the item that it led
-        to. Saved as ``.plan``, the survey is one that QGroundControl opens and edits.
+        With `replacing`, one of ``plan.settings.complex_items``, it replaces that one. Jumps keep their target items. Saved as
+        ``.plan``, the survey can be opened and edited in QGroundControl.
 
         Raises
         ------
         InvalidRequest
-            When the items of what it is to replace are not in the plan as it made them.
+            When the plan no longer has the items of the survey to be replaced unchanged.
         """
         complex_items = plan.settings.complex_items
         index = len(plan.items) if before is None else max(0, min(before - 1, len(plan.items)))
@@ -301,107 +304,117 @@ class Survey:
         )
 
 
+class SurveyOptions(TypedDict, total=False):
+    """Keyword arguments of `design_survey` and `design_corridor`.
+
+    Either ``camera`` and one of ``gsd_m`` and ``height_m`` are given, or ``height_m`` and ``spacing_m`` without a camera. All others
+    are optional.
+
+    Attributes
+    ----------
+    camera : Camera or None
+        One of `CAMERAS`, or another.
+    is_landscape : bool
+        Whether the wide side of the picture lies across the track; default True.
+    gsd_m, height_m : float or None
+        Ground sampling distance (ground covered by a pixel), 0.0005 to 10 m, or height above the ground, 5 to 10,000 m.
+    front_overlap, side_overlap : float
+        Overlap with the next picture on the line, and with pictures of the next line, 0 to 0.95; default 0.75 and 0.65.
+    spacing_m, trigger_m : float or None
+        Distance between lines, and between pictures, instead of those that follow from the overlaps.
+    wind : Wind or None
+        Expected wind; calm by default.
+    margin_m : float or None
+        How far beyond the edge pictures reach; by default as far as the overlap needs to hold up to the edge.
+    lead_in_m : float or None
+        Straight distance before a line; by default until the plane has settled on it.
+    is_above_terrain : bool
+        Whether altitudes count from the terrain (frame 10), which the vehicle has to know, instead of home; default False.
+    ground_rel_home_m : float or None
+        Height of the ground above home. By default it is that of home, and a caution says so.
+    airspeed_m_s : float or None
+        Airspeed set by an item, 5 to 60; by default the plane's cruise.
+    home : Home or None
+        Home, where altitudes count from; its altitude above sea level widens turns.
+    coming_from : GeoPoint or None
+        Begin at the end nearest to this position; by default downwind, so that the survey proceeds against the wind.
+    max_items : int
+        Items that the vehicle can store, home included; default 650.
+    parameters : mapping of str to float or None
+        The vehicle's parameters, as :func:`vencejo.params.load_params` gives them, for its turns. A missing one has the value of
+        ArduPilot's simulated plane.
+    """
+
+    camera: Camera | None
+    is_landscape: bool
+    gsd_m: float | None
+    height_m: float | None
+    front_overlap: float
+    side_overlap: float
+    spacing_m: float | None
+    trigger_m: float | None
+    wind: Wind | None
+    margin_m: float | None
+    lead_in_m: float | None
+    is_above_terrain: bool
+    ground_rel_home_m: float | None
+    airspeed_m_s: float | None
+    home: Home | None
+    coming_from: GeoPoint | None
+    max_items: int
+    parameters: Mapping[str, float] | None
+
+
+_DEFAULTS: Final[SurveyOptions] = {
+    "camera": None,
+    "is_landscape": True,
+    "gsd_m": None,
+    "height_m": None,
+    "front_overlap": 0.75,
+    "side_overlap": 0.65,
+    "spacing_m": None,
+    "trigger_m": None,
+    "wind": None,
+    "margin_m": None,
+    "lead_in_m": None,
+    "is_above_terrain": False,
+    "ground_rel_home_m": None,
+    "airspeed_m_s": None,
+    "home": None,
+    "coming_from": None,
+    "max_items": 650,
+    "parameters": None,
+}
+
+
 def design_survey(
-    area: Sequence[GeoPoint],
-    *,
-    camera: Camera | None = None,
-    is_landscape: bool = True,
-    gsd_m: float | None = None,
-    height_m: float | None = None,
-    front_overlap: float = 0.75,
-    side_overlap: float = 0.65,
-    spacing_m: float | None = None,
-    trigger_m: float | None = None,
-    course_deg: float | None = None,
-    wind: Wind | None = None,
-    margin_m: float | None = None,
-    lead_in_m: float | None = None,
-    is_above_terrain: bool = False,
-    ground_rel_home_m: float | None = None,
-    airspeed_m_s: float | None = None,
-    home: Home | None = None,
-    coming_from: GeoPoint | None = None,
-    max_items: int = 650,
-    parameters: Mapping[str, float] | None = None,
+    area: Sequence[GeoPoint], *, course_deg: float | None = None, **options: Unpack[SurveyOptions]
 ) -> Survey:
     """Lay out a survey of an area, and rehearse it.
-
-    Either ``gsd_m`` or ``height_m`` is given, and a camera; or without one ``height_m`` and ``spacing_m``.
 
     Parameters
     ----------
     area : sequence of GeoPoint
         Its corners in order, 3 to 1,000. It may be concave, and may not cross itself.
-    camera : Camera, optional
-        One of `CAMERAS`, or another.
-    is_landscape : bool, optional
-        Whether the wide side of the picture lies across the track.
-    gsd_m, height_m : float, optional
-        Ground that a pixel is to cover, 0.0005 to 10 m, or the height above the ground, 5 to 10,000 m.
-    front_overlap, side_overlap : float, optional
-        Part of a picture that the next on the line, and those of the next line, show too, 0 to 0.95; default 0.75 and 0.65.
-    spacing_m, trigger_m : float, optional
-        Distance between lines, and between pictures, in place of those that the overlaps give.
     course_deg : float, optional
-        Of the lines; else across the wind, in calm air along the area.
-    wind : Wind, optional
-        That is expected.
-    margin_m : float, optional
-        How far beyond the edge pictures reach; else so far that the overlap holds up to the edge.
-    lead_in_m : float, optional
-        Straight way before a line; else until the plane is settled on it.
-    is_above_terrain : bool, optional
-        Whether heights count from the ground below (frame 10), which the vehicle has to know, and not from home.
-    ground_rel_home_m : float, optional
-        Height of the ground above home. When it is not known home's is taken, and a caution says so.
-    airspeed_m_s : float, optional
-        Set by an item, 5 to 60; else the plane's cruise.
-    home : Home, optional
-        Where heights count from; its height above the sea makes turns wider.
-    coming_from : GeoPoint, optional
-        The survey begins at the end that is nearest; else downwind, and goes on against the wind.
-    max_items : int, optional
-        That the vehicle holds, home with them.
-    parameters : mapping of str to float, optional
-        The vehicle's, as :func:`vencejo.params.load_params` gives them: how it turns. A missing name has the
-        value of ArduPilot's simulated plane.
+        Course of the lines, degrees from true north; by default across the wind, in calm air along the area.
+    **options
+        Keyword arguments of `SurveyOptions`, such as ``camera`` and ``gsd_m``.
 
     Raises
     ------
     InvalidRequest
-        For a value out of its range, an area that crosses itself or is too small, too many items, and when the wind is too strong;
+        For a value out of its range, an area that crosses itself or is too small, too many items, and a wind that is too strong;
         the message names the option or the corner, and what to change.
     """
-    return _design(area, None, locals())
+    return _design(area, None, course_deg, options)
 
 
-def design_corridor(
-    line: Sequence[GeoPoint],
-    width_m: float,
-    *,
-    camera: Camera | None = None,
-    is_landscape: bool = True,
-    gsd_m: float | None = None,
-    height_m: float | None = None,
-    front_overlap: float = 0.75,
-    side_overlap: float = 0.65,
-    spacing_m: float | None = None,
-    trigger_m: float | None = None,
-    wind: Wind | None = None,
-    margin_m: float | None = None,
-    lead_in_m: float | None = None,
-    is_above_terrain: bool = False,
-    ground_rel_home_m: float | None = None,
-    airspeed_m_s: float | None = None,
-    home: Home | None = None,
-    coming_from: GeoPoint | None = None,
-    max_items: int = 650,
-    parameters: Mapping[str, float] | None = None,
-) -> Survey:
+def design_corridor(line: Sequence[GeoPoint], width_m: float, **options: Unpack[SurveyOptions]) -> Survey:
     """Lay out a survey of a strip along a line, ``width_m`` wide (0 to 5,000; 0: one pass), and rehearse it.
 
-    Its passes are parallel to the line. A corner that would bank the camera off the strip is flown straight over, and the next leg
-    begun anew. Everything else is as in `design_survey`.
+    Its passes are parallel to the line. A corner that would bank the camera off the strip is flown straight on, and the next leg is
+    begun anew. Options and exceptions are those of `design_survey`.
 
     Examples
     --------
@@ -411,26 +424,26 @@ def design_corridor(
     >>> len(corridor.lines), corridor.flown.covered
     (2, 1.0)
     """
-    return _design(line, width_m, locals() | {"course_deg": None})
+    return _design(line, width_m, None, options)
 
 
 def redesign(complex_item: ComplexItem, **changes: Any) -> Survey:
-    """Lay a survey or corridor out again that is in a plan, from what it was laid out from, and rehearse it.
+    """Lay out a survey or corridor of a plan again with changed options, and rehearse it.
 
     Parameters
     ----------
     complex_item : ComplexItem
         One of ``plan.settings.complex_items``. QGroundControl's own give their area, camera, overlap, height and angle.
     **changes
-        Arguments of `design_survey`, of which ``home`` and ``parameters`` are nowhere kept; ``area`` with other corners, for a corridor
-        ``line`` and ``width_m``.
+        Arguments of `design_survey` or `design_corridor`: options, ``course_deg`` and ``area``, or ``line`` and ``width_m``. Give
+        ``home`` and ``parameters`` again: they are not stored in plans.
 
     Raises
     ------
     InvalidRequest
-        For what is no survey, or does not say enough; and as `design_survey`.
+        For an item that is not a survey or is incomplete; and as `design_survey`.
     TypeError
-        For an argument that there is not.
+        For an unknown argument.
 
     Examples
     --------
@@ -445,7 +458,7 @@ def redesign(complex_item: ComplexItem, **changes: Any) -> Survey:
     """
     known = _native.survey_of(complex_item.kind, complex_item.json)
     if known is None:
-        raise InvalidRequest(f"a {complex_item.kind} is no survey that can be laid out again; give one, or a corridor")
+        raise InvalidRequest(f"a {complex_item.kind} cannot be laid out again; give a survey or a corridor")
     places, width_m, asked = known
     place, wind, camera = asked["coming_from"], asked["wind"], asked["camera"]
     given: dict[str, Any] = asked | {
@@ -453,7 +466,7 @@ def redesign(complex_item: ComplexItem, **changes: Any) -> Survey:
         "wind": None if wind is None else Wind(*wind),
         "camera": None if camera is None else Camera(*camera),
     }
-    # Either of them gives the other: the one that is said is meant.
+    # Each follows from the other: a change of one drops the other.
     for one, other in (("gsd_m", "height_m"), ("height_m", "gsd_m")):
         if changes.get(one) is not None:
             given[other] = None
@@ -464,13 +477,16 @@ def redesign(complex_item: ComplexItem, **changes: Any) -> Survey:
     return design_corridor(line, width_m, **(given | changes))
 
 
-_ASKED: Final = (
-    *("is_landscape", "gsd_m", "height_m", "front_overlap", "side_overlap", "spacing_m", "trigger_m", "course_deg"),
-    *("margin_m", "lead_in_m", "is_above_terrain", "ground_rel_home_m", "airspeed_m_s", "max_items"),
-)
+_CONVERTED: Final = frozenset({"camera", "wind", "home", "coming_from", "parameters"})
+"""Options that the core takes in another form."""
 
 
-def _design(places: Sequence[GeoPoint], width_m: float | None, given: dict[str, Any]) -> Survey:
+def _design(
+    places: Sequence[GeoPoint], width_m: float | None, course_deg: float | None, options: SurveyOptions
+) -> Survey:
+    if unknown := options.keys() - _DEFAULTS.keys():
+        raise TypeError(f"surveys have no option {', '.join(sorted(unknown))}; they have {', '.join(_DEFAULTS)}")
+    given: SurveyOptions = {**_DEFAULTS, **options}
     camera, wind, home, coming_from = given["camera"], given["wind"], given["home"], given["coming_from"]
     whole = {"max_items": (given["max_items"], 1, 65_535)}
     if camera is not None:
@@ -479,7 +495,8 @@ def _design(places: Sequence[GeoPoint], width_m: float | None, given: dict[str, 
     for name, (value, low, high) in whole.items():
         if not low <= value <= high:
             raise InvalidRequest(f"survey: {name} is {value}, should be {low} to {high}")
-    asked = {name: given[name] for name in _ASKED} | {
+    asked: dict[str, Any] = {name: value for name, value in given.items() if name not in _CONVERTED} | {
+        "course_deg": course_deg,
         "camera": None if camera is None else astuple(camera),
         "wind": None if wind is None else (wind.from_deg, wind.speed_m_s),
         "home": None if home is None else (home.lat_deg, home.lon_deg, home.alt_amsl_m),
