@@ -20,8 +20,9 @@ For asyncio see `vencejo.aio`.
 import os as _os
 from typing import TYPE_CHECKING, Any
 
-# A fleet's sessions over TLS are read and written by one thread: Zenoh reads and writes them at the same time without a lock otherwise, which
-# has ended a ground station (docs/adr/0036). Before anything starts a thread; Zenoh reads it once, when it is first used.
+# A fleet's sessions over TLS are read and written by one thread: Zenoh reads and writes them at the same time without a
+# lock otherwise, which has ended a ground station (docs/adr/0036). Before anything starts a thread; Zenoh reads it
+# once, when it is first used.
 _os.environ.setdefault("ZENOH_RUNTIME", "(rx: (handover: tx))")
 
 from vencejo._native import MavlinkMessage, Subscription, __version__

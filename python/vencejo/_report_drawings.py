@@ -1,6 +1,7 @@
 """The drawings of a printed plan: a map without tiles and a height profile, as SVG.
 
-Both are drawn in units of one thousandth of the page's width. Everything that is written into them is a number or escaped.
+Both are drawn in units of one thousandth of the page's width. Everything that is written into them is a number or
+escaped.
 """
 
 from __future__ import annotations

@@ -78,8 +78,8 @@ async def _finished(pending: _native.Pending, progress: ProgressCallback | None 
     looking: asyncio.TimerHandle
 
     def look() -> None:
-        # A signal that comes after Python has looked and before `select` sleeps, between which it may wait for the GIL, is
-        # handled when the loop wakes for something else.
+        # A signal that comes after Python has looked and before `select` sleeps, between which it may wait for the GIL,
+        # is handled when the loop wakes for something else.
         nonlocal looking
         looking = loop.call_later(_LOOK_S, look)
 
@@ -207,8 +207,8 @@ class AsyncVehicle(VehicleState):
         CommandRefused
             With the vehicle's pre-arm reasons.
         NotPossibleNow
-            While the mission on board may be a mixture of two (`PlanState.may_be_mixed`), unless `despite_mixed_plan` is set,
-            which is noted among the vehicle's texts.
+            While the mission on board may be a mixture of two (`PlanState.may_be_mixed`), unless `despite_mixed_plan`
+            is set, which is noted among the vehicle's texts.
         ControlHeld
             When another operator holds control. Every request raises this.
         ConfirmationNeeded
@@ -219,8 +219,8 @@ class AsyncVehicle(VehicleState):
     async def disarm(self, *, force: bool = False, confirm: Danger | None = None) -> None:
         """Disarm; returns when the vehicle shows it.
 
-        `force` stops the motor even in the air (``confirm="force-disarm"``). Without it, a vehicle that flies or does not report
-        that it is on the ground is disarmed only with ``confirm="disarm-in-flight"``.
+        `force` stops the motor even in the air (``confirm="force-disarm"``). Without it, a vehicle that flies or does
+        not report that it is on the ground is disarmed only with ``confirm="disarm-in-flight"``.
         """
         await self._wait(self._ask("disarm", force=force, confirm=confirm))
 
@@ -258,8 +258,8 @@ class AsyncVehicle(VehicleState):
         Raises
         ------
         InvalidRequest
-            For a position that is not on Earth, or is 0/0; an altitude that is missing or given twice; a radius or speed out
-            of its range.
+            For a position that is not on Earth, or is 0/0; an altitude that is missing or given twice; a radius or
+            speed out of its range.
         """
         await self._wait(
             self._ask(
@@ -323,8 +323,8 @@ class AsyncVehicle(VehicleState):
     ) -> None:
         """Fly at a velocity relative to the heading. Only for an ArduCopter in GUIDED or a PX4 in OFFBOARD.
 
-        There is no acknowledgement: it returns when the message is sent. Repeat it; the vehicle stops when no more come,
-        ArduCopter after 3 s (GUID_TIMEOUT), PX4 after 0.5 s.
+        There is no acknowledgement: it returns when the message is sent. Repeat it; the vehicle stops when no more
+        come, ArduCopter after 3 s (GUID_TIMEOUT), PX4 after 0.5 s.
 
         Parameters
         ----------
@@ -386,8 +386,8 @@ class AsyncVehicle(VehicleState):
         Raises
         ------
         CommandRefused
-            When the vehicle has no fence to switch on. An ArduPlane loads its fence only once it knows its position, some 20 s
-            after its start.
+            When the vehicle has no fence to switch on. An ArduPlane loads its fence only once it knows its position,
+            some 20 s after its start.
         ConfirmationNeeded
             When it is switched off without `confirm`.
         """
@@ -396,8 +396,8 @@ class AsyncVehicle(VehicleState):
     async def set_up_signing(self, *, key: str | None = None, any_link: bool = False) -> SigningInfo:
         """Give a signing key to a vehicle that does not sign, and wait until it signs with it, at most 5 s.
 
-        The vehicle must be disarmed. From then on only its signed messages are accepted, except over USB and on this machine.
-        Nothing changes until it signs with the key.
+        The vehicle must be disarmed. From then on only its signed messages are accepted, except over USB and on this
+        machine. Nothing changes until it signs with the key.
 
         Parameters
         ----------
@@ -493,9 +493,9 @@ class AsyncVehicle(VehicleState):
     async def prepare_flight(self, *, despite_mixed_plan: bool = False) -> None:
         """Prepare a flight, on the ground and disarmed: change to a mode that arms, and rewind the mission.
 
-        After a landing an ArduPlane is in AUTO at the landing of its mission, or in RTL if the mission was replaced; it arms in
-        neither. `flight_preparation` says what will change, and a note among the vehicle's texts (`note`) announces it.
-        Nothing is armed or started.
+        After a landing an ArduPlane is in AUTO at the landing of its mission, or in RTL if the mission was replaced; it
+        arms in neither. `flight_preparation` says what will change, and a note among the vehicle's texts (`note`)
+        announces it. Nothing is armed or started.
 
         Raises
         ------
@@ -530,8 +530,8 @@ class AsyncVehicle(VehicleState):
     async def send_and_fly(self, plan: Plan, *, progress: ProgressCallback | None = None) -> None:
         """Upload a mission, verify it, prepare the flight, arm and start it at its first item: the one operation that does all.
 
-        A vehicle that is armed already is neither prepared nor armed. One that was armed by this call is disarmed again when
-        the mission does not start, whatever the reason: an error, Ctrl-C, a cancelled task.
+        A vehicle that is armed already is neither prepared nor armed. One that was armed by this call is disarmed again
+        when the mission does not start, whatever the reason: an error, Ctrl-C, a cancelled task.
 
         Raises
         ------
@@ -654,8 +654,8 @@ class AsyncVehicle(VehicleState):
         name : str or int
             The message's name, such as ``"ATTITUDE"``, or its number.
         rate_hz : float, "default", "stop" or None
-            0.0005 (one in 2,000 s) to 50 messages a second; ``"default"`` or 0 for the vehicle's own rate; ``"stop"`` or
-            ``None`` to stop it.
+            0.0005 (one in 2,000 s) to 50 messages a second; ``"default"`` or 0 for the vehicle's own rate; ``"stop"``
+            or ``None`` to stop it.
 
         Raises
         ------

@@ -1,8 +1,8 @@
 """The control lease that all front ends of a station share.
 
-One operator at a time holds control of a station: the program itself, a browser, the Ice interfaces, or another operator of
-this program. The first to act gets it; requests of the others raise `vencejo.errors.ControlHeld` until it is given up.
-Watching needs no control. A station in another process is another ground station, with a lease of its own.
+One operator at a time holds control of a station: the program itself, a browser, the Ice interfaces, or another
+operator of this program. The first to act gets it; requests of the others raise `vencejo.errors.ControlHeld` until it
+is given up. Watching needs no control. A station in another process is another ground station, with a lease of its own.
 
 Examples
 --------

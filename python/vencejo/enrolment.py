@@ -1,10 +1,11 @@
-"""Who belongs to a fleet: on the ground its certificate authority and the roll of aircraft and ground stations; elsewhere a place in it.
+"""Fleet membership: the certificate authority and roll of a fleet on the ground, and the membership of other computers.
 
-`Organisation` makes the authority, gives out tokens and puts members out; `join` brings this computer in with a token, and from
-then on `vencejo.fleet.Aircraft`, or `vencejo.fleet.Fleet` at another ground station, needs none. `check_ground` and `check_board` look for what keeps an aircraft out of the list.
+`Organisation` creates the authority, issues tokens and revokes members. `join` enrols this computer with a token; from
+then on `vencejo.fleet.Aircraft`, or `vencejo.fleet.Fleet` at another ground station, needs none. `check_ground` and
+`check_board` find out why an aircraft is missing from the list.
 
-Keys are in files that their owner alone reads, and in nothing that is given here. A token is in what `Organisation.enrol` gives,
-once, and nowhere else.
+Keys are stored in files that only their owner can read, and never returned. A token is returned by `Organisation.enrol`
+once, and stored nowhere.
 """
 
 from __future__ import annotations
@@ -47,14 +48,14 @@ __all__ = [
 ]
 
 Role: TypeAlias = Literal["observer", "operator", "chief"]
-"""What a ground station may do: look and read; act while it has control, for which it asks; take control from operators at once."""
+"""Permissions of a ground station: watch and read; act while it has control, for which it asks; take control from operators at once."""
 
 TOKEN_LASTS_S = 3600
-"""How long a token is good unless said otherwise, s."""
+"""Default validity of a token, s."""
 
 
 def native(name: str) -> Any:
-    """Something of the native module that a build without fleets has not.
+    """An attribute of the native module that builds without fleets lack.
 
     Raises
     ------
@@ -69,37 +70,37 @@ def native(name: str) -> Any:
 
 
 def fleet_folder() -> Path:
-    """Where fleets are: ``fleet`` in the data folder."""
+    """Folder of the fleets: ``fleet`` in the data folder."""
     return default_record_dir().parent / "fleet"
 
 
 def member_file() -> Path:
-    """Where the place of the aircraft that this computer is on board of is kept: ``fleet/aboard.json`` in the data folder."""
+    """File of the membership of the aircraft that carries this computer: ``fleet/aboard.json`` in the data folder."""
     return fleet_folder() / "aboard.json"
 
 
 def station_file(org: str) -> Path:
-    """Where the place of this ground station in somebody else's fleet is kept: ``fleet/ORG.json`` in the data folder."""
+    """File of this ground station's membership in another station's fleet: ``fleet/ORG.json`` in the data folder."""
     return fleet_folder() / f"{org}.json"
 
 
 def default_key_file(org: str) -> Path:
-    """Where a ground station's own key is: ``fleet/ORG.key`` in the data folder, readable by its owner alone."""
+    """File of a ground station's own key: ``fleet/ORG.key`` in the data folder, readable by its owner alone."""
     return fleet_folder() / f"{org}.key"
 
 
 def station_places() -> list[str]:
-    """The fleets in which this machine is a ground station by a token, by name."""
+    """Names of the fleets that this machine has joined as a ground station."""
     return sorted(path.stem for path in fleet_folder().glob("*.json") if path != member_file())
 
 
 def organisations() -> list[str]:
-    """The fleets whose authority is on this machine, by name."""
+    """Names of the fleets whose authority is on this machine."""
     return sorted(path.parent.name for path in fleet_folder().glob("*/roll.json"))
 
 
 def default_hosts() -> list[str]:
-    """Names and addresses by which others may reach this machine: its name in the local network, its addresses, its name alone."""
+    """Names and addresses of this machine for others: its name in the local network, its addresses, its bare name."""
     name = socket.gethostname()
     found = [f"{name}.local", *own_addresses(), name] if "." not in name else [name, *own_addresses()]
     return [host for host in found if re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9.-]{0,252}", host)]
@@ -115,16 +116,16 @@ def _maybe(unix_s: int | None) -> datetime | None:
 
 @dataclass(frozen=True, kw_only=True)
 class Token:
-    """What brings one aircraft or ground station into a fleet, once.
+    """A token that enrols one aircraft or ground station, once.
 
     Attributes
     ----------
     text : str
-        The token: whoever has it joins under that name.
+        The token, a secret: whoever has it can join under that name.
     doors : tuple of str
-        Where it is good, ``HOST:PORT``.
+        Addresses where it is accepted, ``HOST:PORT``.
     ends : datetime
-        Until when (UTC).
+        When it expires (UTC).
     """
 
     text: str
@@ -144,9 +145,9 @@ class Enrolled:
     name : str
         Its name.
     enrolled, certificate_ends : datetime
-        Since when it is there, and when the newest certificate that it got ends (UTC).
+        When it was enrolled, and when its newest certificate expires (UTC).
     revoked : datetime or None
-        When it was put out.
+        When it was revoked.
     """
 
     name: str
@@ -166,11 +167,11 @@ class EnrolledStation:
     role : str
         ``"observer"``, ``"operator"`` or ``"chief"``.
     routers : tuple of str
-        Where it is a router of the fleet as well, as others reach it; empty where it is none.
+        Its addresses as a router of the fleet, as others reach it; empty if it is not a router.
     enrolled, certificate_ends : datetime
-        Since when it is there, and when the newest certificate that it got ends (UTC).
+        When it was enrolled, and when its newest certificate expires (UTC).
     revoked : datetime or None
-        When it was put out.
+        When it was revoked.
     """
 
     name: str
@@ -183,7 +184,7 @@ class EnrolledStation:
 
 @dataclass(frozen=True, kw_only=True)
 class Member:
-    """An aircraft's, or another ground station's, place in a fleet.
+    """The membership of an aircraft, or of another ground station, in a fleet.
 
     Attributes
     ----------
@@ -192,12 +193,12 @@ class Member:
     is_station : bool
         Whether it is a ground station.
     role : str or None
-        What a ground station may do, as its newest list says: ``"observer"``, ``"operator"`` or ``"chief"``; ``None`` for an aircraft, and for one
-        that is not on the list any more.
+        Role of a ground station by its newest list: ``"observer"``, ``"operator"`` or ``"chief"``; ``None`` for an
+        aircraft, and for a station that is no longer on the list.
     certificate_begins, certificate_ends : datetime
-        From when to when its certificate is good (UTC).
+        Validity of its certificate (UTC).
     routers, doors : tuple of str
-        Where the fleet's routers are, and where its certificate is renewed.
+        Addresses of the fleet's routers, and those where its certificate is renewed.
     """
 
     org: str
@@ -218,12 +219,12 @@ class Organisation:
     org : str
         Its name: 1 to 32 of ``a-z``, ``0-9`` and ``-``.
     folder : path, optional
-        Where fleets are; by default in the data folder.
+        Folder of the fleets; by default in the data folder.
 
     Raises
     ------
     InvalidRequest
-        For a name that cannot be one.
+        For an invalid name.
     """
 
     def __init__(self, org: str, *, folder: str | Path | None = None) -> None:
@@ -233,33 +234,33 @@ class Organisation:
 
     @property
     def exists(self) -> bool:
-        """Whether it has been made."""
+        """Whether it has been created."""
         return bool(self._native.exists())
 
     def init(
         self, *, hosts: Iterable[str] | None = None, ca_certificate: str | None = None, ca_key: str | None = None
     ) -> tuple[bool, list[str]]:
-        """Make the authority where there is none, and the ground station's own certificate; again, it changes nothing.
+        """Create the authority, if it does not exist, and the ground station's own certificate. Repeating it changes nothing.
 
         Parameters
         ----------
         hosts : iterable of str, optional
-            Names and addresses by which aircraft reach this machine; by default `default_hosts`, where it is made. Where it is there,
-            those that are new are added.
+            Names and addresses by which aircraft reach this machine; for a new authority by default `default_hosts`.
+            New ones are added to an existing authority.
         ca_certificate, ca_key : str, optional
-            An authority that the organisation has already, as PEM, in place of a new one.
+            An existing authority of the organisation, as PEM, instead of a new one.
 
         Returns
         -------
         tuple of bool and list of str
-            Whether the authority was made now, and which hosts are new.
+            Whether the authority was created now, and the new hosts.
 
         Raises
         ------
         InvalidRequest
-            For a host that cannot be one, or an authority that cannot sign.
+            For an invalid host, or an authority that cannot sign.
         VencejoError
-            When the files cannot be read or written, or another authority is there.
+            When the files cannot be read or written, or a different authority exists.
         """
         if hosts is None:
             hosts = [] if self.exists else default_hosts()
@@ -268,7 +269,7 @@ class Organisation:
         return bool(made), list(new)
 
     def check_name(self, name: str, *, role: Role | None = None, routers: Iterable[str] = ()) -> None:
-        """Say whether an aircraft, or with a role a ground station, can have a name and those addresses. Nothing is looked at or changed.
+        """Check a name for an aircraft, or with a role a name and addresses for a ground station. Nothing is changed.
 
         Parameters
         ----------
@@ -282,56 +283,57 @@ class Organisation:
         Raises
         ------
         InvalidRequest
-            For a name, a role or an address that cannot be one.
+            For an invalid name, role or address.
         NotPossibleNow
             For the name of the ground station that has the authority.
         """
         self._native.check_newcomer(name, role, list(routers))
 
     def enrol(self, name: str, *, lasts_s: int = TOKEN_LASTS_S) -> Token:
-        """A token for an aircraft. An older one for it is void from now on.
+        """Issue a token for an aircraft. An older one for it becomes void.
 
         Parameters
         ----------
         name : str
             The aircraft's name: 1 to 32 of ``a-z``, ``0-9`` and ``-``.
         lasts_s : int
-            How long it is good, s.
+            Validity, s.
 
         Raises
         ------
         InvalidRequest
-            For a name that cannot be one.
+            For an invalid name.
         NotPossibleNow
-            When an aircraft of that name was revoked, and its old certificate has not ended.
+            When an aircraft of that name was revoked, and its old certificate has not expired.
         """
         return self._token(name, lasts_s, None)
 
     def enrol_station(
         self, name: str, *, role: Role = "operator", routers: Iterable[str] = (), lasts_s: int = TOKEN_LASTS_S
     ) -> Token:
-        """A token for another ground station. An older one for it is void from now on.
+        """Issue a token for another ground station. An older one for it becomes void.
 
-        Aircraft learn its key and role by a list that the authority signs, within seconds where they are reached.
+        Aircraft receive its key and role in a list that the authority signs, within seconds if they are connected.
 
         Parameters
         ----------
         name : str
-            The station's name: 1 to 32 of ``a-z``, ``0-9`` and ``-``; not ``ground``, which is the one that has the authority.
+            The station's name: 1 to 32 of ``a-z``, ``0-9`` and ``-``; not ``ground``, the station with the authority.
         role : str
-            ``"observer"``, which looks and reads; ``"operator"``, which asks for control; or ``"chief"``, which takes it from operators at once.
+            ``"observer"``, which watches and reads; ``"operator"``, which asks for control; or ``"chief"``, which takes
+            it from operators at once.
         routers : iterable of str
-            Where it is a router of the fleet as well, as others reach it, such as ``"tls/hill.example.org:7447"``: aircraft and
-            stations are told of them, and its certificate is good for these names. None by default.
+            Its addresses as a router of the fleet, as others reach it, such as ``"tls/hill.example.org:7447"``. They
+            are published to aircraft and stations, and its certificate is valid for these names. Default: none.
         lasts_s : int
-            How long it is good, s.
+            Validity, s.
 
         Raises
         ------
         InvalidRequest
-            For a name, a role or an address that cannot be one.
+            For an invalid name, role or address.
         NotPossibleNow
-            When a station of that name was revoked, and its old certificate has not ended.
+            When a station of that name was revoked, and its old certificate has not expired.
         """
         return self._token(name, lasts_s, role, routers)
 
@@ -340,27 +342,27 @@ class Organisation:
         return Token(text=text, doors=tuple(doors), ends=_moment(ends))
 
     def revoke(self, name: str) -> None:
-        """Put an aircraft out. A running ground station shuts it out within seconds.
+        """Revoke an aircraft. A running ground station disconnects it within seconds.
 
         Raises
         ------
         NotPossibleNow
-            When none of that name is enrolled.
+            When no member of that name is enrolled.
         """
         self._native.revoke(name, False)
 
     def revoke_station(self, name: str) -> None:
-        """Put another ground station out. The router shuts it out, and aircraft take no orders of it any more, within seconds.
+        """Revoke another ground station. Within seconds the router disconnects it, and aircraft no longer accept its orders.
 
         Raises
         ------
         NotPossibleNow
-            When none of that name is enrolled.
+            When no member of that name is enrolled.
         """
         self._native.revoke(name, True)
 
     def router_config(self) -> dict[str, Any]:
-        """The settings of an existing ``zenohd``: encrypted ways alone, and its access control with who is enrolled now."""
+        """Settings for an existing ``zenohd``: encrypted transports only, and access control for the present members."""
         settings: dict[str, Any] = json.loads(self._native.router_config())
         return settings
 
@@ -391,31 +393,31 @@ class Organisation:
 
     @property
     def tokens(self) -> dict[str, datetime]:
-        """For which aircraft a token is out, and until when (UTC)."""
+        """Aircraft with an unused token, and when it expires (UTC)."""
         return {name: _moment(ends) for name, ends, role in self._native.tokens() if role is None}
 
     @property
     def station_tokens(self) -> dict[str, datetime]:
-        """The same of ground stations."""
+        """Ground stations with an unused token, and when it expires (UTC)."""
         return {name: _moment(ends) for name, ends, role in self._native.tokens() if role is not None}
 
     @property
     def routers(self) -> list[str]:
-        """Where its ground station last was the router, as aircraft dial it; empty before it ever was."""
+        """Addresses at which its ground station last was the router, as aircraft dial them; empty before that."""
         return list(self._native.addresses()[0])
 
     @property
     def doors(self) -> list[str]:
-        """Where it last enrolled aircraft, ``HOST:PORT``."""
+        """Addresses at which it last enrolled aircraft, ``HOST:PORT``."""
         return list(self._native.addresses()[1])
 
     def problem_at(self, address: str) -> str | None:
-        """What is wrong with a router or door, such as ``"tls/127.0.0.1:7447"``; ``None`` where nothing is."""
+        """What is wrong with the router or enrolment at an address, such as ``"tls/127.0.0.1:7447"``; ``None`` if nothing is."""
         problem: str | None = self._native.try_address(address)
         return problem
 
     def reachable_router(self) -> str | None:
-        """Where its router answers this machine, if it runs."""
+        """The address at which its router answers this machine; ``None`` if it does not run."""
         routers = self.routers
         here = [re.sub(r"/.*:", "/127.0.0.1:", router) for router in routers[:1]]
         return next((router for router in [*here, *routers] if self.problem_at(router) is None), None)
@@ -440,35 +442,37 @@ def is_for_station(token: str) -> bool:
     Raises
     ------
     InvalidRequest
-        For a text that is no token.
+        For a text that is not a token.
     """
     return bool(native("fleet_token")(token)[1])
 
 
 def join(token: str, *, file: str | Path | None = None) -> tuple[Member, bool]:
-    """Bring this computer into a fleet, as what a token is for. It makes its own keys, which never leave it.
+    """Enrol this computer in a fleet, in the role of the token. It creates its own keys, which never leave it.
 
     Parameters
     ----------
     token : str
-        What `Organisation.enrol` or `Organisation.enrol_station` gave. The one that brought it in already is good for nothing more, and
+        From `Organisation.enrol` or `Organisation.enrol_station`. One with which this computer has joined already
         changes nothing.
     file : path, optional
-        Where its place is kept; by default `member_file` for an aircraft, `station_file` for a ground station, whose key is beside it.
+        File of the membership; by default `member_file` for an aircraft, `station_file` for a ground station, with its
+        key beside it.
 
     Returns
     -------
     tuple of Member and bool
-        Its place, and whether it has it from now.
+        The membership, and whether it is new.
 
     Raises
     ------
     InvalidRequest
-        For a text that is no token.
+        For a text that is not a token.
     NotPossibleNow
-        When the ground station refuses: the token has expired, was used, or is not known there; or this one has the authority itself.
+        When the ground station refuses: the token has expired, was used, or is unknown; or this machine has the
+        authority itself.
     LinkError
-        When nobody is reached, or somebody else answers; nothing was told to them.
+        When no ground station is reached, or one with a wrong certificate; it was sent nothing.
     """
     org, is_station = native("fleet_token")(token)
     if is_station and file is None and Organisation(org).exists:
@@ -481,7 +485,7 @@ def join(token: str, *, file: str | Path | None = None) -> tuple[Member, bool]:
 
 
 def member(*, file: str | Path | None = None) -> Member | None:
-    """The place of this computer in a fleet, if it has one; by default as an aircraft.
+    """The fleet membership of this computer, if it has one; by default as an aircraft.
 
     Raises
     ------
@@ -494,12 +498,12 @@ def member(*, file: str | Path | None = None) -> Member | None:
 
 @dataclass(frozen=True, kw_only=True)
 class Check:
-    """One thing that was looked at.
+    """The result of one check.
 
     Attributes
     ----------
     ok : bool
-        Whether it is as it should be.
+        Whether it passed.
     message : str
         What was found.
     remedy : str
@@ -512,7 +516,7 @@ class Check:
 
 
 def _validity(what: str, begins: datetime, ends: datetime, now: datetime, remedy: str) -> Check:
-    """Whether a certificate is good, and for long enough."""
+    """Check the validity of a certificate, and that enough of it is left."""
     left_s = (ends - now).total_seconds()
     if now < begins:
         message = f"{what} begins on {begins:%Y-%m-%d}, and the clock here says {now:%Y-%m-%d %H:%M} UTC"
@@ -526,7 +530,7 @@ def _validity(what: str, begins: datetime, ends: datetime, now: datetime, remedy
 
 
 def _reached(addresses: Iterable[str], problem_at: Callable[[str], str | None], remedy: str) -> Iterator[Check]:
-    """Whether one of these addresses answers; that others do not is only said, but not of whoever shows a wrong certificate."""
+    """Check that one of the addresses answers. The others only have to show no wrong certificate."""
     problems = {address: problem_at(address) for address in addresses}
     answers = any(problem is None for problem in problems.values())
     for address, problem in problems.items():
@@ -539,7 +543,7 @@ def _reached(addresses: Iterable[str], problem_at: Callable[[str], str | None], 
 
 
 def _private(path: Path) -> Iterator[Check]:
-    """Whether a file is its owner's alone."""
+    """Check that only its owner can read a file."""
     if os.name != "posix" or not path.exists():
         return
     if path.stat().st_mode & 0o077:
@@ -547,14 +551,14 @@ def _private(path: Path) -> Iterator[Check]:
 
 
 def check_ground(organisation: Organisation, *, now: datetime | None = None) -> list[Check]:
-    """Look for what keeps aircraft out, on the ground.
+    """Find out, on the ground, why aircraft are missing from the list.
 
     Parameters
     ----------
     organisation : Organisation
         Which fleet.
     now : datetime, optional
-        The time; by default that of the clock.
+        The present time; by default that of the clock.
     """
     org = organisation.org
     now = now or datetime.fromtimestamp(time.time(), timezone.utc)
@@ -606,7 +610,7 @@ def check_ground(organisation: Organisation, *, now: datetime | None = None) -> 
 
 
 def _again(each: Enrolled | EnrolledStation | Member) -> str:
-    """The command that enrols one again."""
+    """The command that enrols a member again."""
     role = getattr(each, "role", None)
     is_station = isinstance(each, EnrolledStation) or (isinstance(each, Member) and each.is_station)
     options = f"--station {'' if role in (None, 'operator') else f'--role {role} '}" if is_station else ""
@@ -625,7 +629,7 @@ def check_board(found: Member, *, file: str | Path | None = None, now: datetime 
     file : path, optional
         Where that is kept; by default `member_file`, or `station_file` for a ground station.
     now : datetime, optional
-        The time; by default that of the clock.
+        The present time; by default that of the clock.
     """
     default = station_file(found.org) if found.is_station else member_file()
     path = default if file is None else Path(file)

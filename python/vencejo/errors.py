@@ -1,4 +1,4 @@
-"""What can go wrong, as exceptions that say what the vehicle said.
+"""Exceptions of the package.
 
 Every exception of this package is a `VencejoError`. The messages say what was wrong, where, and what to do.
 
@@ -42,7 +42,7 @@ class Busy(VencejoError):
 
 
 class ControlHeld(VencejoError):
-    """Somebody else holds control of the station: nothing was sent.
+    """Another operator holds control of the station: nothing was sent.
 
     Ask for it, wait until it is given up, or take it over by name (`vencejo.Operator`).
 
@@ -58,9 +58,9 @@ class ControlHeld(VencejoError):
 
 
 class ConfirmationNeeded(VencejoError):
-    """An act that can end a flight or destroy what is on board, and that was not confirmed: nothing was sent.
+    """A request that can end a flight or destroy data on board, and was not confirmed: nothing was sent.
 
-    A program confirms it by naming it: the same call with ``confirm=`` this exception's `act`.
+    A program confirms it by repeating the call with ``confirm=`` this exception's `act`.
 
     Attributes
     ----------
@@ -74,21 +74,21 @@ class ConfirmationNeeded(VencejoError):
 
 
 class Cancelled(VencejoError):
-    """The operation was cancelled by its caller. What the vehicle holds is unknown until it is read again."""
+    """The caller cancelled the operation. The state on board is unknown until it is read again."""
 
 
 class InvalidRequest(VencejoError, ValueError):
-    """What may not be sent to an aircraft: nothing was sent.
+    """A request that must not be sent to an aircraft: nothing was sent.
 
-    A value that is not finite, out of range or unknown to this vehicle. Asking again does not help.
+    A value that is not finite, out of range or unknown to this vehicle. Repeating it does not help.
     """
 
 
 class NotPossibleNow(VencejoError):
-    """What the vehicle's present state rules out: nothing was sent.
+    """A request that the vehicle's present state rules out: nothing was sent.
 
-    Restarting while it is armed, arming or starting when what is on board is not known, or an upload before it has said
-    where home is. The message says what has to come first.
+    Such as a restart while it is armed, arming or starting while the plan on board is not known, or an upload before it
+    has reported its home. The message says what has to come first.
     """
 
 
@@ -127,12 +127,12 @@ class CommandRefused(VencejoError):
 
 
 class CommandTimeout(VencejoError, TimeoutError):
-    """The vehicle did not answer, or never showed the state that was asked for.
+    """The vehicle did not answer, or did not reach the requested state in time.
 
     Attributes
     ----------
     command : str
-        Name of the MAV_CMD; empty when no single command was waited for.
+        Name of the MAV_CMD; empty if the wait was not for a single command.
     reasons : tuple[str, ...]
         What the vehicle wrote in STATUSTEXT messages meanwhile.
     """
@@ -144,11 +144,11 @@ class CommandTimeout(VencejoError, TimeoutError):
 
 
 class TransferError(VencejoError):
-    """A plan, parameter or file transfer failed. What the vehicle holds is unknown until it is read again."""
+    """A plan, parameter or file transfer failed. The state on board is unknown until it is read again."""
 
 
 class PlanMismatch(TransferError):
-    """The vehicle took the plan but reads back something else.
+    """The vehicle accepted the plan, but what it reads back differs.
 
     Attributes
     ----------
@@ -162,7 +162,7 @@ class PlanMismatch(TransferError):
 
 
 class ParameterError(VencejoError):
-    """A parameter that the vehicle does not have, a name or value that cannot be, or a value that it did not take."""
+    """A parameter that the vehicle does not have, an invalid name or value, or a value that it did not accept."""
 
 
 class FileFormatError(VencejoError, ValueError):

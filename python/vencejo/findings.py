@@ -24,8 +24,8 @@ class Finding:
     message, remedy : str
         What is wrong, and what to do about it, in English.
     figures : mapping of str to bool, int, float, str or None
-        What the sentences tell, by name; a name ends in its unit, as in ``length_m``. ``None`` is not known, or without limit.
-        `schemas/openapi.json` lists them for each code (``FindingKind``).
+        What the sentences tell, by name; a name ends in its unit, as in ``length_m``. ``None`` is not known, or without
+        limit. `schemas/openapi.json` lists them for each code (``FindingKind``).
     """
 
     severity: Literal["error", "warning"]
@@ -42,6 +42,7 @@ class Finding:
 def with_flown(drawn: Iterable[Finding], flown: Iterable[Finding]) -> tuple[Finding, ...]:
     """What is wrong or doubtful in a plan that was rehearsed.
 
-    That is what its lines show, but for the legs that look short, for the flight shows whether they are; and what the flight shows.
+    That is what its lines show, but for the legs that look short, for the flight shows whether they are; and what the
+    flight shows.
     """
     return (*(finding for finding in drawn if finding.code != "short-leg"), *flown)

@@ -1,11 +1,12 @@
-"""Aircraft far away: a station on board tells where its plane is, and does what a ground station of the same fleet orders.
+"""Fleets of remote aircraft: a station on board reports its plane's state and executes orders of the fleet's ground stations.
 
-On the ground, `Fleet` makes every aircraft of an organisation a vehicle of a station, like one at a link. On board, `Aircraft`
-speaks for the plane that the station hears. It alone decides who may act: one ground station at a time has control, orders are
-signed, done at most once, and mean nothing once somebody else has control. Whoever acts on board comes before all of them.
+On the ground, `Fleet` makes every aircraft of an organisation a vehicle of a station, like one on a link. On board,
+`Aircraft` represents the plane that the station hears. The aircraft alone decides who may act: one ground station at a
+time has control; orders are signed, executed at most once, and void once another station has control. Operators on
+board take precedence.
 
-Over TLS or QUIC both ends show certificates of the fleet's own authority (`vencejo.enrolment`); in the clear, addresses are of this
-machine alone.
+Over TLS or QUIC both ends show certificates of the fleet's own authority (`vencejo.enrolment`). Unencrypted addresses
+have to be on this machine.
 """
 
 from __future__ import annotations
@@ -26,32 +27,32 @@ from vencejo.station import Station, default_history_dir
 __all__ = ["Aircraft", "AircraftStatus", "FarAircraft", "Fleet", "default_key_file", "has_fleet"]
 
 BOARD_HISTORY_MB = 256
-"""What an aircraft's history may take on board, MB: a day with an operator, a week without."""
+"""Default size limit of an aircraft's history on board, MB: a day with an operator, a week without."""
 GROUND_HISTORY_MB = 4096
-"""The same of all aircraft's on the ground."""
+"""Default size limit of all aircraft's histories on the ground, MB."""
 
 
 def has_fleet() -> bool:
-    """Whether this build can join fleets; wheels can."""
+    """Whether this build supports fleets, as wheels do."""
     return hasattr(_native, "FleetGround")
 
 
 @dataclass(frozen=True, kw_only=True)
 class AircraftStatus:
-    """How it goes on board.
+    """State of an aircraft's membership, on board.
 
     Attributes
     ----------
     is_connected : bool
-        Whether a router is reached.
+        Whether it is connected to a router.
     problem : str or None
-        What the network said when it was not, or why it may hear nothing.
+        Why it is not connected, or why it may receive nothing.
     holder : str or None
-        Who has control of the plane, near or far.
+        Who has control of the plane, on board or on the ground.
     rate_hz : float
-        How often the plane's state is told.
+        Rate at which the plane's state is sent.
     certificate_ends : datetime or None
-        When its certificate ends (UTC); it is renewed 30 days before. ``None`` in the clear.
+        When its certificate expires (UTC); it is renewed 30 days before. ``None`` without encryption.
     """
 
     is_connected: bool
@@ -62,40 +63,40 @@ class AircraftStatus:
 
 
 class Aircraft(Closing):
-    """The plane that a station on board hears, in a fleet.
+    """The plane of a station on board, as a member of a fleet.
 
-    From now on the station's heartbeat goes out only while somebody has control: the autopilot's ground-station failsafe counts
-    it. Close it, or use it in a ``with`` statement, inside that of its station.
+    From now on the station's heartbeat is sent only while an operator has control, because the autopilot's
+    ground-station failsafe monitors it. Close it, or use it in a ``with`` statement, inside that of its station.
 
     Parameters
     ----------
     station : Station
         A station on board: MAVLink component 191 of the vehicle's system id.
     org, name : str, optional
-        The organisation, and the plane's name there: 1 to 32 of ``a-z``, ``0-9`` and ``-``. By default those of the fleet that this
-        computer has joined (`vencejo.enrolment.join`).
+        The organisation, and the plane's name there: 1 to 32 of ``a-z``, ``0-9`` and ``-``. By default those of the
+        fleet that this computer has joined (`vencejo.enrolment.join`).
     dial : str or iterable of str, optional
-        Where the fleet's router is, such as ``"tls/ground.local:7447"``. It is dialled for ever; of several, the next when one is gone. By
-        default those that it was told of when it joined; else ``"tcp/127.0.0.1:7447"``.
+        Addresses of the fleet's routers, such as ``"tls/ground.local:7447"``. They are dialled for ever, one after the
+        other. Default: those received on joining, else ``"tcp/127.0.0.1:7447"``.
     trust, chiefs : iterable of str, optional
-        Public keys of ground stations whose orders it takes, beside those on its fleet's list; those of ``chiefs`` may take control
-        from the others at once. Without any, it only tells where it is.
+        Public keys of ground stations whose orders are accepted, beside those on the fleet's list; ``chiefs`` may take
+        control from the others at once. Without any, it only reports its state.
     uplink_kbit_s : float, optional
-        What the uplink carries, where that is known: states fill 60 % of it at most.
+        Capacity of the uplink, if it is known: states fill 60 % of it at most.
     history : bool or path, optional
-        Whether what it tells and is ordered is kept on this computer's disk, and where: by default in `default_history_dir`, within
-        `history_mb`. What a ground station did not hear it fetches from there later.
+        Whether states, events and orders are stored on this computer, and where: by default in `default_history_dir`,
+        within `history_mb`. Ground stations fetch from it later what they missed.
     history_mb : float, optional
-        What that may take, MB; 256 by default. The oldest is deleted to make room.
+        Size limit of the history, MB; default 256. The oldest files are deleted.
     history_frames : bool, optional
-        Whether every MAVLink message of the autopilot is kept there too; not by default.
+        Whether to store every MAVLink message of the autopilot too; default False.
     member_file : path, optional
-        Where this computer's place in a fleet is kept, with its certificate; by default in the data folder.
+        File of this computer's fleet membership, with its certificate; by default in the data folder.
 
     Raises
     ------
     InvalidRequest
-        For a name, a key or an address that cannot be; for an encrypted address without a certificate.
+        For an invalid name, key or address, and for an encrypted address without a certificate.
     VencejoError
         When the file is damaged.
     """
@@ -131,7 +132,7 @@ class Aircraft(Closing):
 
     @property
     def status(self) -> AircraftStatus:
-        """How it goes."""
+        """The present state."""
         is_connected, problem, holder, rate_hz, ends = self._native.status()
         return AircraftStatus(
             is_connected=is_connected,
@@ -151,7 +152,7 @@ def _addresses(given: str | Iterable[str] | None) -> list[str]:
 
 
 def _history(where: bool | str | Path, mb: float, side: str, *more: bool) -> tuple[Any, ...] | None:
-    """Where a history is kept, and within how many bytes; ``None``: nowhere."""
+    """Folder and size limit (bytes) of a history; ``None`` without one."""
     if where is False:
         return None
     folder = default_history_dir() / side if where is True else Path(where)
@@ -160,19 +161,19 @@ def _history(where: bool | str | Path, mb: float, side: str, *more: bool) -> tup
 
 @dataclass(frozen=True, kw_only=True)
 class FarAircraft:
-    """An aircraft of a fleet, as a ground station sees it.
+    """A remote aircraft of a fleet, as a ground station sees it.
 
     Attributes
     ----------
     name : str
     system_id : int or None
-        By which its vehicle is known in this station, from 256 to 65,535; ``None`` before it has said anything.
+        Id of its vehicle in this station, 256 to 65,535; ``None`` before its first message.
     is_present : bool
-        Whether the station on board is reachable, as far as the network knows; a cut is known some seconds later.
+        Whether the station on board is connected; a broken connection is noticed some seconds later.
     age_s : float
-        Time since it said something.
+        Time since its newest message.
     holder, asking : str or None
-        Who has control of it, and who asks for that.
+        Who has control of it, and who asks for control.
     """
 
     name: str
@@ -186,41 +187,42 @@ class FarAircraft:
 class Fleet(Closing):
     """A ground station of a fleet: each aircraft is a vehicle of its station.
 
-    Control of an aircraft is asked for with the first act on it, kept while an operator of the station has control, and given up
-    then. Close it, or use it in a ``with`` statement, inside that of its station.
+    Control of an aircraft is requested with the first request to it, and kept while an operator of the station has
+    control. Close it, or use it in a ``with`` statement, inside that of its station.
 
     Parameters
     ----------
     station : Station
-        Where the aircraft appear.
+        The station in which the aircraft appear.
     org : str
         The organisation.
     listen : str, optional
-        Where it is a router of the fleet; with port 0 a free one is taken (`endpoint`). By default ``"tls/0.0.0.0:7447"`` where the fleet's
-        authority is on this machine; else ``"tcp/127.0.0.1:7447"``, but where this machine has joined the fleet by a token: then only if that was for a router
-        (`Organisation.enrol_station`), at the port that was said there.
+        Address to listen on as a router of the fleet; port 0 picks a free one (`endpoint`). Default:
+        ``"tls/0.0.0.0:7447"`` if the fleet's authority is on this machine, else ``"tcp/127.0.0.1:7447"``. A machine
+        that joined by a token listens only if the token was for a router (`Organisation.enrol_station`), on the port
+        given there.
     router : str or iterable of str, optional
-        Another router that it uses, in place of being one; of several, the next when one is gone. With `listen`, or where it was enrolled as a
-        router, it is linked with all of them instead. By default, where it has joined by a token, those of the fleet's list.
+        Other routers to use instead of being one, tried one after the other. With `listen`, or if it was enrolled as a
+        router, it is linked with all of them. Default, after joining by a token: those of the fleet's list.
     door : str, optional
-        Where aircraft join with a token and get their next certificate, such as ``"0.0.0.0:7448"``; nowhere by default, nor in the
-        clear.
+        Address where aircraft join with a token and renew their certificate, such as ``"0.0.0.0:7448"``. Default: none;
+        there is none without encryption.
     key_file : path, optional
-        Its own key; made where there is none.
+        File of its own key; created if missing.
     history : bool or path, optional
-        Whether what is heard of the aircraft is kept here, and where: by default in `default_history_dir`, within `history_mb`. What was
-        not heard is fetched when an aircraft is there again.
+        Whether the aircraft's messages are stored here, and where: by default in `default_history_dir`, within
+        `history_mb`. Missed ones are fetched when an aircraft is connected again.
     history_mb : float, optional
-        What that may take, MB; 4,096 by default. The oldest is deleted to make room.
+        Size limit of the histories, MB; default 4,096. The oldest files are deleted.
     folder : path, optional
-        Where fleets' authorities are; by default in the data folder.
+        Folder of the fleets' authorities; by default in the data folder.
 
     Raises
     ------
     InvalidRequest
-        For a name or an address that cannot be; for an encrypted address without certificates.
+        For an invalid name or address, and for an encrypted address without certificates.
     LinkError
-        When the address is taken, or the router is not reached.
+        When the address is in use, or the router cannot be reached.
     """
 
     def __init__(

@@ -1,8 +1,8 @@
 """Geometry on the WGS-84 ellipsoid: distances, bearings, positions along a line, and coordinates of UTM maps.
 
-The same code that the driver, the checks and the progress of missions use. Distances along the ground are geodesics (C. F. F. Karney,
-"Algorithms for geodesics", J. Geodesy 87, 2013), good to micrometres anywhere, over the poles and the date line too; UTM is
-Krüger's series to n⁶ (Karney, J. Geodesy 85, 2011), good to nanometres.
+The same code that the driver, the checks and the progress of missions use. Distances along the ground are geodesics (C.
+F. F. Karney, "Algorithms for geodesics", J. Geodesy 87, 2013), good to micrometres anywhere, over the poles and the
+date line too; UTM is Krüger's series to n⁶ (Karney, J. Geodesy 85, 2011), good to nanometres.
 
 Examples
 --------
@@ -124,7 +124,8 @@ def utm(position: GeoPoint, *, zone: int | None = None, is_north: bool | None = 
     ----------
     position : GeoPoint
     zone : int, optional
-        1 to 60; the one that maps of the position are made in (with the exceptions of Norway and Svalbard) when omitted.
+        1 to 60; the one that maps of the position are made in (with the exceptions of Norway and Svalbard) when
+        omitted.
     is_north : bool, optional
         Hemisphere; that of the position when omitted.
 

@@ -1,7 +1,7 @@
-"""What aircraft of fleets said and did: files that are kept of it, what is missing in them, and a replay of one.
+"""Histories of a fleet's aircraft: their files, gaps in them, and replay.
 
-Such a file (``.mcap``) is written on board and on the ground by `vencejo.fleet`. Foxglove and the Python package ``mcap`` read it too: the
-descriptions of what is in it are in the file.
+`vencejo.fleet` writes the files (``.mcap``) on board and on the ground. Foxglove and the Python package ``mcap`` read
+them too: each file contains its schemas.
 
 Examples
 --------
@@ -31,16 +31,17 @@ __all__ = ["Contents", "Gap", "Kept", "Replay", "ReplayStatus", "StreamContents"
 
 @dataclass(frozen=True, kw_only=True)
 class StreamContents:
-    """What a file has of one stream.
+    """The records of one stream in a file.
 
     Attributes
     ----------
     boot : int
-        Another number each time that the station on board started.
+        Id of a start of the station on board; it differs for each.
     stream : str
         ``"state"``, ``"event"`` or ``"audit"``: orders with their senders and answers.
     ranges : tuple of (int, int)
-        The numbers that are there, first and last; in one boot there are no others between them than those that are missing.
+        Ranges of record numbers, first and last. Numbers are consecutive within a boot, so those in between are
+        missing.
     """
 
     boot: int
@@ -49,26 +50,26 @@ class StreamContents:
 
     @property
     def count(self) -> int:
-        """How many there are."""
+        """Number of records."""
         return sum(last - first + 1 for first, last in self.ranges)
 
     @property
     def missing(self) -> int:
-        """How many are missing between the first and the last."""
+        """Number of records missing between the first and the last."""
         return self.ranges[-1][1] - self.ranges[0][0] + 1 - self.count if self.ranges else 0
 
 
 @dataclass(frozen=True, kw_only=True)
 class Contents:
-    """What is in a history file.
+    """Contents of a history file.
 
     Attributes
     ----------
     aircraft : str or None
-        Its name in its fleet, where the file says it.
+        Its name in its fleet, if the file has it.
     streams : tuple of StreamContents
     start : datetime or None
-        UTC of the first record, as it was estimated: a computer without a clock of its own begins in 1970.
+        Estimated time of the first record (UTC): a computer without a clock of its own begins in 1970.
     duration_s : float
         How long the station on board ran in it.
     skipped_bytes : int
@@ -83,12 +84,12 @@ class Contents:
 
 
 def contents(path: str | os.PathLike[str]) -> Contents:
-    """Read a whole history file, in any condition, and tell what is in it.
+    """Read a whole history file, damaged ones too, and return what it contains.
 
     Raises
     ------
     FileFormatError
-        When it cannot be read, or is no MCAP file.
+        When it cannot be read, or is not an MCAP file.
     VencejoError
         In a build without fleets.
     """
@@ -106,7 +107,7 @@ def contents(path: str | os.PathLike[str]) -> Contents:
 
 @dataclass(frozen=True, kw_only=True)
 class Gap:
-    """Numbers that are not in an archive.
+    """A range of record numbers missing in an archive.
 
     Attributes
     ----------
@@ -128,7 +129,7 @@ class Gap:
 
 @dataclass(frozen=True, kw_only=True)
 class Kept:
-    """What is kept of one aircraft.
+    """The archive of one aircraft.
 
     Attributes
     ----------
@@ -136,11 +137,12 @@ class Kept:
     folder : Path
         Where.
     files : tuple of Path
-        By name, which is by time where the clock was set.
+        Sorted by name, which is by time if the clock was set.
     bytes : int
         Their size together.
     records : dict of str to int
-        How many of each stream were ever in it; some may have been deleted since, to make room. On board it is empty: there all is kept.
+        How many of each stream were ever in it; some may have been deleted since, to make room. On board it is empty:
+        there all is kept.
     gaps : tuple of Gap
         What is missing of it on the ground.
     """
@@ -154,12 +156,12 @@ class Kept:
 
 
 def kept(folder: str | os.PathLike[str] | None = None) -> list[Kept]:
-    """List what is kept in a folder, by aircraft; by default of all fleets here, far away and on board.
+    """List the archives in a folder, by aircraft; by default those of all fleets here, remote and on board.
 
     Raises
     ------
     VencejoError
-        When what an archive notes beside its files is damaged.
+        When the notes beside an archive's files are damaged.
     """
     if folder is None:
         top = default_history_dir()
@@ -194,16 +196,16 @@ def _kept(
 
 @dataclass(frozen=True, kw_only=True)
 class ReplayStatus:
-    """How a replay goes.
+    """State of a replay.
 
     Attributes
     ----------
     system_id : int or None
-        Of its vehicle in the station; ``None`` before it has said anything.
+        Id of its vehicle in the station; ``None`` before its first message.
     position_s, duration_s : float
-        Where it is in the file, and how long that is.
+        Position in the file, and duration of the file.
     is_over : bool
-        Whether it has come to the end.
+        Whether it has reached the end.
     """
 
     system_id: int | None
@@ -213,16 +215,16 @@ class ReplayStatus:
 
 
 class Replay(Closing):
-    """A history file that is played into a station: a vehicle like one far away, which takes no orders.
+    """Replay of a history file into a station: a vehicle like a remote one, which accepts no orders.
 
     Close it, or use it in a ``with`` statement, inside that of its station.
 
     Parameters
     ----------
     station : Station
-        Where it appears.
+        The station in which it appears.
     path : path
-        The file, in any condition.
+        The file, which may be damaged.
     speed : float, optional
         Times the recorded pace, 0.01 to 10,000.
     start_s : float, optional
@@ -254,12 +256,12 @@ class Replay(Closing):
 
     @property
     def name(self) -> str:
-        """By which name its vehicle goes: `Vehicle.remote_name`."""
+        """Name of its vehicle: `Vehicle.remote_name`."""
         return str(self._native.name)
 
     @property
     def status(self) -> ReplayStatus:
-        """How it goes."""
+        """The present state."""
         system_id, position_s, duration_s, is_over = self._native.status()
         return ReplayStatus(system_id=system_id, position_s=position_s, duration_s=duration_s, is_over=is_over)
 

@@ -1,8 +1,8 @@
 """Landing design: the mission items that land a fixed-wing plane at a point, without altitudes tuned by hand.
 
-The plane descends in a circle that touches the extended final leg until it has the altitude of the leg's beginning, leaves it along
-the tangent, and flies one straight slope to the point: the slope is the same from any altitude. The formulas and their sources are
-documented in the core (``crates/flight/src/landing.rs``).
+The plane descends in a circle that touches the extended final leg until it has the altitude of the leg's beginning,
+leaves it along the tangent, and flies one straight slope to the point: the slope is the same from any altitude. The
+formulas and their sources are documented in the core (``crates/flight/src/landing.rs``).
 
 Obstacles are not known, nor is the ground without a map of it: check the approach before you send it.
 
@@ -190,8 +190,9 @@ class LandingReason:
     Attributes
     ----------
     code : str
-        ``"calm"``, ``"headwind"``, ``"tailwind"``, ``"crosswind"`` (from 2 m/s on), ``"steep"`` (more than 1 in 10), ``"ground-near"``,
-        ``"comes-to-rest"`` (where the rehearsed plane does), ``"before-runway"``, ``"beyond-runway"`` (it touches down or rolls there) or ``"does-not-land"``.
+        ``"calm"``, ``"headwind"``, ``"tailwind"``, ``"crosswind"`` (from 2 m/s on), ``"steep"`` (more than 1 in 10),
+        ``"ground-near"``, ``"comes-to-rest"`` (where the rehearsed plane does), ``"before-runway"``,
+        ``"beyond-runway"`` (it touches down or rolls there) or ``"does-not-land"``.
     message : str
         The reason in English, with its figures.
     """
@@ -214,12 +215,13 @@ class LandingAlternative:
     ending : str
         How the rehearsed approach ends (`vencejo.rehearsal.Ending`).
     touch_down_m, rest_m : float or None
-        Where it touches down and comes to rest, metres beyond the point along the final leg, negative before it; ``None`` if it
-        does not.
+        Where it touches down and comes to rest, metres beyond the point along the final leg, negative before it;
+        ``None`` if it does not.
     duration_s : float
         Duration of the approach from where the plane comes from, or from home.
     verdict : {"good", "doubtful", "bad"}
-        Good: nothing speaks against it; doubtful: something does; bad: the rehearsed plane does not come down where it should.
+        Good: nothing speaks against it; doubtful: something does; bad: the rehearsed plane does not come down where it
+        should.
     reasons : tuple of LandingReason
     """
 
@@ -246,32 +248,36 @@ class LandingOptions(TypedDict, total=False):
     wind : Wind or None
         Lengthens the leg and widens the circle as necessary; below 1 m/s it gives no direction.
     ground_rel_home_m : float or None
-        Height of the ground at the point above home, metres, -1000 to 1000. By default it is that of home, and a caution says so.
+        Height of the ground at the point above home, metres, -1000 to 1000. By default it is that of home, and a
+        caution says so.
     airspeed_m_s : float or None
-        Approach airspeed, 5 to 60 m/s. Default: TECS_LAND_ARSPD of ``parameters``, else 22 (AIRSPEED_CRUISE of ArduPilot's
-        simulated plane).
+        Approach airspeed, 5 to 60 m/s. Default: TECS_LAND_ARSPD of ``parameters``, else 22 (AIRSPEED_CRUISE of
+        ArduPilot's simulated plane).
     slope : float or None
-        Steepest slope of the final leg, 0.02 to 0.25; default 0.08 (1 in 12.5), and at most what ``parameters`` let the plane sink
-        without power (TECS_SINK_MIN).
+        Steepest slope of the final leg, 0.02 to 0.25; default 0.08 (1 in 12.5), and at most what ``parameters`` let the
+        plane sink without power (TECS_SINK_MIN).
     final_height_m : float or None
         Height above the ground where the final leg begins, 15 to 200 m, default 40.
     radius_m : float or None
-        Smallest radius of the circle, 20 to 500 m. Default: WP_LOITER_RAD of ``parameters``, or what cruise needs, else 80.
+        Smallest radius of the circle, 20 to 500 m. Default: WP_LOITER_RAD of ``parameters``, or what cruise needs, else
+        80.
     is_clockwise : bool or None
-        Whether the circle lies to the right of the final leg, flown clockwise. Default: as the plane circles, else True.
-        `landing_alternatives` lists this side first of two equally good ones.
+        Whether the circle lies to the right of the final leg, flown clockwise. Default: as the plane circles, else
+        True. `landing_alternatives` lists this side first of two equally good ones.
     has_land_start : bool or None
-        Whether DO_LAND_START precedes the landing, by which "land" and a return find it. Default: if RTL_AUTOLAND of ``parameters``
-        uses it, and True without ``parameters``. An ArduPlane whose RTL_AUTOLAND is 0 does not arm with one.
+        Whether DO_LAND_START precedes the landing, by which "land" and a return find it. Default: if RTL_AUTOLAND of
+        ``parameters`` uses it, and True without ``parameters``. An ArduPlane whose RTL_AUTOLAND is 0 does not arm with
+        one.
     parameters : mapping of str to float or None
-        The plane's parameters, as `vencejo.params.load_params` or ``vehicle.params.all()`` give them; a missing one has the value
-        of ArduPilot's simulated plane.
+        The plane's parameters, as `vencejo.params.load_params` or ``vehicle.params.all()`` give them; a missing one has
+        the value of ArduPilot's simulated plane.
     home : Home or None
-        Home, where altitudes count from. `design_landing` ignores ``ground`` without it; `landing_alternatives` takes the point
-        at sea level.
+        Home, where altitudes count from. `design_landing` ignores ``ground`` without it; `landing_alternatives` takes
+        the point at sea level.
     ground : callable or None
-        Terrain elevation, as for `vencejo.rehearsal.rehearse`. It gives the height at the point if ``ground_rel_home_m`` does not,
-        and a caution where it comes near the final leg or the circle. Obstacles are not known.
+        Terrain elevation, as for `vencejo.rehearsal.rehearse`. It gives the height at the point if
+        ``ground_rel_home_m`` does not, and a caution where it comes near the final leg or the circle. Obstacles are not
+        known.
     """
 
     course_deg: float | None
@@ -292,8 +298,8 @@ class LandingOptions(TypedDict, total=False):
 def design_landing(at: GeoPoint | Runway, **options: Unpack[LandingOptions]) -> Landing:
     """Design a landing at a point or on a runway.
 
-    Its direction is the given course; else from where the plane comes from; else into the wind. On a runway the direction nearer
-    to the course is taken, else the one with the headwind, in calm air from its beginning.
+    Its direction is the given course; else from where the plane comes from; else into the wind. On a runway the
+    direction nearer to the course is taken, else the one with the headwind, in calm air from its beginning.
 
     Parameters
     ----------
@@ -305,8 +311,8 @@ def design_landing(at: GeoPoint | Runway, **options: Unpack[LandingOptions]) -> 
     Raises
     ------
     InvalidRequest
-        For an invalid position, a value out of its range, when nothing gives a direction, and when the wind is too strong for the
-        plane to come in.
+        For an invalid position, a value out of its range, when nothing gives a direction, and when the wind is too
+        strong for the plane to come in.
     """
     return _landing(
         _native.design_landing(_site(at), _asked(options), _start(options.get("home")), options.get("ground"))
@@ -316,11 +322,11 @@ def design_landing(at: GeoPoint | Runway, **options: Unpack[LandingOptions]) -> 
 def landing_alternatives(at: GeoPoint | Runway, **options: Unpack[LandingOptions]) -> tuple[LandingAlternative, ...]:
     """List the landings at a point or on a runway, the best for this wind first.
 
-    Each direction (of the runway, of the given course, else twelve at 30 degrees) is combined with its circle on either side and
-    rehearsed (`vencejo.rehearsal`) from where the plane comes from, else from ``home``, 30 m above the beginning of the final leg.
-    They are sorted by verdict, then by less tailwind, less crosswind, the distance at which the plane comes to rest, and the duration.
-    Directions in which the wind is too strong for the plane to come in are left out. A landing near which the ground comes ranks
-    lower.
+    Each direction (of the runway, of the given course, else twelve at 30 degrees) is combined with its circle on either
+    side and rehearsed (`vencejo.rehearsal`) from where the plane comes from, else from ``home``, 30 m above the
+    beginning of the final leg. They are sorted by verdict, then by less tailwind, less crosswind, the distance at which
+    the plane comes to rest, and the duration. Directions in which the wind is too strong for the plane to come in are
+    left out. A landing near which the ground comes ranks lower.
 
     Parameters
     ----------
@@ -359,8 +365,8 @@ def move_landing(
 ) -> Landing:
     """Move one part of a designed landing; the rest follows.
 
-    Moving the point keeps course and slope. Moving the beginning of the final leg, or the circle, changes course and length, and with
-    them the slope (0.02 to 0.25). Altitudes stay.
+    Moving the point keeps course and slope. Moving the beginning of the final leg, or the circle, changes course and
+    length, and with them the slope (0.02 to 0.25). Altitudes stay.
 
     Parameters
     ----------
@@ -434,8 +440,8 @@ def _landing(found: Any) -> Landing:
 def landing_item(plan: Plan) -> int | None:
     """The item, counted from 1, at which a mission's landing begins; ``None`` without a landing.
 
-    It is the DO_LAND_START before the landing; else the item with a position before it, where its last leg begins (a circle down
-    to its altitude, or a waypoint); else the landing itself.
+    It is the DO_LAND_START before the landing; else the item with a position before it, where its last leg begins (a
+    circle down to its altitude, or a waypoint); else the landing itself.
 
     Examples
     --------

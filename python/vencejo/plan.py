@@ -1,8 +1,8 @@
 """Plans: missions, fences and rally points, as files and as the vehicle has them.
 
-A `Plan` is an immutable value, and so is what it consists of; a field of another type than the one that belongs there is a
-`TypeError` where it is given. Items never include home: the first item is item 1 on an ArduPilot vehicle,
-whose item 0 is home.
+A `Plan` is an immutable value, and so is what it consists of; a field of another type than the one that belongs there
+is a `TypeError` where it is given. Items never include home: the first item is item 1 on an ArduPilot vehicle, whose
+item 0 is home.
 
 Examples
 --------
@@ -374,8 +374,8 @@ class RallyPoint:
 class ComplexItem:
     """An item of a ``.plan`` file that stands for several: a survey, a corridor, a landing pattern, a structure scan.
 
-    The mission holds the items that it stands for. It is kept beside them, and written in their place as long as they are in the
-    mission as it made them; so QGroundControl opens it as what it was.
+    The mission holds the items that it stands for. It is kept beside them, and written in their place as long as they
+    are in the mission as it made them; so QGroundControl opens it as what it was.
 
     Attributes
     ----------
@@ -457,7 +457,8 @@ class Plan:
     settings : PlanSettings
         Kept from file to file.
     notes : tuple of PlanNote
-        What reading the file had to assume or leave out; no part of the plan, so that plans which differ in it alone are equal.
+        What reading the file had to assume or leave out; no part of the plan, so that plans which differ in it alone
+        are equal.
     """
 
     items: tuple[MissionItem, ...] = ()
@@ -483,13 +484,13 @@ class Plan:
     def load(cls, path: str | os.PathLike[str]) -> Plan:
         """Read a plan file of any kind, told apart by content.
 
-        These hold plans: ``.plan`` and ``.mission`` (QGroundControl), ``.waypoints`` (QGC WPL 110), ``.fen`` and ``.ral`` (lines of
-        points). Of maps and receivers, ``.kml``, ``.kmz``, ``.geojson``, ``.gpx`` and ``.csv``: lines, else points, become waypoints,
-        areas become zones of the fence to stay inside.
+        These hold plans: ``.plan`` and ``.mission`` (QGroundControl), ``.waypoints`` (QGC WPL 110), ``.fen`` and
+        ``.ral`` (lines of points). Of maps and receivers, ``.kml``, ``.kmz``, ``.geojson``, ``.gpx`` and ``.csv``:
+        lines, else points, become waypoints, areas become zones of the fence to stay inside.
 
         Surveys, corridors and landing patterns become the items that they stand for, and are kept beside them in
-        ``settings.complex_items``, so that `save` writes them again. A structure scan becomes one item that no vehicle takes: only
-        QGroundControl knows what it stands for.
+        ``settings.complex_items``, so that `save` writes them again. A structure scan becomes one item that no vehicle
+        takes: only QGroundControl knows what it stands for.
 
         Heights keep what they count from, and where a file does not say it, or has none, `Plan.notes` does.
 
@@ -518,8 +519,8 @@ class Plan:
     def save(self, path: str | os.PathLike[str]) -> tuple[PlanNote, ...]:
         """Write a file; the name's ending says which: ``.plan``, ``.waypoints``, ``.kml``, ``.kmz``, ``.geojson``, ``.gpx``, ``.csv``.
 
-        A ``.waypoints`` file holds the mission alone; of a plan without one its fence, else its rally points. A ``.gpx`` holds the
-        places of the mission. The others hold everything.
+        A ``.waypoints`` file holds the mission alone; of a plan without one its fence, else its rally points. A
+        ``.gpx`` holds the places of the mission. The others hold everything.
 
         Returns
         -------

@@ -1,8 +1,8 @@
 """Rehearsal: a simulated flight of a plan in a wind, as the plane would really fly it.
 
-A point mass flies the plan under ArduPlane's own laws: it cuts corners by the waypoint radius, drifts in turns, reaches altitudes
-later than the drawn line, circles until it has its altitude, flares and touches down. What ArduPlane does at each item, and the
-formulas with their sources, are documented in the core (``crates/flight/src/rehearsal``).
+A point mass flies the plan under ArduPlane's own laws: it cuts corners by the waypoint radius, drifts in turns, reaches
+altitudes later than the drawn line, circles until it has its altitude, flares and touches down. What ArduPlane does at
+each item, and the formulas with their sources, are documented in the core (``crates/flight/src/rehearsal``).
 
 Examples
 --------
@@ -71,7 +71,8 @@ Ending = Literal[
     "landed", "returned", "unlimited", "endless", "ground", "held", "grounded", "not-rehearsed", "too-long"
 ]
 """How a rehearsed flight ends: at rest on the ground; circling over home or a rally point; in an endless circle of the mission;
-never, because a jump repeats for ever; in the ground before a landing; where the wind lets the plane come no nearer; on the ground
+never, because a jump repeats for ever; in the ground before a landing; where the wind lets the plane come no nearer; on
+the ground
 that it never leaves; at an item that is not rehearsed (quadplanes, scripts); after six hours."""
 
 
@@ -141,8 +142,8 @@ class Battery:
     charge_pct : float, optional
         Charge at the start, % of the capacity, 0 to 100; default 100.
     reserve_pct : float, optional
-        Charge that should be left at the landing, % of the capacity, 0 to 100; default: the higher of ``BATT_LOW_MAH`` and
-        ``BATT_CRT_MAH``, else 20.
+        Charge that should be left at the landing, % of the capacity, 0 to 100; default: the higher of ``BATT_LOW_MAH``
+        and ``BATT_CRT_MAH``, else 20.
     power_cruise_w : float, optional
         Power drawn in level flight at cruise, 0.1 to 1,000,000; default: that of the airframe.
     """
@@ -210,8 +211,8 @@ def learn(
 ) -> Learned:
     """Learn a plane from a recording of its flight (a ``.tlog``): its pitot, turns, lift, drag, thrust, power, and the wind.
 
-    Values that the flight does not show are those of the parameters, or of a foam pusher. Two minutes are enough, with position,
-    attitude and VFR_HUD at 10 Hz, turns in all directions and changes of speed and altitude.
+    Values that the flight does not show are those of the parameters, or of a foam pusher. Two minutes are enough, with
+    position, attitude and VFR_HUD at 10 Hz, turns in all directions and changes of speed and altitude.
 
     Parameters
     ----------
@@ -246,15 +247,15 @@ def _learned(learned: Any) -> Learned:
 class Elevation:
     """Terrain elevation from a file: SRTM (``N40W004.hgt``, ``.hgt.gz``), GeoTIFF, or a folder of them.
 
-    Calling it with a latitude and a longitude returns the bilinearly interpolated elevation, in metres above the file's datum,
-    which is mean sea level for SRTM and Copernicus; ``None`` where the file has no data.
+    Calling it with a latitude and a longitude returns the bilinearly interpolated elevation, in metres above the file's
+    datum, which is mean sea level for SRTM and Copernicus; ``None`` where the file has no data.
 
     Parameters
     ----------
     path : path-like
     below_sea_level : bool, optional
-        Whether elevations of GeoTIFFs below sea level are land; by default they are the sea floor, and the ground is the water
-        surface, 0 m.
+        Whether elevations of GeoTIFFs below sea level are land; by default they are the sea floor, and the ground is
+        the water surface, 0 m.
 
     Raises
     ------
@@ -346,8 +347,8 @@ class Rehearsal:
     airframe : {"parameters", "simulator", "flight"}
         Source of the airframe; see :data:`AirframeOrigin`.
     findings : tuple of Finding
-        Problems of the plan that only a flight shows: missed waypoints, altitudes not reached, terrain that is near or not known,
-        a fence breach, a touch-down far from its point or with a tailwind.
+        Problems of the plan that only a flight shows: missed waypoints, altitudes not reached, terrain that is near or
+        not known, a fence breach, a touch-down far from its point or with a tailwind.
     track : tuple of Moment
         Five samples a second, with the first and the last.
     passages : tuple of Passage
@@ -547,16 +548,16 @@ def rehearse(
     plan : Plan
         With a home.
     parameters : mapping of str to float, optional
-        The vehicle's parameters, as :func:`vencejo.params.load_params` or ``vehicle.params`` give them; a missing one has the
-        value of ArduPilot's simulated plane. Names from before ArduPlane 4.5 are understood.
+        The vehicle's parameters, as :func:`vencejo.params.load_params` or ``vehicle.params`` give them; a missing one
+        has the value of ArduPilot's simulated plane. Names from before ArduPlane 4.5 are understood.
     airframe : Airframe, optional
         As :func:`learn` returns it; default: derived from the parameters.
     battery : Battery, optional
-        Values that replace those of the parameters. The remaining charge is computed if capacity, voltage and the plane's power
-        are known; no parameter has the last two, a learned airframe does.
+        Values that replace those of the parameters. The remaining charge is computed if capacity, voltage and the
+        plane's power are known; no parameter has the last two, a learned airframe does.
     wind : Wind, optional
-        Wind from 60 m above home upwards; below it decreases as over open land, or as in ArduPilot's simulator if the parameters
-        are those of one. Calm by default.
+        Wind from 60 m above home upwards; below it decreases as over open land, or as in ArduPilot's simulator if the
+        parameters are those of one. Calm by default.
     gust_m_s : float, optional
         Standard deviation of the gusts, metres a second, 0 to 20.
     seed : int, optional
@@ -565,11 +566,12 @@ def rehearse(
         Heading on the ground, −360 to 360; into the wind by default.
     ground : callable, optional
         Terrain elevation at a latitude and longitude, metres above mean sea level, ``None`` where it is not known; an
-        :class:`Elevation` is one. It is called beforehand for positions some 30 m apart around the plan. Heights count from the
-        elevation at home, where the plane stands. Without it the ground is level, and its clearance is not known.
+        :class:`Elevation` is one. It is called beforehand for positions some 30 m apart around the plan. Heights count
+        from the elevation at home, where the plane stands. Without it the ground is level, and its clearance is not
+        known.
     clearance_m : float, optional
-        Clearance that the flight should keep above the ground; after a take-off and on an approach half the height above the
-        field is enough.
+        Clearance that the flight should keep above the ground; after a take-off and on an approach half the height
+        above the field is enough.
 
     Raises
     ------
@@ -634,12 +636,13 @@ class Fix:
     ----------
     finding : Finding
     does : str
-        Stable name of the change: ``"set-param"``, ``"delete-item"``, ``"add-takeoff"``, ``"raise-takeoff"``, ``"add-landing"``,
-        ``"turn-landing"``, ``"add-circle"``, ``"raise"``, ``"move-away"`` or ``"set-parameter"``.
+        Stable name of the change: ``"set-param"``, ``"delete-item"``, ``"add-takeoff"``, ``"raise-takeoff"``,
+        ``"add-landing"``, ``"turn-landing"``, ``"add-circle"``, ``"raise"``, ``"move-away"`` or ``"set-parameter"``.
     message : str
         The change in English.
     plan : Plan
-        The changed plan. For ``"set-parameter"`` it is unchanged: the figures ``name`` and ``value`` say what to set on the vehicle.
+        The changed plan. For ``"set-parameter"`` it is unchanged: the figures ``name`` and ``value`` say what to set on
+        the vehicle.
     figures : mapping of str to bool, int, float, str or None
         Figures of the message by name; a name ends in its unit.
     """
@@ -662,8 +665,8 @@ def fixes(
 ) -> tuple[Fix, ...]:
     """Find changes that resolve the findings of checks and rehearsal; each is tried before it is returned.
 
-    Of several changes that resolve a finding only the first is returned. Changes that build on each other are found by calling it
-    again with the changed plan.
+    Of several changes that resolve a finding only the first is returned. Changes that build on each other are found by
+    calling it again with the changed plan.
 
     Parameters
     ----------

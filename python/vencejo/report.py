@@ -100,7 +100,8 @@ def plan_report(
         What it was rehearsed with.
     language : {"en", "es"}, optional
     what_ifs : sequence of WhatIf, optional
-        As :func:`vencejo.what_if.what_if` gives them for some moments of the flight; without them their section is left out.
+        As :func:`vencejo.what_if.what_if` gives them for some moments of the flight; without them their section is left
+        out.
     made : datetime, optional
         A moment to print; none by default.
 

@@ -1,8 +1,9 @@
-"""Planes in ROS 2, without ROS: each vehicle of a station has the topics and services that MAVROS would give it.
+"""Planes in ROS 2, without ROS: each vehicle of a station gets the topics and services that MAVROS would give it.
 
-`Gateway` speaks Eclipse Zenoh as ``rmw_zenoh_cpp`` does, so that nodes of ROS 2 Jazzy and newer which use that see the planes; nothing
-of ROS has to be here. A router has to be there: ``ros2 run rmw_zenoh_cpp rmw_zenohd``; `Router` is one that is reached over TLS.
-`examine` looks who is at a router, and why somebody there sees nothing.
+`Gateway` speaks Eclipse Zenoh as ``rmw_zenoh_cpp`` does, so that nodes of ROS 2 Jazzy and newer that use it see the
+planes. ROS need not be installed here, but a router has to run: ``ros2 run rmw_zenoh_cpp rmw_zenohd``; `Router`
+describes one that is reached over TLS. `examine` lists the nodes at a router, and finds out why they do not receive
+each other.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from vencejo.station import Station
 __all__ = ["ROUTER", "Examined", "Finding", "Gateway", "GatewayStatus", "Node", "Router", "Unreached", "examine"]
 
 ROUTER: Final = "tcp/127.0.0.1:7447"
-"""Where the router of ROS 2 on this machine is."""
+"""Default address of the ROS 2 router on this machine."""
 
 
 class Unreached(LinkError):
@@ -29,8 +30,9 @@ class Unreached(LinkError):
     Attributes
     ----------
     code : str
-        Its stable name: ``"no-router"``, ``"tls-spoken"``, ``"tls-missing"``, ``"tls-failed"``, ``"other-authority"``, ``"other-name"``,
-        ``"certificate-ended"``, ``"own-certificate-ended"``, ``"certificate-wanted"`` or ``"certificate-refused"``.
+        Its stable name: ``"no-router"``, ``"tls-spoken"``, ``"tls-missing"``, ``"tls-failed"``, ``"other-authority"``,
+        ``"other-name"``, ``"certificate-ended"``, ``"own-certificate-ended"``, ``"certificate-wanted"`` or
+        ``"certificate-refused"``.
     """
 
     def __init__(self, code: str, text: str) -> None:
@@ -46,29 +48,29 @@ def _path(file: str | PathLike[str] | None) -> str | None:
 
 
 class Router:
-    """A router of ROS 2: where it is, and by which certificates it is known.
+    """A router of ROS 2: its address, and the certificates for it.
 
-    The files (PEM) are read here, and once; nothing is dialled yet.
+    The files (PEM) are read now; nothing is dialled yet.
 
     Parameters
     ----------
     address : str
-        ``"tls/HOST:PORT"``, ``"quic/HOST:PORT"``, or ``"tcp/HOST:PORT"`` in the clear.
+        ``"tls/HOST:PORT"``, ``"quic/HOST:PORT"``, or ``"tcp/HOST:PORT"`` without encryption.
     ca : path-like, optional
-        Certificates of the authorities of which one has to have signed the router's, for the host that is dialled. Needed with ``tls/``
-        and ``quic/``.
+        Certificates of the authorities, one of which must have signed the router's for the dialled host. Needed with
+        ``tls/`` and ``quic/``.
     certificate, key : path-like, optional
-        A certificate that the router is shown, followed by those between it and the authority, and its private key, without a password:
-        where the router asks for one (mutual TLS).
+        Client certificate, followed by its intermediates, and its private key without a password, if the router asks
+        for one (mutual TLS).
     plain : bool, optional
-        Take an address in the clear that is not of this machine: whoever is on the way reads and changes what goes over it.
+        Accept an unencrypted address on another machine: anyone in between can read and change the traffic.
 
     Raises
     ------
     InvalidRequest
-        For an address that cannot be, one in the clear elsewhere, or files that are missing or too many.
+        For an invalid address, an unencrypted one on another machine, and files that are missing or superfluous.
     VencejoError
-        For a file that cannot be read, or has not in it what it should; it says which.
+        For a file that cannot be read or lacks its contents; the message names it.
     """
 
     def __init__(
@@ -87,7 +89,7 @@ class Router:
 
     @property
     def address(self) -> str:
-        """Where it is."""
+        """Its address."""
         return self._address
 
     def __repr__(self) -> str:
@@ -100,18 +102,18 @@ def _router(router: str | Router) -> Router:
 
 @dataclass(frozen=True, kw_only=True)
 class GatewayStatus:
-    """How a gateway goes.
+    """State of a gateway.
 
     Attributes
     ----------
     is_connected : bool
-        Whether the router is reached.
+        Whether it is connected to the router.
     problem : str or None
         Why it is not.
     planes : dict of int to str
-        What the topics of each plane begin with, by its id in this station.
+        Prefix of each plane's topics, by its id in this station.
     messages : int
-        Messages that were sent.
+        Number of messages sent.
     """
 
     is_connected: bool
@@ -121,32 +123,35 @@ class GatewayStatus:
 
 
 class Gateway(Closing):
-    """Shows every vehicle of a station in ROS 2, from when it is heard.
+    """Shows every vehicle of a station in ROS 2 as soon as it is heard.
 
-    It reads only, unless its role is ``"operator"``: then its services act, through the station's control lease like everybody else.
-    Close it, or use it in a ``with`` statement, inside that of its station.
+    It is read-only, unless its role is ``"operator"``: then its services act, under the station's control lease like
+    any operator. Close it, or use it in a ``with`` statement, inside that of its station.
 
     Parameters
     ----------
     station : Station
-        Whose vehicles are shown.
+        The station whose vehicles are shown.
     router : str or Router, optional
-        The router, dialled for ever. By default the one of this machine, ``"tcp/127.0.0.1:7447"``; a `Router` where there is more to say
-        than an address.
+        The router, dialled for ever; a `Router` for one with certificates. Default: the one on this machine,
+        ``"tcp/127.0.0.1:7447"``.
     domain : int, optional
         ``ROS_DOMAIN_ID``, 0 to 232.
     names : {"mavros", "ap"}, optional
-        Topics by the names of MAVROS (``/vencejo_1/mavros/imu/data``) or of ArduPilot (``/ap/v1/imu/experimental/data``).
+        Topics by the names of MAVROS (``/vencejo_1/mavros/imu/data``) or of ArduPilot
+        (``/ap/v1/imu/experimental/data``).
     namespace : str, optional
         The namespace of each plane: ``{name}`` stands for its name in a fleet or ``vencejo_SYSTEM``, ``{system}`` for
-        the number by which the station knows it, its system id for one on a link. Without effect on the names of ``ap``.
+        the number by which the station knows it, its system id for one on a link. Without effect on the names of
+        ``ap``.
     role : {"reader", "operator"}, optional
-        Whether services act. Only with a router of this machine: whoever reaches that may call them.
+        Whether services act. ``"operator"`` needs a router on this machine, because anyone who reaches it can call
+        them.
 
     Raises
     ------
     InvalidRequest
-        For an address, a domain or a name that cannot be.
+        For an invalid address, domain or name.
     """
 
     def __init__(
@@ -171,27 +176,27 @@ class Gateway(Closing):
 
     @property
     def status(self) -> GatewayStatus:
-        """How it goes."""
+        """The present state."""
         is_connected, problem, planes, messages = self._native.status()
         return GatewayStatus(is_connected=is_connected, problem=problem, planes=dict(planes), messages=messages)
 
     def close(self) -> None:
-        """Take the planes out of ROS 2."""
+        """Remove the planes from ROS 2."""
         self._native.close()
 
 
 @dataclass(frozen=True, kw_only=True)
 class Node:
-    """A node that is there.
+    """A node at a router.
 
     Attributes
     ----------
     domain : int
         Its ``ROS_DOMAIN_ID``.
     name : str
-        Its whole name.
+        Its full name.
     publishers, subscriptions, services : int
-        Topics that it sends and hears, services that it answers.
+        Numbers of topics that it publishes, topics that it subscribes to, and services.
     """
 
     domain: int
@@ -203,16 +208,16 @@ class Node:
 
 @dataclass(frozen=True, kw_only=True)
 class Finding:
-    """Something that was found.
+    """A finding about the nodes at a router.
 
     Attributes
     ----------
     is_wrong : bool
-        Whether nothing arrives because of it.
+        Whether messages do not arrive because of it.
     code : str
         Its stable name, such as ``"hash-differs"``.
     text : str
-        In words, with what to do.
+        What was found, and what to do.
     """
 
     is_wrong: bool
@@ -222,14 +227,14 @@ class Finding:
 
 @dataclass(frozen=True, kw_only=True)
 class Examined:
-    """Who is at a router.
+    """Nodes and findings at a router.
 
     Attributes
     ----------
     nodes : list of Node
         The nodes of all domains.
     findings : list of Finding
-        What is wrong or worth knowing; the worst first.
+        The findings, the worst first.
     """
 
     nodes: list[Node]
@@ -237,7 +242,7 @@ class Examined:
 
 
 def examine(router: str | Router = ROUTER, *, domain: int = 0) -> Examined:
-    """Look who is at a router, and why those of a domain see nothing of each other.
+    """List the nodes at a router, and find out why those of a domain do not receive each other.
 
     Parameters
     ----------

@@ -88,7 +88,8 @@ def conflicts(
     ----------
     flights : sequence of Rehearsal
     starts_s : sequence of float, optional
-        When each starts, seconds on a clock that all have in common; all at 0 by default. That they start then is assumed.
+        When each starts, seconds on a clock that all have in common; all at 0 by default. That they start then is
+        assumed.
     horizontal_m : float, optional
         Distance over ground below which they are too near, 1 to 10,000.
     vertical_m : float, optional

@@ -112,22 +112,23 @@ class Server(Closing):
     token_file : path, optional
         File of the tokens; created at the first start. Default `default_token_file`.
     allow_hosts : iterable of str, optional
-        Names of this machine that browsers use, beside addresses, ``localhost`` and, if other machines are let in, its own
-        host name.
+        Names of this machine that browsers use, beside addresses, ``localhost`` and, if other machines are let in, its
+        own host name.
     allow_origins : iterable of str, optional
         Other web pages' origins that may use the API, such as ``"http://localhost:5173"``.
     certificate, key : path, optional
         PEM files of a certificate chain and its key, for TLS.
     plain_http : bool, optional
-        Whether to let other machines in without TLS, so that anyone in the network can read the traffic, tokens included.
-        Default False: an address that others can reach needs ``certificate`` and ``key``.
+        Whether to let other machines in without TLS, so that anyone in the network can read the traffic, tokens
+        included. Default False: an address that others can reach needs ``certificate`` and ``key``.
     on_board : bool, optional
         Run on board a vehicle: the station's heartbeat is sent only while an operator's session is alive, because the
         autopilot's ground-station failsafe monitors it.
     maps_folder : path, optional
         Folder of map sources, their cache and offline areas; created if missing. Default `default_maps_folder`.
     video_folder : path, optional
-        Folder of camera recordings and pictures, which pages list and download. Default `vencejo.video.default_video_dir`.
+        Folder of camera recordings and pictures, which pages list and download. Default
+        `vencejo.video.default_video_dir`.
     history_folder : path, optional
         Folder of the histories of remote aircraft, which pages list and download. Default
         `vencejo.station.default_history_dir`.
@@ -141,8 +142,8 @@ class Server(Closing):
     InvalidRequest
         For an invalid address, or a certificate without a key.
     VencejoError
-        When the address is in use or needs TLS, or the certificate or the token file cannot be used. An unwritable disk does not
-        raise; see `storage_problems`.
+        When the address is in use or needs TLS, or the certificate or the token file cannot be used. An unwritable disk
+        does not raise; see `storage_problems`.
     """
 
     def __init__(
@@ -234,7 +235,8 @@ class Server(Closing):
     def operator(self, name: str) -> Operator:
         """Join as one more operator, for a program that flies while people watch.
 
-        It is a session like a browser's: it gets control at once if control is free. Act in its name with `Operator.vehicle`.
+        It is a session like a browser's: it gets control at once if control is free. Act in its name with
+        `Operator.vehicle`.
 
         Parameters
         ----------

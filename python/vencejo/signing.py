@@ -27,8 +27,8 @@ class SigningInfo:
     unsigned_accepted : int
         Frames without one that were accepted: it need not sign, its link is believed, or a radio reported.
     refused_unsigned, refused_wrong_key, refused_replayed, refused_old, refused_future : int
-        Frames that went nowhere: not signed; signed with another key, or changed on the way; not later than one before; the
-        first of its stream and older than a minute; from the future.
+        Frames that went nowhere: not signed; signed with another key, or changed on the way; not later than one before;
+        the first of its stream and older than a minute; from the future.
     verified_age_s, refused_age_s : float or None
         Since the newest verified and the newest refused frame.
     """

@@ -64,11 +64,11 @@ class Station(Closing):
     message_rates : mapping of str to float, optional
         Other rates for single messages by name, such as ``{"ATTITUDE": 50}``.
     request_streams : bool, optional
-        Whether to request message rates at all. ``False`` only listens: until the first request nothing but the heartbeat is
-        sent to a vehicle, and whether it receives us (``is_reached``) stays unknown.
+        Whether to request message rates at all. ``False`` only listens: until the first request nothing but the
+        heartbeat is sent to a vehicle, and whether it receives us (``is_reached``) stays unknown.
     heartbeat : bool, optional
-        Whether to send the station's heartbeat each second, which the vehicle's ground-station failsafe monitors. On board it is
-        sent from the system id that ArduPilot monitors (``MAV_GCS_SYSID``, 255 until that is read).
+        Whether to send the station's heartbeat each second, which the vehicle's ground-station failsafe monitors. On
+        board it is sent from the system id that ArduPilot monitors (``MAV_GCS_SYSID``, 255 until that is read).
     record : bool or path, optional
         Record every frame to a ``.tlog``: ``True`` in the user's data folder, a path for another folder.
     forward_to : iterable of str, optional
@@ -76,8 +76,8 @@ class Station(Closing):
     floors : Floors, optional
         Free disk space below which recording stops; default 500 MB for telemetry.
     signing : bool or path, optional
-        Where signing keys are kept: ``True`` in the user's data folder, a path for another folder; ``False`` neither signs nor
-        verifies.
+        Where signing keys are kept: ``True`` in the user's data folder, a path for another folder; ``False`` neither
+        signs nor verifies.
     operator : str, optional
         Name of the operator that this program acts as; default: the program's name.
 
@@ -161,8 +161,9 @@ class Station(Closing):
     ) -> int:
         """Open one more link and return its id. It reconnects for ever.
 
-        With `forward`, frames between it and the other links are forwarded, for another ground station. `accept_unsigned` says
-        whether unsigned messages of a vehicle that has to sign are accepted there; by default only on USB and this machine.
+        With `forward`, frames between it and the other links are forwarded, for another ground station.
+        `accept_unsigned` says whether unsigned messages of a vehicle that has to sign are accepted there; by default
+        only on USB and this machine.
         """
         return self._native.open_link(address, forward=forward, name=name, accept_unsigned=accept_unsigned)
 
@@ -248,8 +249,8 @@ class Station(Closing):
         Parameters
         ----------
         callback : function of a MavlinkMessage
-            Its ``system_id`` identifies the vehicle. A slow callback loses the oldest messages (`Subscription.dropped`) and
-            never delays a link. Above 4,000 messages a second they are delivered in batches, up to 2 ms later.
+            Its ``system_id`` identifies the vehicle. A slow callback loses the oldest messages (`Subscription.dropped`)
+            and never delays a link. Above 4,000 messages a second they are delivered in batches, up to 2 ms later.
         names : iterable of str, optional
             Only these messages.
         capacity : int, optional
@@ -338,8 +339,8 @@ class Station(Closing):
         name : str
             Name shown to the other operators, up to 40 characters.
         transient : bool, optional
-            For clients that come and go and cannot ask for control: it is present from `Operator.attach` to `Operator.detach`
-            and for 5 s after each request, and a refused request asks for control.
+            For clients that come and go and cannot ask for control: it is present from `Operator.attach` to
+            `Operator.detach` and for 5 s after each request, and a refused request asks for control.
         """
         return Operator(self._native.enlist(name, transient))
 

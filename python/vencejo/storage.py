@@ -1,4 +1,4 @@
-"""How much of the disk stays free, and what of the disk does not work."""
+"""Free space to keep on the disk, faults of the disk, and durable writing of files."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ _MAPS_MB, _VIDEO_MB, _TELEMETRY_MB = _native.default_floors_mb()
 
 @dataclass(frozen=True, kw_only=True)
 class Floors:
-    """Free space of the disk below which something is no longer written, in megabytes (of 1,000,000 bytes).
+    """Free disk space below which writing stops, in megabytes (of 1,000,000 bytes).
 
-    Maps stop first, then video, and the flight recorder last: floors that do not have this order are refused.
+    Maps stop first, then video, and the flight recorder last: floors in another order are refused.
 
     Attributes
     ----------
     maps_mb : int
-        For map tiles, offline areas and files that are handed in; 0 to 10,000,000, default 2,000.
+        For map tiles, offline areas and uploaded files; 0 to 10,000,000, default 2,000.
     video_mb : int
         For recordings and pictures of cameras; 0 to 10,000,000, default 1,000.
     telemetry_mb : int
@@ -32,7 +32,7 @@ class Floors:
     Raises
     ------
     InvalidRequest
-        For floors out of range or in another order.
+        For floors out of range or in the wrong order.
 
     Examples
     --------
@@ -47,8 +47,9 @@ class Floors:
 
     def __post_init__(self) -> None:
         check(self, maps_mb=WHOLE, video_mb=WHOLE, telemetry_mb=WHOLE)
-        if any(mb < 0 for mb in self._mb):
-            raise InvalidRequest(f"floors go from 0 to 10000000 MB, not {min(self._mb)}")
+        for name in ("maps_mb", "video_mb", "telemetry_mb"):
+            if getattr(self, name) < 0:  # the core counts without a sign
+                raise InvalidRequest(f"{name} is {getattr(self, name)}, should be 0 to 10,000,000")
         _native.check_floors_mb(self._mb)
 
     @property
@@ -63,7 +64,8 @@ class StorageProblem:
     Attributes
     ----------
     what : str
-        ``"telemetry"``, ``"maps"``, ``"missions"``, ``"video"``, ``"draft"``, ``"tokens"``, ``"signing"`` or ``"signing_times"``.
+        ``"telemetry"``, ``"maps"``, ``"missions"``, ``"video"``, ``"draft"``, ``"tokens"``, ``"signing"`` or
+        ``"signing_times"``.
     name : str or None
         Which camera or map source; ``None`` where there is one of its kind.
     fault : str
@@ -84,50 +86,50 @@ def write_file(path: str | os.PathLike[str], data: bytes) -> None:
     Raises
     ------
     OSError
-        What the disk says.
+        Any error of the file system.
     """
     _native.write_file(os.fspath(path), data)
 
 
 def create_file(path: str | os.PathLike[str], data: bytes) -> bool:
-    """Write a file as a whole where there is none of that name; whether that was so.
+    """Create a file atomically; returns False, and writes nothing, if one of that name exists.
 
     Raises
     ------
     OSError
-        What the disk says.
+        Any error of the file system.
     """
     return _native.create_file(os.fspath(path), data)
 
 
 def install_file(temporary: str | os.PathLike[str], path: str | os.PathLike[str]) -> None:
-    """Put a file that was written piece by piece under its name, in the place of one that may be there.
+    """Move a completely written temporary file to its final name, replacing an existing one.
 
     Raises
     ------
     OSError
-        What the disk says.
+        Any error of the file system.
     """
     _native.install_file(os.fspath(temporary), os.fspath(path))
 
 
 def make_folder(path: str | os.PathLike[str]) -> None:
-    """Make a folder and all above it, so that they survive a power cut.
+    """Create a folder and its parents, so that they survive a power cut.
 
     Raises
     ------
     OSError
-        What the disk says.
+        Any error of the file system.
     """
     _native.make_folder(os.fspath(path))
 
 
 def sync_folder(path: str | os.PathLike[str]) -> None:
-    """Make the names in a folder durable.
+    """Force the entries of a folder to the disk.
 
     Raises
     ------
     OSError
-        What the disk says.
+        Any error of the file system.
     """
     _native.sync_folder(os.fspath(path))

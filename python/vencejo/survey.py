@@ -1,9 +1,9 @@
 """Surveys: the lines from which a plane photographs an area or a corridor, and what its pictures will show.
 
-Lines lie across the wind, so that the ground speed is the same in both directions; their order lets the plane turn from one to the
-next, and each has a straight lead-in on which the plane settles. The survey is rehearsed at once: where each picture is taken, how
-much of the area is covered, and which lines were missed. The formulas and their sources are documented in the core
-(``crates/flight/src/survey``).
+Lines lie across the wind, so that the ground speed is the same in both directions; their order lets the plane turn from
+one to the next, and each has a straight lead-in on which the plane settles. The survey is rehearsed at once: where each
+picture is taken, how much of the area is covered, and which lines were missed. The formulas and their sources are
+documented in the core (``crates/flight/src/survey``).
 
 The ground is level unless altitudes count from the terrain; obstacles are not known.
 
@@ -176,7 +176,8 @@ class FlownSurvey:
     ----------
     photos : tuple of Photo
     covered, overlapped : float or None
-        Parts of the area in at least one picture, and in ``views_promised`` pictures, 0 to 1; ``None`` without a camera.
+        Parts of the area in at least one picture, and in ``views_promised`` pictures, 0 to 1; ``None`` without a
+        camera.
     views_promised : int
         Number of pictures of each point that the overlap promises.
     holes : tuple of Hole
@@ -266,8 +267,8 @@ class Survey:
     def placed_in(self, plan: Plan, *, before: int | None = None, replacing: ComplexItem | None = None) -> Plan:
         """The plan with this survey inserted before an item, counted from 1; at its end by default.
 
-        With `replacing`, one of ``plan.settings.complex_items``, it replaces that one. Jumps keep their target items. Saved as
-        ``.plan``, the survey can be opened and edited in QGroundControl.
+        With `replacing`, one of ``plan.settings.complex_items``, it replaces that one. Jumps keep their target items.
+        Saved as ``.plan``, the survey can be opened and edited in QGroundControl.
 
         Raises
         ------
@@ -307,8 +308,8 @@ class Survey:
 class SurveyOptions(TypedDict, total=False):
     """Keyword arguments of `design_survey` and `design_corridor`.
 
-    Either ``camera`` and one of ``gsd_m`` and ``height_m`` are given, or ``height_m`` and ``spacing_m`` without a camera. All others
-    are optional.
+    Either ``camera`` and one of ``gsd_m`` and ``height_m`` are given, or ``height_m`` and ``spacing_m`` without a
+    camera. All others are optional.
 
     Attributes
     ----------
@@ -329,7 +330,8 @@ class SurveyOptions(TypedDict, total=False):
     lead_in_m : float or None
         Straight distance before a line; by default until the plane has settled on it.
     is_above_terrain : bool
-        Whether altitudes count from the terrain (frame 10), which the vehicle has to know, instead of home; default False.
+        Whether altitudes count from the terrain (frame 10), which the vehicle has to know, instead of home; default
+        False.
     ground_rel_home_m : float or None
         Height of the ground above home. By default it is that of home, and a caution says so.
     airspeed_m_s : float or None
@@ -341,8 +343,8 @@ class SurveyOptions(TypedDict, total=False):
     max_items : int
         Items that the vehicle can store, home included; default 650.
     parameters : mapping of str to float or None
-        The vehicle's parameters, as :func:`vencejo.params.load_params` gives them, for its turns. A missing one has the value of
-        ArduPilot's simulated plane.
+        The vehicle's parameters, as :func:`vencejo.params.load_params` gives them, for its turns. A missing one has the
+        value of ArduPilot's simulated plane.
     """
 
     camera: Camera | None
@@ -404,8 +406,8 @@ def design_survey(
     Raises
     ------
     InvalidRequest
-        For a value out of its range, an area that crosses itself or is too small, too many items, and a wind that is too strong;
-        the message names the option or the corner, and what to change.
+        For a value out of its range, an area that crosses itself or is too small, too many items, and a wind that is
+        too strong; the message names the option or the corner, and what to change.
     """
     return _design(area, None, course_deg, options)
 
@@ -413,8 +415,8 @@ def design_survey(
 def design_corridor(line: Sequence[GeoPoint], width_m: float, **options: Unpack[SurveyOptions]) -> Survey:
     """Lay out a survey of a strip along a line, ``width_m`` wide (0 to 5,000; 0: one pass), and rehearse it.
 
-    Its passes are parallel to the line. A corner that would bank the camera off the strip is flown straight on, and the next leg is
-    begun anew. Options and exceptions are those of `design_survey`.
+    Its passes are parallel to the line. A corner that would bank the camera off the strip is flown straight on, and the
+    next leg is begun anew. Options and exceptions are those of `design_survey`.
 
     Examples
     --------
@@ -435,8 +437,8 @@ def redesign(complex_item: ComplexItem, **changes: Any) -> Survey:
     complex_item : ComplexItem
         One of ``plan.settings.complex_items``. QGroundControl's own give their area, camera, overlap, height and angle.
     **changes
-        Arguments of `design_survey` or `design_corridor`: options, ``course_deg`` and ``area``, or ``line`` and ``width_m``. Give
-        ``home`` and ``parameters`` again: they are not stored in plans.
+        Arguments of `design_survey` or `design_corridor`: options, ``course_deg`` and ``area``, or ``line`` and
+        ``width_m``. Give ``home`` and ``parameters`` again: they are not stored in plans.
 
     Raises
     ------

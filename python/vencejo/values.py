@@ -74,8 +74,8 @@ class MissionProgress:
     leg_distance_m : float or None
         Distance to the current item, metres.
     circled_turns : float or None
-        Turns flown of the circle at the current item; ``None`` while it does not circle, and if the circle's beginning was
-        not heard.
+        Turns flown of the circle at the current item; ``None`` while it does not circle, and if the circle's beginning
+        was not heard.
     circled_s : float or None
         Time on that circle by the vehicle's clock, seconds; ``None`` likewise.
     target_off_m : float or None
@@ -99,8 +99,8 @@ class MissionProgress:
 class PlanChange:
     """One step from the plan on board to a given one; see `Vehicle.compare_plan`.
 
-    Numbers count from 1, without the home of a mission. For a fence they count its corners and circles in order, then the
-    return point.
+    Numbers count from 1, without the home of a mission. For a fence they count its corners and circles in order, then
+    the return point.
 
     Attributes
     ----------
@@ -134,11 +134,11 @@ class PlanState:
     detail : str
         The state in words.
     may_be_mixed : bool
-        Whether it may be a mixture of two plans that an interrupted upload left behind: then arming, starting the mission and
-        jumping in it are refused without ``despite_mixed_plan``.
+        Whether it may be a mixture of two plans that an interrupted upload left behind: then arming, starting the
+        mission and jumping in it are refused without ``despite_mixed_plan``.
     position_error_m : float or None
-        After an upload to a vehicle that stores positions as 32-bit floats: the greatest distance between a position on board
-        and the one that was sent, metres. ``None``: exact, or not known.
+        After an upload to a vehicle that stores positions as 32-bit floats: the greatest distance between a position on
+        board and the one that was sent, metres. ``None``: exact, or not known.
     """
 
     state: Literal["unknown", "empty", "verified"]

@@ -1,8 +1,8 @@
 """A vehicle: its telemetry, requests to it, and their results.
 
 Uploading, arming, changing the mode and starting are separate acts: no method does another's as a side effect, except
-`Vehicle.send_and_fly`, which says so. A method returns when the vehicle has done it, or shows it, and otherwise raises an
-exception with the vehicle's own reasons.
+`Vehicle.send_and_fly`, which says so. A method returns when the vehicle has done it, or shows it, and otherwise raises
+an exception with the vehicle's own reasons.
 """
 
 from __future__ import annotations
@@ -166,8 +166,8 @@ class VehicleState:
     def plan_on_board(self, kind: PlanKind = "mission") -> Plan | None:
         """The mission, the fence or the rally points on board as they were read; ``None`` while they are not known.
 
-        Nothing is requested from the vehicle: the station reads unknown plans by itself (see `plan_state`). `download` reads
-        it now.
+        Nothing is requested from the vehicle: the station reads unknown plans by itself (see `plan_state`). `download`
+        reads it now.
         """
         from vencejo.plan import Plan
 
@@ -177,8 +177,8 @@ class VehicleState:
     def compare_plan(self, plan: Plan, *, kind: PlanKind = "mission") -> tuple[PlanChange, ...] | None:
         """How the mission, the fence or the rally points of a plan differ from those on board, as this vehicle keeps items.
 
-        Nothing is requested from the vehicle: the station reads unknown plans by itself (see `plan_state`). `download` reads
-        it now.
+        Nothing is requested from the vehicle: the station reads unknown plans by itself (see `plan_state`). `download`
+        reads it now.
 
         Parameters
         ----------
@@ -190,8 +190,8 @@ class VehicleState:
         Returns
         -------
         tuple of PlanChange or None
-            The steps from the plan on board to the given one; empty when they are the same. ``None`` while the plan on board
-            is not fully known.
+            The steps from the plan on board to the given one; empty when they are the same. ``None`` while the plan on
+            board is not fully known.
 
         Raises
         ------
@@ -222,8 +222,8 @@ class VehicleState:
     def is_reached(self) -> bool | None:
         """Whether it receives our messages; ``None`` when that is not known.
 
-        ``False``: it is heard, but has not answered for 4.5 s in spite of repeated requests. The link works in one direction
-        only, or the vehicle accepts nothing without a signing key that this station lacks.
+        ``False``: it is heard, but has not answered for 4.5 s in spite of repeated requests. The link works in one
+        direction only, or the vehicle accepts nothing without a signing key that this station lacks.
         """
         return self._native.is_reached()
 
@@ -236,8 +236,8 @@ class VehicleState:
     def rival(self) -> str | None:
         """Where another vehicle with the same system id is heard, in words; ``None`` without one.
 
-        The other one is not followed, and nothing is sent to it. For an aircraft of a fleet: where another computer uses its
-        name; then nothing is sent to either.
+        The other one is not followed, and nothing is sent to it. For an aircraft of a fleet: where another computer
+        uses its name; then nothing is sent to either.
         """
         return self._native.rival()
 
@@ -275,8 +275,8 @@ class VehicleState:
         Parameters
         ----------
         callback : function of a MavlinkMessage
-            A slow one loses the oldest messages (`Subscription.dropped`) and never delays the link. Above 4,000 messages a
-            second they are delivered in batches, up to 2 ms later.
+            A slow one loses the oldest messages (`Subscription.dropped`) and never delays the link. Above 4,000
+            messages a second they are delivered in batches, up to 2 ms later.
         names : iterable of str, optional
             Only these messages.
         capacity : int, optional
@@ -302,11 +302,12 @@ class VehicleState:
     ) -> None:
         """Send any message of the dialect: the escape hatch.
 
-        Fields are named as in the message definition, in the units of the wire; missing ones are 0. ``target_system`` and
-        ``target_component`` default to the vehicle. There is no acknowledgement. Refused are only values that no autopilot can
-        accept: numbers beyond 32 bits, positions that are not on Earth, altitudes beyond -1,000 to 100,000 m, and a new
-        altitude of 0, which ArduPlane ignores. Dangerous messages have to be confirmed. Those that arm, follow the mission or
-        jump in it are refused while the mission may be mixed (`PlanState.may_be_mixed`), unless `despite_mixed_plan` is set.
+        Fields are named as in the message definition, in the units of the wire; missing ones are 0. ``target_system``
+        and ``target_component`` default to the vehicle. There is no acknowledgement. Refused are only values that no
+        autopilot can accept: numbers beyond 32 bits, positions that are not on Earth, altitudes beyond -1,000 to
+        100,000 m, and a new altitude of 0, which ArduPlane ignores. Dangerous messages have to be confirmed. Those that
+        arm, follow the mission or jump in it are refused while the mission may be mixed (`PlanState.may_be_mixed`),
+        unless `despite_mixed_plan` is set.
 
         Raises
         ------
@@ -320,8 +321,8 @@ class VehicleState:
     def check_plan(self, plan: Plan) -> tuple[Finding, ...]:
         """Check a plan for this vehicle in its present state; errors come first.
 
-        The checks use the vehicle's position and home, whether it is on the ground, whether it can hover, and the parameters
-        that were read.
+        The checks use the vehicle's position and home, whether it is on the ground, whether it can hover, and the
+        parameters that were read.
         """
         from vencejo.plan import findings_of
 
@@ -339,9 +340,9 @@ class VehicleState:
     ) -> Rehearsal:
         """Rehearse a plan with this plane in a wind (calm by default), from the ground at its home, else the plan's home.
 
-        Parameters that were read are the plane's, missing ones have the values of ArduPilot's simulated plane: read them first,
-        by ``vehicle.params.all()``. Battery and power are taken from its telemetry and the flight followed so far.
-        ``airframe`` (:meth:`learned` has one), ``battery``, ``ground`` and ``clearance_m`` are those of
+        Parameters that were read are the plane's, missing ones have the values of ArduPilot's simulated plane: read
+        them first, by ``vehicle.params.all()``. Battery and power are taken from its telemetry and the flight followed
+        so far. ``airframe`` (:meth:`learned` has one), ``battery``, ``ground`` and ``clearance_m`` are those of
         :func:`vencejo.rehearsal.rehearse`.
 
         Raises
@@ -385,14 +386,14 @@ class VehicleState:
     ) -> tuple[WhatIf, ...]:
         """What follows from triggers at moments of a plan, with this plane's failsafes: see :func:`vencejo.what_if.what_if`.
 
-        Without a plan and a moment it starts from the present flight: its mission, or GUIDED, LOITER, CIRCLE or RTL to their
-        end; in a mode that a pilot steers, straight on until a failsafe decides.
+        Without a plan and a moment it starts from the present flight: its mission, or GUIDED, LOITER, CIRCLE or RTL to
+        their end; in a mode that a pilot steers, straight on until a failsafe decides.
 
         Raises
         ------
         InvalidRequest
-            As there; for a plan without a moment or a moment without a plan; and without both when the vehicle is not known to
-            fly, or its mode is not known.
+            As there; for a plan without a moment or a moment without a plan; and without both when the vehicle is not
+            known to fly, or its mode is not known.
         """
         from vencejo.rehearsal import _blowing, _plan, _profile
         from vencejo.what_if import TRIGGERS, _moments, _named, _of_tuples
@@ -587,8 +588,8 @@ class Vehicle(Closing, VehicleState):
         CommandRefused
             With the vehicle's pre-arm reasons.
         NotPossibleNow
-            While the mission on board may be a mixture of two (`PlanState.may_be_mixed`), unless `despite_mixed_plan` is set,
-            which is noted among the vehicle's texts.
+            While the mission on board may be a mixture of two (`PlanState.may_be_mixed`), unless `despite_mixed_plan`
+            is set, which is noted among the vehicle's texts.
         ControlHeld
             When another operator holds control. Every request raises this.
         ConfirmationNeeded
@@ -599,8 +600,8 @@ class Vehicle(Closing, VehicleState):
     def disarm(self, *, force: bool = False, confirm: Danger | None = None) -> None:
         """Disarm; returns when the vehicle shows it.
 
-        `force` stops the motor even in the air (``confirm="force-disarm"``). Without it, a vehicle that flies or does not report
-        that it is on the ground is disarmed only with ``confirm="disarm-in-flight"``.
+        `force` stops the motor even in the air (``confirm="force-disarm"``). Without it, a vehicle that flies or does
+        not report that it is on the ground is disarmed only with ``confirm="disarm-in-flight"``.
         """
         self._wait(self._ask("disarm", force=force, confirm=confirm))
 
@@ -640,8 +641,8 @@ class Vehicle(Closing, VehicleState):
         Raises
         ------
         InvalidRequest
-            For a position that is not on Earth, or is 0/0; an altitude that is missing or given twice; a radius or speed out
-            of its range.
+            For a position that is not on Earth, or is 0/0; an altitude that is missing or given twice; a radius or
+            speed out of its range.
         """
         self._wait(
             self._ask(
@@ -705,8 +706,8 @@ class Vehicle(Closing, VehicleState):
     ) -> None:
         """Fly at a velocity relative to the heading. Only for an ArduCopter in GUIDED or a PX4 in OFFBOARD.
 
-        There is no acknowledgement: it returns when the message is sent. Repeat it; the vehicle stops when no more come,
-        ArduCopter after 3 s (GUID_TIMEOUT), PX4 after 0.5 s.
+        There is no acknowledgement: it returns when the message is sent. Repeat it; the vehicle stops when no more
+        come, ArduCopter after 3 s (GUID_TIMEOUT), PX4 after 0.5 s.
 
         Parameters
         ----------
@@ -768,8 +769,8 @@ class Vehicle(Closing, VehicleState):
         Raises
         ------
         CommandRefused
-            When the vehicle has no fence to switch on. An ArduPlane loads its fence only once it knows its position, some 20 s
-            after its start.
+            When the vehicle has no fence to switch on. An ArduPlane loads its fence only once it knows its position,
+            some 20 s after its start.
         ConfirmationNeeded
             When it is switched off without `confirm`.
         """
@@ -778,8 +779,8 @@ class Vehicle(Closing, VehicleState):
     def set_up_signing(self, *, key: str | None = None, any_link: bool = False) -> SigningInfo:
         """Give a signing key to a vehicle that does not sign, and wait until it signs with it, at most 5 s.
 
-        The vehicle must be disarmed. From then on only its signed messages are accepted, except over USB and on this machine.
-        Nothing changes until it signs with the key.
+        The vehicle must be disarmed. From then on only its signed messages are accepted, except over USB and on this
+        machine. Nothing changes until it signs with the key.
 
         Parameters
         ----------
@@ -875,9 +876,9 @@ class Vehicle(Closing, VehicleState):
     def prepare_flight(self, *, despite_mixed_plan: bool = False) -> None:
         """Prepare a flight, on the ground and disarmed: change to a mode that arms, and rewind the mission.
 
-        After a landing an ArduPlane is in AUTO at the landing of its mission, or in RTL if the mission was replaced; it arms in
-        neither. `flight_preparation` says what will change, and a note among the vehicle's texts (`note`) announces it.
-        Nothing is armed or started.
+        After a landing an ArduPlane is in AUTO at the landing of its mission, or in RTL if the mission was replaced; it
+        arms in neither. `flight_preparation` says what will change, and a note among the vehicle's texts (`note`)
+        announces it. Nothing is armed or started.
 
         Raises
         ------
@@ -912,8 +913,8 @@ class Vehicle(Closing, VehicleState):
     def send_and_fly(self, plan: Plan, *, progress: ProgressCallback | None = None) -> None:
         """Upload a mission, verify it, prepare the flight, arm and start it at its first item: the one operation that does all.
 
-        A vehicle that is armed already is neither prepared nor armed. One that was armed by this call is disarmed again when
-        the mission does not start, whatever the reason: an error, Ctrl-C, a cancelled task.
+        A vehicle that is armed already is neither prepared nor armed. One that was armed by this call is disarmed again
+        when the mission does not start, whatever the reason: an error, Ctrl-C, a cancelled task.
 
         Raises
         ------
@@ -1042,8 +1043,8 @@ class Vehicle(Closing, VehicleState):
         name : str or int
             The message's name, such as ``"ATTITUDE"``, or its number.
         rate_hz : float, "default", "stop" or None
-            0.0005 (one in 2,000 s) to 50 messages a second; ``"default"`` or 0 for the vehicle's own rate; ``"stop"`` or
-            ``None`` to stop it.
+            0.0005 (one in 2,000 s) to 50 messages a second; ``"default"`` or 0 for the vehicle's own rate; ``"stop"``
+            or ``None`` to stop it.
 
         Raises
         ------

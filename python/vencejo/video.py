@@ -1,6 +1,6 @@
-"""A camera's way into the server: encoded pictures and its state in, requests of the browsers out.
+"""The server's interface for cameras: encoded pictures and state in, requests of browsers out.
 
-`vencejo.camera` does all of this for the sources that it knows. Use this for pictures of your own.
+`vencejo.camera` does all of this for the sources that it supports. Use this for pictures of your own.
 """
 
 from __future__ import annotations
@@ -17,13 +17,13 @@ __all__ = ["VideoFeed", "VideoRequest", "VideoStatus", "default_video_dir"]
 
 
 def default_video_dir() -> Path:
-    """Where recordings and pictures are kept: ``$VENCEJO_DATA/video``, else the user's data folder (XDG base directories)."""
+    """Folder of recordings and pictures: ``$VENCEJO_DATA/video``, else the user's data folder (XDG base directories)."""
     return default_record_dir().parent / "video"
 
 
 @dataclass(frozen=True, kw_only=True)
 class VideoStatus:
-    """What the pages are told of a camera.
+    """State of a camera, as pages show it.
 
     Attributes
     ----------
@@ -31,13 +31,13 @@ class VideoStatus:
     reason : str or None
         Why no pictures come.
     codec : {"h264", "jpeg"} or None
-        How the source encodes; ``None`` when that is not known, and for pictures that are encoded here.
+        Codec of the source; ``None`` if it is not known, and for pictures that are encoded here.
     size : tuple of int or None
         Width and height in pixels.
     rate_hz, bitrate_bit_s : float or None
-        Pictures and bits a second, lately.
+        Recent pictures and bits per second.
     recording : tuple or None
-        Name of the file, duration in seconds, bytes, and why it ended before it was told to.
+        File name, duration in seconds, bytes, and the fault that ended it, if any.
     """
 
     state: Literal["standby", "starting", "live", "stalled", "dead"] = "starting"
@@ -50,12 +50,12 @@ class VideoStatus:
 
 
 class VideoRequest:
-    """Something that a browser wants of a camera. One that is never answered counts as refused.
+    """A browser's request to a camera. One that is never answered counts as refused.
 
     Attributes
     ----------
     kind : {"snapshot", "keep_snapshot", "start_recording", "stop_recording"}
-        To keep a snapshot is to write it beside the recordings, and to answer it as well.
+        ``"keep_snapshot"``: write it beside the recordings, and answer with it as well.
     """
 
     def __init__(self, native: _native.VideoRequest) -> None:
@@ -63,11 +63,11 @@ class VideoRequest:
         self.kind: Literal["snapshot", "keep_snapshot", "start_recording", "stop_recording"] = native.kind
 
     def answer(self, data: bytes = b"") -> None:
-        """Say that it is done; for a snapshot, with the JPEG file."""
+        """Confirm that it is done; for a snapshot, with the JPEG file."""
         self._native.answer(data)
 
     def refuse(self, reason: str) -> None:
-        """Say why it cannot be done."""
+        """Refuse it, with the reason."""
         self._native.refuse(reason)
 
 
@@ -88,7 +88,7 @@ class VideoFeed:
         height: int,
         captured_unix_s: float,
     ) -> None:
-        """Hand a picture to all who look; never waits.
+        """Send a picture to all viewers; never waits.
 
         Parameters
         ----------
@@ -96,7 +96,7 @@ class VideoFeed:
             One access unit of H.264 as a byte stream, key frames with their parameter sets; or one JPEG file.
         codec : {"h264", "jpeg"}
         is_key : bool
-            Whether it can be decoded without those before it.
+            Whether it can be decoded without earlier ones.
         width, height : int
             Pixels.
         captured_unix_s : float
@@ -105,14 +105,14 @@ class VideoFeed:
         Raises
         ------
         InvalidRequest
-            For a picture that cannot be one.
+            For invalid data.
         ClosedError
             When the feed is closed.
         """
         self._native.publish(data, codec, is_key, width, height, captured_unix_s)
 
     def set_status(self, status: VideoStatus) -> None:
-        """Tell the pages how the camera is."""
+        """Set the camera's state for the pages."""
         self._native.set_status(
             status.state,
             status.reason,
@@ -125,12 +125,12 @@ class VideoFeed:
 
     @property
     def jpeg_viewers(self) -> int:
-        """How many look who are sent JPEG."""
+        """Number of viewers that are sent JPEG."""
         return self._native.demand()[1]
 
     @property
     def h264_viewers(self) -> int:
-        """How many look who are sent H.264."""
+        """Number of viewers that are sent H.264."""
         return self._native.demand()[0]
 
     def next_request(self, timeout_s: float) -> VideoRequest | None:
@@ -139,7 +139,7 @@ class VideoFeed:
         Returns
         -------
         VideoRequest or None
-            ``None`` after `timeout_s`, and when somebody begins to look: then `jpeg_viewers` may be another.
+            ``None`` after `timeout_s`, and when the number of viewers changes (`jpeg_viewers`).
 
         Raises
         ------

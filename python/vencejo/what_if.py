@@ -54,8 +54,9 @@ TRIGGERS: tuple[Trigger, ...] = get_args(Trigger)
 
 Reaction = Literal["goes-on", "flies-mission", "returns", "lands", "goes-around", "circles", "glides", "not-rehearsed"]
 """What the vehicle does: continues as before, with its mission or otherwise; switches to its mission; returns, as RTL does with
-``RTL_AUTOLAND`` and rally points; flies to the mission's nearest landing sequence; climbs away from a landing and repeats it; circles
-where it is; glides straight ahead with the throttle closed; something that is not rehearsed (a parachute, a termination, rotors, a mode
+``RTL_AUTOLAND`` and rally points; flies to the mission's nearest landing sequence; climbs away from a landing and
+repeats it; circles where it is; glides straight ahead with the throttle closed; something that is not rehearsed (a
+parachute, a termination, rotors, a mode
 that needs a pilot)."""
 
 
@@ -90,8 +91,8 @@ class WhatIf:
     reaction : str
         The final reaction; see :data:`Reaction`.
     flown : Rehearsal or None
-        The flight from there to its end, with times of the plan; distance and energy count from the plan's beginning. ``None`` if
-        the mission continues as rehearsed.
+        The flight from there to its end, with times of the plan; distance and energy count from the plan's beginning.
+        ``None`` if the mission continues as rehearsed.
     glide_range : tuple of GeoPoint
         Ground within gliding range: where the plane comes down without thrust when it turns into each of 72 directions,
         clockwise from north, and flies at its best-glide airspeed.

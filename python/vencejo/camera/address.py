@@ -72,9 +72,10 @@ def parse_source(text: str) -> SourceAddress:
     ----------
     text : str
         ``/dev/video0`` or ``v4l2:/dev/video0``; ``rpicam`` or ``rpicam:1``; either with a mode behind a comma, such as
-        ``/dev/video0,1280x720@30``. ``rtsp://``, ``rtsps://``, ``udp://``, ``tcp://``, ``srt://``, ``rtmp://``, ``http://``
-        and ``https://`` URLs. ``sim`` is the nose camera of `vencejo sim --camera`. Anything else is the path of a video file; an
-        ``.sdp`` file describes an RTP stream. With ``on-demand:`` before it, it is read only while somebody wants pictures.
+        ``/dev/video0,1280x720@30``. ``rtsp://``, ``rtsps://``, ``udp://``, ``tcp://``, ``srt://``, ``rtmp://``,
+        ``http://`` and ``https://`` URLs. ``sim`` is the nose camera of `vencejo sim --camera`. Anything else is the
+        path of a video file; an ``.sdp`` file describes an RTP stream. With ``on-demand:`` before it, it is read only
+        while somebody wants pictures.
 
     Raises
     ------

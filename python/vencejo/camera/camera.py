@@ -1,6 +1,7 @@
 """A camera: its source, read for ever by a thread of its own, and the newest picture for whoever wants it.
 
-Pictures that come encoded are handed on as they are. Pixels are made of them, and code of pixels, only while somebody asks.
+Pictures that come encoded are handed on as they are. Pixels are made of them, and code of pixels, only while somebody
+asks.
 """
 
 from __future__ import annotations
@@ -65,8 +66,9 @@ class CameraStatus:
     Attributes
     ----------
     state : CameraState
-        ``STANDBY`` when a source is read on demand and nobody asks; ``STARTING`` on the way to the first picture; ``LIVE``; ``STALLED`` when the source is there but nothing comes;
-        ``DEAD`` when it is not there: it is tried again for ever.
+        ``STANDBY`` when a source is read on demand and nobody asks; ``STARTING`` on the way to the first picture;
+        ``LIVE``; ``STALLED`` when the source is there but nothing comes; ``DEAD`` when it is not there: it is tried
+        again for ever.
     reason : str or None
         Why no pictures come.
     codec : {"h264", "jpeg"} or None
@@ -101,8 +103,8 @@ class Camera(Closing):
     Parameters
     ----------
     source : str
-        See `vencejo.camera.parse_source`. One that is read on demand is read while somebody looks (`watch`), records or asks for
-        pictures.
+        See `vencejo.camera.parse_source`. One that is read on demand is read while somebody looks (`watch`), records or
+        asks for pictures.
     name : str, optional
         1 to 32 letters, digits, ``-`` or ``_``; default ``"camera"``.
     recording_dir : Path, optional
@@ -245,7 +247,8 @@ class Camera(Closing):
     def latest(self, timeout_s: float = 1.0) -> Frame | None:
         """The newest picture in pixels.
 
-        The first call begins to decode, and to read where that is done on demand; after three seconds without a call that ends.
+        The first call begins to decode, and to read where that is done on demand; after three seconds without a call
+        that ends.
 
         Parameters
         ----------
@@ -346,8 +349,8 @@ class Camera(Closing):
     def start_recording(self) -> Recording:
         """Begin to record; the recording that is under way when there is one.
 
-        A source that is read on demand is waited for: 8 s at most. H.264 is written from a key frame on: the last one if its
-        group of pictures is at hand, else the next.
+        A source that is read on demand is waited for: 8 s at most. H.264 is written from a key frame on: the last one
+        if its group of pictures is at hand, else the next.
 
         Raises
         ------

@@ -1,8 +1,8 @@
 """Pictures read and decoded in a process of their own, so that what a camera sends can end that process and no other.
 
-FFmpeg and OpenCV decode whatever comes from the network, in C and C++, inside whoever calls them. Here that is a child with a limit on
-its memory: it opens a stream or a file, turns H.264 into pixels, or unpacks JPEG, and sends pictures over a pipe. When it dies the
-camera is told to be dead, with the reason, and is tried again, less and less often.
+FFmpeg and OpenCV decode whatever comes from the network, in C and C++, inside whoever calls them. Here that is a child
+with a limit on its memory: it opens a stream or a file, turns H.264 into pixels, or unpacks JPEG, and sends pictures
+over a pipe. When it dies the camera is told to be dead, with the reason, and is tried again, less and less often.
 """
 
 from __future__ import annotations

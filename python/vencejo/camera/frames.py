@@ -99,8 +99,8 @@ def opencv() -> Any:
     """
     from vencejo.camera.errors import CameraError
 
-    # It reads these once, or at each opening; what a person has set stands.
-    # What goes wrong is told by us; OpenCV's own lines would stand in the middle of others, and name what is to be secret.
+    # It reads these once, or at each opening; what a person has set stands. What goes wrong is told by us; OpenCV's own
+    # lines would stand in the middle of others, and name what is to be secret.
     os.environ.setdefault("OPENCV_LOG_LEVEL", "SILENT")
     os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")
     os.environ.setdefault("OPENCV_FFMPEG_CAPTURE_OPTIONS", FFMPEG_OPTIONS)

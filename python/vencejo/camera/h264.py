@@ -61,7 +61,8 @@ def kind(unit: bytes) -> int:
 def is_key(data: bytes) -> bool:
     """Whether an access unit can be decoded without those before it: it holds an IDR slice, or is a recovery point.
 
-    Cameras that refresh the picture piece by piece (intra refresh) send no IDR pictures, and mark where decoding may begin.
+    Cameras that refresh the picture piece by piece (intra refresh) send no IDR pictures, and mark where decoding may
+    begin.
     """
     return any(kind(unit) == IDR or (kind(unit) == SEI and _is_recovery_point(unit)) for unit in units(data))
 

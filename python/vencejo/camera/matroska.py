@@ -1,8 +1,8 @@
 """A Matroska file (RFC 9559) with one track of video, written as it comes.
 
-Segment and clusters have no size at first, as live streams have none, and each picture is one write: whatever ends the writing, a
-crash or an empty battery, the file plays up to there. A file that is ended in order gets sizes, its length, and an index by which
-players jump. Code is passed through, never encoded anew.
+Segment and clusters have no size at first, as live streams have none, and each picture is one write: whatever ends the
+writing, a crash or an empty battery, the file plays up to there. A file that is ended in order gets sizes, its length,
+and an index by which players jump. Code is passed through, never encoded anew.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
 """Recordings of cameras, and the still pictures that are kept: files in one folder.
 
-Recordings are Matroska files, written by a thread of their own, crash-safe. Files are named by us alone (time and camera; the
-server reads its list from the names), never overwritten. Below a floor of free space nothing is written; a file that has grown
-too large is closed and the next begun. What the disk does reaches nobody but the recording: pictures that it is too slow for are
-dropped up to the next key frame, and counted.
+Recordings are Matroska files, written by a thread of their own, crash-safe. Files are named by us alone (time and
+camera; the server reads its list from the names), never overwritten. Below a floor of free space nothing is written; a
+file that has grown too large is closed and the next begun. What the disk does reaches nobody but the recording:
+pictures that it is too slow for are dropped up to the next key frame, and counted.
 """
 
 from __future__ import annotations
@@ -44,7 +44,8 @@ class RecorderLimits:
     max_file_bytes : int
         A file that has grown to this size is closed and the next begun; default 2 GiB.
     quota_bytes : int
-        What all recordings and pictures in the folder may take together; default 32 GiB. Nothing is deleted: recording ends.
+        What all recordings and pictures in the folder may take together; default 32 GiB. Nothing is deleted: recording
+        ends.
     free_floor_bytes : int
         Free space of the disk below which nothing is written; default 1 GB, as `vencejo.Floors` has it.
     """

@@ -1,6 +1,7 @@
 """Still pictures that know where they were taken.
 
-EXIF 2.32 (CIPA DC-008) and XMP are put into the JPEG file beside its picture, which is not encoded anew. EXIF holds time, position, height above sea level and the direction of view; XMP holds the attitude, in the ``Camera`` terms
+EXIF 2.32 (CIPA DC-008) and XMP are put into the JPEG file beside its picture, which is not encoded anew. EXIF holds
+time, position, height above sea level and the direction of view; XMP holds the attitude, in the ``Camera`` terms
 (Pix4D's, version 1.0) that mapping programs read, and the height above home.
 """
 
@@ -66,7 +67,8 @@ def pose_of(telemetry: Telemetry, age_s: float) -> Pose:
     telemetry : Telemetry
         What is known of the vehicle now.
     age_s : float
-        How long ago the picture was taken. The position is taken back, or on, by the velocity for the time between the two.
+        How long ago the picture was taken. The position is taken back, or on, by the velocity for the time between the
+        two.
 
     Returns
     -------

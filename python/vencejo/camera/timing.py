@@ -17,9 +17,9 @@ MAX_REORDER_S: Final = 1.0
 class CaptureClock:
     """Tells the time of day at which a picture was taken, from its time in the stream and the moment when it came.
 
-    No picture was taken after it came. So the least delayed picture of late tells how the stream's clock stands to ours, and a
-    picture that the network held back is known to be older, by as much. What delays all pictures alike (the camera itself) stays
-    unknown.
+    No picture was taken after it came. So the least delayed picture of late tells how the stream's clock stands to
+    ours, and a picture that the network held back is known to be older, by as much. What delays all pictures alike (the
+    camera itself) stays unknown.
 
     Parameters
     ----------
@@ -44,8 +44,8 @@ class CaptureClock:
         Parameters
         ----------
         at_s : float
-            Its time in the stream, from any beginning. The same again and again stands for a stream that tells no times: then
-            pictures are taken to be immediate.
+            Its time in the stream, from any beginning. The same again and again stands for a stream that tells no
+            times: then pictures are taken to be immediate.
         """
         self.came(at_s)
         return self.taken_unix_s(at_s)

@@ -1,8 +1,8 @@
 """The `vencejo` command: a terminal's way to everything that the package does.
 
-One file per command or group of commands, each a thin layer over the package. `common` holds what they share,
-`follow` the picture of a flight. Whatever a command does not need is imported when a command runs, so that help is there
-at once.
+One file per command or group of commands, each a thin layer over the package. `common` holds what they share, `follow`
+the picture of a flight. Whatever a command does not need is imported when a command runs, so that help is there at
+once.
 """
 
 from __future__ import annotations
@@ -66,7 +66,8 @@ def root(
 
     The link is given with --link or in VENCEJO_LINK. Nothing is armed, started or changed unless a command says so.
 
-    Exit codes: 0 done, 1 could not, 2 wrong usage, 3 compared and not the same, 130 interrupted with Ctrl-C, 143 ended by SIGTERM.
+    Exit codes: 0 done, 1 could not, 2 wrong usage, 3 compared and not the same, 130 interrupted with Ctrl-C, 143 ended
+    by SIGTERM.
 
     Example: vencejo demo
     """

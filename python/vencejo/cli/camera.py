@@ -57,8 +57,8 @@ def camera(
 ) -> None:
     """Try a camera: tell whether pictures come, take one, or record.
 
-    Ends with 1 when nothing was recorded with --record, no picture came in the time of --seconds, or a recording ended by itself.
-    To see it in the ground station: vencejo serve --camera SOURCE
+    Ends with 1 when nothing was recorded with --record, no picture came in the time of --seconds, or a recording ended
+    by itself. To see it in the ground station: vencejo serve --camera SOURCE
 
     Example: vencejo camera /dev/video0
 

@@ -137,8 +137,8 @@ def describe_error(error: Exception) -> tuple[Exit, str]:
 def grouped(command: Callable[..., _T]) -> Callable[..., _T]:
     """Let a command take groups of options: a parameter whose type is a dataclass stands for an option per field.
 
-    A field is declared as an option of a command is: ``Annotated[…, typer.Option(…)]`` with its default. The command gets an
-    instance of the dataclass.
+    A field is declared as an option of a command is: ``Annotated[…, typer.Option(…)]`` with its default. The command
+    gets an instance of the dataclass.
     """
     hints = get_type_hints(command, include_extras=True)
     groups = {name: kind for name, kind in hints.items() if isinstance(kind, type) and dataclasses.is_dataclass(kind)}
@@ -327,7 +327,8 @@ def confirm(question: str, *, yes: bool) -> bool:
 @contextlib.contextmanager
 def progress_bar(what: str, *, quiet: bool = False) -> Iterator[Any]:
     """A progress bar on standard error, as a function of (done, total) that a transfer calls."""
-    # Asked before Rich is loaded: a Ctrl-C that comes while Python makes its classes would end us by the signal, not with 130.
+    # Asked before Rich is loaded: a Ctrl-C that comes while Python makes its classes would end us by the signal, not
+    # with 130.
     if quiet or not sys.stderr.isatty():
         yield lambda done, total: None
         return

@@ -85,12 +85,12 @@ def demo(
 ) -> None:
     """Fly a simulated plane in the ground station: take-off, waypoints, circles, landing, in about two minutes.
 
-    A simulated plane is started, and the station is served on this machine. The demo mission is uploaded to the plane over
-    a real MAVLink link, verified, flown and followed while you watch; nobody is asked, because nothing real flies. The
-    demo holds control meanwhile; whoever asks for it in the browser gets it, and the demo then only watches.
+    A simulated plane is started, and the station is served on this machine. The demo mission is uploaded to the plane
+    over a real MAVLink link, verified, flown and followed while you watch; nobody is asked, because nothing real flies.
+    The demo holds control meanwhile; whoever asks for it in the browser gets it, and the demo then only watches.
 
-    After the landing the plane is yours, in real time, until Ctrl-C: take control in the browser and fly your own mission.
-    Parameter SIM_SPEEDUP makes it faster.
+    After the landing the plane is yours, in real time, until Ctrl-C: take control in the browser and fly your own
+    mission. Parameter SIM_SPEEDUP makes it faster.
 
     Ends with 0 when the plane rested within 20 m of its landing point.
 
@@ -219,7 +219,8 @@ def _fly(
 def _hand_over(link: str, operator: Operator, reporter: Reporter, speedup: float) -> None:
     """Leave the plane to the visitor: in real time, and with control free.
 
-    It is on the ground, disarmed by itself, with its mission on board; its home moves to where it stands when it is armed.
+    It is on the ground, disarmed by itself, with its mission on board; its home moves to where it stands when it is
+    armed.
     """
     if speedup != 1.0:
         _real_time(link, speedup)

@@ -491,7 +491,8 @@ def revoke(
 ) -> None:
     """Put an aircraft, or another ground station, out for good. A running `vencejo serve --fleet` shuts it out within seconds.
 
-    Aircraft take no orders of such a station any more as soon as they are told. A name is free again when its last certificate has ended.
+    Aircraft take no orders of such a station any more as soon as they are told. A name is free again when its last
+    certificate has ended.
 
     Example: vencejo fleet revoke plane7
 

@@ -79,9 +79,9 @@ def fly(
 ) -> None:
     """Fly a mission: check it, upload and verify it, prepare, arm, start in AUTO, follow until it has landed.
 
-    A plane that stands in a mode that does not arm, as after a landing, is brought to MANUAL; that is said before. It asks before
-    it arms. A fence and rally points in the plan are uploaded too. The pilot's radio can take over at
-    any time: a change of mode is told and never undone. When the link is lost, its age is shown and it is waited for.
+    A plane that stands in a mode that does not arm, as after a landing, is brought to MANUAL; that is said before. It
+    asks before it arms. A fence and rally points in the plan are uploaded too. The pilot's radio can take over at any
+    time: a change of mode is told and never undone. When the link is lost, its age is shown and it is waited for.
     Ctrl-C ends the following; the plane goes on flying.
 
     Ends with 0 when the mission was flown to its end, with 1 and the reason when it was not.

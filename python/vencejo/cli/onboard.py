@@ -128,11 +128,13 @@ def onboard(
 ) -> None:
     """Bring a plane into a fleet: on its companion computer, until Ctrl-C.
 
-    It dials out and listens nowhere. What it tells is where the plane is; what it takes are signed orders of the ground stations
-    that it trusts, one of which at a time has control. The autopilot hears of a ground station only while one has.
+    It dials out and listens nowhere. What it tells is where the plane is; what it takes are signed orders of the ground
+    stations that it trusts, one of which at a time has control. The autopilot hears of a ground station only while one
+    has.
 
-    The way is encrypted, and both ends show certificates of the fleet's own authority. With --fleet, --name, --dial and --trust it goes
-    without, to a router of this machine alone: bring that here with a tunnel, such as ssh -L 7447:127.0.0.1:7447 ground.
+    The way is encrypted, and both ends show certificates of the fleet's own authority. With --fleet, --name, --dial and
+    --trust it goes without, to a router of this machine alone: bring that here with a tunnel, such as ssh -L
+    7447:127.0.0.1:7447 ground.
 
     Example: vencejo onboard --join vf1.CiBj... --link /dev/serial0,921600
 
@@ -140,7 +142,8 @@ def onboard(
 
     Example: vencejo onboard --fleet acme --name plane7 --link /dev/serial0,921600 --trust 3b6a27bc...
 
-    Example: vencejo onboard --fleet try --plane plane1@1=tcp:127.0.0.1:5760 --plane plane2@2=tcp:127.0.0.1:5761 --trust 3b6a27bc...
+    Example: vencejo onboard --fleet try --plane plane1@1=tcp:127.0.0.1:5760 --plane plane2@2=tcp:127.0.0.1:5761 --trust
+    3b6a27bc...
     """
     from vencejo import Station
     from vencejo.enrolment import member

@@ -185,8 +185,8 @@ def convert(
 ) -> None:
     """Write a plan in another format, and say what had to be assumed and what was not kept.
 
-    What heights count from is never changed in silence: a note on standard error says it. Formats: .plan, .waypoints, .kml, .kmz,
-    .geojson, .gpx, .csv; .mission, .fen and .ral are read.
+    What heights count from is never changed in silence: a note on standard error says it. Formats: .plan, .waypoints,
+    .kml, .kmz, .geojson, .gpx, .csv; .mission, .fen and .ral are read.
 
     Example: vencejo plan convert path.kml mission.plan --alt 80 --home 40.3332,-3.7978,690
     """

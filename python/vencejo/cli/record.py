@@ -173,8 +173,8 @@ def replay(
 ) -> None:
     """Tell what is in a recording; with --to, play it to a ground station.
 
-    Frames are sent untouched, both sides of the conversation, and nothing of ours is added. The history of a fleet's aircraft is shown
-    with --serve, again and again; it takes no orders.
+    Frames are sent untouched, both sides of the conversation, and nothing of ours is added. The history of a fleet's
+    aircraft is shown with --serve, again and again; it takes no orders.
 
     Example: vencejo replay flight.tlog
 

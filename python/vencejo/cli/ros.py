@@ -172,9 +172,9 @@ def doctor(
 ) -> None:
     """Look who is there in ROS 2, and why somebody sees nothing.
 
-    It asks the router for all nodes of all domains, and compares what each of ours hears with what is sent: domain, name, type, type
-    hash, and quality of service. Where the router does not let it in it says why: certificates, names, TLS or none. It ends with 1 where
-    something is wrong.
+    It asks the router for all nodes of all domains, and compares what each of ours hears with what is sent: domain,
+    name, type, type hash, and quality of service. Where the router does not let it in it says why: certificates, names,
+    TLS or none. It ends with 1 where something is wrong.
 
     Example: vencejo ros doctor
 

@@ -175,8 +175,8 @@ def serve(
     (--cert, --key), or to be told to do without it (--plain-http).
 
     Without --link, vehicles are heard on UDP port 14550. Who may send there is asked at the first start and kept; where
-    nobody can be asked it is this machine alone. --listen machine, network (and the private networks that this machine is
-    in) or everyone says it without being asked.
+    nobody can be asked it is this machine alone. --listen machine, network (and the private networks that this machine
+    is in) or everyone says it without being asked.
 
     Example: vencejo serve --link udpin:0.0.0.0:14550
 

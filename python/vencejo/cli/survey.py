@@ -92,12 +92,13 @@ def survey(
 ) -> None:
     """Lay out a survey that the plane can fly, and tell from its rehearsed flight what its pictures show.
 
-    Lines lie across the wind; turns and leads are those that the plane can fly. In a .plan file it is a survey that QGroundControl
-    opens and edits. Ends with 1 when a line would be missed.
+    Lines lie across the wind; turns and leads are those that the plane can fly. In a .plan file it is a survey that
+    QGroundControl opens and edits. Ends with 1 when a line would be missed.
 
     Example: vencejo plan survey field.plan --camera "Sony a6000 16mm" --gsd 3 --wind 5 --wind-from 240 -o survey.plan
 
-    Example: vencejo plan survey --area "40.33,-3.80 40.34,-3.80 40.34,-3.79" --width 60 --spacing 40 --height 100 --json
+    Example: vencejo plan survey --area "40.33,-3.80 40.34,-3.80 40.34,-3.79" --width 60 --spacing 40 --height 100
+    --json
     """
     from vencejo.landing import Wind, landing_item
     from vencejo.plan import Plan

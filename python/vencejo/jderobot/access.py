@@ -55,7 +55,8 @@ class Gate:
     Parameters
     ----------
     tokens : function that gives Tokens, or None
-        Asked at each request, whose context has one of them under ``token``: new ones hold at once. ``None``: everybody may.
+        Asked at each request, whose context has one of them under ``token``: new ones hold at once. ``None``: everybody
+        may.
     allow : collection of networks
         Whoever comes from there needs none: existing programs cannot send one.
     takes_pages : bool, optional
@@ -170,7 +171,8 @@ class Presence:
         if is_known:
             return
         self._operator.attach()
-        # Ice takes a function, which a bound method is not, and calls it at once for a connection that is closed already.
+        # Ice takes a function, which a bound method is not, and calls it at once for a connection that is closed
+        # already.
         connection.setCloseCallback(lambda gone: self._gone(gone))
 
     def _gone(self, connection: Any, refusal: Callable[[], str | None] | None = None) -> None:
@@ -243,8 +245,8 @@ def raise_file_limit(connections: int) -> None:
 class ConnectionLimit:
     """Closes connections beyond a number. Ice 3.7 has no such limit, and a connection that says nothing never reaches a servant.
 
-    Twice a second it counts this process's sockets on our ports (Linux) and shuts the newest down where there are too many; Ice
-    sees their end as any other. Elsewhere Ice's own closing of idle connections (60 s) has to do.
+    Twice a second it counts this process's sockets on our ports (Linux) and shuts the newest down where there are too
+    many; Ice sees their end as any other. Elsewhere Ice's own closing of idle connections (60 s) has to do.
     """
 
     def __init__(self, ports: Collection[int], most: int) -> None:

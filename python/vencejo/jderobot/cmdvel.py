@@ -2,8 +2,8 @@
 
 Commands come in ROS's axes (REP 103, which AR.Drone drivers keep): x forward, y left, z up, turns to the left positive.
 A plane cannot stop: its targets are its airspeed (x), its turn (angular z, flown as a course that leads by the turn),
-and its climb (z, flown as a height that leads by the climb). When no new command comes in time, what hovers stops, and a
-plane flies straight and level on.
+and its climb (z, flown as a height that leads by the climb). When no new command comes in time, what hovers stops, and
+a plane flies straight and level on.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Which servant answers a request: after the gate and, where objects come in, after a look at their bytes.
 
-Ice for Python does not survive every body that a request can have, so operations that take Slice classes are taken as bytes and
-checked (`vencejo.jderobot.wire`) before Ice decodes them (docs/adr/0011-ice-decodes-what-was-checked.md).
+Ice for Python does not survive every body that a request can have, so operations that take Slice classes are taken as
+bytes and checked (`vencejo.jderobot.wire`) before Ice decodes them (docs/adr/0011-ice-decodes-what-was-checked.md).
 """
 
 from __future__ import annotations
@@ -39,8 +39,8 @@ _TELL_EVERY_S: Final = 5.0
 class Dialects:
     """Which dialect of Mission a client speaks, so that what it asks for comes in its own.
 
-    A client shows it by what it sends, on that connection and, as connections come and go, at its address. An address from
-    which both came, and one that sent nothing yet, gets the one that is set. Thread-safe.
+    A client shows it by what it sends, on that connection and, as connections come and go, at its address. An address
+    from which both came, and one that sent nothing yet, gets the one that is set. Thread-safe.
 
     Parameters
     ----------

@@ -68,7 +68,8 @@ class Situation:
         Where it is.
     wind : Wind or None
     has_land_start : bool
-        Whether it flies with DO_LAND_START before a landing. An ArduPlane does not arm with one while RTL_AUTOLAND is 0.
+        Whether it flies with DO_LAND_START before a landing. An ArduPlane does not arm with one while RTL_AUTOLAND is
+        0.
     """
 
     hovers: bool = False

@@ -17,7 +17,8 @@ __all__ = ["Pose3D", "quaternion"]
 def quaternion(roll_rad: float, pitch_rad: float, yaw_rad: float) -> tuple[float, float, float, float]:
     """Unit quaternion (w, x, y, z) of Tait-Bryan angles in the order yaw, pitch, roll (ZYX).
 
-    Diebel, "Representing Attitude: Euler Angles, Unit Quaternions, and Rotation Vectors" (2006), eq. 290 for sequence (1, 2, 3).
+    Diebel, "Representing Attitude: Euler Angles, Unit Quaternions, and Rotation Vectors" (2006), eq. 290 for sequence
+    (1, 2, 3).
     """
     cr, sr = math.cos(roll_rad / 2), math.sin(roll_rad / 2)
     cp, sp = math.cos(pitch_rad / 2), math.sin(pitch_rad / 2)

@@ -43,8 +43,8 @@ class Slices:
     ice : module
         Package Ice.
     jderobot, precise : module
-        Slice modules ``jderobot`` and ``vencejo``. Interface ``Mission`` is that of mission.ice, ``MissionOfPoses`` that of
-        mission_sequence.ice.
+        Slice modules ``jderobot`` and ``vencejo``. Interface ``Mission`` is that of mission.ice, ``MissionOfPoses``
+        that of mission_sequence.ice.
     """
 
     ice: Any
@@ -76,8 +76,9 @@ def _decoding_failed(error: UnicodeError) -> tuple[str | bytes, int]:
 def tolerant() -> Iterator[None]:
     """Read the header of a request within: bytes that are no UTF-8 come as replacement characters, in this thread alone.
 
-    Ice for Python decodes identity, facet, operation and context when they are looked at, by Python's handler ``"strict"``, and
-    where that raises ends the process with a segmentation fault (3.7.8). So that handler does not raise here.
+    Ice for Python decodes identity, facet, operation and context when they are looked at, by Python's handler
+    ``"strict"``, and where that raises ends the process with a segmentation fault (3.7.8). So that handler does not
+    raise here.
     """
     _tolerance.wanted = True
     try:

@@ -52,8 +52,8 @@ class IceServer(Closing):
     jpeg : function of an RGB picture, optional
         Encodes pictures of format ``"JPEG"``.
     tokens : Tokens or function that gives them, optional
-        What requests need when others than this machine are let in. A function is asked at each request: `lambda: server.tokens` are
-        those that the browser's server has at that time.
+        What requests need when others than this machine are let in. A function is asked at each request: `lambda:
+        server.tokens` are those that the browser's server has at that time.
 
     Raises
     ------

@@ -114,8 +114,8 @@ class IceSettings:
     camera_rate_hz : float
         Pictures a second at most, 0.1 to 60, default 30.
     old_pictures : {"mark", "raise"}
-        What is given while a camera fails: its last picture, marked with its age (the default, because an exception ends
-        the thread of viewers in use for good), or an exception.
+        What is given while a camera fails: its last picture, marked with its age (the default, because an exception
+        ends the thread of viewers in use for good), or an exception.
     properties : mapping of str to str
         Other Ice properties, such as ``Ice.Trace.Network`` or those of IceSSL.
     """

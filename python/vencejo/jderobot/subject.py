@@ -24,8 +24,8 @@ class Subject:
     ----------
     station : Station
     system_id : int, optional
-        The default vehicle. If not given, the first that was heard, and of several heard by the first call that needs it
-        the one with the lowest system id; it then stays the default, whichever vehicles are asked for by their ids.
+        The default vehicle. If not given, the first that was heard, and of several heard by the first call that needs
+        it the one with the lowest system id; it then stays the default, whichever vehicles are asked for by their ids.
     operator : Operator, optional
         In whose name they are acted on; the program's own when not given.
     """

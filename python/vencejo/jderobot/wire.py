@@ -1,9 +1,9 @@
 """What a request may hold: parameters with Slice classes in them are checked byte by byte before Ice decodes them.
 
-Ice for Python ends the process when a reference to an object leads nowhere, and a client of the other Mission dialect sends
-just that. So nothing but complete, well-formed objects of the types in our Slice files is let through, in encoding 1.0 or 1.1,
-in the compact or the sliced format. No type here holds itself, so the depth is bounded by the types; sizes and counts are
-compared with what is there before anything is made.
+Ice for Python ends the process when a reference to an object leads nowhere, and a client of the other Mission dialect
+sends just that. So nothing but complete, well-formed objects of the types in our Slice files is let through, in
+encoding 1.0 or 1.1, in the compact or the sliced format. No type here holds itself, so the depth is bounded by the
+types; sizes and counts are compared with what is there before anything is made.
 
 The encoding is that of "The Ice Protocol", Ice manual 3.7, sections "Data Encoding for Classes" and "Optional Values".
 """

@@ -71,7 +71,8 @@ def _get(url: str) -> http.client.HTTPResponse:
     parts = urlsplit(url)
     bare = urlunsplit(parts._replace(netloc=parts.netloc.rpartition("@")[2]))
     user, password = unquote(parts.username or ""), unquote(parts.password or "")
-    # User and password go to this address alone, wherever it redirects to; in the clear only to who knows nothing better.
+    # User and password go to this address alone, wherever it redirects to; in the clear only to who knows nothing
+    # better.
     passwords = urllib.request.HTTPPasswordMgrWithDefaultRealm()
     if user:
         passwords.add_password(None, bare, user, password)
@@ -132,8 +133,9 @@ class MjpegSource:
     boundary : str
         What stands between the parts.
     is_local : bool
-        Whether the server is on this machine, so that its clock is ours: then the time in ``X-Timestamp`` (seconds since
-        1970) is the time of capture. Otherwise a picture is as old as its way through the network, which nobody knows.
+        Whether the server is on this machine, so that its clock is ours: then the time in ``X-Timestamp`` (seconds
+        since 1970) is the time of capture. Otherwise a picture is as old as its way through the network, which nobody
+        knows.
     unix_s : callable, optional
         The time of day.
     """
