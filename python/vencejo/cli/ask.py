@@ -40,7 +40,7 @@ def ask(
     yes: YesOption = False,
     json: JsonOption = False,
 ) -> None:
-    """Ask the vehicle for one thing, such as a mode, and wait until it did it or shows it. What is dangerous is asked about.
+    """Make one request to the vehicle, such as a mode, and wait until it is done. It asks before dangerous ones.
 
     Example: vencejo ask mode mode=LOITER
 
@@ -73,7 +73,7 @@ def ask(
 
 
 def _finite(value: Any) -> Any:
-    """A field of a message; what is no finite number is none."""
+    """A field of a message, with NaN and infinity as ``None``."""
     if isinstance(value, list):
         return [_finite(one) for one in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value

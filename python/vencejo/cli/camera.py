@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from vencejo.storage import Floors
 
 OPENING_S: Final = 20.0
-"""A source that is neither there nor missing after so long is not waited for any more."""
+"""Longest wait for a source that is neither there nor known to be missing, s."""
 LOOK_INTERVAL_S: Final = 0.2
 TELL_INTERVAL_S: Final = 2.0
 
@@ -29,7 +29,7 @@ CameraOption = Annotated[
         "--camera",
         metavar="[NAME=]SOURCE",
         help="Show a camera: /dev/video0, rpicam, rtsp://…, http://…, or a video file; repeatable. "
-        "With on-demand: before the source it is read only while somebody looks.",
+        "With on-demand: before the source it is read only while it has viewers.",
     ),
 ]
 
@@ -51,11 +51,13 @@ def camera(
     ] = False,
     seconds: Annotated[
         float | None,
-        typer.Option("--seconds", metavar="S", min=0.1, help="End so long after it was opened; else Ctrl-C ends it."),
+        typer.Option(
+            "--seconds", metavar="S", min=0.1, help="End this long after it was opened; by default at Ctrl-C."
+        ),
     ] = None,
     json: JsonOption = False,
 ) -> None:
-    """Try a camera: tell whether pictures come, take one, or record.
+    """Try a camera: show whether pictures come, take one, or record.
 
     Ends with 1 when nothing was recorded with --record, no picture came in the time of --seconds, or a recording ended
     by itself. To see it in the ground station: vencejo serve --camera SOURCE

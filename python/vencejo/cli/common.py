@@ -1,4 +1,4 @@
-"""What the commands share: options, consoles, the exit code of every error, and the way to a vehicle.
+"""Shared parts of the commands: options, consoles, and the exit code of every error.
 
 Exit codes: 0 done, 1 could not, 2 wrong usage, 130 interrupted with Ctrl-C, 143 ended by SIGTERM.
 Results go to standard output, everything else (status, errors, questions) to standard error.
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 _T = TypeVar("_T")
 
 DEFAULT_LINK: Final = "default"
-"""Stands for the link of those who name none: `vencejo.cli.listening` says what it is."""
+"""Stands for the default link, which `vencejo.cli.listening` determines."""
 
 LinkOption = Annotated[
     str,
@@ -46,8 +46,8 @@ LinkOption = Annotated[
         "-l",
         metavar="LINK",
         envvar="VENCEJO_LINK",
-        help="Where the vehicle is, such as udpin:0.0.0.0:14550, tcp:127.0.0.1:5760 or /dev/ttyACM0,115200; the default "
-        "hears on UDP port 14550 whom `vencejo serve --listen` named, at first this machine alone.",
+        help="Link to the vehicle, such as udpin:0.0.0.0:14550, tcp:127.0.0.1:5760 or /dev/ttyACM0,115200; the default "
+        "listens on UDP port 14550 for the senders chosen by `vencejo serve --listen`, at first this machine alone.",
     ),
 ]
 JsonOption = Annotated[bool, typer.Option("--json", help="Write JSON, for scripts.")]
@@ -57,20 +57,22 @@ RecordOption = Annotated[
 ]
 HistoryOption = Annotated[
     bool,
-    typer.Option("--history/--no-history", help="Keep what the fleet's aircraft say and are ordered, as .mcap files."),
+    typer.Option(
+        "--history/--no-history", help="Store states, events and orders of the fleet's aircraft as .mcap files."
+    ),
 ]
 ForwardOption = Annotated[
     list[str] | None,
     typer.Option(
         "--forward",
         metavar="LINK",
-        help="Let another ground station take part, such as udpout:127.0.0.1:14551; repeatable.",
+        help="Forward to another ground station, such as udpout:127.0.0.1:14551; repeatable.",
     ),
 ]
 
 
 LONG_S: Final = 5.0
-"""How long something may take before it is said what is waited for."""
+"""Time after which a command says what it waits for, s."""
 
 
 class Exit(enum.IntEnum):
@@ -228,7 +230,7 @@ class RootGroup(TyperGroup):
 
 
 def end_by_signal() -> None:
-    """Let SIGTERM end the command as Ctrl-C does, with everything closed on the way out."""
+    """Let SIGTERM end the command like Ctrl-C, closing everything."""
 
     def end(number: int, _frame: FrameType | None) -> None:
         raise SystemExit(128 + number)
@@ -245,17 +247,17 @@ def take_any_character() -> None:
 
 
 def clean(text: str, *, keep_lines: bool = False) -> str:
-    """Text from an aircraft or a file, without what could steer a terminal."""
+    """Text from an aircraft or a file, without control characters for the terminal."""
     return "".join(c if c.isprintable() or (keep_lines and c == "\n") else "\N{REPLACEMENT CHARACTER}" for c in text)
 
 
 def stdout() -> Console:
-    """Console of the results. Without a terminal its lines are never cut."""
+    """Console for results. Without a terminal its lines are never truncated."""
     return _console(sys.stdout)
 
 
 def stderr() -> Console:
-    """Console of status and questions."""
+    """Console for status and questions."""
     return _console(sys.stderr)
 
 
@@ -269,18 +271,18 @@ def _console(file: Any) -> Console:
 
 
 UNREAD: Final = (OSError, ValueError)
-"""What writing raises once nobody reads: the other end of the pipe is gone, the terminal or the file is closed."""
+"""Errors of writing to an output that is gone: a broken pipe, a closed terminal or file."""
 
 
 def say(text: str) -> None:
-    """One line of status to standard error. It is nobody's result: where it is not read any more, the command goes on."""
+    """Write one line of status to standard error. If that is gone, the command goes on."""
     with contextlib.suppress(*UNREAD):
         print(clean(text, keep_lines=True), file=sys.stderr, flush=True)
 
 
 def warn_of_open_key(key: Path | None) -> None:
     """Say where others on this machine may read a private key."""
-    # One that cannot be looked at is told of when it is to be read.
+    # A missing file is reported when it is read.
     with contextlib.suppress(OSError):
         if key is not None and key.stat().st_mode & 0o077:
             say(f"Warning: others on this machine may read the TLS key {key}; run: chmod 600 {key}")
@@ -311,11 +313,11 @@ def table(*columns: str, right: tuple[str, ...] = (), title: str | None = None) 
 
 
 def confirm(question: str, *, yes: bool) -> bool:
-    """Ask on the terminal. Without one the answer must have been given with ``--yes``."""
+    """Ask on the terminal. Without a terminal ``--yes`` is necessary."""
     if yes:
         return True
     if not sys.stdin.isatty():
-        raise Failed(f"{question} Nobody is there to answer: add --yes to go on without asking.", Exit.USAGE)
+        raise Failed(f"{question} There is no terminal to ask on: add --yes.", Exit.USAGE)
     try:
         return typer.confirm(question, default=False, err=True)
     except typer.Abort as abort:
@@ -343,7 +345,7 @@ def progress_bar(what: str, *, quiet: bool = False) -> Iterator[Any]:
 
 @contextlib.contextmanager
 def status(text: str) -> Iterator[None]:
-    """Show that something is waited for: a spinner on a terminal, a line elsewhere."""
+    """Show what the block waits for: a spinner on a terminal, a line elsewhere."""
     console = stderr()
     if not console.is_terminal:
         say(text)
@@ -355,7 +357,7 @@ def status(text: str) -> Iterator[None]:
 
 @contextlib.contextmanager
 def told_when_long(text: str) -> Iterator[None]:
-    """Say it once when what is done here takes long: nobody looks at a command without knowing what it waits for."""
+    """Print `text` once if the block takes longer than `LONG_S`."""
     telling = threading.Timer(LONG_S, say, (text,))
     telling.daemon = True
     telling.start()
@@ -366,7 +368,7 @@ def told_when_long(text: str) -> Iterator[None]:
 
 
 def require_plan_name(file: Path) -> None:
-    """Refuse a name whose ending says no format in which a plan is written, before anything is done."""
+    """Refuse a file name whose ending is not a plan format, before anything is done."""
     from vencejo.plan import PLAN_ENDINGS
 
     if file.suffix.lower() not in (*PLAN_ENDINGS, ".txt"):
@@ -374,7 +376,7 @@ def require_plan_name(file: Path) -> None:
 
 
 def say_notes(notes: Sequence[PlanNote]) -> None:
-    """What reading or writing a file had to assume or leave out, to standard error."""
+    """Print what reading or writing a file assumed or left out, to standard error."""
     for note in notes:
         say(f"note: {note}")
 

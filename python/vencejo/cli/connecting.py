@@ -1,4 +1,4 @@
-"""Connects a command to a vehicle, over the link that was named or the usual one, and says what becomes of the recording."""
+"""Connects a command to a vehicle, and reports how its recording goes."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def real_link(link: str) -> str:
 
 
 RECORDED_AGAIN: Final = "Telemetry is recorded again"
-"""What is said when a recording that stopped goes on."""
+"""Said when a stopped recording resumes."""
 
 
 @contextlib.contextmanager
@@ -65,7 +65,7 @@ class OnVehicle:
     system: Annotated[
         int | None,
         typer.Option(
-            "--system", metavar="ID", min=1, max=255, help="MAVLink system id; the first heard when not given."
+            "--system", metavar="ID", min=1, max=255, help="MAVLink system id; by default the first vehicle heard."
         ),
     ] = None
     timeout: Annotated[

@@ -50,7 +50,7 @@ PAGE_TIMEOUT_S: Final = 15.0
 SPEEDUP_PARAM: Final = "SIM_SPEEDUP"
 """ArduPilot's simulator has it too."""
 OPERATOR: Final = "demo"
-"""What browsers are shown as the name of who flies."""
+"""Name of the demo's operator in browsers."""
 
 
 def demo(
@@ -60,7 +60,9 @@ def demo(
     ] = 5.0,
     seed: Annotated[int, typer.Option("--seed", help="The same seed gives the same air and sensor noise.")] = 0,
     wind: Annotated[float, typer.Option("--wind", metavar="M_S", min=0.0, max=15.0, help="Wind speed.")] = 0.0,
-    wind_from: Annotated[float, typer.Option("--wind-from", metavar="DEG", help="Where the wind comes from.")] = 240.0,
+    wind_from: Annotated[
+        float, typer.Option("--wind-from", metavar="DEG", help="Direction that the wind comes from.")
+    ] = 240.0,
     gust: Annotated[float, typer.Option("--gust", metavar="M_S", min=0.0, max=10.0, help="Scale of the gusts.")] = 0.0,
     port: Annotated[
         int,
@@ -68,17 +70,17 @@ def demo(
     ] = PORT,
     open_browser: Annotated[
         bool | None,
-        typer.Option("--open/--no-open", help="Open the station in a browser; by default where there is a desktop."),
+        typer.Option("--open/--no-open", help="Open the station in a browser; by default on a desktop."),
     ] = None,
     camera: Annotated[
         bool | None,
         typer.Option(
-            "--camera/--no-camera", help="Show the plane's nose camera; by default where vencejo[camera] is installed."
+            "--camera/--no-camera", help="Show the plane's nose camera; by default if vencejo[camera] is installed."
         ),
     ] = None,
     exit_after_landing: Annotated[
         bool,
-        typer.Option("--exit-after-landing", help="End after the flight, for scripts, instead of staying up."),
+        typer.Option("--exit-after-landing", help="End after the flight, for scripts."),
     ] = False,
     json: JsonOption = False,
     record: RecordOption = True,
@@ -229,7 +231,7 @@ def _hand_over(link: str, operator: Operator, reporter: Reporter, speedup: float
 
 
 def _real_time(link: str, speedup: float) -> None:
-    """Have time pass as it does, for whoever commands the plane next.
+    """Return to real time, for the next operator.
 
     That is the simulator's business, not the aircraft's: it is asked for over a link of its own, whoever holds control.
     """

@@ -34,14 +34,12 @@ if TYPE_CHECKING:
 
 fleet_app = typer.Typer(
     no_args_is_help=True,
-    help="See and change who belongs to a fleet. Keys are never shown.\n\nExample: vencejo fleet enrol plane7 --fleet acme",
+    help="Show and change the members of a fleet. Keys are never shown.\n\nExample: vencejo fleet enrol plane7 --fleet acme",
 )
 
 OrgOption = Annotated[
     str | None,
-    typer.Option(
-        "--fleet", metavar="ORG", help="The fleet; the one whose authority is on this machine when not given."
-    ),
+    typer.Option("--fleet", metavar="ORG", help="The fleet; by default the one whose authority is on this machine."),
 ]
 NameArgument = Annotated[
     str, typer.Argument(metavar="NAME", help="Name of the aircraft or ground station: 1 to 32 of a-z, 0-9 and '-'.")
@@ -59,10 +57,10 @@ class StationRole(str, Enum):
 LOOKS_S = 2.5
 """How long is waited for aircraft that are there to say something: they do each second, or less often where the uplink is slow."""
 REJOINS_S = 0.2
-"""How long a router may be gone while it takes note of who is enrolled."""
+"""How long a router may be gone while it reloads the roll, s."""
 TRYING = "Still trying who answers: an address where nobody does is given 5 s"
 COMES_S = 0.5
-"""How long is waited for word of who is there: the router knows it."""
+"""How long to wait for the router's list of members, s."""
 
 
 def _organisation(org: str | None) -> Organisation:
@@ -113,7 +111,7 @@ def init(
     ] = None,
     ca_cert: Annotated[
         Path | None,
-        typer.Option("--ca-cert", metavar="FILE", help="An authority that you have already: its certificate (PEM)."),
+        typer.Option("--ca-cert", metavar="FILE", help="Certificate (PEM) of an existing authority."),
     ] = None,
     ca_key: Annotated[Path | None, typer.Option("--ca-key", metavar="FILE", help="Its key (PEM, PKCS #8).")] = None,
     json: JsonOption = False,
@@ -157,13 +155,13 @@ def enrol(
         int, typer.Option("--minutes", metavar="N", min=1, max=1440, help="How long the token is good, minutes.")
     ] = 60,
     station: Annotated[
-        bool, typer.Option("--station", help="It is another ground station, which joins with `vencejo serve --join`.")
+        bool, typer.Option("--station", help="Enrol another ground station, which joins with `vencejo serve --join`.")
     ] = False,
     role: Annotated[
         StationRole | None,
         typer.Option(
             "--role",
-            help="What that may do: observer looks and reads, operator asks for control (when not given), chief takes it at once.",
+            help="Its role: observer watches and reads, operator (the default) asks for control, chief takes it at once.",
         ),
     ] = None,
     router: Annotated[
@@ -171,7 +169,7 @@ def enrol(
         typer.Option(
             "--router",
             metavar="ADDRESS",
-            help="That ground station is a router too, which others reach at this address, such as tls/hill.example.org:7447. Repeatable.",
+            help="Address at which others reach that ground station as a router, such as tls/hill.example.org:7447. Repeatable.",
         ),
     ] = None,
     json: JsonOption = False,
@@ -220,7 +218,7 @@ def join_fleet(
     token: Annotated[
         str,
         typer.Argument(
-            metavar="TOKEN", help="What `vencejo fleet enrol` gave on the ground; '-' reads it from standard input."
+            metavar="TOKEN", help="Token from `vencejo fleet enrol` on the ground; '-' reads it from standard input."
         ),
     ],
     json: JsonOption = False,
@@ -405,7 +403,7 @@ def _look(organisation: Organisation, *, quiet: bool) -> tuple[str | None, dict[
 
     waiting = contextlib.nullcontext() if quiet else status("Looking who is there")
     with waiting:
-        # The second time, as a router is gone for a moment while it takes note of somebody new.
+        # Only the second time: a router is gone for a moment while it reloads the roll.
         for _ in range(2):
             router = organisation.reachable_router()
             if router is not None:

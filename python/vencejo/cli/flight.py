@@ -16,14 +16,14 @@ if TYPE_CHECKING:
 
 WindOption = Annotated[float, typer.Option("--wind", min=0.0, max=60.0, help="Wind 60 m up, m/s.")]
 WindFromOption = Annotated[
-    float, typer.Option("--wind-from", metavar="DEGREES", help="Where it comes from, degrees from true north.")
+    float, typer.Option("--wind-from", metavar="DEGREES", help="Direction that it comes from, degrees from true north.")
 ]
 ParamsOption = Annotated[
     Path | None,
     typer.Option("--params", metavar="FILE", help="The plane's parameters; else those of ArduPilot's simulated plane."),
 ]
 LearnOption = Annotated[
-    Path | None, typer.Option("--learn", metavar="TLOG", help="A recorded flight of the plane, to learn it from.")
+    Path | None, typer.Option("--learn", metavar="TLOG", help="A recorded flight from which to learn the airframe.")
 ]
 CapacityOption = Annotated[
     float | None,
@@ -44,11 +44,11 @@ ReserveOption = Annotated[
 ]
 GroundOption = Annotated[
     Path | None,
-    typer.Option("--ground", metavar="PATH", help="Heights of the ground: .hgt, GeoTIFF, or a folder of them."),
+    typer.Option("--ground", metavar="PATH", help="Terrain elevation: .hgt, GeoTIFF, or a folder of them."),
 ]
 GroundAboveHomeOption = Annotated[
     float | None,
-    typer.Option("--ground-above-home", metavar="M", help="Height of the ground above home; else home's is taken."),
+    typer.Option("--ground-above-home", metavar="M", help="Height of the ground above home; by default that of home."),
 ]
 ClearanceOption = Annotated[
     float, typer.Option("--clearance", min=0.0, max=1_000.0, help="Height above the ground to keep, m.")

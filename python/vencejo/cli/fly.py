@@ -45,7 +45,7 @@ PREARM_VALID_S: Final = 35.0
 """ArduPilot repeats its pre-arm failures every 30 s."""
 ASK_AGAIN_S: Final = 10.0
 NO_ANSWER_S: Final = 4.0
-"""SYS_STATUS comes twice a second; a vehicle that has not sent it for so long does not tell whether it is ready."""
+"""SYS_STATUS comes twice a second; after this long without one the vehicle does not report whether it is ready."""
 PICTURES_HZ: Final = 5.0
 
 
@@ -71,7 +71,7 @@ def fly(
         bool,
         typer.Option(
             "--despite-mixed-plan",
-            help="Arm and start although what another station left on board meanwhile may be a mixture. It is written down.",
+            help="Arm and start although the mission on board may be a mixture left by another station. This is recorded.",
         ),
     ] = False,
     record: RecordOption = True,
@@ -321,7 +321,7 @@ def _wait_until_ready(vehicle: Vehicle, reporter: Reporter, timeout_s: float) ->
             is_news = checks is not None and checks.age_s < now - asked
             ready = checks.is_ready_to_arm if checks is not None and is_news else None
             if ready or (ready is None and now - asked > NO_ANSWER_S):
-                break  # without an answer arming itself tells
+                break  # without an answer, arming will show it
             reasons = prearm_reasons(vehicle, telemetry.time_s - PREARM_VALID_S)
             for reason in reasons if ready is False else ():
                 if reason not in told:

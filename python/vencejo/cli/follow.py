@@ -286,14 +286,14 @@ class Follower:
         self._lost = False
         self._text_s: float | None = None
         self._reached: frozenset[int] = frozenset()
-        """Items that were told as reached, of this run of the mission."""
+        """Items reported as reached in this run of the mission."""
         self._item: int | None = None
         self._recent: list[StatusText] = []
         self.outcome: Outcome | None = None
 
     @property
     def elapsed_s(self) -> float:
-        """Since the start, on the vehicle's clock when it tells it: a simulation may run faster than ours."""
+        """Time since the start, by the vehicle's clock if it sends it: a simulation may run faster than real time."""
         return self._clock_s
 
     @property
@@ -419,7 +419,7 @@ class Follower:
     ) -> Outcome | None:
         complete = self._running_seen and _complete(telemetry, progress)
         if self._left is not None and "mission complete" in self._left.reason.lower():
-            complete = True  # told before MISSION_CURRENT says so
+            complete = True  # reported before MISSION_CURRENT shows it
         at = f"item {self._item} of {progress.total or len(self._plan.items)}" if self._item is not None else "no item"
         if self._armed_seen and not is_armed:
             if not self._flown:

@@ -1,4 +1,4 @@
-"""What is kept of a fleet's aircraft: `vencejo fleet history`, and what `vencejo replay` does with such a file."""
+"""Histories of a fleet's aircraft: `vencejo fleet history`, and `vencejo replay` of such a file."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ MAX_GAPS: Final = 20
 
 
 def fleet_history(
-    name: Annotated[str | None, typer.Argument(metavar="NAME", help="One aircraft; all when not given.")] = None,
+    name: Annotated[str | None, typer.Argument(metavar="NAME", help="One aircraft; by default all.")] = None,
     folder: Annotated[
         Path | None,
-        typer.Option("--folder", metavar="DIR", help="Where the files are; in the data folder when not given."),
+        typer.Option("--folder", metavar="DIR", help="Folder of the files; by default in the data folder."),
     ] = None,
     json: JsonOption = False,
 ) -> None:

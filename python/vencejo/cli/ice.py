@@ -34,7 +34,7 @@ class IceOptions:
             "--ice-host",
             metavar="ADDRESS",
             rich_help_panel=_PANEL,
-            help="Where they listen (default 127.0.0.1); another one lets other machines in, with a token.",
+            help="Address to listen on (default 127.0.0.1); another one lets other machines in, with a token.",
         ),
     ] = None
     ice_missions: Annotated[
@@ -61,7 +61,7 @@ class IceOptions:
             "--ice-allow",
             metavar="NETWORK",
             rich_help_panel=_PANEL,
-            help="Who needs no token, such as 192.168.1.0/24: existing programs cannot send one; repeatable.",
+            help="Network that needs no token, such as 192.168.1.0/24, for programs that cannot send one; repeatable.",
         ),
     ] = None
     ice_config: Annotated[

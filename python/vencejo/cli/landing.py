@@ -28,11 +28,11 @@ if TYPE_CHECKING:
 def land(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="A plan file, landing or not.")],
     at: Annotated[
-        str | None, typer.Option("--at", metavar="LAT,LON", help="Where to touch down; else where the mission lands.")
+        str | None, typer.Option("--at", metavar="LAT,LON", help="Touch-down point; by default that of the mission.")
     ] = None,
     runway: Annotated[
         str | None,
-        typer.Option("--runway", metavar="LAT,LON,LAT,LON", help="The two ends of a runway, in place of a point."),
+        typer.Option("--runway", metavar="LAT,LON,LAT,LON", help="The two ends of a runway, instead of a point."),
     ] = None,
     course: Annotated[
         float | None, typer.Option("--course", help="Course of the final leg or its opposite, degrees from true north.")
@@ -46,7 +46,7 @@ def land(
         int, typer.Option("--choice", min=1, help="Which of the landings is written; 1 is the best.")
     ] = 1,
     write: Annotated[
-        Path | None, typer.Option("--write", metavar="FILE", help="Where the mission goes that ends with the landing.")
+        Path | None, typer.Option("--write", metavar="FILE", help="File to write the mission with the landing to.")
     ] = None,
     json: JsonOption = False,
 ) -> None:

@@ -34,7 +34,8 @@ def links(
         list[str] | None, typer.Option("--link", "-l", metavar="LINK", help="Open this link and show it live.")
     ] = None,
     once: Annotated[
-        bool, typer.Option("--once", help="Show the links once, as soon as each was heard or the time is over.")
+        bool,
+        typer.Option("--once", help="Show the links once, as soon as each has received something or the time is over."),
     ] = False,
     timeout: Annotated[
         float, typer.Option("--timeout", metavar="SECONDS", min=0.1, help="With --once: how long to listen.")

@@ -1,4 +1,4 @@
-"""Who is heard when no link is named: chosen at the first start, kept in the data folder, changed with ``--listen``."""
+"""The default link: who may send to it is chosen at the first start, kept in the data folder, and changed with ``--listen``."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Listening(str, enum.Enum):
 
     @property
     def means(self) -> str:
-        """Who that is, in words."""
+        """The choice in words."""
         return {
             Listening.MACHINE: "this machine alone",
             Listening.NETWORK: "this machine and the private networks it is in",
@@ -42,7 +42,7 @@ ListenOption = Annotated[
     Listening | None,
     typer.Option(
         "--listen",
-        help="Who is heard on UDP port 14550 when no --link is named; kept for the next starts.",
+        help="Who may send to UDP port 14550 without --link; kept for later starts.",
     ),
 ]
 
@@ -55,7 +55,7 @@ def kept_file() -> Path:
 
 
 def kept() -> Listening | None:
-    """The choice of an earlier start; ``None`` when there is none that can be read."""
+    """The choice of an earlier start; ``None`` without a readable one."""
     try:
         return Listening(json.loads(kept_file().read_text(encoding="utf-8"))["listen"])
     except (OSError, ValueError, KeyError, TypeError):
@@ -75,7 +75,7 @@ def keep(choice: Listening) -> None:
 
 
 def default_link(choice: Listening | None = None, *, ask: bool = False) -> str:
-    """The link for whoever names none, and a line that says what it does.
+    """The default link, and a line that describes it.
 
     Parameters
     ----------

@@ -30,7 +30,7 @@ from vencejo.cli.map_service import FolderOption, MapService, StationOption, Tok
 
 areas_app = typer.Typer(
     no_args_is_help=True,
-    help="Fetch maps ahead, for fields without network.\n\nExample: vencejo maps area list",
+    help="Download maps in advance, for fields without network.\n\nExample: vencejo maps area list",
 )
 
 LOOK_S: Final = 0.5
@@ -41,7 +41,7 @@ AreaArgument = Annotated[
     str, typer.Argument(metavar="AREA", help="Id or name of an area, as `vencejo maps area list` shows them.")
 ]
 AroundOption = Annotated[
-    Path | None, typer.Option("--around", metavar="PLAN", help="What lies around a .plan or .waypoints file.")
+    Path | None, typer.Option("--around", metavar="PLAN", help="The surroundings of a .plan or .waypoints file.")
 ]
 BufferOption = Annotated[float, typer.Option("--buffer", metavar="METRES", min=0.0, help="How far around the plan.")]
 BoxOption = Annotated[
@@ -107,7 +107,7 @@ def estimate(
 @areas_app.command()
 def download(
     source: SourceArgument,
-    name: Annotated[str, typer.Option("--name", metavar="NAME", help="What to call the area.")],
+    name: Annotated[str, typer.Option("--name", metavar="NAME", help="Name of the area.")],
     around: AroundOption = None,
     buffer: BufferOption = 500.0,
     box: BoxOption = None,
@@ -159,7 +159,7 @@ def pause(
     token: TokenOption = None,
     maps: FolderOption = None,
 ) -> None:
-    """Stop fetching an area until it is resumed, whoever fetches it.
+    """Pause the download of an area, in whichever process, until it is resumed.
 
     Example: vencejo maps area pause Field --station http://192.168.1.20:8765
     """
@@ -214,9 +214,11 @@ def export(
 @areas_app.command("import")
 def import_area(
     source: SourceArgument,
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="An MBTiles file that was exported of the same source.")],
+    file: Annotated[
+        Path, typer.Argument(metavar="FILE", help="An MBTiles file that was exported from the same source.")
+    ],
     name: Annotated[
-        str | None, typer.Option("--name", metavar="NAME", help="What to call the area; as in the file.")
+        str | None, typer.Option("--name", metavar="NAME", help="Name of the area; by default as in the file.")
     ] = None,
     station: StationOption = None,
     token: TokenOption = None,

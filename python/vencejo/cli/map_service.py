@@ -31,7 +31,7 @@ StationOption = Annotated[
         "--station",
         metavar="URL",
         envvar="VENCEJO_STATION",
-        help="A ground station that runs, such as http://192.168.1.20:8765; without it the maps folder of this machine is opened.",
+        help="A running ground station, such as http://192.168.1.20:8765; by default the maps folder of this machine is opened.",
     ),
 ]
 TokenOption = Annotated[
@@ -164,7 +164,7 @@ class MapService:
         try:
             parts = urllib.parse.urlsplit(self.url)
             host, port = parts.hostname, parts.port
-        except ValueError:  # an IPv6 address or a port that is none
+        except ValueError:  # an invalid IPv6 address or port
             host = port = None
         if not host or parts.scheme not in ("http", "https"):
             raise Failed(f"--station {self.url}: takes an address such as http://192.168.1.20:8765", Exit.USAGE)

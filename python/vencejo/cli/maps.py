@@ -130,12 +130,16 @@ def add(
         str,
         typer.Argument(
             metavar="WHAT",
-            help="A preset's id, a file (MBTiles, PMTiles, GeoTIFF, heights), the name of what lies in the maps folder, or an address.",
+            help="A preset's id, a file (MBTiles, PMTiles, GeoTIFF, elevations), a name in the maps folder, or an address.",
         ),
     ],
-    kind: Annotated[Kind | None, typer.Option("--kind", help="Of an address; told by its form when not given.")] = None,
-    id: Annotated[str | None, typer.Option("--id", metavar="ID", help="Id of the source; made of the name.")] = None,
-    name: Annotated[str | None, typer.Option("--name", metavar="NAME", help="What people call it.")] = None,
+    kind: Annotated[
+        Kind | None, typer.Option("--kind", help="Kind of an address; by default recognised by its form.")
+    ] = None,
+    id: Annotated[
+        str | None, typer.Option("--id", metavar="ID", help="Id of the source; by default made from its name.")
+    ] = None,
+    name: Annotated[str | None, typer.Option("--name", metavar="NAME", help="Display name.")] = None,
     layer: Annotated[
         list[str] | None, typer.Option("--layer", metavar="NAME", help="Layer of a WMS or WMTS; repeatable for WMS.")
     ] = None,
@@ -148,7 +152,7 @@ def add(
             help="Any other field of a source, such as max_zoom=18 or crs=EPSG:25830; repeatable.",
         ),
     ] = None,
-    overlay: Annotated[bool, typer.Option("--overlay", help="It lies over the base map.")] = False,
+    overlay: Annotated[bool, typer.Option("--overlay", help="Show it over the base map.")] = False,
     station: StationOption = None,
     token: TokenOption = None,
     maps: FolderOption = None,
@@ -191,15 +195,13 @@ def add(
 @maps_app.command()
 def remove(
     id: IdArgument,
-    cache: Annotated[
-        bool, typer.Option("--cache", help="Remove what is kept of it too, offline areas included.")
-    ] = False,
+    cache: Annotated[bool, typer.Option("--cache", help="Remove its cache too, offline areas included.")] = False,
     yes: YesOption = False,
     station: StationOption = None,
     token: TokenOption = None,
     maps: FolderOption = None,
 ) -> None:
-    """Remove a source. What is kept of it stays for when it is added again, unless --cache is given.
+    """Remove a source. Its cache stays for when it is added again, unless --cache is given.
 
     Example: vencejo maps remove club --yes
     """
@@ -213,7 +215,7 @@ def remove(
 
 @maps_app.command("test")
 def try_sources(
-    ids: Annotated[list[str] | None, typer.Argument(metavar="[ID…]", help="Which; all when none is given.")] = None,
+    ids: Annotated[list[str] | None, typer.Argument(metavar="[ID…]", help="Which ones; by default all.")] = None,
     station: StationOption = None,
     token: TokenOption = None,
     maps: FolderOption = None,

@@ -38,7 +38,7 @@ CLEARS: Final[Mapping[PlanKind, Danger]] = {
     "fence": "clear-fence",
     "rally": "clear-rally",
 }
-"""What is confirmed by having asked."""
+"""Confirmations given by the question of the command."""
 
 mission_app = typer.Typer(
     no_args_is_help=True,
@@ -101,7 +101,8 @@ def upload(
 def download(
     on: OnVehicle,
     file: Annotated[
-        Path, typer.Argument(metavar="FILE", help="Where to; the ending says how: .waypoints, .plan, .kml…")
+        Path,
+        typer.Argument(metavar="FILE", help="File to write; its ending selects the format: .waypoints, .plan, .kml…"),
     ],
     kind: KindOption = Kind.mission,
     force: Annotated[bool, typer.Option("--force", help="Overwrite the file.")] = False,
@@ -138,7 +139,7 @@ def compare(
     kind: KindOption = Kind.mission,
     json: JsonOption = False,
 ) -> None:
-    """Read what is on board and tell how the file's plan differs from it, as this vehicle keeps items.
+    """Read the plan on board and show how the file's plan differs from it, as this vehicle stores items.
 
     Ends with 0 when nothing differs and with 3 when something does; 1 means that it could not be compared.
 
@@ -200,7 +201,7 @@ def clear(
 def show(
     on: OnVehicle,
     file: Annotated[
-        Path | None, typer.Argument(metavar="FILE", help="A plan file; the vehicle when not given.")
+        Path | None, typer.Argument(metavar="FILE", help="A plan file; by default the vehicle's plan.")
     ] = None,
     kind: KindOption = Kind.mission,
     json: JsonOption = False,

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from vencejo.fleet import AircraftStatus
 
 WARN_DAYS: Final = 20
-"""A certificate that has less left is told of: it is renewed 30 days before its end where that can be."""
+"""Days before expiry at which a warning is printed; renewal is tried from 30 days on."""
 
 
 @grouped
@@ -42,7 +42,7 @@ def onboard(
             "-l",
             metavar="LINK",
             envvar="VENCEJO_LINK",
-            help="Where the autopilot is, such as /dev/serial0,921600.",
+            help="Link to the autopilot, such as /dev/serial0,921600.",
         ),
     ] = None,
     join: Annotated[
@@ -50,7 +50,7 @@ def onboard(
         typer.Option(
             "--join",
             metavar="TOKEN",
-            help="Join the fleet with a token of `vencejo fleet enrol`; once joined it is not needed any more.",
+            help="Join the fleet with a token of `vencejo fleet enrol`; not needed again once joined.",
         ),
     ] = None,
     fleet: Annotated[
@@ -58,7 +58,7 @@ def onboard(
         typer.Option(
             "--fleet",
             metavar="ORG",
-            help="The organisation whose fleet it is in; the one that was joined when not given.",
+            help="Organisation of the fleet; by default the one that was joined.",
         ),
     ] = None,
     name: Annotated[
@@ -69,8 +69,8 @@ def onboard(
         typer.Option(
             "--plane",
             metavar="NAME[@SYSTEM]=LINK",
-            help="A plane that this computer speaks for beside others, each at a link of its own, in place of --name, --system and "
-            "--link; without certificates only. Repeatable.",
+            help="One of several planes of this computer, each with its own link, instead of --name, --system and --link; only "
+            "without certificates. Repeatable.",
         ),
     ] = None,
     dial: Annotated[
@@ -78,8 +78,8 @@ def onboard(
         typer.Option(
             "--dial",
             metavar="ADDRESS",
-            help="Where the fleet's router is, dialled for ever; by default what was told when it was joined, else "
-            "tcp/127.0.0.1:7447. Repeatable: the next when one is gone.",
+            help="Address of the fleet's router, dialled for ever; by default those received on joining, else "
+            "tcp/127.0.0.1:7447. Repeatable: tried in turn.",
         ),
     ] = None,
     trust: Annotated[
@@ -87,12 +87,14 @@ def onboard(
         typer.Option(
             "--trust",
             metavar="KEY",
-            help="Key of a ground station whose orders it takes, beside those on its fleet's list; `vencejo serve --fleet` shows it. Repeatable.",
+            help="Key of a ground station whose orders are accepted, beside those on the fleet's list; `vencejo serve --fleet` shows it. Repeatable.",
         ),
     ] = None,
     chief: Annotated[
         list[str] | None,
-        typer.Option("--chief", metavar="KEY", help="The same for one that may take control from the others at once."),
+        typer.Option(
+            "--chief", metavar="KEY", help="As --trust, for one that may take control from the others at once."
+        ),
     ] = None,
     uplink: Annotated[
         float | None,
@@ -101,7 +103,7 @@ def onboard(
             metavar="KBIT",
             min=1.0,
             max=1_000_000.0,
-            help="What the uplink carries, kbit/s; states fill 60 % of it at most.",
+            help="Capacity of the uplink, kbit/s; states fill 60 % of it at most.",
         ),
     ] = None,
     system: Annotated[
@@ -113,7 +115,7 @@ def onboard(
     rate: Annotated[
         float,
         typer.Option(
-            "--rate", metavar="HZ", min=4.0, max=50.0, help="How often the autopilot tells its state on board."
+            "--rate", metavar="HZ", min=4.0, max=50.0, help="Rate at which the autopilot sends its state on board."
         ),
     ] = 10.0,
     *,
@@ -121,7 +123,7 @@ def onboard(
     record: RecordOption = True,
     history: HistoryOption = True,
     history_frames: Annotated[
-        bool, typer.Option("--history-frames", help="Keep every MAVLink message of the autopilot there as well.")
+        bool, typer.Option("--history-frames", help="Store every MAVLink message of the autopilot there as well.")
     ] = False,
     forward: ForwardOption = None,
     json: JsonOption = False,
@@ -247,11 +249,11 @@ def plane_of(text: str, system: int) -> Plane:
 
 
 Told: TypeAlias = tuple[bool, str | None, frozenset[str]]
-"""What was told: whether it is in the fleet, who has control, and what is wrong; while it is not, of each router that was tried."""
+"""The state last reported: whether it is in the fleet, who has control, and the problems; while it is not, one of each router."""
 
 
 def tell_status(status: AircraftStatus, told: Told | None, *, json: bool, name: str | None = None) -> Told:
-    """Say what is new, of the plane of this name where there are several; gives what holds now."""
+    """Report changes, with the plane's name if there are several; returns the present state."""
     problems = frozenset({status.problem} if status.problem else ())
     if told is not None and not told[0] and not status.is_connected:
         problems |= told[2]
@@ -261,7 +263,7 @@ def tell_status(status: AircraftStatus, told: Told | None, *, json: bool, name: 
     of = "" if name is None else f"{name}: "
     if json:
         called = {} if name is None else {"name": name}
-        # A plane does not leave its fleet because nobody reads this any more.
+        # A closed output does not end the membership.
         with contextlib.suppress(*UNREAD):
             put_json(
                 {**called, "is_connected": status.is_connected, "holder": status.holder, "problem": status.problem}

@@ -87,7 +87,7 @@ def set_(
     yes: YesOption = False,
     json: JsonOption = False,
 ) -> None:
-    """Write one parameter and show what the vehicle has then. What is dangerous, such as switching the fence off, is asked about.
+    """Write one parameter and show what the vehicle has then. It asks before dangerous changes, such as switching the fence off.
 
     Example: vencejo params set WP_RADIUS 40
 
@@ -129,7 +129,7 @@ def list_(
 @grouped
 def save(
     on: OnVehicle,
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="Where to: a .param file.")],
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="File to write: .param.")],
     force: Annotated[bool, typer.Option("--force", help="Overwrite the file.")] = False,
     json: JsonOption = False,
 ) -> None:
@@ -193,14 +193,14 @@ class Written:
 
     written: int = 0
     refused: list[str] = field(default_factory=list)
-    """By the vehicle, or by whoever was asked."""
+    """Refused by the vehicle, or by the person who was asked."""
     unknown: str | None = None
     """Which one was being written when something ended it."""
     untried: list[str] = field(default_factory=list)
 
 
 def write_all(vehicle: Vehicle, file: Path, changes: list[Change], *, yes: bool, json: bool) -> list[str]:
-    """Write the changes and tell what became of all of them, whatever ends it; gives back those that were refused."""
+    """Write the changes and report each result, also when interrupted; returns the refused ones."""
     from vencejo import ParameterError
 
     done = Written(untried=[change.name for change in changes])

@@ -172,10 +172,10 @@ def convert(
     source: Annotated[
         Path, typer.Argument(metavar="IN", help="A plan file, or a map: .kml, .kmz, .geojson, .gpx, .csv.")
     ],
-    target: Annotated[Path, typer.Argument(metavar="OUT", help="What to write; the ending says how.")],
+    target: Annotated[Path, typer.Argument(metavar="OUT", help="File to write; its ending selects the format.")],
     alt: Annotated[
         float | None,
-        typer.Option("--alt", metavar="METRES", help="Height above home for places of the mission that have none."),
+        typer.Option("--alt", metavar="METRES", help="Altitude above home for positions of the mission without one."),
     ] = None,
     home: Annotated[
         str | None, typer.Option("--home", metavar="LAT,LON,ALT", help="Planned home, altitude above mean sea level.")
@@ -229,9 +229,11 @@ class Language(str, enum.Enum):
 @plan_app.command()
 def report(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="A plan file with a home.")],
-    out: Annotated[Path, typer.Option("--output", "-o", metavar="HTML", help="Where to write it.")],
-    language: Annotated[Language, typer.Option("--language", help="Of the report.")] = Language.en,
-    title: Annotated[str | None, typer.Option("--title", help="Of the report; the file's name when not given.")] = None,
+    out: Annotated[Path, typer.Option("--output", "-o", metavar="HTML", help="File to write.")],
+    language: Annotated[Language, typer.Option("--language", help="Language of the report.")] = Language.en,
+    title: Annotated[
+        str | None, typer.Option("--title", help="Title of the report; by default the file's name.")
+    ] = None,
     wind: WindOption = 0.0,
     wind_from: WindFromOption = 0.0,
     params: ParamsOption = None,

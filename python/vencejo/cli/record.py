@@ -45,14 +45,12 @@ REST_S: Final = 2.0
 def record(
     link: LinkOption = DEFAULT_LINK,
     to: Annotated[
-        Path | None, typer.Option("--to", metavar="DIR", help="Folder of the recordings; your data folder by default.")
+        Path | None, typer.Option("--to", metavar="DIR", help="Folder of the recordings; by default the data folder.")
     ] = None,
     rate: Annotated[
         float, typer.Option("--rate", metavar="HZ", min=4.0, max=50.0, help="Messages per second asked for.")
     ] = 10.0,
-    listen_only: Annotated[
-        bool, typer.Option("--listen-only", help="Send nothing at all, not even our heartbeat.")
-    ] = False,
+    listen_only: Annotated[bool, typer.Option("--listen-only", help="Send nothing, not even a heartbeat.")] = False,
     forward: ForwardOption = None,
     json: JsonOption = False,
 ) -> None:
@@ -154,13 +152,15 @@ def replay(
     ],
     to: Annotated[
         list[str] | None,
-        typer.Option("--to", metavar="LINK", help="Send it there, such as udpout:127.0.0.1:14550; repeatable."),
+        typer.Option(
+            "--to", metavar="LINK", help="Link to which to send it, such as udpout:127.0.0.1:14550; repeatable."
+        ),
     ] = None,
     speed: Annotated[
         float, typer.Option("--speed", metavar="TIMES", min=0.01, max=10_000.0, help="Times the recorded pace.")
     ] = 1.0,
     serve: Annotated[
-        bool, typer.Option("--serve", help="Of an .mcap file: show it in the ground station, like a flight.")
+        bool, typer.Option("--serve", help="Show an .mcap file in the ground station, like a flight.")
     ] = False,
     start: Annotated[
         float, typer.Option("--start", metavar="SECONDS", min=0.0, help="With --serve: from where in the file.")

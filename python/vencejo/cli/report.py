@@ -1,4 +1,4 @@
-"""How a flight is told: a live picture on a terminal, plain lines elsewhere, or JSON lines."""
+"""Output of a flight: a live view on a terminal, plain lines elsewhere, or JSON lines."""
 
 from __future__ import annotations
 

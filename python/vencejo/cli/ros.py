@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from vencejo.station import Station
 
 ros_app = typer.Typer(
-    no_args_is_help=True, help="See who is there in ROS 2.\n\nExample: vencejo ros doctor --ros2-domain 0"
+    no_args_is_help=True, help="List the nodes in ROS 2.\n\nExample: vencejo ros doctor --ros2-domain 0"
 )
 
 ROUTER: Final = "tcp/127.0.0.1:7447"
@@ -40,18 +40,18 @@ class Role(str, Enum):
 Ros2CaOption = Annotated[
     Path | None,
     typer.Option(
-        "--ros2-ca", metavar="FILE", help="Authorities by which that router is known (PEM), for tls/ and quic/."
+        "--ros2-ca",
+        metavar="FILE",
+        help="Certificates (PEM) of the authorities trusted for that router, for tls/ and quic/.",
     ),
 ]
 Ros2CertOption = Annotated[
     Path | None,
-    typer.Option(
-        "--ros2-cert", metavar="FILE", help="Certificate chain (PEM) to show to that router, where it asks for one."
-    ),
+    typer.Option("--ros2-cert", metavar="FILE", help="Client certificate chain (PEM), if that router asks for one."),
 ]
 Ros2KeyOption = Annotated[Path | None, typer.Option("--ros2-key", metavar="FILE", help="Its key (PEM).")]
 Ros2PlainOption = Annotated[
-    bool, typer.Option("--ros2-plain", help="Do without TLS where that router (tcp/…) is not of this machine.")
+    bool, typer.Option("--ros2-plain", help="Connect without TLS to a router (tcp/…) on another machine.")
 ]
 Ros2DomainOption = Annotated[int, typer.Option("--ros2-domain", metavar="N", min=0, max=232, help="ROS_DOMAIN_ID.")]
 
@@ -94,7 +94,7 @@ class Ros2Options:
             "--ros2-namespace",
             metavar="TEXT",
             help="Namespace of each plane: {name} stands for its name in a fleet or vencejo_SYSTEM, {system} for "
-            "the number by which this station knows it, its system id for one on a link. Without effect on the names of ap.",
+            "its id in this station, which is the system id on a link. Without effect on the names of ap.",
         ),
     ] = "{name}"
     ros2_role: Annotated[
@@ -139,14 +139,14 @@ class Ros2Options:
 
 
 class Ros2News:
-    """Says what is new of a gateway."""
+    """Reports changes of a gateway."""
 
     def __init__(self, gateway: Gateway | None) -> None:
         self._gateway = gateway
         self._told: tuple[str | None, frozenset[str]] = (None, frozenset())
 
     def tell(self) -> None:
-        """Say on standard error what has changed since."""
+        """Report on standard error what has changed since the last call."""
         if self._gateway is None:
             return
         status = self._gateway.status
@@ -170,7 +170,7 @@ def doctor(
     ros2_domain: Ros2DomainOption = 0,
     json: JsonOption = False,
 ) -> None:
-    """Look who is there in ROS 2, and why somebody sees nothing.
+    """List the nodes in ROS 2, and find out why some receive nothing.
 
     It asks the router for all nodes of all domains, and compares what each of ours hears with what is sent: domain,
     name, type, type hash, and quality of service. Where the router does not let it in it says why: certificates, names,

@@ -42,7 +42,7 @@ ON_BOARD_COMPONENT: Final = 191
 
 def floor_option(name: str, what: str, default_mb: int) -> Any:
     """The option of one floor of free space."""
-    text = f"Free megabytes of the disk below which no {what} is written; {default_mb} when not given."
+    text = f"Free disk space, MB, below which no {what} is written; default {default_mb}."
     return typer.Option(name, metavar="MB", min=0, max=10_000_000, help=text)
 
 
@@ -52,7 +52,7 @@ AGAIN: Final = {
     "video": "Camera '{name}' is recorded again",
     "draft": "The plan's draft is kept again",
 }
-"""What is said when the disk works again."""
+"""Said when the disk works again."""
 
 
 @grouped
@@ -64,13 +64,13 @@ def serve(
             "-l",
             metavar="LINK",
             envvar="VENCEJO_LINK",
-            help="Where vehicles are, such as udpin:0.0.0.0:14550 or /dev/ttyACM0,115200; repeatable. Without, they are "
-            "heard on UDP port 14550: see --listen.",
+            help="Link to vehicles, such as udpin:0.0.0.0:14550 or /dev/ttyACM0,115200; repeatable. By default UDP port 14550: "
+            "see --listen.",
         ),
     ] = None,
     listen: ListenOption = None,
     host: Annotated[
-        str, typer.Option("--host", metavar="ADDRESS", help="Where to listen; 0.0.0.0 lets other machines in.")
+        str, typer.Option("--host", metavar="ADDRESS", help="Address to listen on; 0.0.0.0 lets other machines in.")
     ] = "127.0.0.1",
     port: Annotated[int, typer.Option("--port", min=0, max=65535, help="0 takes a free one.")] = 8765,
     token: Annotated[bool, typer.Option("--token", help="Demand a token on a loopback address too.")] = False,
@@ -91,11 +91,12 @@ def serve(
     plain_http: Annotated[
         bool,
         typer.Option(
-            "--plain-http", help="Let others in without TLS: everyone in the network can read along, tokens too."
+            "--plain-http",
+            help="Let other machines in without TLS: anyone in the network can read the traffic, tokens included.",
         ),
     ] = False,
     rate: Annotated[
-        float, typer.Option("--rate", metavar="HZ", min=4.0, max=50.0, help="How often vehicles tell their state.")
+        float, typer.Option("--rate", metavar="HZ", min=4.0, max=50.0, help="Rate at which vehicles send their state.")
     ] = 10.0,
     on_board: Annotated[
         int | None,
@@ -104,16 +105,16 @@ def serve(
             metavar="SYSTEM",
             min=1,
             max=255,
-            help="Run as companion computer of this vehicle: heartbeats only while an operator is connected.",
+            help="Run as companion computer of this vehicle: send heartbeats only while an operator is connected.",
         ),
     ] = None,
     maps: Annotated[
         Path | None,
         typer.Option(
-            "--maps", metavar="FOLDER", help="Where map sources and their cache are; by default in the data folder."
+            "--maps", metavar="FOLDER", help="Folder of map sources and their cache; by default in the data folder."
         ),
     ] = None,
-    open_browser: Annotated[bool, typer.Option("--open", help="Open a browser here.")] = False,
+    open_browser: Annotated[bool, typer.Option("--open", help="Open a browser on this machine.")] = False,
     record: RecordOption = True,
     maps_floor: Annotated[int | None, floor_option("--maps-floor", "maps", 2000)] = None,
     video_floor: Annotated[int | None, floor_option("--video-floor", "video", 1000)] = None,
@@ -124,7 +125,7 @@ def serve(
         typer.Option(
             "--fleet",
             metavar="ORG",
-            help="Show the aircraft of this organisation that `vencejo onboard` brings here over a network.",
+            help="Show the aircraft of this organisation, which `vencejo onboard` connects over a network.",
         ),
     ] = None,
     join: Annotated[
@@ -140,7 +141,7 @@ def serve(
         typer.Option(
             "--fleet-listen",
             metavar="ADDRESS",
-            help="Where aircraft of the fleet dial: tls/0.0.0.0:7447 once `vencejo fleet init` made its certificates, also "
+            help="Address that aircraft of the fleet dial: tls/0.0.0.0:7447 once `vencejo fleet init` has made certificates, also "
             "quic/…; before, tcp/127.0.0.1:7447. Port 0 takes a free one. With --fleet-router both routers are linked.",
         ),
     ] = None,
@@ -149,7 +150,7 @@ def serve(
         typer.Option(
             "--fleet-door",
             metavar="HOST:PORT",
-            help="Where aircraft join the fleet with a token; by default port 7448 of the address where they dial.",
+            help="Address where aircraft join the fleet with a token; by default port 7448 of the address that they dial.",
         ),
     ] = None,
     fleet_router: Annotated[
@@ -157,8 +158,8 @@ def serve(
         typer.Option(
             "--fleet-router",
             metavar="ADDRESS",
-            help="Another router of the fleet to use, in place of being one; one that has joined with a token knows them. "
-            "Repeatable: the next when one is gone. With --fleet-listen, or enrolled as a router, it is linked with all of them.",
+            help="Another router of the fleet to use, instead of being one; known already after joining with a token. "
+            "Repeatable: tried in turn. With --fleet-listen, or enrolled as a router, it is linked with all of them.",
         ),
     ] = None,
     history: HistoryOption = True,
@@ -222,7 +223,7 @@ def serve(
             station,
             host=host,
             port=port,
-            # Whoever lets others in anywhere has tokens everywhere.
+            # Letting other machines in over Ice needs tokens here too.
             tokens=token or (settings is not None and settings.lets_others_in),
             allow_hosts=allow_host or (),
             allow_origins=allow_origin or (),
@@ -247,13 +248,13 @@ def serve(
 def joined_fleet(
     station: Station, org: str | None, *, listen: str | None, door: str | None, router: list[str] | None, history: bool
 ) -> contextlib.AbstractContextManager[Fleet | None]:
-    """The fleet that is joined; without an organisation none."""
+    """The fleet to join; ``None`` without an organisation."""
     if org is None:
         return contextlib.nullcontext()
     from vencejo.fleet import Fleet
 
     if door is None:
-        # Where it is no router itself, it is reached at all its addresses.
+        # Unless it is a router, it listens on all its addresses.
         host = "0.0.0.0" if listen is None else listen.partition("/")[2].rpartition(":")[0]
         door = f"{host}:7448"
     return Fleet(station, org=org, listen=listen, door=door, router=router, history=history)
@@ -342,7 +343,7 @@ def open_page(server: Server) -> None:
 
 
 def wait(server: Server, ros: Ros2News | None = None) -> None:
-    """Until Ctrl-C or SIGTERM, with everything closed on the way out. What of the disk or of ROS 2 does not work is told at once."""
+    """Wait for Ctrl-C or SIGTERM, and report faults of the disk and of ROS 2 as they come."""
     forever = threading.Event()
     told: Told = {}
     with contextlib.suppress(KeyboardInterrupt):
@@ -355,11 +356,11 @@ def wait(server: Server, ros: Ros2News | None = None) -> None:
 
 
 Told: TypeAlias = dict[tuple[str, str | None], frozenset[str]]
-"""What was told: the faults of each thing, and of which camera or map source."""
+"""Reported faults, by kind of storage and name of the camera or map source."""
 
 
 def tell_storage(problems: Iterable[StorageProblem], told: Told) -> Told:
-    """Say on standard error what is no longer kept, and what is kept again; gives what holds now."""
+    """Report on standard error what is no longer stored, and what is stored again; returns the present faults."""
     now: Told = {}
     for problem in problems:
         key = (problem.what, problem.name)

@@ -30,14 +30,14 @@ if TYPE_CHECKING:
 
 signing_app = typer.Typer(
     no_args_is_help=True,
-    help="See and change how vehicles sign their frames. Keys are never shown.\n\nExample: vencejo signing status",
+    help="Show and change how vehicles sign their messages. Keys are never shown.\n\nExample: vencejo signing status",
 )
 
 KeyOption = Annotated[
-    str | None, typer.Option("--key", metavar="NAME", help="A key of this machine; a new one when not given.")
+    str | None, typer.Option("--key", metavar="NAME", help="A key of this machine; by default a new one.")
 ]
 AnyLinkOption = Annotated[
-    bool, typer.Option("--any-link", help="Let the key go, as it is, over a link that others can listen to.")
+    bool, typer.Option("--any-link", help="Allow sending the key unencrypted over a link that others can listen to.")
 ]
 NameArgument = Annotated[str, typer.Argument(metavar="NAME", help="The key's name.")]
 
@@ -143,14 +143,12 @@ def _read_key(file: Path) -> bytes:
     try:
         return bytes.fromhex(data.decode("ascii").strip())
     except ValueError:
-        # What is in it is not repeated: it might be a key.
+        # Its contents are not repeated: they might be a key.
         raise Failed(f"{file} holds no key: 32 bytes, or 64 hexadecimal digits", Exit.USAGE) from None
 
 
 @signing_app.command("export-key")
-def export_key(
-    name: NameArgument, file: Annotated[Path, typer.Argument(metavar="FILE", help="A file that is not there yet.")]
-) -> None:
+def export_key(name: NameArgument, file: Annotated[Path, typer.Argument(metavar="FILE", help="A new file.")]) -> None:
     """Write a key to a file that only you can read, for another ground station.
 
     Example: vencejo signing export-key bixler bixler.key

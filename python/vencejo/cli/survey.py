@@ -53,44 +53,54 @@ def survey(
         ),
     ] = None,
     portrait: Annotated[
-        bool, typer.Option("--portrait", help="The wide side of the picture lies along the track.")
+        bool, typer.Option("--portrait", help="Mount the camera with the wide side of the picture along the track.")
     ] = False,
-    gsd: Annotated[float | None, typer.Option("--gsd", metavar="CM", help="Ground that a pixel is to cover.")] = None,
+    gsd: Annotated[float | None, typer.Option("--gsd", metavar="CM", help="Ground sampling distance.")] = None,
     height: Annotated[float | None, typer.Option("--height", metavar="M", help="Height above the ground.")] = None,
     overlap: Annotated[
         tuple[float, float], typer.Option("--overlap", metavar="FRONT SIDE", help="Overlap of pictures, per cent.")
     ] = (75.0, 65.0),
     spacing: Annotated[
-        float | None, typer.Option("--spacing", metavar="M", help="Between lines, in place of the side overlap.")
+        float | None,
+        typer.Option("--spacing", metavar="M", help="Distance between lines, instead of the side overlap."),
     ] = None,
     course: Annotated[
-        float | None, typer.Option("--course", metavar="DEGREES", help="Of the lines; else across the wind.")
+        float | None,
+        typer.Option("--course", metavar="DEGREES", help="Course of the lines; by default across the wind."),
     ] = None,
     wind: WindOption = 0.0,
     wind_from: WindFromOption = 0.0,
     airspeed: Annotated[float | None, typer.Option("--airspeed", metavar="M/S", help="Of the survey.")] = None,
     margin: Annotated[
-        float | None, typer.Option("--margin", metavar="M", help="Beyond the edge; else until the overlap holds there.")
+        float | None,
+        typer.Option(
+            "--margin",
+            metavar="M",
+            help="How far pictures reach beyond the edge; by default until the overlap holds there.",
+        ),
     ] = None,
     lead_in: Annotated[
-        float | None, typer.Option("--lead-in", metavar="M", help="Straight way before a line; else until settled.")
+        float | None,
+        typer.Option(
+            "--lead-in", metavar="M", help="Straight distance before a line; by default until the plane has settled."
+        ),
     ] = None,
     above_terrain: Annotated[
         bool,
-        typer.Option("--above-terrain", help="Heights count from the ground below, which the vehicle has to know."),
+        typer.Option("--above-terrain", help="Altitudes count from the terrain, which the vehicle has to know."),
     ] = False,
     ground_above_home: GroundAboveHomeOption = None,
     params: ParamsOption = None,
     into: Annotated[
-        Path | None, typer.Option("--into", metavar="FILE", help="A plan that it is put into, before its landing.")
+        Path | None, typer.Option("--into", metavar="FILE", help="Plan into which to insert it, before its landing.")
     ] = None,
     output: Annotated[
-        Path | None, typer.Option("-o", "--output", metavar="FILE", help="Where to: a .plan or .waypoints file.")
+        Path | None, typer.Option("-o", "--output", metavar="FILE", help="File to write: .plan or .waypoints.")
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Overwrite the file.")] = False,
     json: JsonOption = False,
 ) -> None:
-    """Lay out a survey that the plane can fly, and tell from its rehearsed flight what its pictures show.
+    """Lay out a survey that the plane can fly, and show the coverage of its rehearsed flight.
 
     Lines lie across the wind; turns and leads are those that the plane can fly. In a .plan file it is a survey that
     QGroundControl opens and edits. Ends with 1 when a line would be missed.

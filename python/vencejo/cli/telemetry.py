@@ -33,7 +33,9 @@ if TYPE_CHECKING:
 def telemetry(
     on: OnVehicle,
     rate: Annotated[float, typer.Option("--rate", metavar="HZ", min=0.1, max=50.0, help="Samples per second.")] = 5.0,
-    once: Annotated[bool, typer.Option("--once", help="Show one sample, as soon as all groups are there.")] = False,
+    once: Annotated[
+        bool, typer.Option("--once", help="Show one sample as soon as all groups have been received.")
+    ] = False,
     groups: Annotated[
         str | None,
         typer.Option("--groups", metavar="NAMES", help="Only these groups, such as attitude,position,battery."),
@@ -42,7 +44,7 @@ def telemetry(
     record: RecordOption = True,
     forward: ForwardOption = None,
 ) -> None:
-    """Show what the vehicle says, until Ctrl-C.
+    """Show the vehicle's telemetry, until Ctrl-C.
 
     With --json one object is written per line and sample; a value that is not known is null, and every group has its
     age. Nothing is recorded with --once.
@@ -109,6 +111,9 @@ def group_values(sample: Telemetry) -> dict[str, Any]:
     batteries = values.pop("batteries", [])
     if batteries:
         values["battery"] = batteries
+    # The first inertial sensor is the group imu.
+    if not any(values["imus"][1:]):
+        del values["imus"]
     return values
 
 
@@ -142,6 +147,8 @@ def render(system_id: int, sample: Telemetry, names: tuple[str, ...]) -> Rendera
             shown.add_row(name, "–", "not heard")
             continue
         for part in group if isinstance(group, list) else [group]:
+            if part is None:
+                continue
             age_s = part["age_s"]
             mark = "" if age_s <= STALE_AFTER_S else " stale" if age_s <= LOST_AFTER_S else " LOST"
             values = ", ".join(f"{key} {plain(value, key)}" for key, value in part.items() if key not in HIDDEN)

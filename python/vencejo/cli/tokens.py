@@ -21,7 +21,7 @@ class Whose(str, enum.Enum):
 def tokens(
     new: Annotated[
         Whose | None,
-        typer.Option("--new", help="Make new tokens; the sessions that the old ones opened end."),
+        typer.Option("--new", help="Make new tokens, and end the sessions opened with the old ones."),
     ] = None,
     json: JsonOption = False,
 ) -> None:
