@@ -1,4 +1,4 @@
-// Many vehicles for the mock: circles beside each other, of each fifty some with something that somebody should look at.
+// Many vehicles for the mock: circles beside each other; of each fifty, some need attention.
 import type { RosterRow } from '../../src/lib/domain/roster';
 
 const MODES = ['AUTO', 'AUTO', 'AUTO', 'LOITER', 'AUTO', 'RTL'];

@@ -78,7 +78,7 @@ export class Api extends Http {
   texts = (id: number) => this.json<StatusText[]>('GET', `/vehicles/${id}/texts`);
 
   signing = (id: number) => this.json<SigningInfo>('GET', `/vehicles/${id}/signing`);
-  /** Gives a vehicle a key, another one, or takes it away; resolves when the vehicle shows it. */
+  /** Sets, changes or removes a vehicle's key; resolves when the vehicle confirms it. */
   changeSigning = (id: number, body: ChangeSigning) => this.json<SigningInfo>('POST', `/vehicles/${id}/signing`, body);
 
   /** Tells a vehicle to do something; resolves when the vehicle did it, or shows it. */
@@ -134,7 +134,7 @@ export class Api extends Http {
   landingAlternatives = (asked: LandingRequest) =>
     this.json<LandingAlternative[]>('POST', '/plan/landing/alternatives', asked);
   moveLanding = (asked: LandingMove) => this.json<Landing>('POST', '/plan/landing/move', asked);
-  /** Items with their heights counted from another level. */
+  /** Items with their heights converted to another level. */
   countFrom = (asked: FrameChange) => this.json<CountedItems>('POST', '/plan/frame', asked);
   designSurvey = (asked: SurveyRequest) => this.json<Survey>('POST', '/plan/survey', asked);
   cameras = () => this.json<NamedCamera[]>('GET', '/plan/cameras');

@@ -64,7 +64,7 @@ describe('tiles', () => {
     expect(asked).toEqual(['/a/0', '/a/1', '/a/2', '/b/0']);
     expect(asked).toHaveLength(MOST_AT_ONCE);
     expect(asked.filter((address) => address.startsWith('/a'))).toHaveLength(MOST_OF_ONE);
-    // one that hangs stands in nobody's way
+    // a hanging source does not block the others
     for (let index = 0; index < 5; index += 1) await answer(`/b/${index}`);
     expect(asked.filter((address) => address.startsWith('/b'))).toHaveLength(5);
   });

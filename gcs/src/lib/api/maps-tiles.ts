@@ -1,4 +1,4 @@
-// Tiles of a map's source, with the reason where there is none: an <img> would hide it.
+// Tiles of a map source, with the reason for a missing one, which an <img> would hide.
 import { connection } from './connection';
 import { noAnswer, problemOf } from './problem';
 import type { Problem } from './types';
@@ -8,11 +8,11 @@ export type TileAnswer =
   | { readonly kind: 'tile'; readonly picture: Blob; readonly isStale: boolean }
   /** The source has nothing there. */
   | { readonly kind: 'none' }
-  /** Nobody waits for it any more. */
+  /** No caller waits for it any more. */
   | { readonly kind: 'ended' }
   | { readonly kind: 'failed'; readonly problem: Problem };
 
-/** Fetches a tile of a source; `signal` tells that nobody waits for it any more. */
+/** Fetches a tile of a source until `signal` is aborted. */
 export type TileLoader = (source: string, address: string, signal: AbortSignal) => Promise<TileAnswer>;
 
 /**

@@ -15,14 +15,14 @@ export class Pending<Answer> {
     return new Promise((resolve, reject) => (this.#open = { seq, resolve, reject }));
   }
 
-  /** An answer came; that to an older question is nobody's any more. */
+  /** An answer arrived; answers to older questions are dropped. */
   answer(seq: number, answer: Answer): void {
     if (this.#open?.seq !== seq) return;
     this.#open.resolve(answer);
     this.#open = null;
   }
 
-  /** There is no answer: to the question of this number, or to any. */
+  /** Rejects the question of this number, or all of them. */
   end(why: string, seq: number | undefined = this.#open?.seq): void {
     if (this.#open === null || this.#open.seq !== seq) return;
     this.#open.reject(new Error(why));

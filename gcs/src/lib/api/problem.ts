@@ -60,7 +60,7 @@ export function reasonsOf({ reasons = [], refusals = [] }: Problem): Reason[] {
   return told.filter(({ text }, index) => told.findIndex((other) => other.text === text) === index);
 }
 
-/** Whether another mode cures it. */
+/** Whether changing the mode solves it. */
 export const isCuredByMode = (refusal: RefusalCode): boolean =>
   refusal === 'mode-not-armable' || refusal === 'landing-sequence';
 
@@ -80,7 +80,7 @@ export function ownProblem(title: string, status: number, detail = ''): Problem 
   return { type: NO_KIND, title, status, detail };
 }
 
-/** What to tell of anything that was thrown. */
+/** The problem for anything that was thrown. */
 export function problemFrom(error: unknown): Problem {
   if (error instanceof ProblemError) return error.problem;
   return ownProblem('Error', NO_ANSWER, error instanceof Error ? error.message : String(error));

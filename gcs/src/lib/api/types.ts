@@ -127,7 +127,7 @@ export type CommandName = keyof VehicleCommands;
 
 // What the server keeps
 export type StorageProblem = Schemas['StorageProblem'];
-/** The plan in it may be anything: whoever reads it checks it. */
+/** Its plan is unchecked input: callers validate it. */
 export type PlanDraft = Omit<Schemas['PlanDraft'], 'plan'> & { plan: unknown };
 export type PlanDrafts = Omit<Schemas['PlanDrafts'], 'current' | 'others'> & {
   current: PlanDraft | null;

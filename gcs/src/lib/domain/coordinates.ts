@@ -30,7 +30,7 @@ export function utmZone({ lon_deg, lat_deg }: LonLat): UtmZone | null {
   return { zone, band, isNorth: lat_deg >= 0 };
 }
 
-/** Easting and northing of a position in a zone, metres: given by whoever can project. */
+/** Projects a position into a zone: easting and northing, metres. */
 export type UtmProjection = (at: LonLat, zone: UtmZone) => readonly [east_m: number, north_m: number];
 
 /** `30T 432412 4465123`; where UTM ends, in decimal degrees. */

@@ -13,7 +13,7 @@ export const USUAL_PLANE: {
 /** How old a value or a vehicle's last word may be, seconds: older than `stale_s` it is marked, older than `lost_s` it says nothing. */
 export const AGES: { readonly stale_s: number; readonly lost_s: number } = core.ages;
 
-/** From when on a value wants somebody's attention: percent of a battery that are left, of messages that a link loses. */
+/** Limits from which a value needs attention: battery left and messages lost on a link, percent. */
 export const ATTENTION_FROM: {
   readonly battery_low_pct: number;
   readonly battery_critical_pct: number;
@@ -23,7 +23,7 @@ export const ATTENTION_FROM: {
 
 const FIXES: Readonly<Record<string, { readonly name: string; readonly is_3d: boolean }>> = core.fixes;
 
-/** What a GPS_FIX_TYPE is worth; a number that MAVLink does not have is no position. */
+/** The meaning of a GPS_FIX_TYPE; numbers unknown to MAVLink count as no fix. */
 export const gpsFix = (fix: number): { readonly name: string; readonly is_3d: boolean } =>
   FIXES[String(fix)] ?? { name: 'unknown fix', is_3d: false };
 

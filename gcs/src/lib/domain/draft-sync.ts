@@ -1,4 +1,4 @@
-/** How the draft in this browser and the one on the server come together: nobody's work is overwritten unseen. */
+/** Reconciles the draft in this browser with the one on the server: no changes are overwritten silently. */
 
 /** The draft in this browser. */
 export interface LocalDraft {

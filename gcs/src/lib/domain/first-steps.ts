@@ -29,7 +29,7 @@ export type StepName = Steps[number]['name'];
 /** What comes next; `null` when all is done. */
 export const nextStep = (steps: Steps): StepName | null => steps.find(({ isDone }) => !isDone)?.name ?? null;
 
-/** The step that a person is led to: to arm where nobody says whether the vehicle is ready, and no step while it is not. */
+/** The step to be taken next. When readiness is unknown that is arming; while the vehicle is not ready there is none. */
 export function stepToTake({ isReady, ...standing }: Standing): StepName | null {
   const next = nextStep(firstSteps({ isReady, ...standing }));
   if (next !== 'ready') return next;

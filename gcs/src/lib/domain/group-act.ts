@@ -1,7 +1,7 @@
 // One act on many vehicles: N requests, N answers. What each answer means, and how they are sent.
 import type { RosterRow } from './roster';
 
-/** Acts that a group can be told to do; each is a command of its own to each vehicle. */
+/** Actions for a group; each vehicle gets its own command. */
 export const GROUP_ACTS = ['return-to-launch', 'loiter', 'mission/pause', 'mission/resume'] as const;
 export type GroupAct = (typeof GROUP_ACTS)[number];
 
@@ -9,9 +9,9 @@ export type GroupAct = (typeof GROUP_ACTS)[number];
 export const OUTCOMES = ['done', 'refused', 'unreached', 'unknown'] as const;
 export type Outcome = (typeof OUTCOMES)[number];
 
-/** Causes after which nothing was done, as nobody was reached. */
+/** Causes after which nothing was done because the vehicle was not reached. */
 const UNREACHED: ReadonlySet<string> = new Set(['vehicle-lost', 'no-vehicle', 'not-found', 'not-sent', 'unreached']);
-/** Causes after which nobody knows whether it was done. */
+/** Causes after which it is unknown whether the command was executed. */
 const UNKNOWN: ReadonlySet<string> = new Set(['command-timeout', 'not-confirmed', 'cancelled', 'closed', 'rebooted']);
 
 /** What a failure means, by the code of its cause; null where the server gave none, as when it went away meanwhile. */
@@ -20,7 +20,7 @@ export function outcomeOf(code: string | null): Exclude<Outcome, 'done'> {
   return UNREACHED.has(code) ? 'unreached' : 'refused';
 }
 
-/** What a disarmed plane is told it would do as soon as it is armed, so it is not told. Not known is not disarmed. */
+/** A disarmed plane would execute the command as soon as it is armed, so it is not sent. Unknown does not count as disarmed. */
 export const isToldNothing = (row: RosterRow): boolean => row.is_armed === false;
 
 /** Does it for each, a few at a time, in order. */

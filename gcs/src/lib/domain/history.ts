@@ -21,7 +21,7 @@ export function commit<T>(history: History<T>, next: T, about: string | null = n
   return { past: [...history.past, history.present].slice(-MAX_STEPS), present: next, future: [], about };
 }
 
-/** Ends a run of steps about the same thing: the next one can be undone by itself. */
+/** Ends a run of steps about the same thing: the next one can be undone separately. */
 export const seal = <T>(history: History<T>): History<T> =>
   history.about === null ? history : { ...history, about: null };
 

@@ -127,7 +127,7 @@ export function insertComplex(
   return { draft: { ...next, complexItems }, items: next.items.slice(index, index + keys.length) };
 }
 
-/** Another takes the place of a complex item whose items stand at `index`; jumps to its beginning still lead there. */
+/** Replaces a complex item whose items start at `index`; jumps to its beginning still lead there. */
 export function replaceComplex(
   draft: Draft,
   old: { readonly complex: ComplexItem; readonly index: number; readonly count: number },
@@ -142,7 +142,7 @@ export function replaceComplex(
   };
 }
 
-/** Puts items in the place of others; as far as there are as many, they are the same ones to whoever selected them or jumps to them. */
+/** Replaces items; the first ones keep their keys, so that selections and jumps to them stay valid. */
 export function replaceItems(draft: Draft, index: number, count: number, items: readonly PlanItem[]): Draft {
   const kept = draft.items.slice(index, index + count);
   const keyed = items.map((item, at) => ({ ...item, key: kept[at]?.key ?? draft.nextKey + at }));
@@ -202,7 +202,7 @@ export function addLanding(draft: Draft, landing: readonly PlanItem[], end: End)
 /** A part of a designed landing that can be moved; the server lets the rest follow. */
 export type LandingPart = 'point' | 'final-leg' | 'circle';
 
-/** Which part of the landing that ends the mission an item is; `null` when it is none, or the landing is not of the designed kind. */
+/** Which part of the landing that ends the mission an item is; `null` when it is not part of a designed landing. */
 export function landingPart(draft: Draft, key: number, end: End): LandingPart | null {
   const items = designedLanding(draft, end);
   const index = items.findIndex((item) => item.key === key);
@@ -216,7 +216,7 @@ export function designedLanding(draft: Draft, { designed }: End): readonly Draft
   return last.every((item, at) => item.key === designed[at]) ? last : [];
 }
 
-/** The landing that ends the mission becomes another one, its items still the same ones to whoever selected them. */
+/** Replaces the landing that ends the mission; its items keep their keys, so that they stay selected. */
 export function changeLanding(draft: Draft, landing: readonly PlanItem[], end: End): Draft {
   const old = designedLanding(draft, end);
   if (old.length !== landing.length) return addLanding(draft, landing, end).draft;
@@ -290,7 +290,7 @@ export function exchange(draft: Draft, old: readonly DraftItem[], items: readonl
   return updateKeys(draft, new Set(old.map(({ key }) => key)), (item) => next.get(item as DraftItem) ?? item);
 }
 
-/** Makes an item another command of the table. Without a place of its own it gets one: `at`, or that of the nearest item before. */
+/** Changes the command of an item. A command that needs a position gets `at`, or that of the nearest item before. */
 export function changeCommand(
   draft: Draft,
   key: number,

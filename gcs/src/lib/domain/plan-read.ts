@@ -21,7 +21,7 @@ const fields = (value: unknown): Fields | null =>
   typeof value === 'object' && value !== null && !Array.isArray(value) ? (value as Fields) : null;
 const finite = (value: unknown): value is number => typeof value === 'number' && Number.isFinite(value);
 
-/** The plan that `value` is, or `null` when it is none. */
+/** The plan in `value`, or `null` when it is invalid. */
 export function readPlan(value: unknown): Plan | null {
   const plan = fields(value);
   if (plan === null || !Array.isArray(plan['items']) || plan['items'].length > MAX_ITEMS) return null;

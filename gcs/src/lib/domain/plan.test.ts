@@ -56,7 +56,7 @@ function circuit(): Draft {
   return addLanding(draft, landingAt(HOME), NO_END).draft;
 }
 
-/** What the core tells of a landing that begins at an item. */
+/** What the core says of a landing that begins at an item. */
 const endFrom = ({ items }: Draft, index: number): End => {
   const designed = items.slice(index).map((item) => item.key);
   return { keys: new Set(designed), designed };

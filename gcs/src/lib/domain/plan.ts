@@ -75,7 +75,7 @@ export interface Plan {
 
 export const emptyPlan = (): Plan => ({ items: [], home: null, fence: { zones: [], return_point: null }, rally: [] });
 
-/** Items as they are sent, without what else somebody keeps of them. */
+/** Items as they are sent, without the editor's own fields. */
 export const plainItems = (items: readonly PlanItem[]): PlanItem[] =>
   items.map(({ command, name, frame, params, autocontinue }) => ({ command, name, frame, params, autocontinue }));
 

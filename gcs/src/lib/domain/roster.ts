@@ -1,4 +1,4 @@
-// The list of many vehicles: rows as they are told, found, put in order.
+// The fleet list: merging row updates, searching, sorting.
 import { ATTENTION_FROM } from './core';
 import { freshness } from './freshness';
 
@@ -31,7 +31,7 @@ export interface RosterRow {
   readonly alarm: { readonly severity: number; readonly text: string; readonly time_s: number } | null;
 }
 
-/** A row as it is told: what is absent is as before. */
+/** A row update: absent fields are unchanged. */
 export type RosterChange = { readonly id: number } & {
   readonly [Name in keyof RosterRow]?: RosterRow[Name] | undefined;
 };
@@ -66,7 +66,7 @@ const NEW: Omit<RosterRow, 'id'> = {
 export const changedRow = (row: RosterRow | undefined, change: RosterChange): RosterRow =>
   ({ ...(row ?? NEW), ...change }) as RosterRow;
 
-/** Why somebody should look at a vehicle, the most urgent first. */
+/** Reasons why a vehicle needs attention, the most urgent first. */
 export const ATTENTION = [
   'lost',
   'target',
@@ -95,10 +95,10 @@ const DANGERS: ReadonlySet<Attention> = new Set([
   'unreached',
   'contested',
 ]);
-/** `MAV_SEVERITY` error: what is no worse only warns. */
+/** `MAV_SEVERITY` error; higher numbers are only warnings. */
 const ERROR = 3;
 
-/** Why somebody should look at a vehicle whose news is so old, the most urgent first; empty when nothing is wrong. */
+/** Reasons why a vehicle with news of this age needs attention, the most urgent first; empty when nothing is wrong. */
 export function attentionTo(row: RosterRow, age_s: number | null): Attention[] {
   const fresh = freshness(age_s);
   const { battery_critical_pct, battery_low_pct, loss_high_pct } = ATTENTION_FROM;
@@ -192,7 +192,7 @@ export function rowsInSight(
   return { from: Math.min(count, Math.max(0, first - beyond)), to: Math.max(0, Math.min(count, last + beyond)) };
 }
 
-/** The same order as before, newcomers last: while somebody points at a row, none jumps away from under the pointer. */
+/** The same order as before, new rows last, so that no row moves from under the pointer. */
 export function keptOrder(before: readonly number[], listed: readonly Listed[]): Listed[] {
   const byId = new Map(listed.map((one) => [one.row.id, one]));
   const kept = before.flatMap((id) => byId.get(id) ?? []);

@@ -11,7 +11,7 @@ export interface Source {
   readonly id: string;
   readonly name: string;
   readonly role: 'base' | 'overlay' | 'elevation';
-  /** Overlays: shown unless a person hides it. Base maps: offered where nobody chose one. */
+  /** Overlays: shown unless hidden by the user. Base maps: the default when none was chosen. */
   readonly visible: boolean;
   /** Outside of them it has nothing; absent: it has the whole world. */
   readonly bounds?: Box | null;
@@ -29,7 +29,7 @@ export interface Choice {
 
 export const NO_CHOICE: Choice = { base: null, isShown: {}, opacity: {} };
 
-/** Reads a choice that was stored; `null` when it is none. */
+/** Reads a stored choice; `null` when it is invalid. */
 export function readChoice(value: unknown): Choice | null {
   if (typeof value !== 'object' || value === null) return null;
   const { base, isShown, opacity } = value as Record<string, unknown>;
@@ -135,7 +135,7 @@ export function guessKind<Kind extends string>(text: string, kinds: readonly Kin
   return found?.kind ?? null;
 }
 
-/** An id for a new source that the server takes and nobody has: from its name, in small ASCII letters. */
+/** A free id for a new source, made of its name in lower-case ASCII letters. */
 export function newId(name: string, taken: ReadonlySet<string>): string {
   const plain =
     name
@@ -152,7 +152,7 @@ export function newId(name: string, taken: ReadonlySet<string>): string {
   }
 }
 
-/** The same ids with one moved by so many places, kept within the ends. */
+/** The ids with one moved by `by` places, clamped to the ends. */
 export function moved(ids: readonly string[], id: string, by: number): string[] {
   const from = ids.indexOf(id);
   if (from < 0) return [...ids];

@@ -9,7 +9,7 @@ import { inserted, middleOf, moved, shifted, without } from './outline';
 const MOST_PLACES = 1000;
 /** Width of a new corridor, metres. */
 export const NEW_WIDTH_M = 100;
-/** A course is turned in steps of so much, degrees. */
+/** Step in which a course is turned, degrees. */
 const TURN_DEG = 1;
 
 export interface SurveyShape {

@@ -44,7 +44,7 @@ function formatter(
   return found;
 }
 
-/** A number for people: so many digits after the point, no negative zero, in the way of the language. */
+/** A number for display: `digits` after the point, no negative zero, in the format of the language. */
 export function formatNumber(value: number, digits: number, locale?: string): string {
   const text = formatter(locale, digits, digits).format(value);
   return /^[-−][0.,\s]*$/.test(text) ? text.slice(1) : text;
@@ -96,7 +96,7 @@ export const isGrouped = (text: string): boolean => GROUPED.test(text.trim());
 /** A height, distance or speed as people type it; `null` also of what some would read as a thousand times as much. */
 export const parseMeasure = (text: string): number | null => (isGrouped(text) ? null : parseNumber(text));
 
-/** A number as people type it, with a decimal comma or point; `null` when it is none. */
+/** A number as people type it, with a decimal comma or point; `null` for other text. */
 export function parseNumber(text: string): number | null {
   const trimmed = text.trim().replace('−', '-').replace(',', '.');
   if (!/^[+-]?(\d+\.?\d*|\.\d+)$/.test(trimmed)) return null;

@@ -15,7 +15,7 @@ const HEADER_BYTES = 20;
 const VERSION = 1;
 const CODECS: Readonly<Record<number, Picture['codec']>> = { 1: 'h264', 2: 'jpeg' };
 
-/** The picture in a binary message of a camera's stream; null for anything that is none. */
+/** The picture in a binary message of a camera's stream; null for anything else. */
 export function readPicture(message: ArrayBuffer): Picture | null {
   if (message.byteLength <= HEADER_BYTES) return null;
   const header = new DataView(message, 0, HEADER_BYTES);

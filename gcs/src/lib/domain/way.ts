@@ -40,7 +40,7 @@ export interface Loiter {
   readonly kind: 'turns' | 'time' | 'height' | 'unlimited';
   readonly radius_m: number;
   readonly is_clockwise: boolean;
-  /** False when the vehicle's own radius is taken, which may be another. */
+  /** False when the vehicle's own radius is taken, which may differ. */
   readonly is_own_radius: boolean;
   /** Distance flown in it, metres; `null` when it has no end, or is not known. */
   readonly length_m: number | null;
@@ -134,7 +134,7 @@ export interface End {
 
 export const NO_END: End = { keys: new Set(), designed: [] };
 
-/** How the mission ends that the core told of. */
+/** How the mission ends, from the core's answer. */
 export function endOf({ items, way: { end } }: WayAnswer): End {
   const from = (item: number): number[] => items.slice(item - 1).flatMap(({ key }) => key ?? []);
   return { keys: new Set(from(end.item)), designed: end.designed_item === null ? [] : from(end.designed_item) };
@@ -154,7 +154,7 @@ export function placesFlown(
   });
 }
 
-/** The way of these items: what the core told of them, and straight lines where it has told nothing yet. */
+/** The path of these items: from the core's answer, and straight lines where there is none yet. */
 export function wayOf(
   items: readonly Item[],
   home: Home | null,
@@ -197,7 +197,7 @@ function straight(
   };
 }
 
-/** What the core told of a plan, for the items of it that are still the same. */
+/** The core's answer about a plan, for those of its items that are unchanged. */
 class Told {
   readonly #answer: WayAnswer | null;
   readonly #byItem = new Map<PlanItem, ToldWay['stops'][number]>();
@@ -213,7 +213,7 @@ class Told {
     }
   }
 
-  /** The leg to an item, when both of its ends are as they were told of. */
+  /** The leg to an item, when both of its ends are unchanged since the answer. */
   leg(
     item: Item,
     before: PlanItem | null,
@@ -230,7 +230,7 @@ class Told {
     return { ...ends, kind, length_m, course_deg, line, descent, isGuess: false };
   }
 
-  /** The circle at an item, also when it is dragged to another place. */
+  /** The circle at an item, also while it is being dragged. */
   loiter(item: Item): Loiter | null {
     const stop = this.#byItem.get(item);
     if (stop !== undefined) return stop.loiter;

@@ -109,7 +109,7 @@ const MOVED_PX = 8;
 /** Half of a finger's target of 44 px. */
 const TOUCH_TOLERANCE_PX = 22;
 const MOUSE_TOLERANCE_PX = 10;
-/** After a move by hand the view is left alone for so long. */
+/** How long the view is left alone after a move by hand. */
 const HANDS_OFF_MS = 4000;
 /** The loader decides which of these come first: a source that hangs must not fill the map's own list of tiles under way. */
 const TILES_UNDER_WAY = 64;
@@ -242,7 +242,7 @@ export class MapAdapter {
     if (wasGuess && !this.#isGuess) this.#planLayer.paintNow();
   }
 
-  /** The route that the vehicle has, where it is another one; `null` when it is not shown. */
+  /** The route on the vehicle, where it differs; `null` when it is not shown. */
   setVehiclePlan(items: readonly PlanItem[] | null, way: Way): void {
     this.#route.vehicleRoute = items === null ? EMPTY_ROUTE : routeView(items, way);
     this.#planLayer.touch();
@@ -295,7 +295,7 @@ export class MapAdapter {
     this.#planLayer.touch();
   }
 
-  /** The ends of the runway that is landed on; none where there is none. */
+  /** The ends of the runway that is landed on; empty without one. */
   setRunway(ends: readonly LonLat[]): void {
     this.#runway.ends = ends;
     this.#planLayer.touch();
@@ -644,7 +644,7 @@ export class MapAdapter {
         start = [event.clientX, event.clientY];
         const pixel = this.#map.getEventPixel(event);
         timer = setTimeout(() => {
-          // However long the finger stays: the click of its release is no click.
+          // However long the finger stays, the click of its release is ignored.
           this.#swallowClickUntil_ms = Infinity;
           this.#openMenu(pixel);
         }, LONG_PRESS_MS);

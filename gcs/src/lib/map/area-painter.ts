@@ -9,7 +9,7 @@ import { toLine, toXY } from './route-view';
 export interface AreaView {
   readonly fence: Fence;
   readonly rally: readonly RallyPoint[];
-  /** What the vehicle has, where that is another; `null` when it is not shown. */
+  /** What is on the vehicle, where it differs; `null` when it is not shown. */
   readonly vehicleFence: Fence | null;
   readonly vehicleRally: readonly RallyPoint[] | null;
   /** What can be moved now; empty while nothing of this is edited. */

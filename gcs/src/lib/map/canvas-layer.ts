@@ -22,7 +22,7 @@ export class CanvasLayer extends Layer<Source> {
     this.#canvas.setAttribute('aria-hidden', 'true');
   }
 
-  /** What its painters show is another: it is painted with the next frame of the display. The map's other layers stay as they are. */
+  /** Marks the layer as changed; it is repainted in the next animation frame. The map's other layers are not. */
   touch(): void {
     this.#painted = '';
     this.#waiting ||= requestAnimationFrame(() => this.paintNow());

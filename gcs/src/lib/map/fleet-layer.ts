@@ -23,13 +23,13 @@ export interface FleetMark {
 
 /** Marks nearer to each other than this are one. */
 const TOGETHER_PX = 34;
-/** Closer than this, metres in a pixel, each is seen by itself. */
+/** Below this resolution, metres per pixel, vehicles are drawn one by one. */
 const APART_M_PER_PX = 8;
 /** Closer than this each has its name. */
 const NAMED_M_PER_PX = 25;
-/** So much room has a name: where another has it, the list tells who is there. */
+/** Space taken by a name; names that would overlap are left out, as the list has them. */
 const NAME_PX = { width: 56, height: 14 };
-/** A mark and its name reach so far beyond their place. */
+/** How far a mark and its name extend beyond their position. */
 const EDGE_PX = 60;
 
 export class FleetPainter implements Painter {
@@ -69,7 +69,7 @@ export class FleetPainter implements Painter {
     }
   }
 
-  /** Those of the mark nearest to a pixel; none where there is no mark. */
+  /** The vehicles of the mark nearest to a pixel; empty without one. */
   at(pixelOf: (at: XY) => XY, x: number, y: number, tolerance_px: number): readonly FleetMark[] {
     let nearest: readonly FleetMark[] = [];
     let nearest_px = Math.max(18, tolerance_px);

@@ -4,7 +4,7 @@ import { niceStep } from '$lib/domain/profile';
 import type { Frame, Painter, XY } from './frame';
 import { haloText } from './frame';
 
-/** Lines are about so far apart, pixels. */
+/** Approximate distance between lines, pixels. */
 const SPACING_PX = 130;
 /** Metre grids are true near their origin only; beyond this step the grid is one of degrees. */
 const MAX_STEP_M = 20_000;

@@ -10,7 +10,7 @@ const NOTHING = { line: [], touchDown: null, glide: [] };
 export class RehearsalPainter {
   line: readonly XY[] = [];
   touchDown: LonLat | null = null;
-  /** Whether the plan is another by now: drawn thin and pale. */
+  /** Whether the plan has changed since: drawn thin and pale. */
   isOld = false;
   moment: Moment | null = null;
   /** What the plane in the air still has to fly. */

@@ -19,13 +19,13 @@ export interface RouteTexts {
 }
 
 const BADGE_PX = 12;
-/** Legs shorter than this show no handle, no arrow: there is no room. */
+/** Legs shorter than this have no room for a handle or an arrow. */
 const HANDLE_FROM_PX = 64;
 const ARROW_FROM_PX = 40;
 
 export class RoutePainter {
   route: RouteView = EMPTY_ROUTE;
-  /** What the vehicle has, where that is another route than the one being edited. */
+  /** The route on the vehicle, where it differs from the one being edited. */
   vehicleRoute: RouteView = EMPTY_ROUTE;
   status: RouteStatus = {
     selection: new Set(),

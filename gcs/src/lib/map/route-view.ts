@@ -29,7 +29,7 @@ export interface RouteCircle {
   readonly number: number;
   readonly line: readonly XY[];
   readonly isClockwise: boolean;
-  /** False when the vehicle's own radius is drawn, which may be another. */
+  /** False when the vehicle's own radius is drawn, which may differ. */
   readonly isOwnRadius: boolean;
 }
 

@@ -38,7 +38,7 @@ interface Drawing {
   ratio: number;
   isDark: boolean;
   range_m: number;
-  /** Which state of all lines is drawn; with another one the drawing starts again. */
+  /** The generation of the lines that is drawn; when it changes, the drawing starts again. */
   generation: number;
   /** How many points of each trail are drawn. */
   drawn: Map<Trail, number>;
@@ -56,7 +56,7 @@ export class TrailPainter implements Painter {
     return this.#range_m;
   }
 
-  /** Counts the points that there ever were: with another number, or other trails, the picture is another. */
+  /** Total of points ever added; the picture changes with it. */
   get added(): number {
     return this.#lines.reduce((sum, { trail }) => sum + trail.added, 0);
   }

@@ -26,7 +26,7 @@ export interface VehicleMark {
   readonly isSelected: boolean;
   /** Whether the position is old: drawn grey. */
   readonly isStale: boolean;
-  /** How much it needs somebody to look at it. */
+  /** How urgently it needs attention. */
   readonly level: AttentionLevel;
   /** Where it probably is now, while it is not heard. */
   readonly ghost: {
@@ -38,7 +38,7 @@ export interface VehicleMark {
   } | null;
 }
 
-/** The line ahead of a plane ends where it will be after so long, seconds. */
+/** The line ahead of a plane ends where it will be after this time, seconds. */
 const AHEAD_S = 10;
 /** Slower than this, the course over ground is noise. */
 const SLOW_M_S = 3;

@@ -35,11 +35,11 @@ const ASK_MS = 2000;
 export interface Outlook extends Told {
   readonly flight: RehearsedFlight;
   readonly windFrom: WindFrom;
-  /** When the expectation is from; `null`: there is none, because how much of its circle was flown is not known. */
+  /** When the forecast was made; `null` without one, because it is not known how much of the circle was flown. */
   readonly since: Date | null;
 }
 
-/** Nothing is told of the moment at which it begins. */
+/** The outlook at its very beginning: no deviation is known yet. */
 const AS_EXPECTED: Told = { late_s: null, low_m: null, battery_pct: null };
 
 class Ahead {

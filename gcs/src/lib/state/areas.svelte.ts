@@ -70,7 +70,7 @@ class AreaStore implements ShapeEditor {
     }
   }
 
-  /** Closes the polygon that is being drawn; with fewer than three corners there is none. */
+  /** Closes the polygon being drawn, or discards it with fewer than three corners. */
   finish(): void {
     if (!this.canFinish) return;
     const corners = this.sketch;

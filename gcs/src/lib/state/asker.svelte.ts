@@ -1,7 +1,7 @@
 // Questions about the plan that follow its edits: one is asked at a time, and of those that come meanwhile the last.
 
 interface Terms<Answer> {
-  /** Questions follow each other by so much at least. */
+  /** Minimum interval between requests. */
   readonly apart_ms: number;
   /** Called with each answer, before anything that is drawn from it. */
   readonly onAnswer?: (answer: Answer) => void;
@@ -13,7 +13,7 @@ interface Terms<Answer> {
 export class Asker<Question extends object, Answer> {
   readonly #tell: (question: Question) => Promise<Answer>;
   readonly #terms: Terms<Answer>;
-  /** The newest answer; `null` while there is none, and when there is nothing to ask. */
+  /** The newest answer; `null` before the first one, and when there is nothing to ask. */
   answer = $state.raw<Answer | null>(null);
   #asked: Question | null = null;
   #next: Question | null = null;
@@ -25,7 +25,7 @@ export class Asker<Question extends object, Answer> {
     this.#terms = terms;
   }
 
-  /** Asks; `null`: there is nothing to ask. Gives whether that is another question than the last. */
+  /** Asks; `null` means nothing to ask. Returns whether the question differs from the last. */
   ask(question: Question | null): boolean {
     if (question === null) {
       [this.answer, this.#asked, this.#next] = [null, null, null];
@@ -67,7 +67,7 @@ export class Asker<Question extends object, Answer> {
         if (early_ms > 0) await new Promise((done) => setTimeout(done, early_ms));
       }
     } catch {
-      // no answer, until the question is another one, which may be here already, or the station is back
+      // no answer: asked again when the question changes, which may have happened already, or the station is back
       if (this.#next === null) this.forget();
     } finally {
       this.#isAsking = false;

@@ -24,7 +24,7 @@ class Cameras {
   #kept = $state.raw<Kept>(load('camera', defaults, read));
   #isSwapped = $state(false);
   list = $state.raw<readonly CameraInfo[]>([]);
-  /** Whether cameras recorded something; asked for only where there is no camera. */
+  /** Whether there is recorded footage; requested only when there is no camera. */
   hasFootage = $state(false);
 
   /** The one that is shown: the chosen one while it is there, else the first. */

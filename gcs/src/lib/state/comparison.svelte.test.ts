@@ -12,7 +12,7 @@ const edited = (count: number): Question => ({
 });
 const added = (item: number) => [{ kind: 'added' as const, item }];
 
-/** A server that answers when it is told to. */
+/** A server that answers on demand. */
 function asked() {
   const questions: { plan: Plan; answer: (told: PlanComparison) => void; fail: () => void }[] = [];
   const comparison = new Comparison(

@@ -3,7 +3,7 @@ import type { Plan, PlanChange, PlanComparison, PlanKind } from '$lib/api/types'
 import { emptyPlan, plainItems, type Fence, type PlanItem, type RallyPoint } from '$lib/domain/plan';
 import { Asker } from './asker.svelte';
 
-/** What is to be compared; the parts of a plan are the same objects until somebody edits them. */
+/** What is to be compared; the parts of a plan keep their identity until they are edited. */
 export interface Question {
   readonly vehicle: number;
   readonly mission: readonly PlanItem[];
@@ -28,9 +28,9 @@ export interface Differing<Part extends PlanKind> {
   readonly of: Question[Part];
 }
 
-/** Questions follow each other by so much at least: nobody reads a list of differences faster. */
+/** Minimum interval between requests: a list of differences is not read faster. */
 const APART_MS = 100;
-/** What differed stands for so long without a newer answer, while the plan is edited on. */
+/** How long the last differences are shown without a newer answer while editing goes on. */
 const LATE_MS = 200;
 /** After that a server is asked again that did not answer. */
 const AGAIN_MS = 2000;

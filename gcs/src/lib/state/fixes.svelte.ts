@@ -10,7 +10,7 @@ import { planeProfile } from './plane-profile.svelte';
 import { api, problemFrom } from './station.svelte';
 import { vehicles } from './vehicles.svelte';
 
-/** A plan that was not edited for so long is looked at. */
+/** Delay after the last edit before remedies are looked for. */
 const QUIET_MS = 600;
 
 interface Found {
@@ -70,7 +70,7 @@ class Fixes {
     }
   }
 
-  /** Changes the plan; undo takes it back. What concerns the vehicle is set there, by somebody who was asked. */
+  /** Changes the plan (undo takes it back), or sets a parameter on the vehicle, which the user has confirmed by holding the button. */
   async apply({ first_item, count, items, ...fix }: FindingFix): Promise<void> {
     this.problem = null;
     if (fix.does !== 'set-parameter') {

@@ -66,7 +66,7 @@ class Fleet {
     const ofGroup = members === null ? this.listed : this.listed.filter(({ row }) => members.has(keyOf(row)));
     return inOrder(found(ofGroup, this.search), this.order);
   });
-  /** How many somebody should look at. */
+  /** How many need attention. */
   needing = $derived(this.listed.filter(({ attention }) => attention.length > 0).length);
   groupNames = $derived(Object.keys(this.#groups).sort((a, b) => a.localeCompare(b)));
 
@@ -90,7 +90,7 @@ class Fleet {
     this.#places = null;
   }
 
-  /** Of all, in the order in which they were told. */
+  /** All ids, in the order in which they were received. */
   get ids(): number[] {
     return [...this.#byId.keys()];
   }
@@ -109,7 +109,7 @@ class Fleet {
     return row.remote_name ?? `${t(`vehicle.${vehicleKind(row.mav_type)}`)} ${row.id}`;
   }
 
-  /** How urgently somebody should look at a vehicle. */
+  /** How urgently a vehicle needs attention. */
   levelOf(id: number): AttentionLevel {
     const row = this.#byId.get(id);
     return row === undefined ? 'none' : levelOf(attentionTo(row, this.age_s(row)));
@@ -120,7 +120,7 @@ class Fleet {
     else this.marked.delete(id);
   }
 
-  /** Those marked, as they are listed: what is lost comes last, so that nobody who hears waits for it. */
+  /** The marked rows in list order, lost vehicles last, so that reachable ones do not wait for them. */
   markedRows(): Listed[] {
     const some = this.listed.filter(({ row }) => this.marked.has(row.id));
     const isLost = ({ attention }: Listed): number => Number(attention.includes('lost'));

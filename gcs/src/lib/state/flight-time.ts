@@ -3,7 +3,7 @@ import { load, save } from './stored';
 
 export interface FlightTime {
   seconds: number;
-  /** False when this app was opened in mid-flight: it has flown at least so long. */
+  /** False when this app was opened in mid-flight: `seconds` is then a lower bound. */
   isExact: boolean;
 }
 
@@ -12,7 +12,7 @@ interface Flight {
   start_s: number;
   isExact: boolean;
   end_s: number | null;
-  /** When the plane booted, in Unix time: a flight after another boot is another flight. */
+  /** When the plane booted, in Unix time; a stored flight counts only for the same boot. */
   booted_unix_s: number;
 }
 

@@ -1,7 +1,7 @@
-// Joins what comes between two frames of the display: however fast messages come, the screen is told once a frame.
+// Joins updates between two animation frames: however fast messages come, the screen is updated once a frame.
 // The newest value wins, so what waits is bounded by the number of groups, also in a hidden window.
 
-/** In a hidden window there are no frames; then it is done this often. */
+/** Flush interval in a hidden window, which has no animation frames. */
 const HIDDEN_MS = 500;
 
 export class FrameQueue<Key, Value> {

@@ -3,7 +3,7 @@ import type { LandingAlternative, Problem } from '$lib/api/types';
 import { planLanding } from './plan-landing.svelte';
 import { api, problemFrom } from './station.svelte';
 
-/** So many are shown: the best, and what speaks against others. */
+/** Alternatives shown: the best ones, with what speaks against them. */
 const SHOWN = 6;
 
 class LandingChoices {

@@ -12,7 +12,7 @@ const SAME_M = 12;
 /** Answers that are kept, and for how long one that is not known is believed. */
 const KEPT = 4000;
 const UNKNOWN_MS = 10_000;
-/** The height above ground that a plan should keep, unless a person says another. */
+/** Default height above ground that a plan should keep. */
 const DEFAULT_CLEARANCE_M = 30;
 
 const UNKNOWN: ElevationPoint = { alt_amsl_m: null, source: null, resolution_m: null, datum: null };
@@ -94,7 +94,7 @@ class Elevation {
     }
     return new Promise((resolve) => {
       if (this.#gathering.length === 0) setTimeout(() => void this.#ask(), GATHER_MS);
-      // a pointer asks again before it is answered: the oldest of many are nobody's question any more
+      // a moving pointer asks again before it is answered
       this.#gathering.push({ at, resolve });
     });
   }

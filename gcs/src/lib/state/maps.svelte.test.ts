@@ -118,7 +118,7 @@ describe('map sources', () => {
     maps.dismiss(maps.notices[0]!);
     expect(maps.notices).toEqual([]);
     expect(maps.failing).toHaveLength(1);
-    // another reason is told again
+    // a new reason is reported again
     maps.tileFailed('pnoa', problem('timeout'));
     expect(maps.notices).toHaveLength(1);
     maps.recovered('pnoa');

@@ -95,7 +95,7 @@ class Maps {
   /** Google's terms want its name on the map. */
   hasGoogle = $derived(this.#stack.some(({ source }) => source.logo === 'google'));
   failing = $derived(this.#stack.flatMap(({ source }) => this.#failingOf(source) ?? []));
-  /** Those of them that nobody put aside. */
+  /** Those that were not dismissed. */
   notices = $derived(this.failing.filter(({ source, problem }) => this.#dismissed.get(source.id) !== problem.detail));
 
   get isFine(): boolean {
@@ -189,7 +189,7 @@ class Maps {
         const { attribution } = await mapsApi.attribution(source.id, view, Math.round(zoom));
         this.#ofView.set(source.id, [...source.attribution, ...attribution]);
       } catch {
-        // the source's own attribution stays; that it fails is told by its tiles
+        // the source's own attribution stays; failures are reported by its tiles
       }
     }
   }

@@ -24,7 +24,7 @@ class Odds {
   #asking: { readonly of: Rehearsal; readonly end: AbortController } | null = null;
   isAsking = $state(false);
   problem = $state.raw<Problem | null>(null);
-  /** Of the rehearsal that is shown; `null` when it is another by now. */
+  /** For the rehearsal that is shown; `null` when that has changed. */
   spread = $derived(isSame(this.#told?.of ?? null, planAssessed.rehearsal) ? (this.#told?.spread ?? null) : null);
 
   /** Asks anew; the last question counts. */
@@ -64,7 +64,7 @@ class Odds {
     this.#told = null;
   }
 
-  /** Takes it back where it is about another flight than this. */
+  /** Cancels a question about a different flight. */
   settle(shown: Rehearsal | null): void {
     if (this.#asking !== null && !isSame(this.#asking.of, shown)) this.cancel();
   }

@@ -5,7 +5,7 @@ import { readPlan } from '$lib/domain/plan-read';
 import { load, save } from './stored';
 import { type Vehicle, vehicles } from './vehicles.svelte';
 
-/** The parts of a plan: each is sent, read and cleared by itself. */
+/** The parts of a plan: each is sent, read and cleared separately. */
 export const PLAN_PARTS = ['mission', 'fence', 'rally'] as const satisfies readonly PlanKind[];
 
 interface Known {

@@ -6,9 +6,9 @@ import type { Operation } from '$lib/api/types';
 
 /** Finished ones kept to be looked at. */
 const KEPT = 20;
-/** When no message tells of an operation, it is asked for this often. */
+/** Polling interval for operations without a message. */
 const ASK_MS = 1000;
-/** So long an answer is waited for. */
+/** Timeout of one poll. */
 const ANSWER_MS = 5000;
 
 interface Waiter {

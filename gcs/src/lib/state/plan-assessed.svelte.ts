@@ -8,7 +8,7 @@ import { planeProfile } from './plane-profile.svelte';
 import { api, operations, problemFrom, station } from './station.svelte';
 import { vehicles } from './vehicles.svelte';
 
-/** A rehearsal is drawn as old after so long without a newer one: not in the moments between two answers. */
+/** A rehearsal is drawn as old after this time without a newer one, so that it does not flicker between two answers. */
 const OLD_AFTER_MS = 200;
 /** After that the core is asked again for a flight over ground that it did not know yet. */
 const GROUND_AGAIN_MS = 700;

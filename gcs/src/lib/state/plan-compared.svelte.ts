@@ -81,7 +81,7 @@ class PlanCompared {
     }));
   });
 
-  /** Asks how the draft differs; to be called when anything of it, of what is on board, or the station, is another. */
+  /** Asks how the draft differs; to be called when the draft, the plan on board or the connection changes. */
   compare(): void {
     if (station.isOnline) this.#comparison.ask(this.#comparable);
     else this.#comparison.forget();

@@ -85,7 +85,7 @@ class PlanLanding {
     plan.end = { keys: new Set(keys), designed: keys };
   }
 
-  /** The landing that the mission ends with, or another one at its place; `null` when it has none. */
+  /** A request for a landing in place of the one that ends the mission; `null` without one. */
   landingHere(): LandingRequest | null {
     const land = this.landing.at(-1);
     const at = land ? placeOf(land) : null;
@@ -104,7 +104,7 @@ class PlanLanding {
       ground_rel_home_m,
       plan: { ...emptyPlan(), items, home },
       vehicle,
-      // nobody knows yet whether the vehicle would arm with a DO_LAND_START
+      // not known yet whether the vehicle would arm with a DO_LAND_START
       has_land_start: vehicle === null ? false : null,
     };
   }
@@ -124,7 +124,7 @@ class PlanLanding {
     return runway !== null && at !== null && beside_m(runway, at) < 0.5 ? runway : null;
   });
 
-  /** Another landing takes its place. */
+  /** Replaces it by another landing. */
   takeLanding(items: readonly PlanItem[]): void {
     plan.edit((draft) => changeLanding(draft, items, plan.end));
   }

@@ -111,7 +111,7 @@ class PlanTransfers {
       const { state, plan: found } = await api.planOnBoard(vehicle.systemId, part);
       if (found === null || this.transfer !== null) return;
       onBoard.note(vehicle, part, state, found);
-      // What nobody has touched since goes with the vehicle.
+      // A draft without changes of the user follows the vehicle.
       const isUntouched = !plan.canUndo && (plan.isEmpty(part) || partOf(plan.draft, part) === this.#asRead[part]);
       if (vehicle !== vehicles.selected || !isUntouched) return;
       const { fence, rally } = plan.draft;

@@ -29,7 +29,7 @@ class PlanWindStore {
     const [from_deg, speed_m_s] = [this.#from_deg, this.#speed_m_s];
     return from_deg === null || speed_m_s === null ? null : { from_deg, speed_m_s };
   });
-  /** `null` when nobody has set one and the vehicle has none. */
+  /** `null` when none was set and the vehicle has no estimate. */
   known = $derived.by<Wind | null>(() => {
     if (this.#chosen === null) return this.estimated;
     const { from_deg, speed_m_s } = this.#chosen;
@@ -37,7 +37,7 @@ class PlanWindStore {
   });
   wind = $derived(this.known ?? CALM);
   isChosen = $derived(this.#chosen !== null);
-  /** When it was set: it stays for another day, and says so. */
+  /** When it was set. It is kept across days, so its age is shown. */
   setAt = $derived(this.#chosen === null ? null : new Date(this.#chosen.set_unix_ms));
 
   set({ from_deg, speed_m_s }: Wind): void {

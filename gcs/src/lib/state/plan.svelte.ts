@@ -91,7 +91,7 @@ class PlanStore {
   canUndo = $derived(this.#history.past.length > 0);
   canRedo = $derived(this.#history.future.length > 0);
 
-  /** The items whose heights were to count from another level and kept their numbers, since a level is not known, until somebody changes them. */
+  /** Items whose heights could not be converted to another level because a level is not known, until they are edited. */
   unconverted = $derived.by(() => {
     if (this.#unconverted === null) return null;
     const { level, items } = this.#unconverted;
@@ -212,7 +212,7 @@ class PlanStore {
     );
   }
 
-  /** Lets heights count from another level, as the core converts them. */
+  /** Converts heights to another reference level; the core computes them. */
   setFrame(keys: ReadonlySet<number>, frame: HeightFrame): void {
     this.waitFor(
       this.#countFrom(
@@ -306,7 +306,7 @@ class PlanStore {
     this.#set(historyOf(draft));
   }
 
-  /** Another plan takes the draft's place; undo brings the old one back. */
+  /** Replaces the draft by a plan; undo brings the old one back. */
   replace(plan: Plan): void {
     this.#generation += 1;
     this.edit((draft) => {

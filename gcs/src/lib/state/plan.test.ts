@@ -30,7 +30,7 @@ const landingAt = (at: LonLat | null) => ({
 function serve() {
   let onBoard: Plan = { items: [], home: HOME, fence: { zones: [], return_point: null }, rally: [] };
   let hash = 0;
-  /** What is told of its mission instead, until it is read again. */
+  /** What is reported of its mission instead, until it is read again. */
   let uncertain: PlanState | null = null;
   const answer = <T>(value: T) => Promise.resolve(value);
   const done = (result: Plan) => answer({ id: 1, kind: 'plan', state: 'done' as const, done: 1, total: 1, result });
@@ -104,7 +104,7 @@ describe('the plan store', () => {
     plan.problem = null;
     station.socketState = 'open';
   });
-  /** As the page does when anything is another. */
+  /** As the page does when anything has changed. */
   const compared = async () => {
     planCompared.compare();
     await vi.advanceTimersByTimeAsync(100);

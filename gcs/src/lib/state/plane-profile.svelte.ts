@@ -15,7 +15,7 @@ interface Learned {
   readonly moments: number;
 }
 
-/** What somebody says of a battery; what is `null` or absent is as the plane says. What it holds at the start is not said, but measured. */
+/** Battery data entered by the user; what is `null` or absent is as the plane reports it. The charge at the start is measured, not entered. */
 export type SaidOfBattery = Partial<Omit<BatterySettings, 'charge_pct'>>;
 const NOTHING_SAID: BatterySettings = {
   capacity_mah: null,
@@ -62,7 +62,7 @@ class PlaneProfiles {
     save('batteries', this.#batteries);
   }
 
-  /** Asks what the vehicle says of its battery; where it cannot be told, nothing is. */
+  /** Reads the vehicle's battery parameters; on failure nothing is known. */
   async readOwnBattery(): Promise<void> {
     const systemId = vehicles.selected?.systemId;
     if (systemId === undefined) return;
@@ -121,7 +121,7 @@ class PlaneProfiles {
   }
 }
 
-/** As it was stored; the server refuses an airframe that is none. */
+/** As it was stored; the server refuses an invalid airframe. */
 function readLearned(stored: unknown): Learned | null {
   if (typeof stored !== 'object' || stored === null) return null;
   const { airframe, systemId, moments } = stored as Record<string, unknown>;
@@ -130,7 +130,7 @@ function readLearned(stored: unknown): Learned | null {
   return { airframe: airframe as Airframe, systemId, moments };
 }
 
-/** As they were stored, without what is no number; the server refuses numbers that are none of a battery. */
+/** As they were stored, numbers only; the server refuses values out of range. */
 function readBatteries(stored: unknown): Record<string, SaidOfBattery> | null {
   if (typeof stored !== 'object' || stored === null) return null;
   const read = Object.entries(stored).map(([whose, battery]) => {

@@ -13,7 +13,7 @@ import { load, save } from './stored';
 /** After an edit the next is waited for before the draft goes to the server. */
 const PUSH_MS = 1000;
 
-/** Another draft on the server than the one that is open here. */
+/** A draft on the server that differs from the one open here. */
 export interface Theirs {
   readonly kind: 'offer' | 'conflict';
   readonly draft: ServerDraft;
@@ -33,7 +33,7 @@ class SharedDraft {
   #base = load('draft-base', 0, readCount);
   #savedMark = load('draft-saved', '', readText);
   #mark = markOfPlan(planOf(plan.draft));
-  /** The draft as it was taken from a vehicle, which is no work of ours. */
+  /** Mark of a draft taken over from a vehicle, which holds no changes of the user. */
   #foundMark = load('draft-found', '', readText);
   #timer: ReturnType<typeof setTimeout> | undefined;
   #isBusy = false;
@@ -42,7 +42,7 @@ class SharedDraft {
   /** An offer that was declined is not made again. */
   #declined = 0;
 
-  /** What a vehicle has on board is taken into the draft: that alone is no change of ours. */
+  /** Takes the plan on board a vehicle into the draft without counting that as a change by the user. */
   found(take: () => void): void {
     const mine = planOf(plan.draft);
     const isOurs = this.#isChanged(markOfPlan(mine)) && !isEmptyPlan(mine);
@@ -67,7 +67,7 @@ class SharedDraft {
 
   /** The draft on the server was changed. */
   told(revision: number, author: string): void {
-    // it may come before the answer to our own; another window of this browser has our name, too
+    // it may come before the answer to our own save; other windows of this browser share our name
     if (revision !== this.#base && (author !== this.author || !this.#isBusy)) void this.look();
   }
 

@@ -57,7 +57,7 @@ export class Station {
   links = $state.raw<readonly LinkInfo[]>([]);
   /** What the server does not keep, the flight's recording first. */
   storage = $state.raw<readonly StorageProblem[]>([]);
-  /** The draft of the plan that the server told of last. */
+  /** The newest draft announced by the server. */
   draft = $state.raw<{ revision: number; author: string } | null>(null);
   /** What is added to the station's clock to get this page's. */
   #clockOffset_ms: number | null = null;
@@ -71,7 +71,7 @@ export class Station {
   readonly #subscribed = new Map<number, number>();
   /** Those chosen, the newest last. */
   #chosen: number[] = [];
-  /** What is told of a vehicle while its whole state is asked for; of the two, this is the newer. */
+  /** Messages about a vehicle received while its whole state is being fetched; they are newer than that. */
   readonly #meanwhile = new Map<number, ServerMessage[]>();
 
   readonly #assessments = new Pending<Assessment>();
@@ -87,7 +87,7 @@ export class Station {
     state: (state) => this.#setSocketState(state),
   });
 
-  /** Counts what the server told of: another map source, or an area that went on. */
+  /** Counts announced changes of map sources and offline areas. */
   mapsRevision = $state(0);
   isOnline = $derived(this.socketState === 'open');
   /** How long the server has been away; null while it is there. */
@@ -360,7 +360,7 @@ export class Station {
     for (const id of ids) if (!this.#subscribed.has(id)) void this.#meet(vehicles.ensure(id));
   }
 
-  /** Subscribes to a vehicle and reads what is told only when asked. */
+  /** Subscribes to a vehicle and fetches what is not pushed. */
   async #meet(vehicle: Vehicle): Promise<void> {
     const id = vehicle.systemId;
     this.#subscribe(id);
@@ -385,7 +385,7 @@ export class Station {
     }
   }
 
-  /** Keeps nothing more for one who asked, unless another asked since. */
+  /** Stops collecting messages, unless a newer request has started. */
   #isMet(id: number, meanwhile: ServerMessage[]): void {
     if (this.#meanwhile.get(id) === meanwhile) this.#meanwhile.delete(id);
   }
@@ -396,7 +396,7 @@ export class Station {
   }
 }
 
-/** The token of a ready-made address (`#token=…`), taken out of the address bar so that nobody copies it on. */
+/** The token of a ready-made address (`#token=…`); removed from the address bar so that it is not copied along. */
 function takeToken(): string | null {
   const { hash, search, pathname } = window.location;
   const token = new URLSearchParams(hash.replace(/^#/, '')).get('token') ?? new URLSearchParams(search).get('token');

@@ -1,6 +1,6 @@
 // Small things that survive a reload. What is read back is untrusted and checked by the caller's `read`.
 
-/** The value stored under `key`, or `fallback` when there is none or it is not what `read` accepts. */
+/** The value stored under `key`, or `fallback` when it is missing or rejected by `read`. */
 export function load<T>(key: string, fallback: T, read: (value: unknown) => T | null): T {
   try {
     const text = globalThis.localStorage?.getItem(`vencejo.${key}`);

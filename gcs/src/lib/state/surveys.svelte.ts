@@ -35,7 +35,7 @@ interface Known {
   readonly id: number;
   /** As it made them; empty when they were edited before they came here. */
   readonly items: readonly DraftItem[];
-  /** What a survey or corridor was laid out from; `null` for what is none. */
+  /** What a survey or corridor was laid out from; `null` for other complex items. */
   readonly asked: SurveyAsked | null;
   /** `null` until it was laid out here. */
   readonly answer: LaidOut | null;
@@ -144,7 +144,7 @@ class SurveyStore implements ShapeEditor {
     return [...this.rows.values()].find(({ index, items }) => number > index && number <= index + items.length);
   }
 
-  /** Complex items whose items were edited by hand: plain items from now on. Those of which nothing is left are not told of. */
+  /** Complex items whose items were edited by hand and are plain items now. Those with no items left are not listed. */
   edited = $derived.by<readonly { readonly complex: ComplexItem; readonly numbers: readonly number[] }[]>(() => {
     void this.#learnt;
     return plan.draft.complexItems.flatMap((complex) => {
@@ -183,7 +183,7 @@ class SurveyStore implements ShapeEditor {
     this.#learnt += 1;
   }
 
-  /** Whoever was told that the items are plain ones now need not be told again. */
+  /** Dismisses the notice that the items are plain ones now. */
   forget(complex: ComplexItem): void {
     plan.edit((draft) => removeComplex(draft, complex));
   }
@@ -197,7 +197,7 @@ class SurveyStore implements ShapeEditor {
   answer = $derived<LaidOut | null>(this.open?.answer ?? null);
   /** Whether what is shown of lines and figures is of the survey as it was a moment ago. */
   isOld = $derived(this.#isLive);
-  /** Whether it was laid out for another wind than the plan has now. */
+  /** Whether the plan's wind has changed since it was laid out. */
   isOtherWind = $derived.by(() => {
     const [then, now] = [this.open?.asked?.wind ?? null, planWind.known];
     return !this.#isLive && this.open !== null && JSON.stringify(then) !== JSON.stringify(now && { ...now });

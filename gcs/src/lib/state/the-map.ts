@@ -3,9 +3,9 @@ import type { LonLat } from '$lib/domain/lonlat';
 import type { Box } from '$lib/domain/tiling';
 
 export interface MapActs {
-  /** What is in the middle of the map; `null` while there is no map. */
+  /** The position at the middle of the map; `null` without a map. */
   readonly centre: () => LonLat | null;
-  /** What panels leave free of the world; `null` while there is no map. */
+  /** The area that panels leave visible; `null` without a map. */
   readonly visibleBox: () => Box | null;
   /** Moves the map so that a position is in its middle. */
   readonly show: (at: LonLat) => void;
@@ -30,7 +30,7 @@ class TheMap implements MapActs {
   attach(acts: MapActs): () => void {
     this.#acts = acts;
     return () => {
-      // another one may have taken its place
+      // a newer map may have taken its place
       if (this.#acts === acts) this.#acts = NO_MAP;
     };
   }

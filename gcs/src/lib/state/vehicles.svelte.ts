@@ -57,7 +57,7 @@ export interface TelemetryChange {
   heardAt_ms: Partial<Record<GroupName, number>>;
 }
 
-/** What a message tells of telemetry. */
+/** The telemetry in a message. */
 interface Told {
   groups: TelemetryChanges;
   progress?: MissionProgress | null;
@@ -71,7 +71,7 @@ export class Vehicle {
   progress = $state.raw<MissionProgress | null>(null);
   /** Whether it hears us; null when that is not known. */
   isReached = $state<boolean | null>(null);
-  /** Where another vehicle with the same system id is heard; commands do not go there. */
+  /** Where a second vehicle with the same system id is heard; commands do not go there. */
   rival = $state<string | null>(null);
   /** Whether it asks for the ground's altitude where no map of the server knows it. */
   lacksTerrain = $state(false);
@@ -142,7 +142,7 @@ export class Vehicle {
     return freshness(this.groupAge_s(name));
   }
 
-  /** The last that is known of its movement, for dead reckoning; null when there is no position. */
+  /** The last known movement, for dead reckoning; null without a position. */
   lastKnown(): LastKnown | null {
     const { position, hud } = this.groups;
     const at = lonLat(position?.lon_deg, position?.lat_deg);
@@ -222,7 +222,7 @@ export class Vehicle {
     this.findsLanding = finds_landing;
     const { loiterRadius_m, cruise_m_s } = PLANE_ROUTE;
     const known = { loiterRadius_m: loiter_radius_m ?? loiterRadius_m, cruise_m_s: airspeed_m_s ?? cruise_m_s };
-    // told again and again: what is drawn from it is drawn anew only where it is another
+    // sent repeatedly: replaced only when it has changed, to avoid redrawing
     const isAsBefore = known.loiterRadius_m === this.route.loiterRadius_m && known.cruise_m_s === this.route.cruise_m_s;
     if (!isAsBefore) this.route = { ...this.route, ...known };
   }
@@ -325,7 +325,7 @@ class Vehicles {
   });
 
   all = $derived([...this.#byId.values()].sort((a, b) => a.systemId - b.systemId));
-  /** The one that commands and plans are for: the first that was heard, until a person selects another. It never changes by itself. */
+  /** The target of commands and plans: the first vehicle heard until the user selects another. It never changes automatically. */
   selected = $derived<Vehicle | null>(
     (this.#selectedId === null ? undefined : this.#byId.get(this.#selectedId)) ?? null,
   );

@@ -27,7 +27,7 @@ type Tell = (
   clearance_m: number,
 ) => Promise<ToldWay & { readonly is_ground_pending: boolean }>;
 
-/** Questions follow each other by so much at least: no display shows more, and the server takes 200 messages a second. */
+/** Minimum interval between requests: no display shows more, and the server takes 200 messages a second. */
 const APART_MS = 10;
 /** After that the core is asked again about ground that it did not know yet. */
 const GROUND_AGAIN_MS = 700;
@@ -50,7 +50,7 @@ class Ways {
   readonly #ofDraft = wayAsker(
     (...asked) => station.way(...asked),
     (answer) => {
-      // of what was edited meanwhile it is told in a moment
+      // what was edited meanwhile is asked about next
       if (answer.items === plan.items) plan.end = endOf(answer);
       this.#listeners.forEach((listen) => listen());
     },
@@ -72,7 +72,7 @@ class Ways {
   profile = $derived(this.#shownAnswer?.way.profile ?? NO_PROFILE);
   /** The items of that, with the keys that they keep. */
   profileItems = $derived<Question['items']>(this.#shownAnswer?.items ?? []);
-  /** Whether these are the heights of another plan than is shown, which the core cannot be asked about. */
+  /** Whether these heights are of an older plan than the one shown, because the core cannot be asked. */
   isProfileOld = $derived(
     !station.isOnline &&
       this.#shownAnswer !== null &&
@@ -87,7 +87,7 @@ class Ways {
     return () => this.#listeners.delete(listen);
   }
 
-  /** Asks for what is not known yet; to be called when anything of it, or the station, is another. */
+  /** Asks for what is not known yet; to be called when any input, or the connection, changes. */
   ask(): void {
     const { route } = vehicles;
     const { clearance_m, isKnowable: knowsGround } = elevation;

@@ -35,7 +35,7 @@ export interface Grid {
 /** A source as it is to be shown. */
 export interface ShownSource {
   readonly id: string;
-  /** With {z}, {x} and {y}; another one whenever the source's pictures may be others. */
+  /** With {z}, {x} and {y}; changes whenever the source's tiles may have changed. */
   readonly tilesUrl: string;
   readonly grid: Grid;
   readonly opacity: number;
@@ -54,7 +54,7 @@ export interface SourceEvents {
 
 /** Waiting times before what failed is asked for again, seconds; the last goes on. */
 const RETRY_S = [5, 10, 20, 40, 60] as const;
-/** A source is hidden when the map is so many times coarser than its coarsest level: the tiles would be thousands. */
+/** A source is hidden when the map is coarser than its coarsest level by this factor: it would take thousands of tiles. */
 const COARSEST_FACTOR = 8;
 /**
  * Coarser levels that are fetched with the one that is looked at. They reach far over the window's edges: where the map is dragged
@@ -228,7 +228,7 @@ export class SourceLayers {
     const wait_s = RETRY_S[Math.min(entry.attempts, RETRY_S.length - 1)] as number;
     entry.timer = setTimeout(() => {
       entry.timer = undefined;
-      // nobody looks: the next look will ask
+      // not visible: fetched when it is shown again
       if (document.hidden) this.#failed(id, entry, problem);
       else this.#askAgain(id, entry);
     }, wait_s * 1000);
@@ -243,7 +243,7 @@ export class SourceLayers {
     const source = entry.layer?.getSource();
     const shown = this.#stack.find((one) => one.id === id);
     if (!source || !shown) return;
-    // with another key everything is asked for anew, and what is there is shown until it comes
+    // with a new key all tiles are fetched again; the old ones are shown until then
     source.setTileUrlFunction(([z = 0, x = 0, y = 0]) => fill(shown.tilesUrl, z, x, y), `${entry.rounds}`);
   }
 
@@ -280,7 +280,7 @@ function end(tile: Tile, state: typeof TileState.EMPTY | typeof TileState.ERROR)
   if (tile.getState() === TileState.LOADING) tile.setState(state);
 }
 
-/** The picture, ready to be painted without a pause; `null` when it is none. */
+/** The decoded picture, ready to be painted without a pause; `null` for invalid data. */
 async function decode(picture: Blob): Promise<HTMLImageElement | null> {
   const address = URL.createObjectURL(picture);
   const image = new Image();

@@ -9,7 +9,7 @@ import { toLine, toXY } from '../route-view';
 export interface PlacedArea {
   /** Corners in turn, without a repeated one. */
   readonly corners: readonly LonLat[];
-  /** A line with so much to each side of it, instead of a shape. */
+  /** Half the width of a corridor along a line, instead of a shape. */
   readonly buffer_m: number | null;
   readonly label: string;
   readonly isDraft: boolean;
@@ -33,7 +33,7 @@ export interface Placing {
 const NOTHING_PLACED: Placing = { areas: [], picture: null, handles: [], drag: () => undefined };
 
 const HANDLE_PX = 9;
-/** The picture is drawn in so many pieces each way, each a parallelogram. */
+/** The picture is drawn as a grid of this many parallelograms each way. */
 const PIECES = 10;
 
 export class PlacingPainter implements Painter {
@@ -68,7 +68,7 @@ export class PlacingPainter implements Painter {
     }
   }
 
-  /** The handle at a pixel; `null` when there is none. */
+  /** The handle at a pixel, or `null`. */
   handleAt(frame: Projection, x: number, y: number, tolerance: number): number | null {
     let best: number | null = null;
     let least = Math.max(tolerance, HANDLE_PX);

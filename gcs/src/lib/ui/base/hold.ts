@@ -4,7 +4,7 @@ export const HOLD_MS = 1000;
 /** A screen reader presses, it cannot hold: the second press within this time counts. */
 export const CONFIRM_MS = 6000;
 
-/** Let go early, the button says for so long what it wants. */
+/** How long the hint is shown after a button was released early. */
 const HINT_MS = 1500;
 
 /** A timer that is later than this comes after a page that stood still, in which the finger may have left unseen. */
@@ -44,7 +44,7 @@ export class Hold {
     if (this.#state !== 'holding') this.#hold(HOLD_MS);
   }
 
-  /** Counts after so long; where the page stood still meanwhile, after what waits in it was told, such as that it was let go. */
+  /** Fires after the hold time; if the page was blocked meanwhile, only after queued events such as the release were handled. */
   #hold(ms: number): void {
     const due_ms = this.#timers.now() + ms;
     this.#enter('holding', ms, () => {

@@ -5,6 +5,6 @@ import { t, translated } from '$lib/i18n/index.svelte';
 export const operatorName = (name: string): string =>
   name === '' ? t('control.someone') : translated('control.station', name);
 
-/** A map source's name: that of a preset is ours, as long as nobody changed it. */
+/** A map source's name: translated for a preset whose name was not changed. */
 export const sourceName = ({ id, name }: { readonly id: string; readonly name: string }): string =>
   translated(`maps.presetName.${id}`, name);

@@ -1,5 +1,5 @@
 // What went wrong, in the language in use: by the stable code and the fields of the cause that the server gives with a problem.
-// A code without a text, as of a newer server, is told in the server's own English.
+// A code without a translation, as from a newer server, falls back to the server's English.
 import { isNoAnswer } from '$lib/api/problem';
 import type { Problem } from '$lib/api/types';
 import { hasText, t, translated, type MessageKey } from '$lib/i18n/index.svelte';
@@ -88,7 +88,7 @@ function numberOf(name: string, value: number): string {
   return value.toLocaleString(settings.locale, { maximumFractionDigits: name.endsWith('_s') ? 1 : 7 });
 }
 
-/** A word of a closed list that the server gives in English; another word is told as it is. */
+/** A word of a closed list that the server gives in English; unknown words are shown as they are. */
 export function wordOf(list: 'system' | 'failing' | 'uncertainty', word: string): string {
   const key = `${list}.${word}`;
   return hasText(key) ? t(key as MessageKey) : word;

@@ -1,4 +1,4 @@
-// A scrolling box in which what the pointer is on stays under it, whatever grows or shrinks above: nobody presses what has just moved there.
+// A scrolling box that keeps the element under the pointer in place when content above it grows or shrinks, so that no press hits something that has just moved there.
 import type { Attachment } from 'svelte/attachments';
 
 /** Keeps the element under the pointer where it is while the box's content changes its size. */

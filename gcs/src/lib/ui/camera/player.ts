@@ -110,7 +110,7 @@ export class Player {
     }
   }
 
-  /** A decoder ended, as it does at a broken picture: another begins at the next key frame. */
+  /** A decoder failed, as it does at a broken picture; a new one starts at the next key frame. */
   #fail(isHopeless: boolean): void {
     this.#drop();
     this.#failures += 1;

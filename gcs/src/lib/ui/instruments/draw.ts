@@ -25,7 +25,7 @@ export interface Words {
   west: string;
   /** Across the instrument when its values are old. */
   old: string;
-  /** In the horizon's place while no attitude was told. */
+  /** In place of the horizon before the first attitude. */
   none: string;
 }
 

@@ -5,7 +5,7 @@ import { hasText, t } from '$lib/i18n/index.svelte';
 
 export interface FaultWords {
   readonly text: string;
-  /** More of it, from the figures of the cause; empty where there are none. */
+  /** Details from the figures of the cause; empty without any. */
   readonly why: string;
   /** In the words of the service or of the system, mostly English; empty where they would add nothing. */
   readonly said: string;

@@ -71,7 +71,7 @@ export function rangeOf(command: number, index: number): Pick<Field, 'unit' | 'm
 export const fieldsOf = (kind: EditableKind): readonly Field[] =>
   SHOWN[kind].map((shown) => ({ ...rangeOf(COMMAND[kind], shown.index), ...shown }));
 
-/** The choices of a parameter; `null` when it is a number, or has a value that is none of them. */
+/** The choices of a parameter; `null` for a plain number, or a value outside the choices. */
 export function choicesOf(command: number, index: number, value: number | null): readonly Choice[] | null {
   const choices = commandInfo(command)?.params[index]?.choices ?? [];
   if (!choices.some((choice) => choice.value === value)) return null;
