@@ -1,4 +1,4 @@
-// Cameras: which there are, recording, still pictures, what was recorded, and the stream of one, over a WebSocket of its own.
+// Cameras: list, recording, still pictures, footage, and the stream of one over its own WebSocket.
 import { readPicture, type Picture } from '$lib/domain/video';
 import { Http } from './http';
 import type { components } from './schema';

@@ -56,7 +56,7 @@ export type Acting = Options & {
   despiteMixedPlan?: boolean;
 };
 
-/** What a plan file leaves to say; an older server says nothing. */
+/** Notes about a plan file; an older server sends none. */
 const notesOf = (answer: Response): PlanFileNote[] =>
   JSON.parse(answer.headers.get('vencejo-notes') ?? '[]') as PlanFileNote[];
 
@@ -81,7 +81,7 @@ export class Api extends Http {
   /** Sets, changes or removes a vehicle's key; resolves when the vehicle confirms it. */
   changeSigning = (id: number, body: ChangeSigning) => this.json<SigningInfo>('POST', `/vehicles/${id}/signing`, body);
 
-  /** Tells a vehicle to do something; resolves when the vehicle did it, or shows it. */
+  /** Commands a vehicle; resolves when it has confirmed the command or shows its effect. */
   command = <Name extends CommandName>(
     id: number,
     name: Name,
@@ -113,7 +113,7 @@ export class Api extends Http {
   }
   checkPlan = (plan: Plan, vehicle?: number) =>
     this.json<PlanFinding[]>('POST', '/plan/check', vehicle === undefined ? { plan } : { plan, vehicle });
-  /** The way of a plan's mission as it is drawn. */
+  /** The path of a plan's mission, for drawing. */
   way = (plan: Plan, vehicle: number | undefined, clearance_m: number) =>
     this.json<Way>('POST', '/plan/way', { plan, vehicle: vehicle ?? null, clearance_m });
   /** Where planned flights come too near to each other. */

@@ -1,9 +1,9 @@
-// The connection to the server, whose loss ends every request that is in flight over it.
+// The connection to the server; its loss aborts all requests in flight.
 
 export class Connection {
   #controller = new AbortController();
 
-  /** Aborted when the connection is lost. Ask anew for each request: after a loss there is another. */
+  /** Aborted when the connection is lost. Read it for each request: it is replaced after a loss. */
   get signal(): AbortSignal {
     return this.#controller.signal;
   }

@@ -1,4 +1,4 @@
-// The history of planes far away: what is kept of each, what is missing in it, and its files.
+// Stored history of remote aircraft: extent, gaps and files.
 import { Http } from './http';
 import type { components } from './schema';
 

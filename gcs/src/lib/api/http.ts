@@ -34,7 +34,7 @@ export class Http {
   async json<T>(method: Method, path: string, body?: unknown, options: Options = {}): Promise<T> {
     const response = await this.request(method, path, body, options);
     const text = await bodyOf(response.text());
-    // An empty answer stands for "done, nothing to tell".
+    // An empty body means "done".
     return (text === '' ? {} : JSON.parse(text)) as T;
   }
 

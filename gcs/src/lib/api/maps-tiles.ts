@@ -16,11 +16,11 @@ export type TileAnswer =
 export type TileLoader = (source: string, address: string, signal: AbortSignal) => Promise<TileAnswer>;
 
 /**
- * So many at once. A browser opens six connections to a server (HTTP/1.1); a slow map source must not keep a command to the
+ * Requests in flight. A browser opens six connections to a server (HTTP/1.1); a slow map source must not keep a command to the
  * plane waiting for one of them.
  */
 export const MOST_AT_ONCE = 4;
-/** And of one source: one that hangs must not keep the others from the map. */
+/** Requests in flight per source: a hanging one must not keep the others from the map. */
 export const MOST_OF_ONE = 3;
 
 interface Waiting {
@@ -37,7 +37,7 @@ export function tileLoader(fetchWith: typeof fetch = (...args) => fetch(...args)
 
   const ofOne = (source: string): number => running.get(source) ?? 0;
 
-  /** The batch of what is asked for now, which ends with the piece of work that asks. */
+  /** The batch of the current task: tiles requested together. */
   function batchNow(): number {
     if (!isBatchOpen) {
       isBatchOpen = true;
@@ -47,7 +47,7 @@ export function tileLoader(fetchWith: typeof fetch = (...args) => fetch(...args)
     return batch;
   }
 
-  /** Whose turn it is: the source with the fewest under way; of that what was asked for last, since that is looked at now. */
+  /** The next tile: of the source with the fewest in flight, from the newest batch, which is in view now. */
   function turn(): number {
     let best = -1;
     waiting.forEach(({ source, batch: ofBatch }, index) => {

@@ -1,4 +1,4 @@
-// What was asked over the WebSocket and has no answer yet: of one kind a question at a time, since a newer one takes its place.
+// Pending questions over the WebSocket: one of each kind, since a newer one supersedes it.
 
 interface Question<Answer> {
   readonly seq: number;

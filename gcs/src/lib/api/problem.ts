@@ -1,7 +1,7 @@
 // What went wrong with a request, in the server's words or, when there was no answer, in ours.
 import type { Cause, Problem, RefusalCode } from './types';
 
-/** What RFC 9457 says of a problem without a kind. */
+/** The type of a problem without a kind (RFC 9457). */
 const NO_KIND = 'about:blank';
 /** No answer came: the server is away. */
 const NO_ANSWER = 0;
@@ -17,7 +17,7 @@ export class ProblemError extends Error {
   }
 }
 
-/** The problem in the body of an answer that says no; built from the status when the body is something else. */
+/** The problem in the body of an error response; built from the status when the body is something else. */
 export async function problemOf(response: Response): Promise<Problem> {
   const fallback: Problem = { type: NO_KIND, title: response.statusText, status: response.status, detail: '' };
   if (!/[/+]json\b/.test(response.headers.get('content-type') ?? '')) return fallback;
@@ -70,7 +70,7 @@ export type Challenge = Extract<Cause, { code: 'needs-confirmation' }>;
 export const challengeOf = ({ cause }: Problem): Challenge | null =>
   cause?.code === 'needs-confirmation' ? cause : null;
 
-/** What to tell when the server is away. */
+/** The problem for an unreachable server. */
 export const noAnswer = (error: unknown): Problem => ownProblem(NO_ANSWER_TITLE, NO_ANSWER, String(error));
 
 export const isNoAnswer = ({ title, status }: Problem): boolean => status === NO_ANSWER && title === NO_ANSWER_TITLE;

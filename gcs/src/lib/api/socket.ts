@@ -76,7 +76,7 @@ export class Socket {
     void this.#connect();
   }
 
-  /** Sends when open; what cannot be sent is forgotten, because it is sent anew after each opening. */
+  /** Sends when open; otherwise the message is dropped, as state is sent again after each opening. */
   send(message: ClientMessage): void {
     this.sendText(JSON.stringify(message));
   }
@@ -121,7 +121,7 @@ export class Socket {
     };
   }
 
-  /** Starts the silence timer anew. */
+  /** Restarts the silence timer. */
   #watch(): void {
     this.#stopTimer();
     this.#timer = this.#world.setTimeout(() => this.#retry(), SILENCE_LIMIT_MS);

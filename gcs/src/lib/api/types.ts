@@ -88,7 +88,7 @@ export type Session = Schemas['SessionInfo'];
 export type NewSession = Schemas['NewSession'];
 export type Cause = Schemas['Cause'];
 export type RefusalCode = Schemas['RefusalCode'];
-/** The server's problem says its cause; one of our own making has none. */
+/** A problem of the server has a cause; one made here has none. */
 export type Problem = Omit<Schemas['Problem'], 'cause'> & { cause?: Cause };
 export type Operation<Result = Schemas['OperationResult']> = Omit<Schemas['Operation'], 'result' | 'error'> & {
   result?: Result;
@@ -101,7 +101,7 @@ type Body<Path> = Path extends { post: { requestBody?: { content: { 'application
 type OfVehicles = {
   [Path in keyof paths as Path extends `/api/v1/vehicles/{id}/${infer Name}` ? Name : never]: Body<paths[Path]>;
 };
-/** What the app tells a vehicle to do, by the path that does it, with what it needs to know. */
+/** The commands of a vehicle: request bodies by path. */
 export type VehicleCommands = Pick<
   OfVehicles,
   | 'arm'

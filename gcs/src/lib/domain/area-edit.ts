@@ -89,7 +89,7 @@ export const rallyHandles = (rally: readonly RallyPoint[]): PlacedHandle[] =>
 
 export interface Moved {
   readonly areas: Areas;
-  /** What is held from now on: an edge that is moved becomes a corner. */
+  /** The handle held from now on: an edge that is moved becomes a corner. */
   readonly handle: AreaHandle;
 }
 

@@ -54,7 +54,7 @@ export function approach(shown: number | null, target: number, dt_s: number): nu
   return shown + (target - shown) * (1 - Math.exp(-Math.max(dt_s, 0) / 0.15));
 }
 
-/** Beside the horizon; what is not known is null. */
+/** Values of the tapes; null when unknown. */
 export interface Tapes {
   readonly airspeed_m_s: number | null;
   readonly climb_m_s: number | null;

@@ -1,4 +1,4 @@
-// How old a value may be before it is marked, and before it says nothing any more.
+// Freshness of a value by its age.
 import { AGES } from './core';
 
 export type Freshness = 'fresh' | 'stale' | 'lost' | 'never';

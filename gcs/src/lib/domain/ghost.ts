@@ -1,4 +1,4 @@
-// Where a plane that is not heard any more probably is: dead reckoning from what it last said.
+// Where a lost plane probably is: dead reckoning from its last telemetry.
 import { bearing_deg, destination } from './geo';
 import { type LonLat, wrap360_deg } from './lonlat';
 import { momentAt, placesOf, type Track } from './rehearsal';
@@ -11,7 +11,7 @@ export interface LastKnown {
   /** Of the nose. */
   heading_deg: number;
   groundspeed_m_s: number;
-  /** Clockwise positive; 0 unless the plane was circling, as the core told. */
+  /** Clockwise positive; 0 unless the core reported circling. */
   turn_rate_deg_s: number;
 }
 

@@ -1,11 +1,11 @@
-// One act on many vehicles: N requests, N answers. What each answer means, and how they are sent.
+// A group action: N requests, N answers; their meaning, and sending a few at a time.
 import type { RosterRow } from './roster';
 
 /** Actions for a group; each vehicle gets its own command. */
 export const GROUP_ACTS = ['return-to-launch', 'loiter', 'mission/pause', 'mission/resume'] as const;
 export type GroupAct = (typeof GROUP_ACTS)[number];
 
-/** What became of one: done; refused for a reason; unreached, so that nothing was done; unknown, so that it may have been done. */
+/** Result for one vehicle: done; refused; unreached, so nothing was done; unknown, so it may have been done. */
 export const OUTCOMES = ['done', 'refused', 'unreached', 'unknown'] as const;
 export type Outcome = (typeof OUTCOMES)[number];
 

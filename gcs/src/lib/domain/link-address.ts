@@ -17,7 +17,7 @@ export interface LinkParts {
 /** Speeds that autopilots and radios use. */
 export const BAUDS = [57_600, 115_200, 921_600, 460_800, 230_400, 38_400, 9600] as const;
 
-/** What is filled in at first: what is usual in the field. */
+/** Defaults as usual in the field. */
 export const USUAL: LinkParts = {
   kind: 'serial',
   device: '/dev/ttyUSB0',

@@ -111,7 +111,7 @@ export function standsAt(draft: Draft, items: readonly DraftItem[]): number | nu
 
 export interface PlacedComplex {
   readonly draft: Draft;
-  /** What it put there. */
+  /** The items it generated. */
   readonly items: readonly DraftItem[];
 }
 
@@ -284,7 +284,7 @@ export const setAlt = (draft: Draft, keys: ReadonlySet<number>, alt_m: number): 
 export const setParam = (draft: Draft, key: number, index: number, value: number | null): Draft =>
   updateKey(draft, key, (item) => withParam(item, index, value));
 
-/** Other items take the place of these, which are found by their keys; one that was changed meanwhile stays as it is. */
+/** Replaces these items, found by their keys; one that was changed meanwhile stays as it is. */
 export function exchange(draft: Draft, old: readonly DraftItem[], items: readonly PlanItem[]): Draft {
   const next = new Map(old.map((item, index): [DraftItem, PlanItem | undefined] => [item, items[index]]));
   return updateKeys(draft, new Set(old.map(({ key }) => key)), (item) => next.get(item as DraftItem) ?? item);

@@ -1,4 +1,4 @@
-/** The height profile of a mission as the core tells it, and the axes that it is drawn on. */
+/** The height profile of a mission from the core, and its axes. */
 
 export interface ProfilePoint {
   /** The item that it belongs to, counted from 1; `null` for home at the beginning. */

@@ -126,7 +126,7 @@ export function levelOf(reasons: readonly Attention[]): AttentionLevel {
   return DANGERS.has(first) ? 'danger' : 'warn';
 }
 
-/** A row with what is derived of it. */
+/** A row with derived values. */
 export interface Listed {
   readonly row: RosterRow;
   readonly name: string;

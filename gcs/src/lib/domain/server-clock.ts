@@ -1,6 +1,6 @@
-// The server's time of day, as the page knows it: what the server says, moved on by the page's own monotonic clock.
+// The server's time of day, advanced by the page's monotonic clock between messages.
 
-/** What the server said lately; of these, the one that was on its way for the shortest time is believed. */
+/** Recent time messages; the one with the shortest delay is used. */
 const SAMPLES = 16;
 
 export class ServerClock {

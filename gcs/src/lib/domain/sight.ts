@@ -13,9 +13,9 @@ export interface Insets {
   readonly left: number;
 }
 
-/** How near the edge of what is free the plane may come, as part of the shorter side. */
+/** Margin that the plane may enter before the view follows, as part of the shorter side of the visible area. */
 const MARGIN = 0.12;
-/** Where the widened view puts the plane, as part of the half size of what is free: well inside the margin. */
+/** Where the widened view puts the plane, as part of the half size of the visible area: well inside the margin. */
 const SETTLED = 0.6;
 /** The view widens by at least this factor: seldom and clearly rather than often and a little. */
 const MIN_FACTOR = 1.35;

@@ -40,7 +40,7 @@ export function turner({ places }: SurveyShape, course_deg: number): LonLat {
 }
 
 export interface SurveyMove {
-  /** What is held from now on: an edge that is moved becomes a corner. */
+  /** The handle held from now on: an edge that is moved becomes a corner. */
   readonly handle: AreaHandle;
   readonly change: Partial<SurveyShape & { readonly course_deg: number }>;
 }

@@ -18,7 +18,7 @@ export interface Descent {
   readonly is_doubtful: boolean;
 }
 
-/** What of the vehicle decides where a plan takes it. */
+/** Properties of the vehicle that determine the path of a plan. */
 export interface RouteOptions {
   /** Whether it flies the arcs of NAV_ARC_WAYPOINT, as an ArduCopter does; a plane passes straight over such an item. */
   readonly fliesArcs: boolean;
@@ -35,7 +35,7 @@ export const PLANE_ROUTE: RouteOptions = {
   cruise_m_s: USUAL_PLANE.airspeed_m_s,
 };
 
-/** The circling at an item, as the core tells it. */
+/** The circling at an item, from the core. */
 export interface Loiter {
   readonly kind: 'turns' | 'time' | 'height' | 'unlimited';
   readonly radius_m: number;
@@ -46,7 +46,7 @@ export interface Loiter {
   readonly length_m: number | null;
   /** Time in it, seconds; `null` likewise. */
   readonly time_s: number | null;
-  /** Whether the length depends on what the plan does not tell. */
+  /** Whether the length depends on facts outside the plan. */
   readonly is_estimate: boolean;
   /** Of a circle to a height: how much of the change is done when the circling begins, 0 to 1; 1 for the others. */
   readonly changed_before: number;
@@ -54,7 +54,7 @@ export interface Loiter {
 
 type LegKind = 'takeoff' | 'flown' | 'approach' | 'return';
 
-/** A way as the core tells it; items count from 1. */
+/** A path from the core; items count from 1. */
 export interface ToldWay {
   readonly stops: readonly {
     readonly item: number;
@@ -80,7 +80,7 @@ export interface ToldWay {
   readonly profile: Profile;
 }
 
-/** A told way, and of which plan. */
+/** A path from the core, and its plan. */
 export interface WayAnswer {
   readonly items: readonly Item[];
   readonly home: Home | null;
@@ -105,7 +105,7 @@ export interface Leg {
   readonly line: readonly LonLat[];
   /** Of an approach, where its heights count from the same level. */
   readonly descent: Descent | null;
-  /** A straight line while the core has not told the way. */
+  /** A straight line until the core has answered. */
   readonly isGuess: boolean;
 }
 

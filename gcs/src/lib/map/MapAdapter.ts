@@ -64,7 +64,7 @@ export interface MapEvents {
   legInsert?(toIndex: number, at: LonLat): number | null;
   /** A corner, circle, return or rally point was clicked. */
   areaClick?(handle: AreaHandle): void;
-  /** Several in a row while one is dragged; the last has `isEnd`. Gives what is held from now on. */
+  /** Called repeatedly during a drag; the last call has `isEnd`. Returns the handle held from now on. */
   areaDrag?(handle: AreaHandle, from: LonLat, to: LonLat, isEnd: boolean): AreaHandle;
   /** The first corner of the polygon being drawn was clicked, or the last of a line, or Enter pressed on it: it is done. */
   sketchClose?(): void;
@@ -166,12 +166,12 @@ export class MapAdapter {
   #hasSeenPlane = false;
   #movedByHand_ms = -Infinity;
   #swallowClickUntil_ms = -Infinity;
-  /** What was seen of the vehicles, and how many points their trails had. */
+  /** The vehicles' visible state and trail points at the last paint. */
   #seen = '';
   #points = 0;
-  /** Whether lines of the plan are guesses, as long as the core has not told them. */
+  /** Whether lines of the plan are guesses, until the core has answered. */
   #isGuess = false;
-  /** What of the plan is shown. */
+  /** Visible parts of the plan. */
   #way: Way | null = null;
   #cursor = '';
 
@@ -223,21 +223,21 @@ export class MapAdapter {
     this.#map.dispose();
   }
 
-  /** Who paints nothing is made invisible: without a graphics card each canvas costs in every frame of the window. */
+  /** Empty layers are made invisible: without a graphics card each canvas costs in every frame of the window. */
   #layer(zIndex: number, ...painters: readonly Painter[]): CanvasLayer {
     return new CanvasLayer(painters, () => ({ theme: this.#theme, insets: this.#insets }), zIndex);
   }
 
   // --- What is shown ------------------------------------------------------------------------------------------------
 
-  /** Does nothing for what is shown already. */
+  /** Does nothing when it is shown already. */
   setPlan(items: readonly PlanItem[], way: Way): void {
     if (way === this.#way) return;
     this.#way = way;
     const wasGuess = this.#isGuess;
     this.#isGuess = way.stops.some(({ leg }) => leg?.isGuess === true);
     this.#route.route = items.length === 0 ? EMPTY_ROUTE : routeView(items, way);
-    // the answer about what is dragged waits for no further frame
+    // an answer about a dragged item is painted in this frame
     this.#planLayer.touch();
     if (wasGuess && !this.#isGuess) this.#planLayer.paintNow();
   }
@@ -525,7 +525,7 @@ export class MapAdapter {
     this.#view.animate({ ...(anchor ? { anchor } : {}), resolution, duration: 500, easing: inAndOut });
   }
 
-  /** Begins an animation; `end` shows at once what it comes to. */
+  /** Starts an animation; `end` jumps to its final state. */
   #animate(animation: AnimationOptions, end: () => void): void {
     this.#end = end;
     this.#view.animate(animation, () => this.#ended(end));
@@ -535,7 +535,7 @@ export class MapAdapter {
     if (this.#end === end) this.#end = null;
   }
 
-  /** Who presses twice, or zooms while the map still moves, means the places where it would have come to rest. */
+  /** A second press or zoom during an animation starts from its final state. */
   #endAnimation(): void {
     const end = this.#end;
     this.#end = null;

@@ -275,7 +275,7 @@ function plus(frame: Frame, x: number, y: number): void {
   context.stroke();
 }
 
-/** A ring with an arrow round it: what it stands at the end of is turned. */
+/** A ring with an arrow around it: the handle that turns the lines. */
 function turner(frame: Frame, x: number, y: number, isSelected: boolean): void {
   const { context, theme } = frame;
   dot(frame, x, y, 10, isSelected);

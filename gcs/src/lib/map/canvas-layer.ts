@@ -28,7 +28,7 @@ export class CanvasLayer extends Layer<Source> {
     this.#waiting ||= requestAnimationFrame(() => this.paintNow());
   }
 
-  /** Paints at once what was touched. */
+  /** Repaints the changed layers at once. */
   paintNow(): void {
     cancelAnimationFrame(this.#waiting);
     this.#waiting = 0;

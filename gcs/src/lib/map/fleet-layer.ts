@@ -41,7 +41,7 @@ export class FleetPainter implements Painter {
     this.#source.addFeatures(marks.map((mark) => new Feature({ geometry: new Point([...toXY(mark.at)]), mark })));
   }
 
-  /** Puts those together anew that are near each other in a view that came to rest. */
+  /** Clusters the vehicles again when the view has come to rest. */
   set resolution(m_per_px: number) {
     const distance_px = m_per_px < APART_M_PER_PX ? 0 : TOGETHER_PX;
     if (this.#cluster.getDistance() !== distance_px) this.#cluster.setDistance(distance_px);

@@ -28,7 +28,7 @@ export interface Theme {
   readonly stale: string;
 }
 
-/** What is painted with. */
+/** Colours and fonts for painting. */
 export interface Pen {
   readonly context: CanvasRenderingContext2D;
   readonly theme: Theme;

@@ -1,4 +1,4 @@
-// The planned route: legs with their directions, numbered items, circles, landing approaches, and what of it is flown.
+// The planned route: legs with their directions, numbered items, circles, landing approaches, and progress.
 import { type Frame, haloText, type Painter, type Projection, strokeWithEdge, traceLine, type XY } from './frame';
 import { EMPTY_ROUTE, type RouteItem, type RouteLeg, type RouteView } from './route-view';
 
@@ -9,7 +9,7 @@ export interface RouteStatus {
   readonly current: number | null;
   /** Whether legs show their handles. */
   readonly isEditing: boolean;
-  /** Items that are dots without a number, and their legs without handles: what is edited lies below them, or makes them. */
+  /** Items drawn as dots without a number, their legs without handles: they belong to a survey that is edited as a whole. */
   readonly quiet: ReadonlySet<number> | 'all';
 }
 
@@ -38,7 +38,7 @@ export class RoutePainter {
 
   /** What lies below home and items. */
   readonly lines: Painter = { paint: (frame) => this.#paintLines(frame) };
-  /** Which way the lines are flown, their handles, and what is said of approaches. */
+  /** Direction arrows, handles, and labels of approaches. */
   readonly directions: Painter = { paint: (frame) => this.#paintDirections(frame) };
   readonly marks: Painter = { paint: (frame) => this.#paintItems(frame) };
 
@@ -320,7 +320,7 @@ function hasHandle(frame: Projection, leg: RouteLeg): boolean {
   return Math.hypot(to[0] - from[0], to[1] - from[1]) >= HANDLE_FROM_PX;
 }
 
-/** Shapes tell kinds apart without colour: up for take-off, down for landing, a square for what circles. */
+/** Shapes distinguish kinds without colour: up for take-off, down for landing, a square for circling. */
 function outline(context: CanvasRenderingContext2D, kind: RouteItem['kind'], x: number, y: number, r: number): void {
   switch (kind) {
     case 'takeoff':

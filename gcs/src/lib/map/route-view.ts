@@ -1,4 +1,4 @@
-// A planned route as it is drawn: the geometry of a plan in map coordinates, made anew only when the plan changes.
+// A planned route for drawing: the geometry of a plan in map coordinates, rebuilt only when the plan changes.
 import { fromLonLat } from 'ol/proj';
 import { circle } from '$lib/domain/geo';
 import type { LonLat } from '$lib/domain/lonlat';
@@ -21,7 +21,7 @@ export interface RouteLeg {
   readonly toIndex: number;
   readonly line: readonly XY[];
   readonly middle: XY;
-  /** A straight line while the core has not told the way. */
+  /** A straight line until the core has answered. */
   readonly isGuess: boolean;
 }
 

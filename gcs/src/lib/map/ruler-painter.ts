@@ -9,7 +9,7 @@ export class RulerPainter implements Painter {
   /** Where the next point would be. */
   pointer: LonLat | null = null;
   box: readonly [x0: number, y0: number, x1: number, y1: number] | null = null;
-  /** A cross in the middle of what is free. */
+  /** A cross in the middle of the visible area. */
   cross: { x: number; y: number } | null = null;
   /** Writes a length and a bearing: "1.25 km · 045°". */
   format: (length_m: number, bearing_deg: number) => string = () => '';

@@ -8,12 +8,12 @@ import { TRAIL_COLOURS } from './trail-colours';
 /** Height at which the scale ends at first; it doubles when a plane flies higher. Metres above home. */
 const FIRST_RANGE_M = 120;
 
-/** The drawing reaches this far beyond the window, so that a pan does not draw anew. */
+/** The drawing extends this far beyond the window, so that a pan does not redraw it. */
 const MARGIN_PX = 200;
 /** Spacing of the points of level 1, Mercator metres; each level doubles it. */
 const LEVEL_SPACING = 8;
 const LEVELS = 14;
-/** Points that a line has room for beyond those of its trail; when they are used up it is made anew. */
+/** Spare points of a line beyond its trail; when they are used up it is rebuilt. */
 const MORE_POINTS = 4096;
 
 interface Line {
@@ -136,7 +136,7 @@ export class TrailPainter implements Painter {
     return this.#drawing;
   }
 
-  /** Draws what of a line is not yet in the drawing. */
+  /** Draws the new part of a line. */
   #extend(drawing: Drawing, line: Line, frame: Frame): void {
     const level = levelFor(frame.resolution);
     const indices = level === 0 ? null : (line.levels[level - 1] as Uint32Array);

@@ -62,7 +62,7 @@ export class VehiclePainter implements Painter {
     for (const vehicle of this.vehicles) if (vehicle.isSelected) this.#paintVehicle(frame, vehicle);
   }
 
-  /** What is seen of them in a view, to a quarter of a pixel and of a degree: as long as it is the same, nothing is to be painted anew. */
+  /** Their visible state to a quarter of a pixel and of a degree: nothing is repainted while it is the same. */
   seen(view: Projection): string {
     const quarters = (value: number): number => Math.round(4 * value);
     const place = (at: LonLat | null): number[] | null => at && view.pixel(toXY(at)).map(quarters);

@@ -1,4 +1,4 @@
-// The rest of the mission that a plane flies now, as rehearsed from where it is, beside what was expected when it began.
+// The rest of the mission being flown, rehearsed from the present position, compared with the forecast at its beginning.
 import type { Beginning, Outlook as Told, RehearsedFlight, WhatIfs } from '$lib/api/types';
 import { CALM, estimateOf, planWind } from './plan-wind.svelte';
 import { planeProfile } from './plane-profile.svelte';
@@ -31,7 +31,7 @@ async function rehearseRest(vehicle: Vehicle, begun: Beginning | null = null): P
 /** Between two rehearsals of the rest. */
 const ASK_MS = 2000;
 
-/** How it goes; what is not known is `null`. */
+/** The outlook; unknown values are `null`. */
 export interface Outlook extends Told {
   readonly flight: RehearsedFlight;
   readonly windFrom: WindFrom;
@@ -51,7 +51,7 @@ class Ahead {
     return vehicle?.isInMission && !vehicle.isLost ? vehicle : null;
   });
 
-  /** Whose rest has been asked for since they were lost. */
+  /** Lost vehicles whose rest has been requested. */
   #lost = new Set<Vehicle>();
 
   /** Once for each vehicle that is lost in its mission: where it goes on to, from the last that is known of it. */
@@ -93,7 +93,7 @@ class Ahead {
   }
 }
 
-/** Of a rehearsed flight, what is asked with later. */
+/** The part of a rehearsed flight that later questions include. */
 function expectedOf({ track }: RehearsedFlight): Beginning['track'] {
   const { time_s, lat_deg, lon_deg, height_m, item } = track;
   return { time_s, lat_deg, lon_deg, height_m, item };

@@ -1,4 +1,4 @@
-// Fence and rally points while they are edited: what a click on the map makes, the polygon being drawn, and what is selected.
+// Editing of fence and rally points: the tool, the polygon being drawn, and the selection.
 import {
   addCircle,
   addPolygon,
@@ -88,7 +88,7 @@ class AreaStore implements ShapeEditor {
     this.sketch = [];
   }
 
-  /** As a pointer drags; gives what is held from now on. */
+  /** Called during a drag; returns the handle held from now on. */
   drag(handle: AreaHandle, from: LonLat, to: LonLat, isEnd: boolean): AreaHandle {
     let held = handle;
     plan.editAreas((areas) => {

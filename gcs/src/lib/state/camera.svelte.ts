@@ -38,7 +38,7 @@ class Cameras {
   isSwapped = $derived(this.isOpen && this.#isSwapped);
   box = $derived<Box>(this.#kept.box);
 
-  /** Reads anew which cameras there are. What cannot be read stays as it was: the connection shows as lost elsewhere. */
+  /** Fetches the list of cameras. On failure it stays as it was; the lost connection is shown elsewhere. */
   async refresh(): Promise<void> {
     try {
       this.list = await cameraApi.list();
@@ -67,7 +67,7 @@ class Cameras {
     this.#isSwapped = !this.#isSwapped;
   }
 
-  /** The newest of what is said of one camera. */
+  /** The newest state of one camera. */
   update(info: CameraInfo): void {
     this.list = this.list.map((camera) => (camera.name === info.name ? info : camera));
   }

@@ -9,7 +9,7 @@ export interface Question {
   readonly mission: readonly PlanItem[];
   readonly fence: Fence;
   readonly rally: readonly RallyPoint[];
-  /** By which fingerprint it is known what is on board; `null` where it is not, or nothing is there. */
+  /** Fingerprint of the known plan on board; `null` where it is unknown or empty. */
   readonly missionHash: string | null;
   readonly fenceHash: string | null;
   readonly rallyHash: string | null;
@@ -46,7 +46,7 @@ export class Comparison {
     const tell = async (question: Question): Promise<Answer> => {
       const { vehicle, mission, fence, rally } = question;
       const plan = { ...emptyPlan(), items: plainItems(mission), fence, rally: [...rally] };
-      // what was not compared is not known
+      // parts not compared are unknown
       return { question, told: await compare(vehicle, plan).catch(() => null) };
     };
     this.#asker = new Asker(tell, {

@@ -1,4 +1,4 @@
-// All vehicles as a list: what each row says, what is searched, which are marked, the groups that a person keeps.
+// The fleet list: rows, search, marks, and saved groups.
 import { SvelteSet } from 'svelte/reactivity';
 import { vehicleKind } from '$lib/domain/core';
 import {

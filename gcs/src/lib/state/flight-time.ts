@@ -58,7 +58,7 @@ export class FlightClock {
     return { seconds: (flight.end_s ?? boot_s) - flight.start_s, isExact: flight.isExact };
   }
 
-  /** Of a stored flight the time of day tells; afterwards the plane's own clock, which a simulation may run faster. */
+  /** A stored flight is compared by the time of day; later updates by the plane's own clock, as simulations may run faster. */
   #isOtherBoot({ start_s, booted_unix_s }: Flight, boot_s: number, now_booted_unix_s: number): boolean {
     if (boot_s < start_s) return true;
     if (this.#last_s !== null) return boot_s < this.#last_s - BACK_S;

@@ -1,4 +1,4 @@
-// One act on the marked vehicles: a request to each, and what became of each.
+// A group action on the marked vehicles: one request to each, and each result.
 import { SvelteMap } from 'svelte/reactivity';
 import { connection } from '$lib/api/connection';
 import type { Problem } from '$lib/api/types';
@@ -55,7 +55,7 @@ class GroupActs {
       this.#answers.set(row.id, { id: row.id, name, state, problem: null, isDisarmed });
     }
     const told = whom.filter(({ row }) => !isToldNothing(row));
-    // those that still wait in line when the connection is lost are not told later
+    // requests still queued when the connection is lost are not sent later
     const signal = connection.or(overtaken);
     await inTurns(told, AT_ONCE, async ({ row, name }) => {
       if (overtaken.aborted) return;

@@ -1,4 +1,4 @@
-// How the map is looked at: what it shows, how it follows the plane, and what the pointer is for.
+// The state of the map view: visible layers, following, and the pointer's tool.
 import type { LonLat } from '$lib/domain/lonlat';
 import { load, save } from './stored';
 

@@ -1,4 +1,4 @@
-// The height of the ground: at the pointer and under the plane. What is not known stays null.
+// Ground elevation at the pointer and under the plane; null where unknown.
 import type { ElevationPoint } from '$lib/api/maps-types';
 import { distance_m } from '$lib/domain/geo';
 import type { LonLat } from '$lib/domain/lonlat';
@@ -65,7 +65,7 @@ class Elevation {
     });
   }
 
-  /** Tells where the plane is, as often as one likes. */
+  /** Sets the plane's position; may be called often. */
   setPlane(at: LonLat | null): void {
     if (at === null || !this.isKnowable) {
       this.#plane = null;

@@ -1,4 +1,4 @@
-// What is being placed on the map for the maps' panel: a picture by its corners, an area to keep; and areas there are.
+// Objects placed on the map for the maps panel: a picture by its corners, a new offline area, and existing areas.
 import type { Place } from '$lib/api/maps-types';
 import { destination, distance_m } from '$lib/domain/geo';
 import { type LonLat, wrap180_deg } from '$lib/domain/lonlat';
@@ -15,7 +15,7 @@ class PicturePlacing {
   opacity = $state(0.7);
   #run = 0;
 
-  /** Begins to place a picture; without corners it goes into the middle of what is seen. */
+  /** Starts placing a picture; without corners it goes into the middle of the view. */
   async begin(picture: Blob, corners: readonly LonLat[] | null, view: Box | null): Promise<void> {
     const run = ++this.#run;
     const address = URL.createObjectURL(picture);
@@ -88,7 +88,7 @@ interface PlacedArea {
   readonly isDraft: boolean;
 }
 
-/** What the map draws of all this; `areIn` says whether areas are looked at. */
+/** What the map draws; `areIn`: whether areas are shown. */
 export function placingOf(areIn: boolean) {
   const { image, corners, opacity } = picturePlacing;
   const isPicture = image !== null && corners.length === 4;

@@ -1,4 +1,4 @@
-// The map's sources: what the server has, what of it a person chose to see, and what fails.
+// The map's sources: the server's list, the user's choices, and failures.
 import { SvelteMap } from 'svelte/reactivity';
 import { MapsApi } from '$lib/api/maps';
 import type { Attribution, MapKind, MapSource, SourceSettings } from '$lib/api/maps-types';
@@ -26,7 +26,7 @@ export const mapsApi = new MapsApi();
 /** The list is not asked for more often than this, however much fails. */
 const RELOAD_MS = 3000;
 
-/** A source that is shown and does not do what it should. */
+/** A shown source that fails. */
 export interface Failing {
   readonly source: MapSource;
   readonly problem: Problem;
@@ -41,7 +41,7 @@ class Maps {
   /** Whether sources of a kind have a setting. */
   takes = (kind: MapKind['kind'], field: keyof SourceSettings): boolean =>
     this.kinds.some((one) => one.kind === kind && one.fields.includes(field));
-  /** Where the server keeps them, for people who edit by hand; empty when it does not tell. */
+  /** The server's folder of them, for editing by hand; empty when it is not reported. */
   file = $state('');
   fileError = $state<string | null>(null);
   isLoaded = $state(false);
@@ -51,7 +51,7 @@ class Maps {
   tab = $state<'layers' | 'offline' | 'terrain'>('layers');
   /** Why the list is not known. */
   problem = $state.raw<Problem | null>(null);
-  /** The part of the world that was looked at last; `null` until the map tells. */
+  /** The last visible part of the world; `null` before the map reports it. */
   #view = $state.raw<Box | null>(null);
 
   #choice = $state.raw<Choice>(load('maps', NO_CHOICE, readChoice));
@@ -151,7 +151,7 @@ class Maps {
     await this.load();
   }
 
-  /** Fetches one tile, past the cache, and gives what is wrong, or `null`. */
+  /** Fetches one tile, bypassing the cache; returns the problem or `null`. */
   async check(source: MapSource): Promise<Problem | null> {
     const state = await mapsApi.check(source.id);
     await this.load();
@@ -180,7 +180,7 @@ class Maps {
     }
   }
 
-  /** Takes note of what is looked at: for the base map that fits, and the attribution where the service tells it by place. */
+  /** Notes the view: for choosing a base map that covers it, and for attributions that depend on the place. */
   async lookAt(view: Box, zoom: number): Promise<void> {
     this.#view = view;
     for (const { source } of this.#stack) {
@@ -194,7 +194,7 @@ class Maps {
     }
   }
 
-  // --- What the map tells -------------------------------------------------------------------------------------------
+  // --- Reports of the map -------------------------------------------------------------------------------------------
 
   tileFailed(id: string, problem: Problem): void {
     if (this.#faults.get(id)?.detail !== problem.detail) this.#faults.set(id, problem);
@@ -226,7 +226,7 @@ class Maps {
   }
 
   #take({ sources, file, file_error }: { sources: MapSource[]; file: string; file_error?: string | null }): void {
-    // what is the same stays the same: the map makes no layer anew
+    // unchanged entries keep their identity, so that the map keeps their layers
     const known = new Map(this.sources.map((source) => [source.id, source]));
     this.sources = sources.map((source) => {
       const old = known.get(source.id);
@@ -252,7 +252,7 @@ class Maps {
 }
 
 function problemOfState({ status, detail, last_error, cause }: MapSource['state']): Problem {
-  // what is set aside says all by its status
+  // for sources set aside the status is enough
   const said = status === 'set_aside' ? '' : (detail ?? last_error ?? '');
   const type = `urn:vencejo:source-${status}`;
   return { type, title: status, status: 0, detail: said, ...(cause != null && { cause }) };

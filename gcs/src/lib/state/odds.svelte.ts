@@ -1,4 +1,4 @@
-// Many rehearsals of what is edited: where they pass, and what the odds are. Asked for by a person, and taken back when the plan changes.
+// Many rehearsals of the edited plan: where they pass, and the odds. On request only; cancelled when the plan changes.
 import { connection } from '$lib/api/connection';
 import type { Problem, Rehearsal, Spread } from '$lib/api/types';
 import { plan } from './plan.svelte';
@@ -27,7 +27,7 @@ class Odds {
   /** For the rehearsal that is shown; `null` when that has changed. */
   spread = $derived(isSame(this.#told?.of ?? null, planAssessed.rehearsal) ? (this.#told?.spread ?? null) : null);
 
-  /** Asks anew; the last question counts. */
+  /** Asks again; supersedes an earlier question. */
   async ask(): Promise<void> {
     const of = planAssessed.rehearsal;
     this.cancel();
@@ -53,7 +53,7 @@ class Odds {
     }
   }
 
-  /** Takes the question back; the server flies no more of it. */
+  /** Cancels the question; the server stops simulating. */
   cancel(): void {
     this.#asking?.end.abort();
     this.#asking = null;

@@ -1,4 +1,4 @@
-// What of a plan the vehicles are known to have on board, by the fingerprint that the server gives of each part.
+// Known plans on board, by the fingerprint that the server gives of each part.
 import type { PlanKind, PlanState } from '$lib/api/types';
 import { emptyPlan, type Plan } from '$lib/domain/plan';
 import { readPlan } from '$lib/domain/plan-read';
@@ -30,7 +30,7 @@ class OnBoard {
     return known.hash === told.hash ? known.plan : null;
   }
 
-  /** Notes what a vehicle has, as `told` by the server with the fingerprint of it. */
+  /** Notes the plan on board, with the state and fingerprint reported by the server. */
   note(vehicle: Vehicle, part: PlanKind, told: PlanState, plan: Plan): void {
     vehicle.applyPlanState(part, told);
     if (told.state !== 'verified') return;

@@ -1,4 +1,4 @@
-// What takes time on the server: plan and parameter transfers, with their progress and outcome.
+// Long operations on the server: plan and parameter transfers, with progress and result.
 import { SvelteMap } from 'svelte/reactivity';
 import type { Api } from '$lib/api/client';
 import { ownProblem, ProblemError } from '$lib/api/problem';
@@ -20,7 +20,7 @@ export class Operations {
   readonly #api: Api;
   readonly #byId = new SvelteMap<string, Operation>();
   readonly #waiters = new Map<string, Waiter[]>();
-  /** Those that are asked for now. */
+  /** Operations with a poll in flight. */
   readonly #asked = new Set<string>();
 
   constructor(api: Api) {
@@ -33,7 +33,7 @@ export class Operations {
 
   running = $derived.by(() => [...this.#byId.values()].filter((operation) => operation.state === 'running'));
 
-  /** Takes what the server says of an operation. */
+  /** Takes an operation as reported by the server. */
   update(operation: Operation): void {
     const key = String(operation.id);
     const known = this.#byId.get(key);
@@ -81,7 +81,7 @@ export class Operations {
     try {
       this.update(await this.#api.operation(id, { signal: AbortSignal.timeout(ANSWER_MS) }));
     } catch (error) {
-      // No answer: it is asked again. An answer that says no: a new server does not know it any more.
+      // No answer: polled again. Not found: a restarted server no longer knows it.
       if (error instanceof ProblemError && error.problem.status === 404) this.#fail(key, error);
     } finally {
       this.#asked.delete(key);

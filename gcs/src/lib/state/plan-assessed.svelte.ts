@@ -1,4 +1,4 @@
-// What the core says of the draft: what is wrong or doubtful in it, how far it goes, and how the plane would fly it.
+// The core's assessment of the draft: findings, distance and time, and the rehearsed flight.
 import type { PlanFinding, Rehearsal, Trip } from '$lib/api/types';
 import { elevation } from './maps-elevation.svelte';
 import { PLAN_PARTS } from './on-board.svelte';
@@ -15,7 +15,7 @@ const GROUND_AGAIN_MS = 700;
 
 class PlanAssessed {
   findings = $state.raw<readonly PlanFinding[]>([]);
-  /** The mission as it is flown; `null` when that is not known. */
+  /** Distance and time of the mission as flown; `null` when unknown. */
   trip = $state.raw<Trip | null>(null);
   /** The mission as the plane would fly it in the wind; `null` when it was not rehearsed. */
   rehearsal = $state.raw<Rehearsal | null>(null);
@@ -35,7 +35,7 @@ class PlanAssessed {
       this.checkState = 'none';
       return;
     }
-    // what was found before stands for the moment until the answer
+    // the old findings stay until the answer
     if (this.checkState !== 'done') this.checkState = 'checking';
     if (this.#isAsking) this.#asksAgain = true;
     else void this.#ask();
@@ -51,7 +51,7 @@ class PlanAssessed {
       do {
         this.#asksAgain = false;
         this.#oldTimer ??= setTimeout(() => (this.isRehearsalOld = true), OLD_AFTER_MS);
-        // what stands for several items in a file says nothing of how they are flown
+        // complex items do not affect the flight
         const asked = { ...plan.asApi(), complex_items: [] };
         const vehicle = vehicles.selected?.systemId;
         const told = await station.assess(asked, vehicle, planWind.wind, elevation.clearance_m, planeProfile.asked);

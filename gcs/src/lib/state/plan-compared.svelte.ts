@@ -16,7 +16,7 @@ export interface ItemChange {
   readonly was: PlanItem | undefined;
 }
 
-/** How the draft stands to what the selected vehicle is known to have on board; `uncompared` until the core has said. */
+/** The draft compared with the plan known to be on board the selected vehicle; `uncompared` until the core has answered. */
 export type DraftState = 'empty' | 'not-sent' | 'sending' | 'verified' | 'differs' | 'uncompared' | 'unknown';
 
 class PlanCompared {
@@ -28,7 +28,7 @@ class PlanCompared {
   });
 
   readonly #comparison = new Comparison((...asked) => api.comparePlan(...asked));
-  /** What of the draft can be compared with what; `null` while nothing is known of what is on board. */
+  /** The pair to compare; `null` while the plan on board is unknown. */
   #comparable = $derived.by<Question | null>(() => {
     const vehicle = vehicles.selected;
     const { planStates } = vehicle ?? {};
@@ -69,7 +69,7 @@ class PlanCompared {
     PLAN_PARTS.filter((part) => !plan.isEmpty(part) && !['verified', 'sending'].includes(this.states[part])),
   );
 
-  /** How the draft differs from what is on board; empty when that is not known. */
+  /** Differences between the draft and the plan on board; empty when unknown. */
   difference = $derived.by<readonly ItemChange[]>(() => {
     const compared = this.#comparable && this.#comparison.of('mission', this.#comparable);
     if (compared === null || this.vehiclePlan === null) return [];

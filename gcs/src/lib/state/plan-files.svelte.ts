@@ -9,7 +9,7 @@ import { api, problemFrom } from './station.svelte';
 const MISSION_ALONE = /\.(waypoints|txt|mission|gpx)$/i;
 
 class PlanFiles {
-  /** What the file that was read or written last leaves to say. */
+  /** Notes about the file read or written last. */
   notes = $state.raw<readonly PlanFileNote[]>([]);
   /** Parts of the draft that the file had none of, and that went with the old plan. */
   removed = $state.raw<readonly PlanKind[]>([]);

@@ -35,7 +35,7 @@ class PlanGestures {
       planLanding.drag(part, key, from, to, isEnd);
       return;
     }
-    // what was just inserted by this very drag is one step with it
+    // an item inserted by this very drag is one step with it
     const about = plan.about?.startsWith('insert-') ? plan.about : `drag-${key}`;
     plan.edit((draft) => shiftKeys(draft, plan.selectedKeys, from, to), about);
     if (isEnd) plan.seal();

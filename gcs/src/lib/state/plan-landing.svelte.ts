@@ -74,7 +74,7 @@ class PlanLanding {
     }
   }
 
-  /** Ends the mission with a landing, of which the core need not say that it is one. */
+  /** Ends the mission with a landing, without waiting for the core to recognise it. */
   #endWith(landing: readonly PlanItem[]): void {
     let keys: readonly number[] = [];
     plan.addWith((draft) => {

@@ -104,7 +104,7 @@ class PlanTransfers {
   }
 
   async #followPart(vehicle: Vehicle, part: PlanKind): Promise<void> {
-    // a transfer of ours says itself what it brought
+    // our own transfer notes its result itself
     if (vehicle.planStates?.[part].state !== 'verified' || this.transfer !== null || onBoard.planOf(part) !== null)
       return;
     try {
@@ -121,7 +121,7 @@ class PlanTransfers {
       });
       this.#asRead[part] = partOf(plan.draft, part);
     } catch {
-      // it stays unknown, and says so
+      // it stays unknown, and is shown as such
     }
   }
 

@@ -1,5 +1,5 @@
-// The plan that is being edited: its items, what of them is selected, and each change with its way back. What the core says of it is
-// plan-assessed's, what of it is on board plan-compared's, the way there and back plan-transfers', its landing plan-landing's.
+// The plan being edited: its items, the selection, and undo. Its assessment is in
+// plan-assessed, the comparison with the vehicle in plan-compared, transfers in plan-transfers, its landing in plan-landing.
 import type { Plan as ApiPlan, PlanKind, Problem, UnknownLevel } from '$lib/api/types';
 import { type Areas, isFenceEmpty } from '$lib/domain/area-edit';
 import { commit, type History, historyOf, redo, seal, undo } from '$lib/domain/history';
@@ -52,7 +52,7 @@ class PlanStore {
   #selection = $state.raw<ReadonlySet<number>>(new Set());
   #isEditing = $state(false);
   #chosen = $state.raw<Chosen>(load('plan-defaults', { alt_m: 80, frame: 'home' }, readChosen));
-  /** How the mission ends, as the core told last. */
+  /** How the mission ends, from the core's last answer. */
   end = $state.raw<End>(NO_END);
   tool = $state<PlanTool>('waypoint');
   /** Which part of the plan is being edited. */
@@ -73,7 +73,7 @@ class PlanStore {
     if (lat_deg === null || lon_deg === null || alt_amsl_m === null) return this.#history.present.home;
     return { lat_deg, lon_deg, alt_amsl_m };
   });
-  // as plain numbers: a vehicle tells its home again and again, and what is drawn from it need not be drawn again
+  // as plain numbers: home is sent repeatedly, and unchanged values must not cause a redraw
   #homeLat_deg = $derived(vehicles.selected?.groups.home?.lat_deg ?? null);
   #homeLon_deg = $derived(vehicles.selected?.groups.home?.lon_deg ?? null);
   #homeAlt_m = $derived(vehicles.selected?.groups.home?.alt_amsl_m ?? null);
@@ -161,7 +161,7 @@ class PlanStore {
 
   // --- Editing ------------------------------------------------------------------------------------------------------
 
-  /** A change of the draft that the core is at: what is sent or saved meanwhile is to have it. */
+  /** Registers a pending change by the core; sending and saving wait for it. */
   waitFor(change: Promise<void>): void {
     this.#underWay = Promise.allSettled([this.#underWay, change]);
   }
@@ -174,7 +174,7 @@ class PlanStore {
     return this.#generation;
   }
 
-  /** When the core has done with them. */
+  /** Resolves when no change is pending. */
   get settled(): Promise<unknown> {
     return this.#underWay;
   }
@@ -300,7 +300,7 @@ class PlanStore {
     this.#history = seal(this.#history);
   }
 
-  /** What was found takes the draft's place: nothing is lost by it, so there is nothing to undo. */
+  /** Replaces the draft by a plan found on a vehicle. Nothing is lost, so there is nothing to undo. */
   begin(draft: Draft): void {
     this.#generation += 1;
     this.#set(historyOf(draft));

@@ -25,7 +25,7 @@ const NOTHING_SAID: BatterySettings = {
   power_cruise_w: null,
 };
 const SAID = ['capacity_mah', 'voltage_v', 'power_cruise_w', 'reserve_pct'] as const;
-/** Whose battery it is where no vehicle is selected. */
+/** Key of the battery when no vehicle is selected. */
 const NO_VEHICLE = 'none';
 
 class PlaneProfiles {
@@ -33,7 +33,7 @@ class PlaneProfiles {
   isLearning = $state(false);
   /** Why nothing was learned. */
   problem = $state.raw<Problem | 'too-short' | null>(null);
-  /** What was learned, where it is of the vehicle that is looked at. */
+  /** The learned profile, if it applies to the selected vehicle. */
   learned = $derived.by(() => {
     const learned = this.#learned;
     const isOther = learned?.systemId != null && learned.systemId !== vehicles.selected?.systemId;
@@ -45,9 +45,9 @@ class PlaneProfiles {
   #batteries = $state.raw<Readonly<Record<string, SaidOfBattery>>>(load('batteries', {}, readBatteries));
   #own = $state.raw<{ systemId: number; battery: SaidOfBattery } | null>(null);
   #whose = $derived(String(vehicles.selected?.systemId ?? NO_VEHICLE));
-  /** What is said of the battery of the vehicle that is looked at. */
+  /** Battery data entered for the selected vehicle. */
   battery = $derived<SaidOfBattery>(this.#batteries[this.#whose] ?? {});
-  /** What that vehicle says itself, when it was last asked. */
+  /** That vehicle's own parameters, as last read. */
   ownBattery = $derived<SaidOfBattery>(
     this.#own?.systemId === vehicles.selected?.systemId ? (this.#own?.battery ?? {}) : {},
   );

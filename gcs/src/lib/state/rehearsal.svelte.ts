@@ -1,4 +1,4 @@
-// The rehearsed flight as it is looked at: the moment of it at which the plane is shown, and what if something happens then.
+// The view of the rehearsed flight: the moment at which the plane is shown, and what-if triggers at it.
 import type { Trigger, WhatIf } from '$lib/api/types';
 import type { LonLat } from '$lib/domain/lonlat';
 import { momentAt } from '$lib/domain/rehearsal';
@@ -18,13 +18,13 @@ export interface Outcome extends WhatIf {
 class RehearsalView {
   /** Since its beginning; at 0 no plane is shown. */
   time_s = $state(0);
-  /** Of what is edited; `null` while nothing is. */
+  /** The rehearsal of the edited plan; `null` while none is edited. */
   shown = $derived(plan.isEditing ? planAssessed.rehearsal : null);
   moment = $derived(this.shown === null || this.time_s <= 0 ? null : momentAt(this.shown.track, this.time_s));
 
-  /** What is taken to happen at the moment; `null`: nothing. */
+  /** The assumed event at the moment; `null` for none. */
   trigger = $state<Trigger | null>(null);
-  /** What follows; `null` while it is not known, and on the ground. */
+  /** The outcome; `null` while unknown, and on the ground. */
   outcome = $state.raw<Outcome | null>(null);
   #isAsking = false;
   #asksAgain = false;

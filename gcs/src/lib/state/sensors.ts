@@ -38,7 +38,7 @@ export class SensorHistory {
     return series;
   }
 
-  /** Takes what is new; `now_s` is monotonic. */
+  /** Takes new telemetry; `now_s` is monotonic. */
   take(now_s: number, groups: TelemetryGroups): void {
     const { imu, pressure, wind, vibration, batteries, sys_status } = groups;
     if (imu) {

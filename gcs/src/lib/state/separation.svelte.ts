@@ -62,7 +62,7 @@ class Separations {
     save('separation', this.#limits);
   }
 
-  /** Asks anew, as if all of them started at once. */
+  /** Asks again, as if all of them started at once. */
   async compare(): Promise<void> {
     if (this.isUnderWay || this.known.length < 2) return;
     this.isUnderWay = true;

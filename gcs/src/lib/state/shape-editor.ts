@@ -1,4 +1,4 @@
-// Who takes the gestures on the map that draw and change areas and lines: fence and rally points, or a survey.
+// The interface of editors for areas and lines drawn on the map: fence and rally points, or a survey.
 import type { AreaHandle, PlacedHandle } from '$lib/domain/area-edit';
 import type { LonLat } from '$lib/domain/lonlat';
 
@@ -13,13 +13,13 @@ export interface ShapeEditor {
   readonly isSketchLine: boolean;
   /** A click on the map, beside everything. */
   click(at: LonLat): void;
-  /** As a pointer drags; gives what is held from now on. */
+  /** Called during a drag; returns the handle held from now on. */
   drag(handle: AreaHandle, from: LonLat, to: LonLat, isEnd: boolean): AreaHandle;
   /** Ends the drawing, where there are corners enough. */
   finish(): void;
   /** Takes the last corner of the drawing back. */
   unsketch(): void;
   cancelSketch(): void;
-  /** Takes away what is selected. */
+  /** Removes the selection. */
   remove(): void;
 }

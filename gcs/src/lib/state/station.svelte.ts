@@ -55,11 +55,11 @@ export class Station {
   session = $state.raw<Session | null>(null);
   version = $state<string | null>(null);
   links = $state.raw<readonly LinkInfo[]>([]);
-  /** What the server does not keep, the flight's recording first. */
+  /** Storage faults of the server, the flight recorder's first. */
   storage = $state.raw<readonly StorageProblem[]>([]);
   /** The newest draft announced by the server. */
   draft = $state.raw<{ revision: number; author: string } | null>(null);
-  /** What is added to the station's clock to get this page's. */
+  /** Offset from the station's clock to this page's. */
   #clockOffset_ms: number | null = null;
   /** Why no session could be opened: a token is asked for, mostly. */
   sessionProblem = $state.raw<Problem | null>(null);
@@ -109,7 +109,7 @@ export class Station {
     document.addEventListener('visibilitychange', hurry);
   }
 
-  /** Opens the session anew with the token that a person typed. */
+  /** Reopens the session with a typed token. */
   useToken(token: string): void {
     this.#token = token.trim();
     this.sessionProblem = null;
@@ -117,13 +117,13 @@ export class Station {
     this.#socket.start();
   }
 
-  /** Tells the selected rate to the server again, after it was changed. */
+  /** Sends the selected rate to the server after a change. */
   resubscribe(): void {
     for (const vehicle of vehicles.all) this.#subscribe(vehicle.systemId);
   }
 
   /**
-   * Asks what the core says of a plan, rehearsed in a wind and so high above the ground. One question at a time: a second one ends the first.
+   * Asks the core to assess a plan, rehearsed in a wind with a ground clearance. One question at a time: a second one ends the first.
    *
    * Rejects when the connection ends before the answer, and for what is no plan. A plan too long for the WebSocket goes another
    * way, which tells its findings alone.
@@ -178,13 +178,13 @@ export class Station {
     try {
       const acts = 'force' in body && body.force === true ? [`force-${command}`] : [];
       const send = (confirmed: Options) => api.command(vehicle.systemId, command, body, { ...options, ...confirmed });
-      // What is forced has been held for a second: that confirms it.
+      // Holding the button for a second confirms a forced command.
       await api.confirmed(acts, send);
       answer = { ...asked, state: 'accepted', at_ms: performance.now() };
     } catch (error) {
       answer = { ...asked, state: 'refused', problem: problemFrom(error), at_ms: performance.now() };
     }
-    // A later press of the same button has the say.
+    // A later press of the same button supersedes this answer.
     if (this.#answers.get(key)?.at_ms === at_ms) this.#answers.set(key, answer);
     return answer.state === 'accepted';
   }
@@ -247,7 +247,7 @@ export class Station {
         break;
       }
       case 'vehicles':
-        // Of many, the roster tells which are followed.
+        // With many vehicles the roster decides which are followed.
         if (message.vehicles.length > DETAILED) break;
         for (const summary of message.vehicles) {
           const vehicle = vehicles.ensure(summary.system_id);
@@ -291,7 +291,7 @@ export class Station {
         }
         break;
       case 'event':
-        // What an event tells is in the telemetry as well.
+        // Events repeat what is in the telemetry.
         break;
       case 'assessment':
         this.#assessments.answer(message.seq, message);
@@ -379,7 +379,7 @@ export class Station {
         if (message.type === 'plan_state' || (message.type === 'text' && !isListed(message))) this.receive(message);
       }
     } catch {
-      // The server is away again; the next connection asks anew.
+      // The server is away again; the next connection retries.
       this.#subscribed.delete(id);
       this.#isMet(id, meanwhile);
     }

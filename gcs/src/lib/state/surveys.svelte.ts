@@ -26,7 +26,7 @@ import { vehicles } from './vehicles.svelte';
 export type SurveySettings = Omit<SurveyRequest, 'places' | 'width_m' | 'wind' | 'home' | 'vehicle'>;
 /** All that one is laid out from but home and the vehicle. */
 export type SurveyAsked = Omit<SurveyRequest, 'home' | 'vehicle'>;
-/** What is shown of one that was laid out. */
+/** The displayed part of a laid-out survey. */
 export type LaidOut = Omit<Survey, 'items' | 'complex_item'>;
 
 /** What is known of a complex item of the draft. */
@@ -102,7 +102,7 @@ class SurveyStore implements ShapeEditor {
     return parts.sort((a, b) => a.index - b.index);
   });
 
-  /** Surveys whose items the pilot wants to see one by one. */
+  /** Surveys whose items are shown one by one. */
   #unfolded = $state.raw<ReadonlySet<number>>(new Set());
   /** Surveys and corridors, by the number of their first item. */
   rows = $derived(new Map(this.parts.filter(({ asked }) => asked !== null).map((part) => [part.index + 1, part])));
@@ -131,7 +131,7 @@ class SurveyStore implements ShapeEditor {
     if (part !== undefined) this.setFolded(part, false);
   }
 
-  /** Moves what is selected by one row of the table: past a whole survey whose items are not shown. */
+  /** Moves the selection by one row of the table: past a whole survey that is folded. */
   nudge(by: -1 | 1): void {
     const at = plan.items.flatMap(({ key }, index) => (plan.selectedKeys.has(key) ? [index + 1] : []));
     const next = (by < 0 ? (at[0] ?? 0) : (at.at(-1) ?? 0)) + by;
@@ -195,7 +195,7 @@ class SurveyStore implements ShapeEditor {
   /** What the open one is laid out from, or is to be. */
   asked = $derived<SurveyAsked | null>(this.#isLive ? (this.#live?.asked ?? null) : (this.open?.asked ?? null));
   answer = $derived<LaidOut | null>(this.open?.answer ?? null);
-  /** Whether what is shown of lines and figures is of the survey as it was a moment ago. */
+  /** Whether the lines and figures shown are of an earlier state of the survey. */
   isOld = $derived(this.#isLive);
   /** Whether the plan's wind has changed since it was laid out. */
   isOtherWind = $derived.by(() => {
@@ -414,7 +414,7 @@ class SurveyStore implements ShapeEditor {
     this.#live = this.#wanted === null ? null : { asked: this.#wanted.asked, over: complex };
   }
 
-  /** Lays one that came with a file out as it is, for its figures; the mission keeps its items. */
+  /** Lays out a survey from a file unchanged, for its figures; the mission keeps its items. */
   async #look({ complex, id, items, asked }: Part): Promise<void> {
     if (asked === null) return;
     try {

@@ -26,7 +26,7 @@ const NO_MAP: MapActs = {
 class TheMap implements MapActs {
   #acts = NO_MAP;
 
-  /** Has a map act from now on; call what it gives before that map is destroyed. */
+  /** Registers the current map; call the returned function before that map is destroyed. */
   attach(acts: MapActs): () => void {
     this.#acts = acts;
     return () => {

@@ -1,4 +1,4 @@
-// The vehicles: what each last said, when, and which of them is selected.
+// The vehicles: their newest telemetry with its age, and which is selected.
 import { SvelteMap } from 'svelte/reactivity';
 import type {
   FlightParameters,
@@ -27,7 +27,7 @@ import { SensorHistory } from './sensors';
 
 /** Texts kept per vehicle; the oldest fall out. */
 const TEXTS_KEPT = 1000;
-/** What was rehearsed longer before a vehicle was lost says too little of where it is. */
+/** A rehearsal older than this when the vehicle was lost is not used for its ghost, seconds. */
 const REST_LASTS_S = 10;
 
 export interface Text {
@@ -77,7 +77,7 @@ export class Vehicle {
   lacksTerrain = $state(false);
   planStates = $state.raw<Readonly<Record<PlanKind, PlanState>> | null>(null);
   modeNames = $state.raw<readonly string[]>([]);
-  /** What of it decides where a plan takes it. */
+  /** Its properties that determine the path of a plan. */
   route = $state.raw<RouteOptions>(PLANE_ROUTE);
   /** Whether its return finds a landing by DO_LAND_START (RTL_AUTOLAND); null when that is not known. */
   findsLanding = $state<boolean | null>(null);
@@ -93,12 +93,12 @@ export class Vehicle {
 
   readonly sensors = new SensorHistory();
   readonly #flightClock: FlightClock;
-  /** Server time (`time_s`) minus our monotonic time: tells when a text of the past came. */
+  /** Server time (`time_s`) minus our monotonic time, for the time of day of past texts. */
   #serverOffset_s: number | null = null;
   #nextText = 1;
   /** Whether the texts from before it was followed are here. */
   #hasPastTexts = false;
-  /** The newest text that a person has looked at. */
+  /** The newest text that was seen. */
   #seenText = $state(0);
   /** Warnings that came since. */
   unseenWarnings = $derived(
@@ -111,7 +111,7 @@ export class Vehicle {
   isLost = $derived(this.freshness === 'lost');
   mode = $derived(this.groups.heartbeat?.mode ?? null);
   isArmed = $derived(this.groups.heartbeat?.is_armed ?? null);
-  /** Null when the vehicle does not say. */
+  /** Null when it is not reported. */
   isOnGround = $derived.by(() => {
     const landed = this.groups.extended?.landed;
     return landed === undefined || landed === 'undefined' ? null : landed === 'on ground';
@@ -165,7 +165,7 @@ export class Vehicle {
     return this.heardAt_ms.position ?? this.lastHeard_ms;
   }
 
-  /** Whether it flies its mission, as far as it has told. */
+  /** Whether it is known to fly its mission. */
   get isInMission(): boolean {
     return this.progress?.follows_mission === true && this.isArmed === true && this.isOnGround === false;
   }
@@ -227,7 +227,7 @@ export class Vehicle {
     if (!isAsBefore) this.route = { ...this.route, ...known };
   }
 
-  /** Takes over the whole state, except what was `told` since it was asked for: that is newer. */
+  /** Takes over the whole state, except groups in messages `told` since the request, which are newer. */
   applyState(state: VehicleState, now_ms: number, told: readonly Told[] = []): void {
     const groups: TelemetryChanges = Object.fromEntries(
       Object.entries(state.telemetry).filter(([name]) => !told.some((message) => name in message.groups)),
@@ -245,7 +245,7 @@ export class Vehicle {
     this.planStates = { ...(this.planStates ?? { mission: unknown, fence: unknown, rally: unknown }), [kind]: state };
   }
 
-  /** A person has looked at its texts. */
+  /** Marks its texts as seen. */
   see(): void {
     this.#seenText = this.texts.at(-1)?.id ?? 0;
   }
@@ -262,7 +262,7 @@ export class Vehicle {
   setTexts(texts: readonly StatusText[], now_ms: number): void {
     const known = new Map(this.texts.map((text) => [keyOf(text), text]));
     const newest_s = this.texts.at(-1)?.time_s ?? -Infinity;
-    // a server that was started anew counts from zero
+    // a restarted server counts from zero
     const isSameClock = this.#serverOffset_s === null || newest_s <= this.#serverOffset_s + now_ms / 1000;
     const isNews = (text: StatusText): boolean => this.#hasPastTexts && (!isSameClock || text.time_s > newest_s);
     this.texts = texts
@@ -365,7 +365,7 @@ class Vehicles {
     return this.all[(at + 1) % this.all.length];
   }
 
-  /** Calls `listener` after each frame in which a vehicle changed; for what is drawn outside of components. */
+  /** Calls `listener` after each frame in which a vehicle changed; for drawing outside of components. */
   onFrame(listener: (vehicle: Vehicle) => void): () => void {
     this.#listeners.add(listener);
     return () => this.#listeners.delete(listener);

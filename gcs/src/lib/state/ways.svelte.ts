@@ -13,11 +13,11 @@ export interface Question {
   readonly items: readonly (PlanItem & { readonly key?: number })[];
   readonly home: Home | null;
   readonly vehicle: number | undefined;
-  /** What of the vehicle the answer depends on. */
+  /** The vehicle's properties that the answer depends on. */
   readonly route: RouteOptions;
   /** Height above the ground that should be kept, metres. */
   readonly clearance_m: number;
-  /** Whether anything tells the height of the ground. */
+  /** Whether there is a source of elevation. */
   readonly knowsGround: boolean;
 }
 
@@ -68,7 +68,7 @@ class Ways {
   /** While nothing is edited the plan that the vehicle has is shown, where that is known. */
   isOnBoardShown = $derived(!plan.isEditing && this.#boardItems.length > 0);
   #shownAnswer = $derived(this.isOnBoardShown ? this.#ofBoard.answer : this.#ofDraft.answer);
-  /** The heights of the plan that is shown; while it is edited, of what it was at the core's last answer. */
+  /** The heights of the shown plan; during an edit, those of the core's last answer. */
   profile = $derived(this.#shownAnswer?.way.profile ?? NO_PROFILE);
   /** The items of that, with the keys that they keep. */
   profileItems = $derived<Question['items']>(this.#shownAnswer?.items ?? []);
@@ -78,7 +78,7 @@ class Ways {
       this.#shownAnswer !== null &&
       this.#shownAnswer.items !== (this.isOnBoardShown ? this.#boardItems : plan.items),
   );
-  /** The ground below; `null` where nothing could tell it. */
+  /** The ground below; `null` where it is unknown. */
   ground = $derived<ProfileGround | null>(elevation.isKnowable ? this.profile.ground : null);
 
   /** Calls at each answer about the draft, before all that the page writes of it: the map is not to wait for that. */

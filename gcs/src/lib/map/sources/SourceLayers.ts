@@ -68,15 +68,15 @@ const LEAST_KEPT = 64;
 
 interface Entry {
   readonly key: string;
-  /** Ends what is under way when the layer goes. */
+  /** Aborts the requests in flight when the layer is removed. */
   readonly abort: AbortController;
   layer: TileLayer<TileImage> | null;
   hasFailed: boolean;
-  /** Failures since everything was last asked for anew. */
+  /** Failures since the last full reload. */
   failures: number;
   waiting: number;
   attempts: number;
-  /** How often everything was asked for anew. */
+  /** Count of full reloads. */
   rounds: number;
   timer: ReturnType<typeof setTimeout> | undefined;
 }
@@ -119,7 +119,7 @@ export class SourceLayers {
     for (const [id, entry] of this.#entries) this.#remove(id, entry);
   }
 
-  /** Opacity, order and zooms of what is there already. */
+  /** Opacity, order and zooms of existing layers. */
   #arrange(): void {
     this.#stack.forEach((source, index) => {
       const layer = this.#entries.get(source.id)?.layer;

@@ -1,4 +1,4 @@
-// What is being placed on the map: an area to keep for the field, or a picture by its corners; with handles to drag.
+// Painter of what is placed on the map: an offline area, or a picture by its corners; with handles to drag.
 import PointerInteraction from 'ol/interaction/Pointer';
 import { toLonLat } from 'ol/proj';
 import { type LonLat, wrap180_deg } from '$lib/domain/lonlat';

@@ -1,7 +1,7 @@
 // Names that the server gives in English, in the language in use; those that people gave stay as they are.
 import { t, translated } from '$lib/i18n/index.svelte';
 
-/** An operator's name: one who gave none is called by a number. */
+/** An operator's name, or a number for one without a name. */
 export const operatorName = (name: string): string =>
   name === '' ? t('control.someone') : translated('control.station', name);
 

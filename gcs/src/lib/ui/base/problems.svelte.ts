@@ -18,7 +18,7 @@ type Fields = Readonly<Record<string, unknown>>;
 
 /** Fields of a cause that hold English words. */
 const WORDS = ['problem', 'expected', 'wanted', 'observed', 'reason', 'step', 'what', 'action'] as const;
-/** Causes whose own text tells these words already. */
+/** Causes whose text contains these words already. */
 const TOLD = new Set([
   'recorder',
   'not-found',
@@ -74,7 +74,7 @@ function wordsOf(cause: Fields): Record<string, string> {
   );
 }
 
-/** The first text that says it: what came of one is not looked up again, so a mode may be called anything. */
+/** Replaces by the first matching text; results are not looked up again, so a mode may have any name. */
 function shownWords(said: string): string {
   for (const shown of SHOWN) {
     const words = translated(`shown.${shown}`, said);
@@ -83,7 +83,7 @@ function shownWords(said: string): string {
   return said;
 }
 
-/** Times and speeds to a tenth, as one tells them; what may be a coordinate as far as a coordinate is known. */
+/** Times and speeds to a tenth; possible coordinates with all their digits. */
 function numberOf(name: string, value: number): string {
   return value.toLocaleString(settings.locale, { maximumFractionDigits: name.endsWith('_s') ? 1 : 7 });
 }

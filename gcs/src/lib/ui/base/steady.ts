@@ -8,7 +8,7 @@ export const steady: Attachment<HTMLElement> = (box) => {
   function hold(element: Element | null, x: number, y: number): void {
     const isIn = element !== null && element !== box && box.contains(element);
     held = isIn ? { element, top: element.getBoundingClientRect().top, x, y } : null;
-    // The browser keeps what is topmost in its place: of the two only one may scroll.
+    // The browser's own scroll anchoring would interfere.
     box.style.overflowAnchor = held === null ? '' : 'none';
   }
 

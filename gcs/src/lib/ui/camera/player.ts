@@ -83,7 +83,7 @@ export class Player {
     try {
       decoder.decode(new EncodedVideoChunk({ type: isKey ? 'key' : 'delta', timestamp: captured_unix_us, data }));
     } catch {
-      // What it takes for no key frame is thrown, not told.
+      // A chunk that is not a key frame makes it throw instead of calling `error`.
       this.#fail(false);
     }
   }

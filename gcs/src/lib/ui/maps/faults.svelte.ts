@@ -1,4 +1,4 @@
-// Why a source does not come, in the language in use, with what the service said itself.
+// Why a source fails, in the language in use, with the service's own message.
 import { isNoAnswer } from '$lib/api/problem';
 import type { Cause, Problem } from '$lib/api/types';
 import { hasText, t } from '$lib/i18n/index.svelte';
@@ -21,7 +21,7 @@ export function faultWords(problem: Problem): FaultWords {
     : { text: problem.title, why, said: problem.detail };
 }
 
-/** What of a source that does not come is shown all the same; empty where that is not known. */
+/** What is still shown of a failing source; empty where that is not known. */
 export function keptWords({ problem, isStale }: { problem: Problem; isStale: boolean }): string {
   if (isStale) return t('maps.whyStale');
   return codeOf(problem) === 'source-offline' ? t('maps.whyMissing') : '';
@@ -48,7 +48,7 @@ function whyOf(cause: Cause | undefined): string {
   }
 }
 
-/** What is left to say when the cause's code and figures are said. */
+/** Remaining details beyond the cause's code and figures. */
 function saidOf({ cause, detail }: Problem): string {
   switch (cause?.code) {
     case 'source-offline':

@@ -3,7 +3,7 @@ import type { BatteryLeft } from '$lib/api/types';
 import { t } from '$lib/i18n/index.svelte';
 import { duration, number } from '$lib/ui/base/format.svelte';
 
-/** What is left, and the energy that was taken from it. Reactive. */
+/** The charge left and the energy used. Reactive. */
 export function batteryTold({ empty_s, left_pct }: BatteryLeft, energy_wh: number | null | undefined): string {
   if (empty_s !== null) return t('battery.none', { time: duration(empty_s) });
   return t('battery.left', { left: number(left_pct, 0, '%'), energy: number(energy_wh, 1, 'Wh') });

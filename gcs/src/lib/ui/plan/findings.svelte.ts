@@ -12,12 +12,12 @@ export interface FindingWords {
 
 type Figures = Readonly<Record<string, unknown>>;
 
-/** Words that say which finding of its code it is. */
+/** Figures that distinguish findings of one code. */
 const TELLING = ['wanted', 'missing', 'fault'] as const;
 
 /** A finding in words; one that is not known here in the server's own English. */
 export function findingWords(finding: PlanFinding): FindingWords {
-  // an older server tells none
+  // an older server sends none
   const figures: Figures = finding.figures ?? {};
   const variant = variantOf(figures);
   const text = firstText([`finding.${finding.code}.${variant}`, `finding.${finding.code}`]);
@@ -37,7 +37,7 @@ export function fixWords(fix: FindingFix): string {
 
 const firstText = (keys: readonly string[]) => keys.find(hasText);
 
-/** What tells a finding from others of its code: a word, or a flag that is set. */
+/** Variant of a finding's code: a word, or a flag that is set. */
 function variantOf(figures: Figures): string {
   for (const name of TELLING) if (typeof figures[name] === 'string') return figures[name];
   const flag = Object.keys(figures).find((name) => figures[name] === true);

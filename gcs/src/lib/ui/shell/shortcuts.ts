@@ -1,4 +1,4 @@
-// Keys for what is often done. None of them tells the vehicle to do anything: that takes a button, held.
+// Keyboard shortcuts. None of them commands the vehicle: that takes a button, held.
 import { t } from '$lib/i18n/index.svelte';
 import { cameras } from '$lib/state/camera.svelte';
 import { help } from '$lib/state/help.svelte';
@@ -55,7 +55,7 @@ export const SHORTCUTS: readonly Shortcut[] = [
   },
 ];
 
-/** Whether what has the focus takes letters itself. */
+/** Whether the focused element takes letters itself. */
 function isTyping(target: EventTarget | null): boolean {
   return (
     target instanceof HTMLElement &&
