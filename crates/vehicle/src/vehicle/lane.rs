@@ -21,6 +21,15 @@ pub(super) struct PlanBefore {
     pub doubt: Option<Doubt>,
 }
 
+/// Our last writing of a plan.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Written {
+    /// When it ended.
+    pub at: MonoTime,
+    /// The id that the vehicle gave the plan.
+    pub plan_id: Option<u32>,
+}
+
 /// A transfer and the request that it serves.
 #[derive(Debug)]
 pub(super) struct Lane {
@@ -133,6 +142,14 @@ impl Machine {
             Self::Upload(machine) => machine.is_sent().then(|| (machine.count(), machine.plan_id())),
             Self::Clear(machine, _) => machine.is_cleared().then_some((home.into(), None)),
             Self::Download(_) | Self::List(_) | Self::Read(_) | Self::Set(_) => None,
+        }
+    }
+
+    /// The id that the vehicle gave the plan that was written, where it told one.
+    pub fn plan_id(&self) -> Option<u32> {
+        match self {
+            Self::Upload(machine) => machine.plan_id(),
+            _ => None,
         }
     }
 

@@ -9,6 +9,7 @@ use vencejo_proto::dialect::{MavMessage, TIMESYNC_DATA};
 use vencejo_proto::param::{ParamName, ParamType, ShownEncodings};
 use vencejo_proto::{Address, ComponentId, Message, MissionAck, MissionSeq, MonoTime, StatusText};
 
+use super::lane::Written;
 use super::operation::State;
 use super::steps::Effect;
 use super::{Told, Vehicle};
@@ -316,10 +317,13 @@ impl Vehicle {
             && let Ok(kind) = PlanKind::try_from(ack.mission_type)
         {
             self.told_changed(kind, now);
-            if let Some(until) = self.echo_until(kind, now)
+            let is_writing =
+                self.transfer.as_ref().is_some_and(|lane| lane.is_about(kind) && lane.machine.writes_plan());
+            let until = if is_writing { Some(now + TRANSFER_ECHO) } else { self.echo_until(kind, now) };
+            if let Some(until) = until
                 && !Message::MissionAck(*ack).target().includes(self.our)
             {
-                // Late, of what another station sent before, or at once, of what it sent and we did not hear.
+                // It is about what another station sent before ours, or about what it sent since and we did not hear.
                 self.doubt_copy(kind, until);
             }
         }
@@ -365,12 +369,17 @@ impl Vehicle {
 
     /// Whether what is said of a plan now may be about our own writing of it.
     pub(super) fn is_echo(&self, kind: PlanKind, now: MonoTime) -> bool {
-        self.echo_until(kind, now).is_some()
+        self.echo(kind, now).is_some()
     }
 
     /// Until when that is so; `None` when it is over.
-    pub(super) fn echo_until(&self, kind: PlanKind, now: MonoTime) -> Option<MonoTime> {
-        self.written[kind as usize].map(|written| written + TRANSFER_ECHO).filter(|until| now < *until)
+    fn echo_until(&self, kind: PlanKind, now: MonoTime) -> Option<MonoTime> {
+        self.echo(kind, now).map(|written| written.at + TRANSFER_ECHO)
+    }
+
+    /// Our last writing of a plan, while what is said of the plan may be about that.
+    pub(super) fn echo(&self, kind: PlanKind, now: MonoTime) -> Option<Written> {
+        self.written[kind as usize].filter(|written| now < written.at + TRANSFER_ECHO)
     }
 
     pub(super) fn on_restart(&mut self, since: MonoTime, now: MonoTime) {

@@ -68,7 +68,7 @@ use crate::timesync::TimeSync;
 use crate::transfer::FtpSessions;
 use board::OnBoard;
 pub(crate) use hearing::is_answer;
-use lane::Lane;
+use lane::{Lane, Written};
 use operation::{Op, State};
 pub(crate) use sent::commands_of;
 #[cfg(all(test, feature = "describe"))]
@@ -184,8 +184,8 @@ pub struct Vehicle {
     ops: Vec<Op>,
     /// Plans and the list of parameters: one at a time.
     transfer: Option<Lane>,
-    /// When we last wrote each kind of plan.
-    written: [Option<MonoTime>; 3],
+    /// Our last writing of each kind of plan.
+    written: [Option<Written>; 3],
     /// Single parameters: one at a time, the others wait.
     param: Option<Lane>,
     ftp_sessions: FtpSessions,

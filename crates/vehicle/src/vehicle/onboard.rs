@@ -457,11 +457,11 @@ impl Vehicle {
     pub(super) fn on_own_read(&mut self, what: Reading, error: Option<&TransferError>, now: MonoTime) {
         self.on_board.own = None;
         let Reading::Plan(kind) = what else { return };
-        self.on_board.is_copy_doubted[kind as usize] = false;
         let (attempts, not_before) =
             (&mut self.on_board.attempts[kind as usize], &mut self.on_board.not_before[kind as usize]);
         match error {
             None => {
+                self.on_board.is_copy_doubted[kind as usize] = false;
                 self.on_board.own_verified_at =
                     (kind == PlanKind::Mission).then_some(now).or(self.on_board.own_verified_at);
             }

@@ -124,13 +124,16 @@ impl Vehicle {
         }
     }
 
-    /// The vehicle calls a plan otherwise than before. While we read back what we wrote that is another's, unless it is what it called ours.
+    /// The id of a plan has changed. After our upload, any other id than that of our plan means another station's.
     pub(super) fn on_renamed(&mut self, kind: PlanKind, id: Option<u32>, now: MonoTime) {
         let lane = self.transfer.as_ref().filter(|lane| lane.is_about(kind));
-        let ours = lane.and_then(|lane| lane.machine.written(0)).and_then(|(_, ours)| ours);
+        let ours = match lane {
+            Some(lane) => lane.machine.written(0).and_then(|(_, ours)| ours),
+            None => self.echo(kind, now).and_then(|written| written.plan_id),
+        };
         match ours {
             Some(_) if ours == id => {}
-            Some(_) => drop(self.beside_ours(kind, Others::Changed, now)),
+            Some(_) => self.changed_elsewhere(kind, Others::Changed, now),
             None => self.told_changed(kind, now),
         }
     }

@@ -8,7 +8,7 @@ use vencejo_proto::param::{ParamEncoding, ParamName};
 use vencejo_proto::{Message, MissionItemInt, MonoTime, SystemId};
 
 use super::Vehicle;
-use super::lane::{Lane, Machine, PlanBefore, Yield};
+use super::lane::{Lane, Machine, PlanBefore, Written, Yield};
 use super::onboard::STATION_PARAMETERS;
 use super::operation::State;
 use super::steps::Step;
@@ -168,10 +168,10 @@ impl Vehicle {
     }
 
     pub(super) fn on_transfer_ended(&mut self, lane: Lane, result: Result<Yield, TransferError>, now: MonoTime) {
-        let writes = lane.machine.writes_plan();
+        let (writes, plan_id) = (lane.machine.writes_plan(), lane.machine.plan_id());
         let written = lane.plan_before.filter(|_| writes);
         if let Some(before) = &written {
-            self.written[before.kind as usize] = Some(now);
+            self.written[before.kind as usize] = Some(Written { at: now, plan_id });
         }
         let own = self.on_board_own(lane.id).map(|what| (what, result.as_ref().err().cloned()));
         let result = match result {
@@ -280,6 +280,8 @@ impl Vehicle {
             PlanKind::Fence | PlanKind::Rally => read,
         };
         if kind == PlanKind::Mission {
+            // A message with the number of items before may have been the last one.
+            self.on_board.total = state.count().or(self.on_board.total);
             match state {
                 PlanState::Verified { hash, .. } | PlanState::Differs { hash, .. } => {
                     self.tracker.on_mission(hash, is_ours);

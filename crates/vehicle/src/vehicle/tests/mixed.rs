@@ -669,6 +669,34 @@ fn what_others_do_just_after_our_upload_is_no_echo_of_it() {
     assert!(matches!(quiet.station.vehicle.plan_state(kind), PlanState::Verified { .. }), "as it was");
     wait(&mut quiet, 4_000);
     assert_eq!(quiet.station.vehicle.plan_state(kind), PlanState::Empty);
+    // Also where that reading makes room for a request.
+    ask(&mut quiet, upload.clone()).expect("uploaded");
+    let now = quiet.now;
+    for message in ack(RIVAL) {
+        quiet.station.vehicle.on_message(PLANE.component, &message, now);
+    }
+    quiet.plane.services.plans[kind as usize].clear();
+    let is_read = |station: &mut Station, _: &mut Plane| station.vehicle.transfer.is_some();
+    assert!(quiet.run(now + Duration::from_secs(10), is_read), "it is read once more");
+    ask(&mut quiet, Request::ParamList).expect("listed");
+    assert!(matches!(quiet.station.vehicle.plan_state(kind), PlanState::Verified { .. }), "not read yet");
+    wait(&mut quiet, 4_000);
+    assert_eq!(quiet.station.vehicle.plan_state(kind), PlanState::Empty);
+    // And where the other's upload ends while ours is read back.
+    let id = start(&mut quiet, upload.clone());
+    let is_written = |station: &mut Station, _: &mut Plane| {
+        station.vehicle.transfer.as_ref().is_some_and(|lane| lane.machine.written(0).is_some())
+    };
+    let now = quiet.now;
+    assert!(quiet.run(now + Duration::from_secs(10), is_written), "written");
+    let now = quiet.now;
+    for message in ack(RIVAL) {
+        quiet.station.vehicle.on_message(PLANE.component, &message, now);
+    }
+    end(&mut quiet, id, 10).expect("as sent");
+    quiet.plane.services.plans[kind as usize].clear();
+    wait(&mut quiet, 9_000);
+    assert_eq!(quiet.station.vehicle.plan_state(kind), PlanState::Empty);
     // Nor is what the vehicle says of it afterwards.
     ask(&mut world, upload).expect("uploaded");
     let now = world.now;
@@ -681,6 +709,27 @@ fn what_others_do_just_after_our_upload_is_no_echo_of_it() {
         vehicle.on_message(PLANE.component, &message, now);
     }
     assert_eq!(vehicle.plan_state(kind), PlanState::Unknown(Unknown::ChangedElsewhere));
+}
+
+// The first MISSION_CURRENT after it was taken for another station's upload.
+#[test]
+fn the_number_of_items_that_was_just_verified_is_no_other_upload() {
+    let config = VehicleConfig { streams: StreamConfig::listen_only(), ..VehicleConfig::default() };
+    let mut world = world(config);
+    let told = |world: &mut Pair, total| {
+        let mission_state = MissionState::MISSION_STATE_ACTIVE;
+        let current = MISSION_CURRENT_DATA { total, mission_state, ..Default::default() };
+        world.inject(world.now, true, PLANE, &Message::Dialect(MavMessage::MISSION_CURRENT(current)));
+        wait(world, 100);
+    };
+    told(&mut world, 0);
+    ask(&mut world, send(route(8, 0.0))).expect("ours");
+    let ours = state(&world);
+    wait(&mut world, 6_000);
+    told(&mut world, 8);
+    assert_eq!(state(&world), ours);
+    told(&mut world, 7);
+    assert!(state(&world).may_be_mixed(), "{}", state(&world));
 }
 
 #[test]

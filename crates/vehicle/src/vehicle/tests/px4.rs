@@ -187,4 +187,9 @@ fn a_mission_that_is_called_otherwise_while_it_is_read_back_is_read_again() {
     assert_eq!(told(&[count(1), current(7)]), (0, 0), "ours");
     assert_eq!(told(&[current(9), item.clone()]), (1, 0), "another one");
     assert_eq!(told(&[count(1), item]), (0, 1));
+    // What it called ours tells an echo of it from another's, just after it too.
+    assert_eq!(told(&[current(7)]), (0, 0));
+    assert!(matches!(vehicle.plan_state(PlanKind::Mission), PlanState::Verified { count: 1, .. }));
+    vehicle.on_message(PLANE.component, &current(11), now);
+    assert_eq!(vehicle.plan_state(PlanKind::Mission), PlanState::Unknown(Unknown::ChangedElsewhere));
 }
