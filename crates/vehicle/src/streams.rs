@@ -1,10 +1,11 @@
 //! Requests the vehicle's telemetry: each message at its rate.
 //!
 //! Rates are requested when the vehicle is first heard, after it restarted, and when it comes back from a loss with
-//! nothing but heartbeats; its identity, after each silence in which another vehicle may have taken its place. Never
-//! periodically: that would override the requests of other stations. SET_MESSAGE_INTERVAL is sent one at a time, most
-//! wanted first; where it is not supported (or never answered), REQUEST_DATA_STREAM. Messages that identify a vehicle
-//! are requested once (REQUEST_MESSAGE).
+//! nothing but heartbeats. Never periodically: that would override the requests of other stations. SET_MESSAGE_INTERVAL
+//! is sent one at a time, most wanted first; where it is not supported (or never answered), REQUEST_DATA_STREAM.
+//! Messages that identify a vehicle are requested by REQUEST_MESSAGE, and again until they arrive: an acknowledgement
+//! does not prove that the message did. AUTOPILOT_VERSION is requested again after each silence that may hide another
+//! aircraft.
 //!
 //! A refused rate is requested again only after a restart, when the vehicle may have another firmware, other parameters
 //! or a sensor that was missing before.
@@ -54,9 +55,18 @@ const SLOW: [(u32, f64); 14] = [
     (133, 1.0), // TERRAIN_REQUEST; ArduPilot sends one in 2 s while it lacks terrain
 ];
 
-const AUTOPILOT_VERSION: u32 = 148;
-const HOME_POSITION: u32 = 242;
+/// Messages that are requested once each, AUTOPILOT_VERSION first.
+pub(crate) const AUTOPILOT_VERSION: u32 = 148;
+pub(crate) const HOME_POSITION: u32 = 242;
 const ONCE: [u32; 2] = [AUTOPILOT_VERSION, HOME_POSITION];
+/// Waits before a message that has not come, and was not refused, is requested again.
+const REQUEST_AGAIN: [Duration; 5] = [
+    Duration::from_secs(1),
+    Duration::from_secs(2),
+    Duration::from_secs(5),
+    Duration::from_secs(15),
+    Duration::from_secs(60),
+];
 
 /// Rates to try when a rate is too fast for the vehicle's main loop (ArduPilot denies more than 0.8 × SCHED_LOOP_RATE).
 const LADDER_HZ: [f64; 4] = [40.0, 25.0, 10.0, 4.0];
@@ -148,9 +158,10 @@ pub struct Streams {
     config: StreamConfig,
     /// Not requested yet. Bounded by the configuration.
     intervals: VecDeque<(u32, MessageRate)>,
-    once: VecDeque<u32>,
+    /// Messages that are requested once and have not come, at most one entry for each of [`ONCE`].
+    awaited: Vec<Awaited>,
     interval: Option<(CommandId, u32, MessageRate)>,
-    message: Option<(CommandId, u32)>,
+    message: Option<Requesting>,
     accepted: u32,
     refused: u32,
     legacy: Option<Legacy>,
@@ -158,6 +169,25 @@ pub struct Streams {
     check_at: Option<MonoTime>,
     is_streaming: bool,
     has_fallen_back: bool,
+}
+
+/// A message that has been requested, or is to be.
+#[derive(Debug)]
+struct Awaited {
+    message_id: u32,
+    /// How often the request has ended without the message.
+    attempts: usize,
+    /// When to request it (again).
+    at: MonoTime,
+}
+
+/// The request of a message that is under way.
+#[derive(Debug, Clone, Copy)]
+struct Requesting {
+    id: CommandId,
+    message_id: u32,
+    /// Whether it is the older command, for a vehicle that does not know REQUEST_MESSAGE.
+    is_older: bool,
 }
 
 #[derive(Debug)]
@@ -174,7 +204,7 @@ impl Streams {
             vehicle,
             config,
             intervals: VecDeque::new(),
-            once: VecDeque::new(),
+            awaited: Vec::new(),
             interval: None,
             message: None,
             accepted: 0,
@@ -205,11 +235,11 @@ impl Streams {
         if let Some((id, ..)) = self.interval.take() {
             commands.forget(id, now);
         }
-        if let Some((id, _)) = self.message.take() {
-            commands.forget(id, now);
+        if let Some(requesting) = self.message.take() {
+            commands.forget(requesting.id, now);
         }
         self.intervals = self.config.wanted();
-        self.once = ONCE.into();
+        self.awaited = ONCE.map(|message_id| Awaited { message_id, attempts: 0, at: now }).into();
         (self.accepted, self.refused) = (0, 0);
         self.legacy = None;
         self.check_at = None;
@@ -222,12 +252,18 @@ impl Streams {
         self.check_at = Some(now + PATIENCE);
     }
 
-    /// Requests AUTOPILOT_VERSION again: it may be another vehicle.
+    /// Asks for AUTOPILOT_VERSION anew: it may be another aircraft.
     pub fn ask_version(&mut self, commands: &mut Commands, now: MonoTime) {
-        if self.config.is_enabled && !self.once.contains(&AUTOPILOT_VERSION) {
-            self.once.push_back(AUTOPILOT_VERSION);
+        if self.config.is_enabled {
+            self.on_received(AUTOPILOT_VERSION);
+            self.awaited.insert(0, Awaited { message_id: AUTOPILOT_VERSION, attempts: 0, at: now });
             self.drive(commands, now);
         }
+    }
+
+    /// A message that is requested once has come.
+    pub fn on_received(&mut self, message_id: u32) {
+        self.awaited.retain(|awaited| awaited.message_id != message_id);
     }
 
     /// Telemetry other than heartbeats arrived.
@@ -235,10 +271,10 @@ impl Streams {
         self.is_streaming = true;
     }
 
-    /// Whether no request is pending.
+    /// Whether everything has been asked for.
     pub fn is_settled(&self) -> bool {
         let is_asking = self.interval.is_some() || self.message.is_some() || self.legacy.is_some();
-        !is_asking && self.intervals.is_empty() && self.once.is_empty()
+        !is_asking && self.intervals.is_empty() && self.awaited.iter().all(|awaited| awaited.attempts > 0)
     }
 
     /// Whether REQUEST_DATA_STREAM had to be used; returns true once.
@@ -259,14 +295,13 @@ impl Streams {
             }
         }
         if self.message.is_none()
-            && let Some(message_id) = self.once.pop_front()
+            && let Some(awaited) = self.awaited.iter().find(|awaited| now >= awaited.at)
         {
+            let message_id = awaited.message_id;
             let params = [message_id as f32, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
             let command = CommandMessage::long(self.vehicle, Command::REQUEST_MESSAGE, params);
-            match commands.submit(command, Unanswered::Repeat, WhenBusy::Wait, now) {
-                Ok(id) => self.message = Some((id, message_id)),
-                Err(_) => self.once.push_front(message_id),
-            }
+            let id = commands.submit(command, Unanswered::Repeat, WhenBusy::Wait, now).ok();
+            self.message = id.map(|id| Requesting { id, message_id, is_older: false });
         }
     }
 
@@ -283,11 +318,8 @@ impl Streams {
         {
             self.interval = None;
             self.on_interval(message_id, rate, outcome, now);
-        } else if let Some((ours, message_id)) = self.message
-            && ours == id
-        {
-            self.message = None;
-            self.on_message_requested(message_id, outcome, commands, now);
+        } else if let Some(requesting) = self.message.take_if(|requesting| requesting.id == id) {
+            self.on_message_requested(requesting, outcome, commands, now);
         } else {
             return false;
         }
@@ -320,23 +352,36 @@ impl Streams {
         }
     }
 
-    /// Vehicles without REQUEST_MESSAGE have older commands for the same.
+    /// Vehicles that do not know REQUEST_MESSAGE have older commands for the same. One that refuses is not asked again; it is
+    /// where the message does not come, with or without an acknowledgement.
     fn on_message_requested(
         &mut self,
-        message_id: u32,
+        requesting: Requesting,
         outcome: CommandOutcome,
         commands: &mut Commands,
         now: MonoTime,
     ) {
-        let CommandOutcome::Answered { result: CommandResult::UNSUPPORTED, .. } = outcome else { return };
-        let (command, first) = match message_id {
-            AUTOPILOT_VERSION => (Command::REQUEST_AUTOPILOT_CAPABILITIES, 1.0),
-            HOME_POSITION => (Command::GET_HOME_POSITION, 0.0),
-            _ => return,
-        };
-        let message = CommandMessage::long(self.vehicle, command, [first, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
-        // Its answer is the message itself; when that fails too, the vehicle does not have it.
-        let _unless_busy = commands.submit(message, Unanswered::Repeat, WhenBusy::Wait, now);
+        let Requesting { message_id, is_older, .. } = requesting;
+        let Some(index) = self.awaited.iter().position(|awaited| awaited.message_id == message_id) else { return };
+        match outcome {
+            CommandOutcome::Answered { result: CommandResult::UNSUPPORTED, .. } if !is_older => {
+                let (command, first) = match message_id {
+                    AUTOPILOT_VERSION => (Command::REQUEST_AUTOPILOT_CAPABILITIES, 1.0),
+                    _ => (Command::GET_HOME_POSITION, 0.0),
+                };
+                let message = CommandMessage::long(self.vehicle, command, [first, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+                let id = commands.submit(message, Unanswered::Repeat, WhenBusy::Wait, now).ok();
+                self.message = id.map(|id| Requesting { id, message_id, is_older: true });
+            }
+            CommandOutcome::Answered { result: CommandResult::ACCEPTED, .. } | CommandOutcome::TimedOut { .. } => {
+                let awaited = &mut self.awaited[index];
+                match REQUEST_AGAIN.get(awaited.attempts) {
+                    Some(wait) => (awaited.attempts, awaited.at) = (awaited.attempts + 1, now + *wait),
+                    None => drop(self.awaited.remove(index)),
+                }
+            }
+            CommandOutcome::Answered { .. } => drop(self.awaited.remove(index)),
+        }
     }
 
     /// Lets time pass. Returns a message to send.
@@ -347,6 +392,7 @@ impl Streams {
                 self.ask(commands, now);
             }
         }
+        self.drive(commands, now);
         let legacy = self.legacy.as_mut()?;
         if now < legacy.next {
             return None;
@@ -372,7 +418,8 @@ impl Streams {
 
     /// When [`Self::on_time`] is wanted.
     pub fn deadline(&self) -> Option<MonoTime> {
-        [self.check_at, self.legacy.as_ref().map(|legacy| legacy.next)].into_iter().flatten().min()
+        let again = self.awaited.iter().map(|awaited| awaited.at).filter(|_| self.message.is_none()).min();
+        [self.check_at, self.legacy.as_ref().map(|legacy| legacy.next), again].into_iter().flatten().min()
     }
 }
 
@@ -405,6 +452,8 @@ mod tests {
         commands: Commands,
         now: MonoTime,
         sent: Vec<Message>,
+        /// Messages that get lost on their way, though their requests are acknowledged.
+        loses: usize,
     }
 
     impl Bench {
@@ -414,6 +463,7 @@ mod tests {
                 commands: Commands::new(OUR, CommandConfig::default()),
                 now: MonoTime::ZERO,
                 sent: Vec::new(),
+                loses: 0,
             }
         }
 
@@ -435,6 +485,12 @@ mod tests {
                                     target: OUR,
                                 };
                                 self.commands.on_ack(PLANE, &ack, self.now);
+                                let is_granted = result == CommandResult::ACCEPTED;
+                                match (long.command == cmd::REQUEST_MESSAGE && is_granted, self.loses) {
+                                    (true, 0) => self.streams.on_received(long.params[0] as u32),
+                                    (true, _) => self.loses -= 1,
+                                    (false, _) => {}
+                                }
                             }
                             self.sent.push(message);
                         }
@@ -496,6 +552,33 @@ mod tests {
             .filter(|m| matches!(m, Message::CommandLong(l) if l.command == Command::REQUEST_MESSAGE.0));
         assert_eq!(once.count(), 2);
         assert_eq!(bench.streams.deadline(), None);
+    }
+
+    #[test]
+    fn a_message_that_does_not_come_is_requested_again_and_not_without_end() {
+        let requests = |bench: &Bench, wanted: u32| {
+            let is_request = |message: &&Message| matches!(message, Message::CommandLong(long) if (long.command, long.params[0] as u32) == (cmd::REQUEST_MESSAGE, wanted));
+            bench.sent.iter().filter(is_request).count()
+        };
+        // Of each the first answer gets lost.
+        let mut bench = Bench::new(StreamConfig::default());
+        bench.loses = 2;
+        bench.streams.ask(&mut bench.commands, bench.now);
+        bench.run(1_000, accept);
+        assert_eq!(ONCE.map(|id| requests(&bench, id)), [2, 2]);
+        assert!(bench.streams.is_settled() && bench.streams.deadline().is_none());
+        // A vehicle that acknowledges and never sends it.
+        let mut bench = Bench::new(StreamConfig::default());
+        bench.loses = usize::MAX;
+        bench.streams.ask(&mut bench.commands, bench.now);
+        bench.run(1, accept);
+        assert!(bench.streams.is_settled(), "plans are read meanwhile");
+        bench.run(1_000, accept);
+        assert_eq!(ONCE.map(|id| requests(&bench, id)), [1 + REQUEST_AGAIN.len(); 2]);
+        // It is asked anew after a silence, and once where it refuses.
+        bench.streams.ask_version(&mut bench.commands, bench.now);
+        bench.run(1_000, |_, _| Some(CommandResult::DENIED));
+        assert_eq!(requests(&bench, AUTOPILOT_VERSION), 2 + REQUEST_AGAIN.len());
     }
 
     #[test]

@@ -17,6 +17,7 @@ use crate::error::VehicleError;
 use crate::plan_state::{PlanState, Unknown};
 use crate::reach::Reach;
 use crate::request::{Output, Reply, VehicleEvent};
+use crate::streams::HOME_POSITION;
 use crate::telemetry::{BootEvent, Group, boot_ms_of};
 use crate::timesync::TimeSyncEvent;
 use crate::transfer::TransferOutput;
@@ -267,6 +268,7 @@ impl Vehicle {
     }
 
     pub(super) fn on_home(&mut self) {
+        self.streams.on_received(HOME_POSITION);
         let Some(home) = self.telemetry.home.map(|home| home.value) else { return };
         if self.told.home != Some(home) {
             self.told.home = Some(home);

@@ -28,6 +28,7 @@ use super::{FlightParameters, Vehicle};
 use crate::plan_record::{Doubt, HardwareIds, PlanRecord, StoredRecord, VehicleKey, Writer};
 use crate::plan_state::{PlanState, Unknown};
 use crate::request::{Output, Reply, RequestId};
+use crate::streams::AUTOPILOT_VERSION;
 use crate::telemetry::Severity;
 use crate::transfer::{TransferError, UPLOAD_REST, is_as_sent};
 
@@ -140,6 +141,7 @@ impl Vehicle {
 
     pub(super) fn on_version(&mut self, now: MonoTime) {
         let Some(version) = self.telemetry.version.map(|version| version.value) else { return };
+        self.streams.on_received(AUTOPILOT_VERSION);
         let hardware = HardwareIds::of_version(&version);
         let is_another = hardware.is_another(self.on_board.hardware);
         if is_another {
