@@ -1,5 +1,32 @@
-//! Kinds of vehicles by `MAV_TYPE`.
+//! What a vehicle is by its HEARTBEAT: its autopilot, and the kind that a `MAV_TYPE` stands for.
 
+use crate::modes::ModeFamily;
+
+/// `MAV_AUTOPILOT_ARDUPILOTMEGA`.
+const ARDUPILOT: u8 = 3;
+/// `MAV_TYPE_FIXED_WING`.
+pub(crate) const FIXED_WING: u8 = 1;
+
+/// What a vehicle is by its HEARTBEAT.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct AutopilotType {
+    /// `MAV_AUTOPILOT`: 3 ArduPilot, 12 PX4.
+    pub autopilot: u8,
+    /// `MAV_TYPE`: 1 fixed wing, 2 quadrotor, 19 to 25 VTOL.
+    pub mav_type: u8,
+}
+
+impl AutopilotType {
+    /// Whether it is an ArduPilot, whose missions begin with home as item 0.
+    pub fn is_ardupilot(self) -> bool {
+        self.autopilot == ARDUPILOT
+    }
+
+    /// Whose mode numbers it uses.
+    pub fn family(self) -> ModeFamily {
+        ModeFamily::of(self.autopilot, self.mav_type)
+    }
+}
 /// A kind of vehicle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum VehicleKind {
@@ -21,7 +48,7 @@ impl VehicleKind {
     /// The kind of a `MAV_TYPE`; `None` for any other type, such as an antenna tracker.
     pub const fn of(mav_type: u8) -> Option<Self> {
         Some(match mav_type {
-            1 => Self::Plane,
+            FIXED_WING => Self::Plane,
             2 | 3 | 4 | 13 | 14 | 15 | 29 | 35 => Self::Copter,
             10 => Self::Rover,
             11 => Self::Boat,

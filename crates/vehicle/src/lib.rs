@@ -111,7 +111,7 @@ pub use danger::Danger;
 pub use described::Described;
 pub use error::VehicleError;
 pub use id::VehicleId;
-pub use kind::VehicleKind;
+pub use kind::{AutopilotType, VehicleKind};
 pub use plan_record::{Doubt, PlanRecord, StoredRecord, VehicleKey, Writer};
 pub use plan_state::{PlanState, Unknown};
 pub use preparation::FlightPreparation;

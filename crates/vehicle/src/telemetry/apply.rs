@@ -18,9 +18,6 @@ use super::{
 };
 use crate::modes::{FlightMode, ModeFamily};
 
-/// `MAV_AUTOPILOT_ARDUPILOTMEGA`.
-const AUTOPILOT_ARDUPILOT: u8 = 3;
-
 /// [`imu`] of SCALED_IMU, SCALED_IMU2 or SCALED_IMU3: three types with the same fields.
 macro_rules! scaled_imu {
     ($m:ident, $check:ident) => {
@@ -49,6 +46,7 @@ impl Telemetry {
         let group = match message {
             Message::Heartbeat(heartbeat) => {
                 self.heartbeat = Some(sampled(heartbeat_state(heartbeat), now, &check));
+                self.last_type = self.autopilot_type();
                 Group::Heartbeat
             }
             Message::Dialect(message) => self.apply_dialect(message, now, &mut check)?,
@@ -57,12 +55,6 @@ impl Telemetry {
         self.messages += 1;
         self.invalid_values += u64::from(check.invalid);
         Some(group)
-    }
-
-    /// Whether the newest heartbeat is that of an ArduPilot, whose missions begin with home as item 0. Those of others,
-    /// and of what has not told yet what it is, do not.
-    pub fn is_ardupilot(&self) -> bool {
-        self.heartbeat.is_some_and(|heartbeat| heartbeat.value.autopilot == AUTOPILOT_ARDUPILOT)
     }
 
     /// Whether both heights of a position count from where an ArduPilot was switched on: it knows no home yet, and

@@ -25,6 +25,7 @@ use vencejo_proto::MonoTime;
 use vencejo_flight::guidance::NorthEast;
 use vencejo_flight::rehearsal::Recorded;
 
+use crate::kind::AutopilotType;
 use crate::modes::FlightMode;
 pub use vencejo_flight::plan::Home;
 
@@ -226,6 +227,8 @@ macro_rules! telemetry {
             pub messages: u64,
             /// When the newest position was, by the vehicle's own clock: ms since its boot.
             pub position_boot_ms: u32,
+            /// What the vehicle is by its last HEARTBEAT. A restart forgets the heartbeat and keeps this.
+            pub last_type: Option<AutopilotType>,
         }
 
         impl Telemetry {
@@ -282,6 +285,17 @@ impl Telemetry {
     /// Whether the newest heartbeat says armed; `None` before the first.
     pub fn is_armed(&self) -> Option<bool> {
         self.heartbeat.map(|heartbeat| heartbeat.value.is_armed)
+    }
+
+    /// What the vehicle is, by its last heartbeat, also by one from before a restart; `None` before the first.
+    pub fn autopilot_type(&self) -> Option<AutopilotType> {
+        let heard = self.heartbeat.map(|heartbeat| heartbeat.value);
+        heard.map(|heard| AutopilotType { autopilot: heard.autopilot, mav_type: heard.mav_type }).or(self.last_type)
+    }
+
+    /// Whether it is an ArduPilot, whose missions begin with home as item 0; `false` before its first heartbeat.
+    pub fn is_ardupilot(&self) -> bool {
+        self.autopilot_type().is_some_and(AutopilotType::is_ardupilot)
     }
 
     /// The mode of the newest heartbeat; `None` before the first.

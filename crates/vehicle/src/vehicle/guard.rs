@@ -90,10 +90,15 @@ fn act_of(family: ModeFamily, message: &Message) -> Option<Act> {
 }
 
 impl Vehicle {
-    fn act_of(&self, message: &Message) -> Option<Act> {
-        // Of a vehicle that was not heard no mode is known: what it would be to an ArduPlane.
-        let family = self.telemetry.mode().map_or(ModeFamily::ArduPlane, |mode| mode.family);
-        message.target().includes(self.address).then(|| act_of(family, message)).flatten()
+    pub(super) fn act_of(&self, message: &Message) -> Option<Act> {
+        if !message.target().includes(self.address) {
+            return None;
+        }
+        match self.family() {
+            Some(family) => act_of(family, message),
+            // Before its first heartbeat: what it would be to any.
+            None => ModeFamily::KNOWN.into_iter().find_map(|family| act_of(family, message)),
+        }
     }
 
     fn act_of_step(&self, step: &Step) -> Option<Act> {

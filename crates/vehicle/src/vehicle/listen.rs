@@ -56,9 +56,15 @@ impl Vehicle {
     }
 
     fn take(&mut self, message: &Message, now: MonoTime) -> Option<Group> {
+        let family = self.family();
         let group = self.telemetry.apply(message, now);
         match group {
-            Some(Group::Heartbeat) => self.on_heartbeat(now),
+            Some(Group::Heartbeat) => {
+                if family.is_some() && family != self.family() {
+                    self.on_other_autopilot(now);
+                }
+                self.on_heartbeat(now);
+            }
             Some(group) => {
                 // These come on request.
                 if !matches!(group, Group::Version | Group::Home) {

@@ -55,7 +55,7 @@ use vencejo_proto::{Address, MavVersion, MonoTime};
 
 use crate::command::{CommandConfig, Commands};
 use crate::conduct::Conduct;
-use crate::kind::VehicleKind;
+use crate::kind::{AutopilotType, VehicleKind};
 use crate::modes::{FlightMode, ModeFamily};
 use crate::plan_state::{PlanState, PlanStates};
 use crate::preparation::FlightPreparation;
@@ -393,12 +393,11 @@ impl Vehicle {
     }
 
     fn is_arduplane(&self) -> bool {
-        self.telemetry.mode().is_some_and(|mode| mode.family == ModeFamily::ArduPlane)
+        self.family() == Some(ModeFamily::ArduPlane)
     }
 
-    /// What it is. A restart forgets its heartbeat, and makes no other thing of it.
     fn family(&self) -> Option<ModeFamily> {
-        self.telemetry.mode().or(self.told.mode).map(|mode| mode.family)
+        self.telemetry.autopilot_type().map(AutopilotType::family)
     }
 
     fn is_ardupilot(&self) -> bool {
@@ -408,7 +407,7 @@ impl Vehicle {
     /// Context for plan checks; unknown values default to ArduPlane's.
     pub fn check_context(&self) -> CheckContext {
         let position = self.telemetry.position.map(|position| position.value);
-        let mav_type = self.telemetry.heartbeat.map(|heartbeat| heartbeat.value.mav_type);
+        let mav_type = self.telemetry.autopilot_type().map(|known| known.mav_type);
         // A quadplane may report itself as a fixed wing, but then reports a VTOL state.
         let tells_vtol = self.telemetry.extended.is_some_and(|extended| extended.value.vtol.is_some());
         CheckContext {
@@ -426,8 +425,7 @@ impl Vehicle {
     }
 
     fn flies_arcs(&self) -> bool {
-        let heartbeat = self.telemetry.heartbeat.map(|heartbeat| heartbeat.value);
-        heartbeat.is_some_and(|heard| ModeFamily::of(heard.autopilot, heard.mav_type).flies_arcs())
+        self.family().is_some_and(ModeFamily::flies_arcs)
     }
 
     /// Seq of a mission's first item: on ArduPilot item 0 is home.
@@ -463,7 +461,6 @@ impl Vehicle {
         Context {
             vehicle: self.address,
             telemetry: &self.telemetry,
-            family: self.family(),
             heartbeat_at: self.heartbeat_at,
             preparation: self.flight_preparation(),
             first_nav: self.first_nav(),

@@ -109,7 +109,7 @@ impl Vehicle {
         }
         if self.telemetry.heartbeat.is_none() {
             // What the one before was, this one may not be.
-            self.told.mode = None;
+            (self.told.mode, self.telemetry.last_type) = (None, None);
         }
         self.flight_parameters = FlightParameters::default();
         self.parameters = Arc::default();
@@ -300,6 +300,25 @@ impl Vehicle {
             board.aside.get_or_insert(record);
             (board.awaits_identity, board.identified_by) = (true, now + IDENTIFIED_WITHIN);
         }
+    }
+}
+
+impl Vehicle {
+    /// Its heartbeat shows another autopilot than before: another aircraft, or other firmware. What was numbered for the
+    /// former one is wrong for it.
+    pub(super) fn on_other_autopilot(&mut self, now: MonoTime) {
+        let written = self.written[PlanKind::Mission as usize];
+        let is_misnumbered = written.is_some_and(|written| written.at >= self.heartbeat_at);
+        self.restarted_at = None;
+        self.on_restart(now, now);
+        if is_misnumbered && self.on_board.doubt.is_none() {
+            self.on_board.set_doubt(Some(Doubt { writer: Writer::Us, sent: None, before: None }));
+            self.set_plan(PlanKind::Mission, PlanState::Unknown(Unknown::TransferFailed));
+        }
+        if let Some(doubt) = &mut self.on_board.doubt {
+            doubt.sent = None;
+        }
+        self.remember();
     }
 }
 

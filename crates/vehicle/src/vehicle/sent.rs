@@ -8,12 +8,10 @@ use vencejo_proto::{Address, Heartbeat, Message, MonoTime};
 use super::steps::{Context, Step};
 use crate::command::CommandMessage;
 use crate::error::VehicleError;
+use crate::kind::FIXED_WING;
 use crate::modes::{Action, ModeFamily};
 use crate::request::Request;
 use crate::telemetry::Telemetry;
-
-/// `MAV_TYPE_FIXED_WING`.
-const FIXED_WING: u8 = 1;
 
 /// The commands of a request to an ArduPlane that is disarmed in GUIDED; empty for requests without commands, or with
 /// invalid values.
@@ -35,7 +33,6 @@ fn steps_of(request: &Request, family: ModeFamily, mav_type: u8) -> Result<VecDe
     let context = Context {
         vehicle: Address::new(1, 1),
         telemetry: &telemetry,
-        family: Some(family),
         heartbeat_at: MonoTime::ZERO,
         preparation: None,
         first_nav: 0,

@@ -10,6 +10,7 @@ use super::raw::{self, height, in_range, invalid};
 use crate::choice::{AltFrame, MessageId, ModeChoice, SpeedKind, Turn};
 use crate::command::CommandMessage;
 use crate::error::VehicleError;
+use crate::kind::{AutopilotType, FIXED_WING};
 use crate::modes::{Action, FlightMode, ModeFamily};
 use crate::preparation::FlightPreparation;
 use crate::request::Request;
@@ -36,8 +37,6 @@ const MAX_NOTE: usize = 500;
 pub(super) struct Context<'a> {
     pub vehicle: Address,
     pub telemetry: &'a Telemetry,
-    /// Its family by the last heartbeat, also one from before a restart.
-    pub family: Option<ModeFamily>,
     /// When its last heartbeat came; before the first, when anything was received.
     pub heartbeat_at: MonoTime,
     pub preparation: Option<FlightPreparation>,
@@ -55,16 +54,21 @@ impl Context<'_> {
         CommandMessage::long(self.vehicle, command, params)
     }
 
+    fn autopilot(&self) -> Result<AutopilotType, VehicleError> {
+        self.telemetry.autopilot_type().ok_or_else(|| self.unheard())
+    }
+
     fn family(&self) -> Result<ModeFamily, VehicleError> {
-        self.family.ok_or_else(|| self.unheard())
+        self.autopilot().map(AutopilotType::family)
+    }
+
+    /// Whether its missions begin with home as item 0.
+    pub fn is_ardupilot(&self) -> Result<bool, VehicleError> {
+        self.autopilot().map(AutopilotType::is_ardupilot)
     }
 
     fn unheard(&self) -> VehicleError {
         VehicleError::NotHeard { age: self.now.since(self.heartbeat_at) }
-    }
-
-    pub fn is_ardupilot(&self) -> bool {
-        self.telemetry.is_ardupilot()
     }
 
     fn set_mode(&self, mode: FlightMode) -> Step {
@@ -125,7 +129,7 @@ impl Context<'_> {
     /// What follows the change to AUTO where the mission is to go on from an item: with MIS_RESTART 1 an ArduPlane
     /// begins its mission anew at each change to AUTO, whatever item it was set to before.
     fn go_on_from(&self, seq: u16) -> Option<Step> {
-        let is_plane = self.family == Some(ModeFamily::ArduPlane);
+        let is_plane = self.family().ok() == Some(ModeFamily::ArduPlane);
         (is_plane && seq > self.first_nav).then_some(Step::GoOnFrom(seq))
     }
 
@@ -134,7 +138,7 @@ impl Context<'_> {
         if !(1..=65_534).contains(&item) {
             return Err(invalid(field, item, "1 to 65,534; the items of a mission are counted from 1"));
         }
-        Ok(item - u16::from(!self.is_ardupilot()))
+        Ok(item - u16::from(!self.is_ardupilot()?))
     }
 
     /// Sets home to a position, or to the vehicle's own.
@@ -189,8 +193,7 @@ impl Context<'_> {
     fn takeoff(&self, alt_rel_home_m: f64) -> Result<VecDeque<Step>, VehicleError> {
         let alt = in_range("alt_rel_home_m", alt_rel_home_m, 1.0..=10_000.0, "1 to 10,000 m above home")?;
         let family = self.family()?;
-        let is_fixed_wing = self.telemetry.heartbeat.is_some_and(|heartbeat| heartbeat.value.mav_type == 1);
-        if family == ModeFamily::ArduPlane && is_fixed_wing {
+        if family == ModeFamily::ArduPlane && self.autopilot()?.mav_type == FIXED_WING {
             let name = ParamName::new(TAKEOFF_ALT_PARAM).map_err(crate::transfer::TransferError::from)?;
             return Ok([Step::ParamSet(name, alt_rel_home_m), self.mode_for(Action::Takeoff)?].into());
         }
@@ -353,11 +356,11 @@ impl Context<'_> {
             }
             Request::RawCommandLong(mut long) => {
                 long.target = self.or_vehicle(long.target);
-                Step::command(raw::checked(CommandMessage::Long(long), self.is_ardupilot())?)
+                Step::command(raw::checked(CommandMessage::Long(long), self.telemetry.is_ardupilot())?)
             }
             Request::RawCommandInt(mut int) => {
                 int.target = self.or_vehicle(int.target);
-                Step::command(raw::checked(CommandMessage::Int(int), self.is_ardupilot())?)
+                Step::command(raw::checked(CommandMessage::Int(int), self.telemetry.is_ardupilot())?)
             }
             Request::RequestMessage { message } => {
                 let command =
@@ -369,10 +372,18 @@ impl Context<'_> {
                 let command = self.long(Command::SET_MESSAGE_INTERVAL, interval_params(message.0, rate_hz.checked()?));
                 Step::command(command).waiting(Effect::Acknowledged)
             }
+            Request::UploadPlan { kind: PlanKind::Mission, .. }
+            | Request::DownloadPlan { kind: PlanKind::Mission }
+            | Request::ClearPlan { kind: PlanKind::Mission }
+                if self.telemetry.autopilot_type().is_none() =>
+            {
+                // It is not known whether its missions begin with home.
+                return Err(self.unheard());
+            }
             Request::UploadPlan { kind, items, .. } if items.is_empty() => Step::Clear(kind),
             Request::UploadPlan { kind: PlanKind::Mission, items, home, .. } => {
                 let home = home.or(self.telemetry.home.map(|home| home.value));
-                let wire = Mission { home, items }.to_wire(self.vehicle, self.is_ardupilot())?;
+                let wire = Mission { home, items }.to_wire(self.vehicle, self.is_ardupilot()?)?;
                 Step::Upload(PlanKind::Mission, wire)
             }
             Request::UploadPlan { kind, items, .. } => Step::Upload(kind, items_to_wire(&items, self.vehicle, kind)?),

@@ -2,6 +2,7 @@
 
 mod faults;
 mod guided;
+mod identity;
 mod landing;
 mod mixed;
 mod old_firmware;

@@ -176,7 +176,7 @@ impl Vehicle {
         let own = self.on_board_own(lane.id).map(|what| (what, result.as_ref().err().cloned()));
         let result = match result {
             Ok(Yield::Plan { kind, wire, position_error_m }) => {
-                let reply = self.on_plan(kind, &wire, position_error_m, lane.is_disturbed, writes);
+                let reply = self.on_plan(kind, &wire, position_error_m, lane.is_disturbed, writes, now);
                 if reply.is_err() && writes {
                     self.set_plan(kind, PlanState::Unknown(Unknown::TransferFailed));
                 }
@@ -249,6 +249,9 @@ impl Vehicle {
 
     /// A plan was read from the vehicle: now it is known, unless it was `changed` meanwhile. `is_ours` is one that we
     /// have just sent.
+    ///
+    /// # Errors
+    /// [`VehicleError::NotHeard`] for a mission while it is not known whether it begins with home.
     pub(super) fn on_plan(
         &mut self,
         kind: PlanKind,
@@ -256,8 +259,10 @@ impl Vehicle {
         position_error_m: Option<f64>,
         changed: bool,
         is_ours: bool,
+        now: MonoTime,
     ) -> Result<Reply, VehicleError> {
-        let has_home = kind == PlanKind::Mission && self.is_ardupilot();
+        let is_ardupilot = self.context(now).is_ardupilot();
+        let has_home = kind == PlanKind::Mission && is_ardupilot?;
         let list = match kind {
             PlanKind::Mission => Mission::from_wire(wire, has_home)?,
             PlanKind::Fence | PlanKind::Rally => Mission { home: None, items: items_from_wire(wire, kind)? },

@@ -19,21 +19,21 @@ use crate::plan_state::hash_items;
 use crate::transfer::testing::seeds;
 use crate::vehicle::FlightParameters;
 
-const MISSION: PlanKind = PlanKind::Mission;
+pub(super) const MISSION: PlanKind = PlanKind::Mission;
 
-fn route(count: usize, north_deg: f64) -> Vec<MissionItem> {
+pub(super) fn route(count: usize, north_deg: f64) -> Vec<MissionItem> {
     (0..count).map(|index| MissionItem::waypoint(40.33 + north_deg, -3.8 + index as f64 * 1e-3, 80.0)).collect()
 }
 
-fn send(items: Vec<MissionItem>) -> Request {
+pub(super) fn send(items: Vec<MissionItem>) -> Request {
     Request::UploadPlan { kind: MISSION, items, home: None, despite_findings: false }
 }
 
-fn reading() -> VehicleConfig {
+pub(super) fn reading() -> VehicleConfig {
     VehicleConfig { reads_back: true, ..VehicleConfig::default() }
 }
 
-fn world(config: VehicleConfig) -> Pair {
+pub(super) fn world(config: VehicleConfig) -> Pair {
     let mut plane = Plane::new();
     plane.services.has_ftp = false;
     let mut world = World::new(Station::with(config), plane, Faults::default(), 1);
@@ -41,7 +41,7 @@ fn world(config: VehicleConfig) -> Pair {
     world
 }
 
-fn state(world: &Pair) -> PlanState {
+pub(super) fn state(world: &Pair) -> PlanState {
     world.station.vehicle.plan_state(MISSION)
 }
 
@@ -96,15 +96,13 @@ fn acts() -> (Vec<Request>, Vec<Message>) {
 }
 
 /// Whether all of them are refused, with the reason.
-fn assert_blocked(vehicle: &mut Vehicle, now: MonoTime, when: &str) {
+pub(super) fn assert_blocked(vehicle: &mut Vehicle, now: MonoTime, when: &str) {
     let (requests, messages) = acts();
     while vehicle.poll_output().is_some() {}
-    let is_heard = vehicle.telemetry().heartbeat.is_some();
+    let is_known = vehicle.telemetry().autopilot_type().is_some();
     for request in requests {
-        // Of one that was not heard no mode is known, and what needs one is refused for that.
-        if !is_heard
-            && !matches!(request, Request::Arm { .. } | Request::SetCurrentItem { .. } | Request::RawCommandLong(_))
-        {
+        // Before its first heartbeat neither modes nor numbers of items are known, and requests that need them are refused for that.
+        if !is_known && !matches!(request, Request::Arm { .. } | Request::RawCommandLong(_)) {
             continue;
         }
         let id = vehicle.request(request.clone(), now);
@@ -125,10 +123,8 @@ fn assert_blocked(vehicle: &mut Vehicle, now: MonoTime, when: &str) {
         let outputs: Vec<_> = std::iter::from_fn(|| vehicle.poll_output()).collect();
         vehicle.cancel(id, now);
         while vehicle.poll_output().is_some() {}
-        // Of one that was not heard no mode is known by its name.
-        let is_heard = vehicle.telemetry().heartbeat.is_some();
         let sent = outputs.iter().any(|output| matches!(output, Output::Send(_)));
-        assert!(sent || !is_heard, "{when}: {request:?}: {outputs:?}");
+        assert!(sent || !is_known, "{when}: {request:?}: {outputs:?}");
     }
 }
 
@@ -573,12 +569,12 @@ fn from_rival(world: &mut Pair, message: &Message) {
     wait(world, 100);
 }
 
-fn rival_wire(items: &[MissionItem]) -> Vec<MissionItemInt> {
+pub(super) fn rival_wire(items: &[MissionItem]) -> Vec<MissionItemInt> {
     let home = Home { lat_deg: 40.3332, lon_deg: -3.7978, alt_amsl_m: 600.0 };
     Mission { home: Some(home), items: items.to_vec() }.to_wire(PLANE, true).expect("sendable")
 }
 
-fn rival_count(count: usize) -> Message {
+pub(super) fn rival_count(count: usize) -> Message {
     let count = count as u16;
     let data = MISSION_COUNT_DATA { count, target_system: 1, target_component: 1, ..Default::default() };
     Message::Dialect(MavMessage::MISSION_COUNT(data))
