@@ -27,6 +27,7 @@ impl AutopilotType {
         ModeFamily::of(self.autopilot, self.mav_type)
     }
 }
+
 /// A kind of vehicle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum VehicleKind {

@@ -1,4 +1,4 @@
-//! What is remembered of a vehicle's mission from one run of the program to the next.
+//! The record of a vehicle's mission that outlives the program.
 
 use std::fmt;
 use std::sync::Arc;
@@ -7,18 +7,18 @@ use vencejo_proto::{MissionItemInt, SystemId};
 
 use crate::telemetry::AutopilotVersion;
 
-/// Names a vehicle for as long as it exists: by the id of its hardware, or, where it tells none, by its system id, which another
-/// vehicle may have as well. Letters, digits and hyphens only.
+/// Permanent name of an aircraft: the id of its hardware, or, where it tells none, its system id, which another one may
+/// share. Letters, digits and hyphens only.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct VehicleKey(String);
 
 impl VehicleKey {
-    /// By system id alone.
+    /// The name by system id alone.
     pub fn of_system(system: SystemId) -> Self {
         Self(format!("system-{system}"))
     }
 
-    /// As it was written before; `None` for what no vehicle is named.
+    /// Parses [`Self::as_str`]; `None` for anything else.
     pub fn parse(name: &str) -> Option<Self> {
         let (kind, rest) = name.split_once('-')?;
         let is_named = match kind {
@@ -30,9 +30,14 @@ impl VehicleKey {
         (is_named && rest.bytes().all(|byte| byte.is_ascii_hexdigit())).then(|| Self(name.to_owned()))
     }
 
-    /// The system id of one that is named by it.
+    /// The system id, where the name is one.
     pub fn system(&self) -> Option<SystemId> {
         self.0.strip_prefix("system-").and_then(|id| id.parse().ok()).map(SystemId)
+    }
+
+    /// Whether the name is a hardware id.
+    pub(crate) fn is_hardware(&self) -> bool {
+        self.system().is_none()
     }
 
     /// The name.
@@ -41,8 +46,8 @@ impl VehicleKey {
     }
 }
 
-/// The ids of a vehicle's hardware, as far as it has told them. An ArduPilot has `uid2` alone, a PX4 both, of which the second has no
-/// room in MAVLink 1.
+/// Hardware ids of AUTOPILOT_VERSION, as far as told. ArduPilot has `uid2` alone, PX4 both; `uid2` is an extension
+/// field, which MAVLink 1 leaves out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(crate) struct HardwareIds {
     uid: Option<u64>,
@@ -54,8 +59,8 @@ impl HardwareIds {
         Self { uid: version.uid, uid2: version.uid2 }
     }
 
-    /// Whether they are of another vehicle than those told before: by `uid2` where both have it, else by `uid`. Who tells nothing is
-    /// the one from before.
+    /// Whether they are of another aircraft than `before`: compares `uid2` where both have it, else `uid`. Ids that are
+    /// missing on either side prove nothing.
     pub(crate) fn is_another(self, before: Self) -> bool {
         if self == Self::default() || before == Self::default() {
             return false;
@@ -66,12 +71,12 @@ impl HardwareIds {
         }
     }
 
-    /// These, and what was told before.
+    /// These, completed by those told before.
     pub(crate) fn or(self, before: Self) -> Self {
         Self { uid: self.uid.or(before.uid), uid2: self.uid2.or(before.uid2) }
     }
 
-    /// The name of the vehicle: by `uid2` where it is told, else by `uid`; `None` where neither is.
+    /// The aircraft's name: by `uid2` where told, else by `uid`; `None` without both.
     pub(crate) fn key(self) -> Option<VehicleKey> {
         let by_uid = || self.uid.map(|uid| format!("uid-{uid:016x}"));
         let by_uid2 = self.uid2.map(|uid2| {
@@ -96,46 +101,46 @@ pub enum Writer {
     Us,
     /// Another station.
     Another,
-    /// It is not known whether anybody was: what was written down of it cannot be read.
+    /// Unknown: the record cannot be read, and may or may not have held a doubt.
     NotKnown,
 }
 
-/// Why the mission on board may be a mixture: an upload began and was not seen to end. What is read then is a whole plan only
-/// when it is one of these two.
+/// Why the mission on board may be a mixture: an upload began and was not seen to end. A mission that is read then is
+/// whole only if it is one of these two, or the one that was verified last.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Doubt {
-    /// Whose upload it was.
+    /// Who was uploading.
     pub writer: Writer,
-    /// The list that was being sent, as on the wire, home included; `None` where it was not heard whole.
+    /// The item list that was being sent, as on the wire, home included; `None` where it was not heard completely.
     pub sent: Option<Arc<Vec<MissionItemInt>>>,
-    /// Fingerprint of the mission before; `None` when that was not known.
+    /// Fingerprint of the mission before; `None` if unknown.
     pub before: Option<u64>,
 }
 
-/// The mission of a vehicle as far as it has to outlive the program.
+/// What is recorded of an aircraft's mission.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct PlanRecord {
     /// Items and fingerprint of the mission that was read back last.
     pub verified: Option<(u16, u64)>,
-    /// Set from before an upload's first message until its end was verified.
+    /// Set from before an upload's first message until its end is verified.
     pub doubt: Option<Doubt>,
 }
 
 impl PlanRecord {
-    /// What a record counts for that cannot be read: it may have told of a doubt.
+    /// Stands for a record that cannot be read: it may have held a doubt.
     pub fn damaged() -> Self {
         Self { verified: None, doubt: Some(Doubt { writer: Writer::NotKnown, sent: None, before: None }) }
     }
 }
 
-/// A record and whose it is.
+/// A record with its owner.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StoredRecord {
-    /// Whose.
+    /// The aircraft.
     pub key: VehicleKey,
-    /// Its system id at that time; `None` where that cannot be read.
+    /// Its system id when the record was written; `None` if unreadable.
     pub system: Option<SystemId>,
-    /// What is known.
+    /// The record.
     pub record: PlanRecord,
 }
 

@@ -1,38 +1,35 @@
-//! What is known of the plans on board beyond their states: the doubt, its record, uploads of others, readings of our own.
-
-use std::time::Duration;
+//! What is known of the plans on board beyond their states: the doubt, its record, uploads of others, automatic
+//! readings.
 
 use vencejo_flight::plan::PlanKind;
 use vencejo_proto::{Address, MissionItemInt, MonoTime};
 
-use crate::plan_record::{Doubt, HardwareIds, PlanRecord, StoredRecord, VehicleKey};
+use super::identity::{Doubted, Identity, Whose};
+use crate::plan_record::{Doubt, PlanRecord, StoredRecord};
 use crate::plan_state::PlanState;
 use crate::request::RequestId;
-
-/// A vehicle that has not told the id of its hardware for this long after it was heard is known by its system id.
-pub(super) const IDENTIFIED_WITHIN: Duration = Duration::from_secs(5);
 
 /// Another station's upload of a mission.
 #[derive(Debug)]
 pub(super) struct Incoming {
     pub(super) from: Address,
     pub(super) items: Vec<Option<MissionItemInt>>,
-    /// Whether the vehicle took it up.
+    /// Whether items were asked for or sent.
     pub(super) has_begun: bool,
     pub(super) heard_at: MonoTime,
-    /// What was known before; `None` where an upload of ours has begun since.
-    pub(super) before: Option<(PlanState, Option<Doubt>)>,
+    /// State and doubt of the mission before; `None` if an upload of ours has begun since.
+    pub(super) before: Option<(PlanState, Option<Doubted>)>,
 }
 
-/// What is read by itself.
+/// What is read automatically.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Reading {
     Plan(PlanKind),
-    /// Of how an ArduPlane flies, by its name.
+    /// A parameter of an ArduPlane, by its name.
     Parameter(&'static str),
 }
 
-/// A reading that nobody asked for.
+/// An automatic reading under way.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Own {
     pub(super) id: RequestId,
@@ -40,48 +37,34 @@ pub(super) struct Own {
     pub(super) began: MonoTime,
 }
 
-/// What is known and doubted of the plans on board; `onboard` acts on it.
+/// State of the plans on board; `onboard`, `identity` and `others` act on it.
 #[derive(Debug)]
 pub(super) struct OnBoard {
-    pub(super) doubt: Option<Doubt>,
-    /// Whether the doubt began since the vehicle started, or came back after a silence: it is about the one that is there, whoever
-    /// that will tell to be.
-    pub(super) is_doubt_new: bool,
-    /// The mission that was read back last, in this run or one before.
+    pub(super) doubt: Option<Doubted>,
+    /// Items and fingerprint of the mission that was verified last, in this run or an earlier one.
     pub(super) verified: Option<(u16, u64)>,
-    /// Whose record this is; `None` until the vehicle is identified.
-    pub(super) key: Option<VehicleKey>,
-    /// What it has told of its hardware, in all its messages.
-    pub(super) hardware: HardwareIds,
-    /// The record of that one as it was when the vehicle restarted, until it tells again who it is: another may have come back on its link.
-    pub(super) aside: Option<PlanRecord>,
-    /// Whether that is awaited, until `identified_by`.
-    pub(super) awaits_identity: bool,
-    /// The record whose doubt stands in until the vehicle is identified.
-    pub(super) stand_in: Option<VehicleKey>,
-    /// Records from runs before.
+    pub(super) identity: Identity,
+    /// Records from earlier runs, newest first.
     pub(super) stored: Vec<StoredRecord>,
-    /// What is written down.
+    /// The record of `identity.key` as it is on the disk.
     pub(super) kept: PlanRecord,
     pub(super) ticket: u64,
-    /// Whether anything was written down of it in this run.
+    /// Whether a record has been written in this run.
     pub(super) has_put: bool,
-    /// When the wait for the hardware's id ends.
-    pub(super) identified_by: MonoTime,
     pub(super) incoming: Option<Incoming>,
-    /// Another station's plan file that is being written.
+    /// Another station's plan file that is being written by MAVFTP.
     pub(super) incoming_file: Option<(Address, PlanKind)>,
     /// Items in the mission by MISSION_CURRENT.
     pub(super) total: Option<u16>,
     /// Until when that number counts as moving.
     pub(super) moving_until: Option<MonoTime>,
     pub(super) own: Option<Own>,
-    /// When a reading that nobody asked for was verified.
+    /// When an automatic reading of the mission succeeded last.
     pub(super) own_verified_at: Option<MonoTime>,
-    /// Whether a plan is to be read once more although it is known, by kind.
+    /// Whether a plan is to be read again although it is known, by kind.
     pub(super) is_copy_doubted: [bool; 3],
     pub(super) attempts: [usize; 3],
-    /// How many of the flight parameters were asked for.
+    /// How many of the flight parameters have been requested.
     pub(super) parameters_asked: usize,
     pub(super) not_before: [MonoTime; 3],
     pub(super) quiet_since: MonoTime,
@@ -92,18 +75,12 @@ impl OnBoard {
     pub(super) fn new(now: MonoTime) -> Self {
         Self {
             doubt: None,
-            is_doubt_new: false,
             verified: None,
-            key: None,
-            hardware: HardwareIds::default(),
-            aside: None,
-            awaits_identity: false,
-            stand_in: None,
+            identity: Identity::new(now),
             stored: Vec::new(),
             kept: PlanRecord::default(),
             ticket: 0,
             has_put: false,
-            identified_by: now + IDENTIFIED_WITHIN,
             incoming: None,
             incoming_file: None,
             total: None,
@@ -119,7 +96,7 @@ impl OnBoard {
         }
     }
 
-    /// A plan's state is another one: what failed before may go now.
+    /// A plan's state has changed: reading it may succeed now.
     pub(super) fn on_state(&mut self, kind: PlanKind, state: PlanState) {
         self.attempts[kind as usize] = 0;
         if let (PlanKind::Mission, PlanState::Verified { .. } | PlanState::Empty) = (kind, state) {
@@ -127,25 +104,27 @@ impl OnBoard {
         }
     }
 
-    /// What is to be remembered.
+    /// What is to be recorded. While it is not known which aircraft is there, the doubt about the one before is kept.
     pub(super) fn record(&self) -> PlanRecord {
-        PlanRecord { verified: self.verified, doubt: self.doubt.clone() }
-    }
-
-    /// Whether the doubt may be about another vehicle than the one that is there, which will soon tell who it is.
-    pub(super) fn may_doubt_another(&self) -> bool {
-        self.stand_in.is_some() || self.awaits_identity && self.doubt.is_some() && !self.is_doubt_new
+        let own = self.doubt.as_ref().filter(|doubted| !matches!(doubted.whose, Whose::Stored(_)));
+        let doubt = own.map(|doubted| &doubted.doubt).or(self.identity.aside()).cloned();
+        PlanRecord { verified: self.verified, doubt }
     }
 
     pub(super) fn doubt(&self) -> Option<&Doubt> {
-        self.doubt.as_ref()
+        self.doubt.as_ref().map(|doubted| &doubted.doubt)
     }
 
-    /// What this run has seen of the mission: from now on it is this vehicle's own, whoever it will tell to be.
-    pub(super) fn set_doubt(&mut self, doubt: Option<Doubt>) {
-        self.is_doubt_new = doubt.is_some();
-        self.doubt = doubt;
-        self.stand_in = None;
+    /// An upload begins: the mission is doubted until its end is verified.
+    pub(super) fn begin_doubt(&mut self, doubt: Doubt) {
+        self.doubt = Some(Doubted { doubt, whose: self.identity.present() });
+    }
+
+    /// The mission on board is whole.
+    pub(super) fn end_doubt(&mut self) {
+        if self.doubt.take().is_some() {
+            self.identity.on_doubt_ended();
+        }
     }
 
     pub(super) fn is_own(&self, id: RequestId) -> bool {

@@ -4,7 +4,7 @@ use vencejo_flight::plan::PlanKind;
 use vencejo_proto::{Address, Message, MissionItemInt, MonoTime};
 
 use super::board::Incoming;
-use crate::plan_record::Doubt;
+use super::identity::Doubted;
 use crate::plan_state::PlanState;
 use crate::request::RequestId;
 use crate::transfer::{
@@ -18,7 +18,7 @@ pub(super) struct PlanBefore {
     pub kind: PlanKind,
     pub state: PlanState,
     /// The doubt about the mission.
-    pub doubt: Option<Doubt>,
+    pub doubt: Option<Doubted>,
 }
 
 /// Our last writing of a plan.

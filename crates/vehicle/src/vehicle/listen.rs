@@ -107,10 +107,10 @@ impl Vehicle {
         }
     }
 
-    /// After a silence: another one with the same system id may have come to the link, which [`Self::on_version`] finds
-    /// out.
+    /// After a silence: another aircraft with the same system id may have come to the link, which [`Self::on_version`]
+    /// finds out.
     fn ask_who_it_is(&mut self, now: MonoTime) {
-        self.on_board_may_be_anothers();
+        self.doubt_identity(now, false, now);
         self.streams.ask_version(&mut self.commands, now);
         self.pump(now);
     }
@@ -325,9 +325,7 @@ impl Vehicle {
             && let Ok(kind) = PlanKind::try_from(ack.mission_type)
         {
             self.told_changed(kind, now);
-            let is_writing =
-                self.transfer.as_ref().is_some_and(|lane| lane.is_about(kind) && lane.machine.writes_plan());
-            let until = if is_writing { Some(now + TRANSFER_ECHO) } else { self.echo_until(kind, now) };
+            let until = if self.writes(kind) { Some(now + TRANSFER_ECHO) } else { self.echo_until(kind, now) };
             if let Some(until) = until
                 && !Message::MissionAck(*ack).target().includes(self.our)
             {
@@ -369,9 +367,9 @@ impl Vehicle {
         self.restarted_at = None;
         self.on_restart(now, now);
         if was_recording {
-            self.on_board.key = None;
+            self.on_board.identity.key = None;
         }
-        self.on_board_replaced(now);
+        self.on_board_replaced(None, false, now);
         self.pump(now);
     }
 
@@ -394,6 +392,12 @@ impl Vehicle {
         if self.restarted_at.is_some_and(|restarted| now.since(restarted) < RESTART_ONCE) {
             return;
         }
+        self.end_life(since, now);
+        self.on_board_restarted(since, now);
+    }
+
+    /// Everything from before `since` is of a former life, or of another aircraft: telemetry is forgotten, requests under way end.
+    pub(super) fn end_life(&mut self, since: MonoTime, now: MonoTime) {
         self.restarted_at = Some(now);
         self.telemetry.forget_before(since);
         self.told = Told { mode: self.told.mode, is_armed: self.told.is_armed, ..Told::default() };
@@ -423,7 +427,7 @@ impl Vehicle {
             let result = if is_wanted { Ok(Reply::Done) } else { Err(VehicleError::Rebooted) };
             self.outputs.push_back(Output::Finished { id: op.id, result });
         }
-        self.on_board_restarted(now);
+        self.on_board.own = None;
         self.streams.ask(&mut self.commands, now);
     }
 }

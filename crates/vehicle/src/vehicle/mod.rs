@@ -9,7 +9,8 @@
 //! | `ops` | running requests: commands, the effects that prove them, results |
 //! | `transfers` | requests that move plans and parameters |
 //! | `board` | knowledge of the plans on board beyond their states |
-//! | `onboard` | its use: the doubt whether a mission is mixed, its record, reading back |
+//! | `identity` | which aircraft it is, and whose record its mission is kept in |
+//! | `onboard` | the doubt whether a mission is mixed, reading back |
 //! | `others` | changes of plans by other stations, also during our own transfers |
 //! | `guard` | messages refused while the mission may be mixed |
 //! | `landing` | messages refused while an ArduPlane lands |
@@ -25,6 +26,7 @@ mod board;
 mod guard;
 mod hearing;
 mod hosted;
+mod identity;
 mod landing;
 mod lane;
 mod listen;

@@ -1,4 +1,5 @@
-//! What other stations do to the plans on board, as far as our links hear it: what they send to the vehicle, and what it answers them.
+//! Changes of the plans on board by other stations, as far as our links hear their messages to the vehicle and its
+//! answers.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -15,7 +16,7 @@ use crate::plan_state::{PlanState, Unknown};
 use crate::telemetry::Severity;
 use crate::transfer::Others;
 
-/// The number of items on board that has not changed for this long is at rest: an upload item by item moves it all the time.
+/// When the number of items on board has not changed for this long, no upload item by item is under way.
 const COUNT_REST: Duration = Duration::from_secs(3);
 
 fn kind_of(mission_type: MavMissionType) -> Option<PlanKind> {
@@ -23,7 +24,7 @@ fn kind_of(mission_type: MavMissionType) -> Option<PlanKind> {
 }
 
 impl Vehicle {
-    /// A message to the vehicle, from another station or from a caller who sends messages as they are: it may change a plan.
+    /// A message to the vehicle from another station, or a raw message from a caller: it may change a plan.
     pub(super) fn on_written(&mut self, from: Address, message: &Message, now: MonoTime) {
         match message {
             Message::Dialect(MavMessage::MISSION_COUNT(count)) => {
@@ -58,7 +59,7 @@ impl Vehicle {
         }
     }
 
-    /// Another station's upload of a mission goes on, if it is this one.
+    /// Notes progress of another station's upload of a mission, if `is_this` accepts it.
     fn goes_on(&mut self, is_this: impl Fn(&Incoming) -> bool, now: MonoTime) -> Option<&mut Incoming> {
         if !self.on_board.incoming.as_ref().is_some_and(is_this) {
             return None;
@@ -69,7 +70,7 @@ impl Vehicle {
         Some(incoming)
     }
 
-    /// A plan file of another station: it becomes the plan when its session ends.
+    /// Another station writes a plan file by MAVFTP: it becomes the plan when the session is terminated.
     fn on_file_written(&mut self, from: Address, request: &FtpPayload, now: MonoTime) {
         match request.opcode {
             FtpOpcode::CREATE_FILE | FtpOpcode::OPEN_FILE_WO => {
@@ -95,9 +96,9 @@ impl Vehicle {
         }
         let is_beside_ours = self.beside_ours(kind, Others::Write, now);
         let before = match self.on_board.incoming.take() {
-            // What comes of ours tells what is known.
+            // The result of our own transfer decides what is known.
             _ if is_beside_ours => None,
-            // It asks once more.
+            // MISSION_COUNT was repeated.
             Some(incoming) if incoming.from == from && !incoming.has_begun => incoming.before,
             _ => Some((self.plans.get(kind), self.on_board.doubt.clone())),
         };
@@ -107,12 +108,12 @@ impl Vehicle {
             return;
         }
         let doubt = Doubt { writer: Writer::Another, sent: None, before: self.before() };
-        self.on_board.set_doubt(Some(doubt));
+        self.on_board.begin_doubt(doubt);
         self.set_plan(kind, PlanState::Unknown(Unknown::SentElsewhere));
         self.remember();
     }
 
-    /// The vehicle asks for an item: another station, unless it asks us.
+    /// The vehicle requests an item, of us or of another station.
     pub(super) fn on_asks(&mut self, message: &Message, now: MonoTime) {
         let kind = match message {
             Message::Dialect(MavMessage::MISSION_REQUEST_INT(request)) => request.mission_type,
@@ -138,7 +139,7 @@ impl Vehicle {
         }
     }
 
-    /// The vehicle's word to another station's upload; whether it was one.
+    /// MISSION_ACK for another station's upload. Returns whether it was one.
     pub(super) fn on_ack_to_another(&mut self, ack: &MissionAck, now: MonoTime) -> bool {
         let is_theirs = |incoming: &mut Incoming| {
             ack.mission_type == 0 && Message::MissionAck(*ack).target().includes(incoming.from)
@@ -163,12 +164,12 @@ impl Vehicle {
             return true;
         }
         if others == Others::Finished {
-            self.on_board.set_doubt(None);
+            self.on_board.end_doubt();
             self.set_plan(PlanKind::Mission, PlanState::Unknown(Unknown::ChangedElsewhere));
         } else if let Some((state, doubt)) = incoming.before.clone().filter(|_| !incoming.has_begun) {
             // Refused before anything was written.
-            self.on_board.set_doubt(doubt);
-            // A mission that is known has been let go of, and is read again.
+            self.on_board.doubt = doubt;
+            // Our copy of a known mission was dropped when the upload began: it is read again.
             let is_known = state.hash().is_some_and(|_| state != PlanState::Empty);
             self.set_plan(
                 PlanKind::Mission,
@@ -181,11 +182,11 @@ impl Vehicle {
         true
     }
 
-    /// An upload of another station was left. Where all of its items were heard, they may well be on board.
+    /// Another station's upload was abandoned. If all of its items were heard, the whole list may be on board.
     pub(super) fn keep_heard(&mut self, incoming: Incoming) {
         let items: Option<Vec<_>> = incoming.items.into_iter().collect();
-        if let (Some(doubt), Some(items)) = (&mut self.on_board.doubt, items.filter(|items| !items.is_empty())) {
-            doubt.sent = Some(Arc::new(items));
+        if let (Some(doubted), Some(items)) = (&mut self.on_board.doubt, items.filter(|items| !items.is_empty())) {
+            doubted.doubt.sent = Some(Arc::new(items));
         }
     }
 
@@ -197,7 +198,7 @@ impl Vehicle {
             return;
         }
         if self.transfer.as_ref().is_some_and(|lane| lane.is_about(PlanKind::Mission)) {
-            // What we write moves it too.
+            // Our own upload changes it too.
             return self.void(PlanKind::Mission);
         }
         self.on_board.moving_until = Some(now + COUNT_REST);
@@ -206,7 +207,8 @@ impl Vehicle {
         }
     }
 
-    /// Somebody else changes a plan: what is known of it is void, and what the vehicle says of it from now on is no echo of ours.
+    /// Another station changes a plan: what is known of it is void, and later messages about it are not echoes of our
+    /// own writing.
     pub(super) fn changed_elsewhere(&mut self, kind: PlanKind, others: Others, now: MonoTime) {
         self.written[kind as usize] = None;
         if !self.beside_ours(kind, others, now) {
@@ -214,7 +216,8 @@ impl Vehicle {
         }
     }
 
-    /// Another station does something to the plan that we write or read. Whether we write it: then our own transfer finds out what comes of it.
+    /// Another station acts on the plan that we are writing or reading. Returns whether we are writing: our own
+    /// transfer then finds out the result.
     fn beside_ours(&mut self, kind: PlanKind, others: Others, now: MonoTime) -> bool {
         let home = u16::from(self.is_ardupilot() && kind == PlanKind::Mission);
         let Some(lane) = self.transfer.as_mut().filter(|lane| lane.is_about(kind)) else { return false };

@@ -147,6 +147,8 @@ struct Plane {
     /// Knows nothing of plans.
     deaf_to_missions: bool,
     uid: u64,
+    /// Answers to requests for its version that get lost, though they are acknowledged.
+    loses: usize,
 }
 
 impl Plane {
@@ -185,6 +187,7 @@ impl Plane {
             unknown: Vec::new(),
             deaf_to_missions: false,
             uid: 0,
+            loses: 0,
         }
     }
 
@@ -294,6 +297,7 @@ impl Plane {
             }
             Command::REQUEST_MESSAGE => {
                 match p[0] as u32 {
+                    148 if self.loses > 0 => self.loses -= 1,
                     148 => {
                         self.out.push_back(Message::Dialect(MavMessage::AUTOPILOT_VERSION(AUTOPILOT_VERSION_DATA {
                             capabilities: if self.services.has_ftp {

@@ -10,7 +10,7 @@ use vencejo_proto::{Message, MissionItemInt, MonoTime, SystemId};
 use super::Vehicle;
 use super::lane::{Lane, Machine, PlanBefore, Written, Yield};
 use super::onboard::STATION_PARAMETERS;
-use super::operation::State;
+use super::operation::{Op, State};
 use super::steps::Step;
 use crate::error::VehicleError;
 use crate::modes::ModeFamily;
@@ -36,6 +36,13 @@ impl Vehicle {
         // A parameter of a running list would be taken for the answer to a single read.
         let is_listing = self.transfer.as_ref().is_some_and(|lane| matches!(lane.machine, Machine::List(_)));
         self.param.is_some() || is_listing
+    }
+
+    /// Whether we are writing this plan, or about to.
+    pub(super) fn writes(&self, kind: PlanKind) -> bool {
+        let is_recording = |op: &Op| matches!(&op.state, State::Recording { before, .. } if before.kind == kind);
+        self.transfer.as_ref().is_some_and(|lane| lane.is_about(kind) && lane.machine.writes_plan())
+            || self.ops.iter().any(is_recording)
     }
 
     pub(super) fn transfer_config(&self) -> TransferConfig {
@@ -74,7 +81,7 @@ impl Vehicle {
             Step::Clear(kind) => (*kind, Some(Vec::new())),
             _ => return self.run_transfer(index, step, None, now),
         };
-        let doubt = self.on_board.doubt().cloned();
+        let doubt = self.on_board.doubt.clone();
         let before = PlanBefore { kind, state: self.plans.get(kind), doubt };
         let wait = match (kind, sent) {
             (PlanKind::Mission, Some(sent)) => self.doubt_before_sending(sent, now),
@@ -90,7 +97,7 @@ impl Vehicle {
     /// Nothing of an upload was sent: restores the state before.
     pub(super) fn take_back(&mut self, before: PlanBefore) {
         if before.kind == PlanKind::Mission {
-            self.on_board.set_doubt(before.doubt);
+            self.on_board.doubt = before.doubt;
         }
         // A list that was known has been let go of, and is read again.
         let was_there = before.state.count().is_some_and(|count| count > 0);
@@ -278,7 +285,7 @@ impl Vehicle {
             _ if changed && self.plans.get(kind).may_be_mixed() => self.plans.get(kind),
             _ if changed => PlanState::Unknown(Unknown::ChangedElsewhere),
             PlanKind::Mission if is_ours => {
-                self.on_board.set_doubt(None);
+                self.on_board.end_doubt();
                 read
             }
             PlanKind::Mission => self.judge(wire, read),
