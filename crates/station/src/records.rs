@@ -1,7 +1,8 @@
-//! What is remembered of the missions on board, one file for each vehicle: read when the station starts and when a vehicle is
-//! heard, written by a thread of its own, newest record first.
+//! Persisted knowledge of the missions on board, one file per aircraft: read when the station starts and when a vehicle
+//! is heard for the first time, written by a thread of its own.
 //!
-//! A file that cannot be read may have told of a doubt, and counts for one. It stays as it is until something else is known.
+//! An unreadable file counts as a doubt, because it may have recorded one. It is left as it is until a new record
+//! replaces it.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -15,14 +16,14 @@ use vencejo_proto::plan_file::{decode_plan_file, encode_plan_file};
 use vencejo_store::Access;
 use vencejo_vehicle::{Doubt, PlanRecord, StoredRecord, VehicleId, VehicleKey, Writer};
 
-/// Vehicles that are remembered; of more, the newest.
+/// Most records that are read; of more, the newest.
 const MAX_RECORDS: usize = 256;
-/// Longest file: a mission of 65,535 items, in hexadecimal, would be longer, and no vehicle holds it.
+/// Longest file, bytes. A mission of 65,535 items in hexadecimal would be longer, but no vehicle holds that many.
 const MAX_FILE: u64 = 1 << 20;
-/// The end of the files' names.
+/// Suffix of the file names.
 const ENDING: &str = ".json";
 
-/// A record as it is written.
+/// A record in its file format, JSON.
 #[derive(Serialize, Deserialize)]
 struct OnDisk {
     format: u32,
@@ -40,7 +41,7 @@ struct Fingerprint {
 #[derive(Serialize, Deserialize)]
 struct DoubtOnDisk {
     writer: WriterOnDisk,
-    /// The list that was being sent, as ArduPilot's plan file, in hexadecimal.
+    /// The item list that was being sent: ArduPilot's plan file in hexadecimal.
     sent: Option<String>,
     before: Option<String>,
 }
@@ -133,7 +134,7 @@ pub(crate) fn read_all(folder: &Path) -> Vec<StoredRecord> {
     let read = |(_, key, path, len): (_, VehicleKey, PathBuf, u64)| {
         let text = (len <= MAX_FILE).then(|| std::fs::read(&path).ok()).flatten();
         text.and_then(|text| of_text(key.clone(), &text)).unwrap_or_else(|| {
-            tracing::warn!(file = %path.display(), "what is remembered of a mission cannot be read: that mission is doubted");
+            tracing::warn!(file = %path.display(), "the record of a mission cannot be read: that mission is doubted");
             StoredRecord { system: key.system(), key, record: PlanRecord::damaged() }
         })
     };
@@ -152,41 +153,42 @@ fn write(folder: &Path, stored: &StoredRecord) -> std::io::Result<()> {
     vencejo_store::write(&path, to_text(stored).as_bytes(), Access::Owner)
 }
 
-/// How often what could not be written is tried again.
+/// How often writing is retried after a failure.
 const TRY_AGAIN: Duration = Duration::from_secs(5);
 
-/// The vehicle that a record is of, and the record with its ticket.
+/// The vehicle that wants a record written, and whose record it is.
 type Key = (VehicleId, VehicleKey);
+/// A record with its ticket.
 type Ticketed = (u64, StoredRecord);
-/// The newest record of each vehicle: a slow disk has at most one for each to write.
+/// The newest record for each key, so that at most one per key waits for a slow disk.
 type Newest = BTreeMap<Key, Ticketed>;
 
 #[derive(Default)]
 struct Waiting {
     records: Newest,
-    /// What should be on the disk and could not be written.
+    /// Records whose writing has failed.
     unwritten: Newest,
-    /// Why, of the last of it.
+    /// The error of the last failure.
     fault: String,
     is_closing: bool,
     is_last_try: bool,
 }
 
 impl Waiting {
-    /// Has what could not be written tried again, unless something newer of the same vehicle waits.
+    /// Queues the failed records again, except those with a newer record waiting.
     fn try_again(&mut self) {
         for (key, record) in &self.unwritten {
             self.records.entry(key.clone()).or_insert_with(|| record.clone());
         }
     }
 
-    /// A record is on the disk: it may take the others too now.
+    /// A record is on the disk: the failed ones are retried at once.
     fn on_written(&mut self, key: &Key) {
         self.unwritten.remove(key);
         self.try_again();
     }
 
-    /// A record could not be written; whether it is the first.
+    /// A record could not be written. Returns whether all others are on the disk.
     fn on_fault(&mut self, key: Key, record: Ticketed, fault: String) -> bool {
         let is_first = self.unwritten.is_empty();
         if self.unwritten.len() < MAX_RECORDS || self.unwritten.contains_key(&key) {
@@ -208,7 +210,7 @@ impl Desk {
         self.waiting.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The next record to be written, waited for; `None` at the end, when each has been tried a last time.
+    /// Waits for the next record to write; `None` after closing, when every failed record has been tried a last time.
     fn next(&self) -> Option<(Key, Ticketed)> {
         let mut waiting = self.lock();
         loop {
@@ -235,7 +237,7 @@ impl Desk {
     }
 }
 
-/// Writes records.
+/// The writer of the records.
 pub(crate) struct Records {
     folder: PathBuf,
     desk: Arc<Desk>,
@@ -243,8 +245,8 @@ pub(crate) struct Records {
 }
 
 impl Records {
-    /// Starts the thread that writes into `folder`. It calls `on_kept` with the vehicle and its newest ticket when that is on the
-    /// disk, or cannot be.
+    /// Starts the thread that writes into `folder`. It calls `on_kept` with the vehicle and the ticket of a record that
+    /// is on the disk, or could not be written.
     pub(crate) fn start(folder: PathBuf, on_kept: impl Fn(VehicleId, u64) + Send + 'static) -> std::io::Result<Self> {
         let desk = Arc::new(Desk::default());
         let (theirs, into) = (desk.clone(), folder.clone());
@@ -255,7 +257,7 @@ impl Records {
                     Ok(()) => theirs.lock().on_written(&key),
                     Err(error) => {
                         if theirs.lock().on_fault(key, (ticket, stored), error.to_string()) {
-                            tracing::error!(folder = %into.display(), %error, "what is known of a mission cannot be written down");
+                            tracing::error!(folder = %into.display(), %error, "the record of a mission cannot be written");
                         }
                     }
                 }
@@ -265,30 +267,31 @@ impl Records {
         Ok(Self { folder, desk, thread: Some(thread) })
     }
 
-    /// Where.
+    /// Where the records are.
     pub(crate) fn folder(&self) -> &Path {
         &self.folder
     }
 
-    /// Why a record is not on the disk that should be; it is lost when the program ends before that is mended.
+    /// Why a record is not on the disk; `None` when all are. It is lost if the program ends before the disk works
+    /// again.
     pub(crate) fn fault(&self) -> Option<String> {
         let waiting = self.desk.lock();
         (!waiting.unwritten.is_empty()).then(|| waiting.fault.clone())
     }
 
-    /// Has a record written soon. Never blocks for the disk.
+    /// Queues a record for writing. Does not wait for the disk.
     pub(crate) fn keep(&self, system: VehicleId, ticket: u64, stored: StoredRecord) {
         self.desk.lock().records.insert((system, stored.key.clone()), (ticket, stored));
         self.desk.news.notify_one();
     }
 
-    /// Writes what waits and ends the thread. It blocks.
+    /// Writes all queued records and ends the thread. Blocks.
     pub(crate) fn close(mut self) {
         self.end();
         if let Some(thread) = self.thread.take()
             && thread.join().is_err()
         {
-            tracing::error!("the thread that writes down what is known of missions panicked");
+            tracing::error!("the thread that writes the records of missions panicked");
         }
     }
 
@@ -299,7 +302,7 @@ impl Records {
 }
 
 impl Drop for Records {
-    /// A station that is let go of without being closed: its thread writes what waits and ends.
+    /// For a station that is dropped without being closed: its thread writes all queued records and ends.
     fn drop(&mut self) {
         self.end();
     }
@@ -331,7 +334,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_written_is_read_again_and_what_is_empty_is_gone() {
+    fn records_are_read_as_written_and_empty_ones_are_removed() {
         let folder = folder("there-and-back");
         let (sender, kept) = mpsc::channel();
         let records = Records::start(folder.clone(), move |system, ticket| {
@@ -354,19 +357,19 @@ mod tests {
     }
 
     #[test]
-    fn what_could_not_be_written_is_when_the_disk_takes_it() {
+    fn a_failed_record_is_written_when_the_disk_works_again() {
         let folder = folder("tried-again");
         std::fs::write(&folder, b"in the way").expect("written");
         let (sender, kept) = mpsc::channel();
         let on_kept = move |system, ticket| sender.send((system, ticket)).expect("the test listens");
         let records = Records::start(folder.clone(), on_kept).expect("a thread");
         records.keep(VehicleId::new(1), 1, stored(1));
-        assert_eq!(kept.recv(), Ok((VehicleId::new(1), 1)), "who waits goes on");
+        assert_eq!(kept.recv(), Ok((VehicleId::new(1), 1)), "the caller is released");
         assert!(records.fault().is_some());
         std::fs::remove_file(&folder).expect("removed");
         records.keep(VehicleId::new(2), 2, stored(2));
         assert_eq!(kept.recv(), Ok((VehicleId::new(2), 2)));
-        assert_eq!(kept.recv(), Ok((VehicleId::new(1), 1)), "tried again with the first that is written");
+        assert_eq!(kept.recv(), Ok((VehicleId::new(1), 1)), "retried with the first that is written");
         assert_eq!(records.fault(), None);
         std::fs::remove_dir_all(&folder).expect("removed");
         std::fs::write(&folder, b"in the way").expect("written");
@@ -379,7 +382,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_read_or_written_ends_nothing() {
+    fn unreadable_files_count_as_doubts_and_a_failed_write_releases_the_caller() {
         let folder = folder("damaged");
         std::fs::create_dir_all(&folder).expect("made");
         for (name, text) in [
@@ -392,7 +395,7 @@ mod tests {
         }
         std::fs::write(folder.join("system-3.json"), to_text(&stored(3))).expect("written");
         std::fs::write(folder.join("uid-000000000000002a.json"), &to_text(&stored(4))[..40]).expect("written");
-        // Each of a vehicle counts for a doubt, never for none; what is no vehicle's counts for nothing.
+        // Each unreadable record counts as a doubt; files that are not named like a record are ignored.
         let mut read: Vec<_> = read_all(&folder).into_iter().map(|stored| (stored.key.to_string(), stored)).collect();
         read.sort_by(|one, other| one.0.cmp(&other.0));
         let names: Vec<_> = read.iter().map(|(name, stored)| (name.as_str(), stored.system)).collect();
@@ -411,8 +414,8 @@ mod tests {
         let records = Records::start(no_folder, move |_, ticket| sender.send(ticket).expect("the test listens"));
         let records = records.expect("a thread");
         records.keep(VehicleId::new(3), 5, stored(3));
-        assert_eq!(kept.recv(), Ok(5), "who waits goes on");
-        assert!(records.fault().is_some(), "and it is told");
+        assert_eq!(kept.recv(), Ok(5), "the caller is released");
+        assert!(records.fault().is_some(), "and the fault reported");
         records.close();
         std::fs::remove_dir_all(&folder).expect("removed");
     }

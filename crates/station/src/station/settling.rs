@@ -1,4 +1,5 @@
-//! What the vehicles' state machines want: messages that go out, events that are told, requests that begin and end.
+//! Carries out the outputs of the vehicles' state machines (messages, events, results, records) and starts their
+//! requests.
 
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -26,7 +27,7 @@ impl Shared {
             }
             RegistryEvent::Dropped(id, address) => {
                 tracing::warn!(vehicle = %id, "a lost vehicle made room for another");
-                // Its queues end with it, and whoever waits for news looks again.
+                // Its queues end, and waiting callers look again.
                 if core.adopted.remove(&id).is_none() {
                     self.hub.choose(address, None);
                 }
@@ -47,8 +48,8 @@ impl Shared {
         }
     }
 
-    /// Tells a vehicle that was heard for the first time what is remembered: at once by what was read when the station started,
-    /// and by what another program may have written since.
+    /// Gives the records to a vehicle that was heard for the first time: those read when the station started at once,
+    /// and those that another program may have written since when they are read.
     fn recall(self: &Arc<Self>, core: &mut Core, system: VehicleId) {
         let Some(folder) = self.records().as_ref().map(|records| records.folder().to_owned()) else { return };
         let (remembered, now) = (core.remembered.clone(), self.clock.now());
@@ -84,13 +85,13 @@ impl Shared {
         }
     }
 
-    /// Does what the vehicles' state machines want, and tells the callers whose requests have ended.
+    /// Carries out the vehicles' outputs, and delivers the results of requests that have ended.
     pub(crate) fn settle(self: &Arc<Self>, core: &mut Core, now: MonoTime) {
         self.carry_out(core, now);
         core.end_requests();
     }
 
-    /// Does what the vehicles' state machines want, and sees to it that the driver wakes in time.
+    /// Carries out the vehicles' outputs, and wakes the driver where a deadline is earlier than its alarm.
     pub(super) fn carry_out(self: &Arc<Self>, core: &mut Core, now: MonoTime) {
         let mut unkept = Vec::new();
         while let Some(output) = core.vehicles.poll_output() {
@@ -102,7 +103,7 @@ impl Shared {
                 }
             };
             match output {
-                // Nothing that we send gets there.
+                // No link reaches a vehicle far away.
                 Output::Send(_) if core.adopted.contains_key(&system) => {}
                 Output::Send(message) => {
                     let version = core.watchers.get(&system).map_or(MavVersion::V2, |watchers| watchers.version);
@@ -135,7 +136,7 @@ impl Shared {
                         watchers.changes.notify();
                     }
                 }
-                // What is played changes nothing that outlives it.
+                // A recording that is played changes no records.
                 Output::Keep { ticket, stored } => {
                     match self.records().as_ref().filter(|_| !core.is_replayed(system)) {
                         Some(records) => records.keep(system, ticket, stored),
@@ -144,7 +145,7 @@ impl Shared {
                 }
                 _ => {}
             }
-            // Nobody writes them down (any more): who waits for it goes on.
+            // No records are kept (any more): waiting callers are released.
             for (system, ticket) in std::mem::take(&mut unkept) {
                 if let Some(vehicle) = core.vehicles.get_mut(system) {
                     vehicle.on_kept(ticket, now);
@@ -160,7 +161,7 @@ impl Shared {
         }
     }
 
-    /// A record is on the disk, or cannot be.
+    /// A record is on the disk, or could not be written.
     pub(super) fn on_kept(self: &Arc<Self>, system: VehicleId, ticket: u64) {
         let now = self.clock.now();
         let mut core = self.core();
@@ -174,11 +175,11 @@ impl Shared {
     pub(crate) fn request(self: &Arc<Self>, system: VehicleId, request: Request) -> Pending<RequestResult> {
         let now = self.clock.now();
         let mut core = self.core();
-        // Under the lock: closing ends what it finds there.
+        // Checked under the lock: closing ends the requests that it finds there.
         if *self.closing.borrow() {
             return Pending::ended(Err(StationError::Closed));
         }
-        // A note goes nowhere: it is for those who look at it here.
+        // A note is not sent to the vehicle, so that it needs no permission.
         if !matches!(request, Request::Note { .. })
             && let Err(refused) = core.admit(system)
         {
@@ -203,7 +204,7 @@ impl Shared {
         pending
     }
 
-    /// Sends any message over a vehicle's link, unless the guard of one to whom it is addressed holds it back.
+    /// Sends a raw message over a vehicle's link, unless the guard of an addressed vehicle holds it back.
     pub(crate) fn send(
         self: &Arc<Self>,
         system: VehicleId,
@@ -220,7 +221,7 @@ impl Shared {
         Ok(self.hub.send_message(message, self.config.address, version, Route::Target))
     }
 
-    /// Sends a vehicle what it asked for itself, over its link alone; `None` for one far away.
+    /// Sends a vehicle what it requested itself, over its link alone; `None` for one far away.
     pub(crate) fn answer(&self, id: VehicleId, message: &Message) -> Option<SendReport> {
         let version = self.core().watchers.get(&id).map(|watchers| watchers.version).unwrap_or_default();
         Some(self.hub.send_message(message, self.config.address, version, Route::System(id.system()?)))
@@ -236,7 +237,7 @@ impl Shared {
     }
 }
 
-/// A link and what is wrong with it, for a sentence.
+/// A link and its state, for an error message.
 fn describe(link: &LinkInfo) -> String {
     let state = match &link.state {
         LinkState::Connecting { last_error: Some(error), .. } => format!("not open: {error}"),

@@ -1,4 +1,4 @@
-//! Reading a plan back after it was written: what comes of it counts when nobody else has written the plan meanwhile.
+//! Reads a plan back after it was written. The result counts only if no other station has written the plan meanwhile.
 
 use vencejo_flight::plan::PlanKind;
 use vencejo_proto::{Address, Message, MonoTime};
@@ -12,17 +12,17 @@ use super::{Transfer, TransferConfig, TransferError, TransferOutput};
 /// What another station does to a plan while we write it and read it back.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Others {
-    /// It writes: what is read meanwhile may be a mixture of two plans.
+    /// It is uploading: a list that is read meanwhile may be a mixture of two plans.
     Write,
-    /// The vehicle does not take it, or no more of it.
+    /// The vehicle has refused its upload, or the rest of it.
     Refused,
-    /// It has changed the plan at one stroke, or may have.
+    /// It may have changed the plan in one step (cleared it, or closed a plan file).
     Changed,
-    /// The vehicle has all of its plan.
+    /// The vehicle has acknowledged its whole plan.
     Finished,
 }
 
-/// Until when another station writes a plan, as far as it is heard.
+/// Until when another station counts as uploading, as far as it is heard.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct OthersUntil(Option<MonoTime>);
 
@@ -36,7 +36,7 @@ impl OthersUntil {
     }
 }
 
-/// Reads a plan back, and begins anew, after them, when others have written it meanwhile.
+/// Reads a plan back; starts again, after the others, when they have written it meanwhile.
 #[derive(Debug)]
 pub(super) struct ReadBack {
     config: TransferConfig,
@@ -44,11 +44,11 @@ pub(super) struct ReadBack {
     route: PlanRoute,
     state: State,
     others: OthersUntil,
-    /// Whether the upload's session is closed, so that its file is the plan.
+    /// Whether the upload's MAVFTP session is closed: only then does its file become the plan.
     is_closed: bool,
     /// Whether others have written since this reading began.
     is_void: bool,
-    /// How often it was begun anew.
+    /// How often reading was started again.
     restarts: u32,
     result: Option<Result<DownloadedPlan, TransferError>>,
     out: Outbox,
@@ -57,7 +57,7 @@ pub(super) struct ReadBack {
 #[derive(Debug)]
 enum State {
     Reading(Box<PlanDownload>),
-    /// Others write.
+    /// Waits for others to finish writing.
     Waiting {
         since: MonoTime,
     },
@@ -65,7 +65,7 @@ enum State {
 }
 
 impl ReadBack {
-    /// Begins to read; `closing` is the MAVFTP session of an upload that is to be ended first.
+    /// Starts reading. `closing`: the upload's MAVFTP session, which is closed first.
     pub fn new(
         route: PlanRoute,
         config: &TransferConfig,
@@ -90,12 +90,12 @@ impl ReadBack {
         read
     }
 
-    /// Whether the upload's session is closed, so that its file is the plan.
+    /// Whether the upload's MAVFTP session is closed, so that its file is the plan.
     pub fn is_closed(&self) -> bool {
         self.is_closed
     }
 
-    /// Whether others have written the plan since it was to be read back.
+    /// Whether others have written the plan since the read-back began.
     pub fn is_beside_others(&self) -> bool {
         self.is_void || self.restarts > 0
     }
