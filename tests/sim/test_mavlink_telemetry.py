@@ -167,6 +167,14 @@ def test_before_a_fix() -> None:
     assert build(242, now, replace(CONTEXT, home_set=False)) is None
 
 
+def test_planes_of_one_simulator_have_their_own_hardware() -> None:
+    versions = [build(148, snapshot(), replace(CONTEXT, system_id=system)) for system in (1, 2)]
+    assert [bytes(version.uid2).rstrip(b"\0") for version in versions if version] == [
+        b"vencejo-sim-1",
+        b"vencejo-sim-2",
+    ]
+
+
 @pytest.mark.parametrize("message_id", sorted(BUILDERS))
 def test_frames_are_pymavlinks(message_id: int) -> None:
     message = build(message_id, flying(), CONTEXT)

@@ -440,6 +440,7 @@ class PlaneComponent:
             fence=self.fence.status,
             prearm_ok=self._prearm_ok,
             home_set=self.home_set,
+            system_id=self.source.system,
             terrain=self._terrain_report,
         )
 

@@ -74,6 +74,8 @@ class TelemetryContext:
     fence: FenceStatus
     prearm_ok: bool
     home_set: bool
+    system_id: int = 1
+    """Distinguishes the planes of one simulator by their hardware id (AUTOPILOT_VERSION ``uid2``)."""
     terrain: Callable[[float, float], MavMessage] | None = None
     """Makes TERRAIN_REPORT for a place; without it nothing is known."""
 
@@ -513,7 +515,7 @@ def _fence_status(_s: Snapshot, c: TelemetryContext) -> MavMessage | None:
     )
 
 
-def _autopilot_version(_s: Snapshot, _c: TelemetryContext) -> MavMessage:
+def _autopilot_version(_s: Snapshot, c: TelemetryContext) -> MavMessage:
     return dialect.MAVLink_autopilot_version_message(
         _CAPABILITIES,
         _FLIGHT_VERSION,
@@ -526,7 +528,7 @@ def _autopilot_version(_s: Snapshot, _c: TelemetryContext) -> MavMessage:
         0,
         0,
         0,
-        list(b"vencejo-sim".ljust(18, b"\0")),
+        list(f"vencejo-sim-{c.system_id}".encode().ljust(18, b"\0")),
     )
 
 
