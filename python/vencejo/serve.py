@@ -122,8 +122,9 @@ class Server(Closing):
         Whether to let other machines in without TLS, so that anyone in the network can read the traffic, tokens
         included. Default False: an address that others can reach needs ``certificate`` and ``key``.
     on_board : bool, optional
-        Run on board a vehicle: the station's heartbeat is sent only while an operator's session is alive, because the
-        autopilot's ground-station failsafe monitors it.
+        Run on board a vehicle: the station's heartbeat is sent only while an operator's page or program has its
+        WebSocket open, and 5 s longer, because the autopilot's ground-station failsafe monitors it. Single HTTP
+        requests do not count.
     maps_folder : path, optional
         Folder of map sources, their cache and offline areas; created if missing. Default `default_maps_folder`.
     video_folder : path, optional

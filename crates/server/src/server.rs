@@ -59,8 +59,8 @@ pub struct ServerConfig {
     pub tls: Option<(PathBuf, PathBuf)>,
     /// Whether others may be let in without TLS, where whoever is in the network reads along, tokens too.
     pub plain_http: bool,
-    /// On board a vehicle: our heartbeat is sent only while an operator's session is alive, because the autopilot's
-    /// ground-station failsafe counts it.
+    /// On board a vehicle: our heartbeat is sent only while an operator's session has a WebSocket, and 5 s longer, because the
+    /// autopilot's ground-station failsafe counts it.
     pub on_board: bool,
     /// Where map sources, their cache and offline areas are kept; made when it is not there. `None`: no maps are served.
     pub maps_folder: Option<PathBuf>,

@@ -192,7 +192,7 @@ pub enum Cause {
     },
     /// Recordings are opened on the server's own command line, not over the network.
     RecordingAsLink,
-    /// Our heartbeat follows the operators' sessions, on board a vehicle.
+    /// On board a vehicle our heartbeat follows the operators' WebSockets.
     HeartbeatFollowsOperator,
     /// Something unforeseen.
     Internal,

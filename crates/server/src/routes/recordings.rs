@@ -228,8 +228,8 @@ async fn summarize(State(app): State<App>, _: Viewer, Name(name): Name) -> Resul
     }))
 }
 
-/// Starts or stops our heartbeat, which the vehicles' ground-station failsafe counts. On board a vehicle it follows the
-/// operators' sessions instead.
+/// Starts or stops our heartbeat, which the vehicles' ground-station failsafe counts. On board a vehicle it is sent while an
+/// operator's page or program has its WebSocket open, and 5 s longer.
 #[utoipa::path(put, path = "/heartbeat", tag = "station", request_body = SetHeartbeat,
     responses((status = 200, body = Done), Problem))]
 async fn set_heartbeat(
@@ -239,7 +239,7 @@ async fn set_heartbeat(
 ) -> Result<Json<Done>, Problem> {
     pilot.still_in_control(&app)?;
     if app.is_on_board() {
-        let detail = "on board a vehicle our heartbeat is sent while an operator's session is alive, and only then";
+        let detail = "on board a vehicle our heartbeat is sent while an operator's WebSocket is open, and 5 s longer";
         return Err(Problem::new(Cause::HeartbeatFollowsOperator, detail));
     }
     app.station().set_heartbeat(enabled);

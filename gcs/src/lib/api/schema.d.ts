@@ -266,8 +266,8 @@ export interface paths {
         };
         get?: never;
         /**
-         * Starts or stops our heartbeat, which the vehicles' ground-station failsafe counts. On board a vehicle it follows the
-         *     operators' sessions instead.
+         * Starts or stops our heartbeat, which the vehicles' ground-station failsafe counts. On board a vehicle it is sent while an
+         *     operator's page or program has its WebSocket open, and 5 s longer.
          */
         put: operations["set_heartbeat"];
         post?: never;
