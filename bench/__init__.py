@@ -1,1 +1,1 @@
-"""Side by side with other tools: see bench/README.md."""
+"""Comparison with other tools: see bench/README.md."""

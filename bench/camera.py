@@ -1,9 +1,9 @@
-"""Video from a file through the server into a browser's page: how old a picture is when it is seen, and what that costs.
+"""Video from a file through the server to a browser's page: age of the displayed images, and cost.
 
-`python -m bench.camera` prints a section for bench/RESULTS.md; `--write` puts it there. A file of 640 × 480 at 30 pictures a second
-whose pictures carry their number is played by `vencejo serve --camera`. Chromium shows the station's camera window; a script in the
-page reads the number back from the canvas at each frame that is painted. When that picture was taken is known from a second viewer,
-which gets the same code and recognises it byte for byte.
+`python -m bench.camera` prints a section for bench/RESULTS.md; `--write` puts it there. A file of 640 × 480 at 30
+images a second, each of which shows its number, is played by `vencejo serve --camera`. Chromium shows the station's
+camera window; a script in the page reads the number from the canvas in each painted frame. The time of capture is known
+from a second viewer, which receives the same data and recognises each image byte for byte.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ READER = """
 
 
 def cpu_s(pids: list[int]) -> float:
-    """Seconds of a core that processes have used (proc(5), fields 14 and 15)."""
+    """Return the CPU time used by processes, seconds (proc(5), fields 14 and 15)."""
     ticks = 0
     for pid in pids:
         with contextlib.suppress(OSError):
@@ -69,7 +69,7 @@ def cpu_s(pids: list[int]) -> float:
 
 
 def descendants(pid: int) -> list[int]:
-    """A process and all that it started."""
+    """Return a process and all of its descendants."""
     found = [pid]
     with contextlib.suppress(OSError):
         for thread in Path(f"/proc/{pid}/task").iterdir():
@@ -79,7 +79,7 @@ def descendants(pid: int) -> list[int]:
 
 
 class Times(threading.Thread):
-    """When each picture was taken, as another viewer learns it."""
+    """Records the capture time of each image, as another viewer."""
 
     def __init__(self, client: Client, count: int) -> None:
         super().__init__(daemon=True)
@@ -96,12 +96,12 @@ class Times(threading.Thread):
                 self.taken[self._numbers[seen.data]].append(seen.captured_unix_s)
 
     def close(self) -> None:
-        """Look no more."""
+        """Stop listening."""
         self._viewer.close()
 
 
 async def measure(seconds: float, data: Path) -> dict[str, Any]:
-    """Play, look and count."""
+    """Play the video and measure."""
     with serving("--link", "udpin:127.0.0.1:0", "--camera", f"nose={VIDEO}", data=data) as served:
         client = served.client(name="bench")
         server = [served.process.pid]
@@ -149,7 +149,7 @@ async def measure(seconds: float, data: Path) -> dict[str, Any]:
 
 
 def section(figures: dict[str, Any]) -> str:
-    """The section of RESULTS.md."""
+    """Return the section of RESULTS.md."""
     return (
         f"{TITLE}\n\nAim: {AIM}. Written by `python -m bench.camera --write`, {date.today()}"  # noqa: DTZ011
         f" (load of the machine: {figures['load']:.1f} on 2 cores).\n\n"
@@ -162,7 +162,7 @@ def section(figures: dict[str, Any]) -> str:
 
 
 def main() -> None:
-    """Measure, and print or write."""
+    """Measure, and print or write the section."""
     import tempfile
 
     parser = argparse.ArgumentParser(description=__doc__)

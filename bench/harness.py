@@ -1,4 +1,4 @@
-"""Starts contestants and measures them from outside: time, processor, memory. Linux only (/proc)."""
+"""Starts contestants and measures their time, CPU and memory from outside. Linux only (/proc)."""
 
 from __future__ import annotations
 
@@ -23,43 +23,44 @@ CONTESTANTS = ROOT / "bench/contestants"
 LOAD = ROOT / "target/release/vencejo-bench-load"
 FRAMES = OUT / "frames.bin"
 FLEET_FRAMES = OUT / "fleet.bin"
-#: The stream for who waits for its first message.
+#: The stream for contestants that wait for their first message.
 EAGER_FRAMES = OUT / "eager.bin"
 
 
-#: Whatever this program's own environment says: to compile pymavlink takes a second and 100 MB, which stay in what is measured.
+#: Independent of this program's own environment: compiling pymavlink takes a second and 100 MB, which would be
+#: measured.
 BYTECODE_KEPT = {"PYTHONDONTWRITEBYTECODE": "", "PYTHONPYCACHEPREFIX": str(OUT / "bytecode")}
 BYTECODE_UNKEPT = {"PYTHONDONTWRITEBYTECODE": "1", "PYTHONPYCACHEPREFIX": str(OUT / "no-bytecode")}
-#: Load average (1 min) for each core beyond which nothing is recorded: what is measured then is the others.
+#: Load average (1 min) per core above which nothing is recorded, since other processes would be measured.
 MOST_LOAD = 0.5
 
 
 def load() -> float:
-    """Return how many processes wanted a processor in the last minute, by core."""
+    """Return the load average of the last minute, per core."""
     return os.getloadavg()[0] / (os.cpu_count() or 1)
 
 
 class NotMeasured(Exception):
-    """A contestant could not take part; the text says why and goes into the table."""
+    """A contestant could not take part; the text gives the reason for the table."""
 
 
 @dataclass(frozen=True)
 class Usage:
-    """What a process used over a window: share of one core (1 = all of it) and resident memory."""
+    """Resources used by a process over a window: CPU (1 = one core) and resident memory."""
 
     cpu: float
     rss_mb: float
 
 
 def free_port() -> int:
-    """Return a UDP port of the loopback interface that nobody uses now."""
+    """Return an unused UDP port of the loopback interface."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         probe.bind(("127.0.0.1", 0))
         return int(probe.getsockname()[1])
 
 
 def contestant(name: str, task: str, **options: object) -> list[str]:
-    """Return the command line of one task of a program in bench/contestants."""
+    """Return the command line for one task of a program in bench/contestants."""
     return [
         sys.executable,
         str(CONTESTANTS / f"{name}.py"),
@@ -70,12 +71,12 @@ def contestant(name: str, task: str, **options: object) -> list[str]:
 
 @contextlib.contextmanager
 def running(command: Sequence[str], environment: Mapping[str, str] | None = None) -> Iterator[subprocess.Popen[str]]:
-    """Run a program for the length of a block; it and its children are ended with it."""
+    """Run a program for the duration of a block; afterwards it and its children are ended."""
     environment = {**os.environ, **BYTECODE_KEPT, "VENCEJO_DATA": str(OUT / "data"), **(environment or {})}
     errors = (OUT / "last-errors.txt").open("w")
     process = subprocess.Popen(
         command,
-        stdin=subprocess.PIPE,  # kept open: some end when their input does
+        stdin=subprocess.PIPE,  # kept open: some contestants end with their input
         stdout=subprocess.PIPE,
         stderr=errors,
         text=True,
@@ -116,22 +117,22 @@ def wait_line(process: subprocess.Popen[str], start: str, timeout_s: float) -> s
 
 
 def result_of(process: subprocess.Popen[str], timeout_s: float) -> dict[str, Any]:
-    """Return the line of JSON that a contestant ends with."""
+    """Return the line of JSON with which a contestant ends."""
     parsed: dict[str, Any] = json.loads(wait_line(process, "{", timeout_s))
     return parsed
 
 
 def _readable(stream: IO[str], timeout_s: float) -> bool:
-    # Contestants say at most two lines, so nothing hides in the text buffer between two calls
-    # unless both came at once; then the next readline returns at once anyway.
+    # Contestants print at most two lines, so nothing hides in the text buffer between two calls unless both came at
+    # once; then the next readline returns at once anyway.
     return bool(select.select([stream], [], [], timeout_s)[0])
 
 
 def cpu_seconds(pid: int) -> float:
-    """Return the processor time that a process (all its threads, ended ones too) has used.
+    """Return the CPU time used by a process, including ended threads.
 
-    Its CPU clock (clock_getcpuclockid(3)) counts nanoseconds; /proc counts ticks of 10 ms, which of a process that uses 1 % of a
-    core are eight in eight seconds.
+    Its CPU clock (clock_getcpuclockid(3)) has a resolution of nanoseconds; /proc counts ticks of 10 ms, of which a
+    process with 1 % CPU uses eight in eight seconds.
     """
     try:
         return time.clock_gettime((~pid << 3) | 2)
@@ -148,7 +149,7 @@ def rss_mb(pid: int) -> float:
 
 
 def usage_over(pid: int, seconds: float) -> Usage:
-    """Watch a process for a while."""
+    """Measure a process over a time."""
     before, began = cpu_seconds(pid), time.monotonic()
     time.sleep(seconds)
     used, lasted = cpu_seconds(pid) - before, time.monotonic() - began
@@ -175,8 +176,9 @@ def quantile(values: Sequence[float], share: float) -> float:
 def repeat(runs: int, who: dict[str, Callable[[], dict[str, float]]]) -> dict[str, dict[str, float] | str]:
     """Run every contestant ``runs`` times, in turn, and return the median of each figure.
 
-    In turn, so that a machine that slows down for a while slows everyone down. A contestant that
-    cannot take part gets its reason instead of figures. Of a figure whose name begins with ``worst`` the largest is kept.
+    In turn, so that a temporary slowdown of the machine affects all contestants. For a contestant that cannot take
+    part, the reason is returned instead of figures. Of figures whose names begin with ``worst``, the largest value is
+    returned.
     """
     collected: dict[str, list[dict[str, float]]] = {name: [] for name in who}
     refused: dict[str, str] = {}

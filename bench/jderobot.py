@@ -1,8 +1,8 @@
-"""How fast the Ice interfaces answer: ten client programs poll at 50 Hz, alone and beside a thousand idle connections.
+"""Response times of the Ice interfaces: ten clients poll at 50 Hz, alone and beside a thousand idle connections.
 
-`python -m bench.jderobot` prints a section for bench/RESULTS.md; `--write` puts it there. The driver is `vencejo serve --ice` with the
-simulated plane at 50 Hz. Each client is a process of its own that knows only the Slice files: fifty times a second it calls Pose3D and
-Navdata (and the tenth, as a station would, the precise Telemetry) and takes the time of each call.
+`python -m bench.jderobot` prints a section for bench/RESULTS.md; `--write` puts it there. The driver is `vencejo serve
+--ice` with the simulated plane at 50 Hz. Each client is a process that uses only the Slice files: fifty times a second
+it calls Pose3D and Navdata (the tenth client, as a station would, also the precise Telemetry) and measures each call.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ POLLER = "--poll"
 
 
 def poll(proxies: dict[str, str], seconds: float) -> list[float]:
-    """Be one client; the time of each call in milliseconds."""
+    """Run one client; return the duration of each call, milliseconds."""
     ice, jderobot, precise = load_slices("pose3d", "navdata")
     with ice.initialize() as communicator:
         pose = jderobot.Pose3DPrx.checkedCast(communicator.stringToProxy(proxies["Pose3D"]))
@@ -62,7 +62,7 @@ def poll(proxies: dict[str, str], seconds: float) -> list[float]:
 
 @contextlib.contextmanager
 def idle(addresses: list[tuple[str, int]], count: int) -> Iterator[None]:
-    """So many connections that say nothing."""
+    """Open connections that send nothing."""
     with contextlib.ExitStack() as stack:
         for number in range(count):
             stack.enter_context(socket.create_connection(addresses[number % len(addresses)]))
@@ -70,7 +70,7 @@ def idle(addresses: list[tuple[str, int]], count: int) -> Iterator[None]:
 
 
 def measure(proxies: dict[str, str], pid: int, seconds: float, clients: int = CLIENTS) -> dict[str, float]:
-    """Let the clients poll; what their calls took, and the driver's processor time."""
+    """Let the clients poll; return the durations of their calls, and the driver's CPU time."""
     command = [sys.executable, "-m", "bench.jderobot", POLLER, json.dumps(proxies), "--seconds", str(seconds)]
     before, begun = cpu_seconds(pid), time.monotonic()
     pollers = [subprocess.Popen(command, stdout=subprocess.PIPE, text=True, cwd=ROOT) for _ in range(clients)]
@@ -91,7 +91,7 @@ def measure(proxies: dict[str, str], pid: int, seconds: float, clients: int = CL
 
 
 def section(rows: dict[str, dict[str, float]], seconds: float, load: float) -> str:
-    """The section of RESULTS.md."""
+    """Return the section of RESULTS.md."""
     lines = [
         TITLE,
         "",
@@ -110,7 +110,7 @@ def section(rows: dict[str, dict[str, float]], seconds: float, load: float) -> s
 
 
 def put(page: str, part: str) -> str:
-    """The page with our section in place of what it had, or at its end."""
+    """Return the page with our section replaced, or appended."""
     begin = page.find(TITLE)
     if begin < 0:
         return page.rstrip("\n") + "\n\n" + part
@@ -119,7 +119,7 @@ def put(page: str, part: str) -> str:
 
 
 def main() -> int:
-    """Measure, print and, if asked to, write."""
+    """Measure, print and optionally write."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seconds", type=float, default=15.0)
     parser.add_argument("--write", action="store_true", help="put the section into bench/RESULTS.md")

@@ -1,7 +1,7 @@
-"""Turns the recorded stream into the frames file that bench/load plays (its format is stated there).
+"""Converts the recorded stream to the frames file that bench/load plays (the format is documented there).
 
-The recording lasts 20 s. It is laid end to end, with the boot times moved on, so that a plane that
-flies for a minute is seen and not one that reboots every 20 s. RAW_IMU carries the time of sending.
+The recording lasts 20 s. It is repeated with continuing boot times, so that it shows a plane that flies for minutes
+rather than one that reboots every 20 s. RAW_IMU carries the time of sending.
 """
 
 from __future__ import annotations
@@ -15,28 +15,28 @@ RAW_IMU = 27
 HEADER_BYTES = 10
 NO_STAMP = 0xFFFF
 LAP_MS = 20_000
-#: What one vehicle of a fleet sends: five streams at 40 Hz and a heartbeat, 200 messages a second.
+#: Messages of a vehicle in a fleet: five streams at 40 Hz and a heartbeat, 200 messages a second.
 FLEET = ("ATTITUDE", "GLOBAL_POSITION_INT", "VFR_HUD", "RAW_IMU", "GPS_RAW_INT")
 FLEET_RATE = 200
-#: A vehicle whose heartbeat is there as soon as anybody asks, so that nobody is measured by how long it waits for one.
+#: A heartbeat immediately available to each contestant, so that waiting for one is not measured.
 HEARTBEAT_EVERY = 10
-#: Parts of the recorder's own conversation; a plane that is only followed does not say them.
+#: The recorder's own conversation, which a plane that is only followed does not send.
 LEFT_OUT = frozenset({"PARAM_VALUE", "TIMESYNC", "TERRAIN_REQUEST", "STATUSTEXT"})
 
 
 def prepare(output: Path, laps: int = 3, *, fleet: bool = False, heartbeat_every: int = 0) -> int:
-    """Write the frames file, unless it is there and newer than its sources.
+    """Write the frames file, unless it exists and is newer than its sources.
 
     Parameters
     ----------
     output
         The file to write.
     laps
-        How many times the recording is played in it.
+        Number of times that the recording is repeated.
     fleet
-        Leave out what a vehicle of a fleet does not send, and add its heartbeat each second.
+        Omit messages that a vehicle in a fleet does not send, and add its heartbeat once a second.
     heartbeat_every
-        A heartbeat among so many frames, beside those recorded; 0 for none.
+        Add a heartbeat every this many frames, beside the recorded ones; 0 for none.
 
     Returns
     -------
@@ -71,7 +71,7 @@ def prepare(output: Path, laps: int = 3, *, fleet: bool = False, heartbeat_every
                 if value:
                     setattr(message, field, value + (LAP_MS * per_ms if lap else 0))
             if message.get_msgId() == RAW_IMU:
-                # Keeps the eight bytes of the stamp from being cut off as trailing zeros.
+                # Prevents truncation of the timestamp's eight bytes as trailing zeros.
                 message.temperature = message.temperature or 1
             records.append(_record(message, writer))
     output.parent.mkdir(parents=True, exist_ok=True)
@@ -86,7 +86,7 @@ def _record(message: Any, writer: Any) -> bytes:
 
 
 def count(data: bytes) -> int:
-    """Return how many frames a frames file holds."""
+    """Return the number of frames in a frames file."""
     frames = at = 0
     while at < len(data):
         at += 5 + struct.unpack_from("<H", data, at)[0]

@@ -1,4 +1,4 @@
-"""Writes the measured figures as the tables of bench/RESULTS.md: figures, and the ratio to ours."""
+"""Writes the measured figures as the tables of bench/RESULTS.md, with their ratio to ours."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Column:
-    """One figure of a table: its key in the results, its title, and how a value is written."""
+    """One figure of a table: its key in the results, its title, and the format of its values."""
 
     key: str
     title: str
@@ -19,14 +19,14 @@ class Column:
 
 @dataclass(frozen=True)
 class Section:
-    """One table: what it measures, what we aim at, its columns; the first is the one compared."""
+    """One table: its title, its target, and its columns; the first column is the one compared."""
 
     title: str
     aim: str
     columns: tuple[Column, ...]
     more_is_better: bool = False
     has_plane: bool = False
-    #: The section of bench/run.py that measured it, where that has another name.
+    #: Section of bench/run.py that measured it, if its name differs.
     measured_by: str = ""
 
 
@@ -284,7 +284,7 @@ _OURS = "vencejo"
 
 @dataclass(frozen=True)
 class Figure:
-    """One row of the station's table: its title, what we aim at, and how its figures are written."""
+    """One row of the station's table: its title, its target, and the format of its figures."""
 
     title: str
     aim: str
@@ -354,14 +354,14 @@ STATION: dict[str, Figure] = {
 
 
 def render(results: dict[str, Any], page: str = "") -> str:
-    """Return the whole of RESULTS.md.
+    """Return the whole content of RESULTS.md.
 
     Parameters
     ----------
     results
-        What bench/run.py collected: ``machine`` and, per section, ``runs``, ``date`` and ``figures``.
+        Results of bench/run.py: ``machine`` and, per section, ``runs``, ``date`` and ``figures``.
     page
-        RESULTS.md as it is: what was not measured here keeps its figures.
+        Present content of RESULTS.md: sections that were not measured keep their figures.
     """
     machine = results["machine"]
     lines = [
@@ -387,14 +387,14 @@ def render(results: dict[str, Any], page: str = "") -> str:
 
 
 def other_parts(page: str) -> list[str]:
-    """Return the parts of a page that `render` does not write: figures that other programs measure, one at a time."""
+    """Return the parts of a page that `render` does not write: figures measured by other programs, one at a time."""
     known = {section.title for section in SECTIONS.values()}
     parts = page.split("\n## ")[1:]
     return [f"## {part.strip()}\n" for part in parts if part.partition("\n")[0] not in known]
 
 
 def write_station(path: Path, name: str, found: dict[str, Any], machine: dict[str, str]) -> None:
-    """Put one figure of the station into the page, in place of what it had measured before."""
+    """Write one figure of the station into the page, in place of its previous value."""
     page = path.read_text(encoding="utf-8") if path.exists() else "# Results\n"
     before = next((part for part in other_parts(page) if part.startswith(STATION_TITLE)), "")
     rows = {row.partition(" | ")[0].removeprefix("| "): row for row in before.splitlines() if row.startswith("| ")}

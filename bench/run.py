@@ -1,7 +1,7 @@
-"""Runs every benchmark beside its peers and writes bench/RESULTS.md.
+"""Runs every benchmark for all contestants and writes bench/RESULTS.md.
 
-``python bench/run.py [--runs N] [--only decode,follow,…] [--seconds S]``; `make bench` does that with
-everything built. A section that is left out keeps its last figures.
+``python bench/run.py [--runs N] [--only decode,follow,…] [--seconds S]``; `make bench` does that with everything built.
+Omitted sections keep their last figures.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ def output_of(command: list[str], timeout_s: float = 120) -> dict[str, Any]:
 
 
 def built(path: Path) -> str:
-    """Return a program's path, or say that it is not there."""
+    """Return a program's path, or raise when it was not built."""
     if not path.exists():
         raise NotMeasured(f"{path.relative_to(ROOT)} is not built")
     return str(path)
@@ -76,7 +76,7 @@ def built(path: Path) -> str:
 
 
 def decode(runs: int, _seconds: float) -> Table:
-    """Measure how many recorded messages a second each decodes, on one core."""
+    """Measure how many recorded messages each contestant decodes per second on one core."""
 
     def ours() -> Figures:
         found = output_of([built(EXAMPLES / "decode"), str(prepare.CAPTURE)])
@@ -93,7 +93,7 @@ def decode(runs: int, _seconds: float) -> Table:
 
 
 def rehearse(runs: int, _seconds: float) -> Table:
-    """Measure how long rehearsals of a mission of half an hour take; nobody else has any."""
+    """Measure rehearsals of a mission of half an hour; no other tool has any."""
 
     def ours() -> Figures:
         return {name: float(value) for name, value in output_of([built(EXAMPLES / "rehearse")], 300).items()}
@@ -105,7 +105,7 @@ def rehearse(runs: int, _seconds: float) -> Table:
 
 
 def follow_once(name: str, seconds: float, rate: float, systems: int, task: str = "follow") -> Figures:
-    """Let one contestant follow the load; measure latency inside it and usage from outside."""
+    """Let one contestant follow the load; measure latency inside it and resources from outside."""
     port = free_port()
     command = contestant(name, task, port=port, seconds=seconds, warm_up=WARM_UP_S, systems=systems)
     with running(command) as process:
@@ -131,7 +131,7 @@ def follow_once(name: str, seconds: float, rate: float, systems: int, task: str 
 
 
 def follow(runs: int, seconds: float) -> Table:
-    """Follow one plane that sends 1,000 messages a second, with all runs together for a minute at least: that of the worst."""
+    """Follow one plane of 1,000 messages a second, for at least a minute in total, since the worst latency counts."""
     seconds = max(seconds, 60 / runs)
     return repeat(
         runs,
@@ -143,7 +143,7 @@ def follow(runs: int, seconds: float) -> Table:
 
 
 def snapshots(runs: int, seconds: float) -> Table:
-    """Follow the same plane by looking at its newest values ten times a second."""
+    """Follow the same plane by reading its newest values ten times a second."""
     return repeat(
         runs,
         {
@@ -165,7 +165,7 @@ def vehicles(runs: int, seconds: float) -> Table:
 
 
 def first_position(runs: int, _seconds: float) -> Table:
-    """Measure from the start of a process to the first position it has, with its bytecode kept from before and without."""
+    """Measure the time from process start to the first position, with and without existing bytecode."""
 
     def seconds_of(name: str, environment: dict[str, str] = BYTECODE_KEPT) -> float:
         port = free_port()
@@ -177,7 +177,7 @@ def first_position(runs: int, _seconds: float) -> Table:
                 return time.monotonic() - began
 
     def once(name: str) -> Figures:
-        seconds_of(name)  # after which there is bytecode
+        seconds_of(name)  # creates the bytecode
         return {"seconds": seconds_of(name), "unkept_seconds": seconds_of(name, BYTECODE_UNKEPT)}
 
     return repeat(
@@ -190,7 +190,7 @@ def first_position(runs: int, _seconds: float) -> Table:
 
 
 def forwarders() -> dict[str, Callable[[int, list[int]], list[str]]]:
-    """Return each forwarder's command line for a port to listen on and the ports to send to."""
+    """Return each forwarder's command line, for a port to listen on and the ports to send to."""
 
     def ours(port: int, outs: list[int]) -> list[str]:
         links = [f"udpin:127.0.0.1:{port}", *(f"udpout:127.0.0.1:{out}" for out in outs)]
@@ -216,7 +216,7 @@ def forwarders() -> dict[str, Callable[[int, list[int]], list[str]]]:
 
 
 def forward_command(port: int, outs: list[int], rate: float, seconds: float) -> list[str]:
-    """Return the command that plays through a forwarder and listens at its far ends."""
+    """Return the command that plays through a forwarder and listens at its outputs."""
     return [
         str(LOAD), "forward", "--frames", str(FRAMES), "--to", f"127.0.0.1:{port}",
         "--rate", str(rate), "--seconds", str(seconds), "--sinks", ",".join(map(str, outs)),
@@ -224,22 +224,22 @@ def forward_command(port: int, outs: list[int], rate: float, seconds: float) -> 
 
 
 def forward_load(port: int, outs: list[int], rate: float, seconds: float) -> dict[str, Any]:
-    """Play through a running forwarder; return what came out and how late."""
-    # A router takes a frame that it saw less than a second ago for one that came around a loop,
-    # and every play begins with the same frames.
+    """Play through a running forwarder; return received frames and latencies."""
+    # A router discards a frame that it saw less than a second ago as a loop, and every play begins with the same
+    # frames.
     time.sleep(1.2)
     return output_of(forward_command(port, outs, rate, seconds))
 
 
 def forward(runs: int, seconds: float) -> Table:
-    """Forward one plane of 1,000 messages a second to four listeners; then as many as go."""
+    """Forward one plane of 1,000 messages a second to four listeners; then find the highest rate."""
 
     def once(make: Callable[[int, list[int]], list[str]]) -> Figures:
         port, *outs = (free_port() for _ in range(5))
         with running(make(port, outs)) as process:
             time.sleep(WARM_UP_S)
             forward_load(port, outs, PLANE_RATE, 1.0)
-            time.sleep(1.2)  # as in forward_load
+            time.sleep(1.2)  # as in `forward_load`
             with running(forward_command(port, outs, PLANE_RATE, seconds)) as player:
                 usage = usage_over(process.pid, seconds - 1)
                 found = result_of(player, seconds + 10)
@@ -262,16 +262,16 @@ def forward(runs: int, seconds: float) -> Table:
 
 
 def most_without_loss(port: int, outs: list[int]) -> float:
-    """Return the highest rate of a ladder (× 1.15) of which one second came out whole, four times over.
+    """Return the highest rate, in steps of × 1.15, at which one second is forwarded completely to all four outputs.
 
-    A rate that loses is tried once more: one late wake-up of a busy machine is not the forwarder's limit.
+    A rate with losses is tried once more: a single late wake-up of a busy machine is not the forwarder's limit.
     """
     rate, best = 2000.0, 0.0
     while rate < 200_000:
         for _ in range(2):
             found = forward_load(port, outs, rate, 1.0)
             if sum(found["received"]) >= 4 * found["sent"]:
-                # What was sent and not what was asked for: the load itself may be what cannot keep up.
+                # The rate actually sent, since the load generator itself may be the bottleneck.
                 best = max(best, float(found["sent"]))
                 break
         else:
@@ -284,7 +284,7 @@ def most_without_loss(port: int, outs: list[int]) -> float:
 
 
 def with_plane(task: Callable[[str], Figures]) -> Figures:
-    """Do a task against a fresh plane: the simulated one, or the program given with ``--plane``."""
+    """Run a task with a fresh plane: the simulated one, or the program given with ``--plane``."""
     command = PLANE.command or [sys.executable, "-m", "vencejo.sim", "--link", "tcp:127.0.0.1:0"]
     with running(command) as plane:
         port = str(PLANE.port) if PLANE.command else result_of(plane, 20)["listening"].rpartition(":")[2]
@@ -292,7 +292,7 @@ def with_plane(task: Callable[[str], Figures]) -> Figures:
 
 
 def mission(runs: int, _seconds: float) -> Table:
-    """Send a long mission and read it back, item by item where the peer knows no better."""
+    """Upload a long mission and read it back, item by item where the library has nothing better."""
 
     def once(name: str, scheme: str) -> Figures:
         def task(port: str) -> Figures:
@@ -321,7 +321,7 @@ def params(runs: int, _seconds: float) -> Table:
 
 @dataclass
 class OtherPlane:
-    """Another plane than the simulated one: its command line (none: the simulated one), the TCP port it listens on, what it is called."""
+    """A plane to measure: its command line (empty for the simulated one), its TCP port and its name."""
 
     command: list[str]
     port: int = 5760
@@ -329,7 +329,8 @@ class OtherPlane:
 
 
 PLANE = OtherPlane([])
-#: ArduPlane, and so the simulated one, refuses missions in its first seconds; its simulator boots when a station connects.
+#: ArduPlane, hence also the simulated one, refuses missions in its first seconds; its simulator boots when a station
+#: connects.
 SETTLE_S = 8
 PEERS = {"vencejo": "vencejo_peer", "pymavlink": "pymavlink_peer", "mavsdk": "mavsdk_peer"}
 TCP_PEERS = {
@@ -337,11 +338,11 @@ TCP_PEERS = {
     "pymavlink": ("pymavlink_peer", "tcp:"),
     "mavsdk": ("mavsdk_peer", "tcpout://"),
 }
-#: Sections to which the recorded stream is played.
+#: Sections that use the recorded stream.
 PLAYED = frozenset({"decode", "follow", "snapshots", "vehicles", "first_position", "forward"})
-#: Sections that measure another plane too; those figures have a table of their own.
+#: Sections that also measure another plane; those figures have a separate table.
 TRANSFERS = frozenset({"mission", "params"})
-#: Sections of which one run takes minutes and has many events: they have one.
+#: Sections that are run once, since a run takes minutes and has many events.
 ONCE = frozenset(
     {
         "far_narrow",
@@ -381,7 +382,7 @@ SECTIONS: dict[str, Callable[[int, float], Table]] = {
 
 
 def machine() -> dict[str, str]:
-    """Return what matters of the machine, and nothing that names it."""
+    """Return the relevant properties of the machine, without identifying it."""
     versions = {}
     for package in ("pymavlink", "mavsdk", "MAVProxy"):
         try:
@@ -404,7 +405,7 @@ def machine() -> dict[str, str]:
 
 
 def main() -> int:
-    """Run what was asked for and write the report."""
+    """Run the requested sections and write the report."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--runs", type=int, default=5, help="runs of each contestant (median is kept)")
     parser.add_argument("--seconds", type=float, default=8.0, help="length of a run that follows or forwards")

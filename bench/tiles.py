@@ -1,13 +1,14 @@
 #!/usr/bin/env python3
-"""Serves the same MBTiles by our server and by others, in turn, and writes how fast into bench/RESULTS.md.
+"""Serves the same MBTiles with our server and with others, in turn, and writes the speeds to bench/RESULTS.md.
 
     .venv/bin/python bench/tiles.py [--runs 5] [--tiles 2000]
 
-Contestants: our server with the file as a source (`file`), our server with the same tiles in the cache of a service (`cache`), and `martin`
-where it is on the path (`cargo install martin --no-default-features --features mbtiles`; what it keeps in memory by itself is left as it is).
-Each gets the same requests for 256-pixel tiles of about 20 kB in random order: each tile once over 16 connections, which all read from
-SQLite; then all one after another on one connection (median, 99 %), and again over 16 connections for some seconds (tiles/s, CPU of the
-server), which all have in memory. The client is one process that only reads sockets; it takes part of the two cores from everybody alike.
+Contestants: our server with the file as a source (`file`), our server with the same tiles in the cache of a service
+(`cache`), and `martin` where installed (`cargo install martin --no-default-features --features mbtiles`; with its
+default memory cache). Each gets the same requests for 256-pixel tiles of about 20 kB in random order: each tile once
+over 16 connections, all read from SQLite; then all one after another on one connection (median, 99 %), and again over
+16 connections for some seconds (tiles/s, CPU of the server), all from memory. The client is one process that only reads
+sockets; it takes the same part of the two cores from all contestants.
 """
 
 from __future__ import annotations
@@ -45,7 +46,7 @@ HEADING = "## Map tiles"
 
 
 def make(path: Path, count: int) -> list[tuple[int, int]]:
-    """Write an MBTiles file of pictures like those from above; give the tiles' columns and rows, from the top."""
+    """Write an MBTiles file of images like aerial photographs; return the tiles' columns and rows, from the top."""
     noise = np.random.default_rng(1)
     with contextlib.closing(sqlite3.connect(path)) as file:
         file.executescript(
@@ -67,12 +68,12 @@ def make(path: Path, count: int) -> list[tuple[int, int]]:
 
 
 def request(port: int, path: str) -> bytes:
-    """The bytes of a request."""
+    """Return the bytes of a request."""
     return f"GET {path} HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\nAccept: */*\r\n\r\n".encode()
 
 
 def length_of(data: bytes) -> int | None:
-    """Bytes of a whole answer, once its head is there."""
+    """Return the size of a whole answer, once its head is complete."""
     head, end, _ = data.partition(b"\r\n\r\n")
     if not end:
         return None
@@ -85,7 +86,7 @@ def length_of(data: bytes) -> int | None:
 
 
 def ask(connection: socket.socket, asked: bytes) -> int:
-    """One request; bytes of the answer."""
+    """Send one request; return the size of the answer."""
     connection.sendall(asked)
     data = b""
     wanted: int | None = None
@@ -99,14 +100,14 @@ def ask(connection: socket.socket, asked: bytes) -> int:
 
 
 def connect(port: int) -> socket.socket:
-    """A connection."""
+    """Open a connection."""
     connection = socket.create_connection(("127.0.0.1", port), 30)
     connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
     return connection
 
 
 def one_by_one(port: int, paths: list[str]) -> list[float]:
-    """Seconds of each request, one after another."""
+    """Return the duration of each request, one after another, seconds."""
     times = []
     with connect(port) as connection:
         for path in paths:
@@ -117,12 +118,12 @@ def one_by_one(port: int, paths: list[str]) -> list[float]:
 
 
 def each_once(port: int, paths: list[str]) -> Iterator[bytes]:
-    """A request for each tile."""
+    """Return a request for each tile."""
     return iter([request(port, path) for path in paths])
 
 
 def at_random(port: int, paths: list[str], seconds: float) -> Iterator[bytes]:
-    """Requests for any tiles, for so long."""
+    """Yield requests for random tiles, for a time."""
     turn, asked = random.Random(2), [request(port, path) for path in paths]
     began = time.perf_counter()
     while time.perf_counter() - began < seconds:
@@ -130,7 +131,7 @@ def at_random(port: int, paths: list[str], seconds: float) -> Iterator[bytes]:
 
 
 def all_at_once(port: int, asked: Iterable[bytes]) -> int:
-    """Put all requests over many connections; tiles that came."""
+    """Send all requests over many connections; return the number of tiles received."""
     waiting, asked = selectors.DefaultSelector(), iter(asked)
     state: dict[socket.socket, tuple[int, int | None, bytes]] = {}
     connections = [connect(port) for _ in range(CONNECTIONS)]
@@ -167,7 +168,7 @@ def all_at_once(port: int, asked: Iterable[bytes]) -> int:
 
 
 def rate_and_cpu(port: int, pid: int, asked: Iterable[bytes]) -> tuple[float, float, float]:
-    """Tiles per second, CPU of a core, and CPU seconds a tile."""
+    """Return tiles per second, CPU (1 = one core), and CPU seconds per tile."""
     before, began = harness.cpu_seconds(pid), time.perf_counter()
     done = all_at_once(port, asked)
     used_s, lasted_s = harness.cpu_seconds(pid) - before, time.perf_counter() - began
@@ -176,7 +177,7 @@ def rate_and_cpu(port: int, pid: int, asked: Iterable[bytes]) -> tuple[float, fl
 
 @contextlib.contextmanager
 def tile_service(file: Path) -> Iterator[str]:
-    """A service of the same tiles, from which the cache is filled."""
+    """Run a service of the same tiles, from which the cache is filled."""
 
     class Handler(http.server.BaseHTTPRequestHandler):
         protocol_version = "HTTP/1.1"
@@ -207,7 +208,7 @@ def tile_service(file: Path) -> Iterator[str]:
 
 @contextlib.contextmanager
 def running(command: list[str], port: int | None = None, **environment: str) -> Iterator[tuple[int, int]]:
-    """A server: its port and process, once it answers."""
+    """Run a server; yield its port and process id once it answers."""
     env = {**os.environ, **environment}
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, env=env)
     try:
@@ -230,14 +231,14 @@ def running(command: list[str], port: int | None = None, **environment: str) -> 
 
 
 def free_tcp_port() -> int:
-    """A port that nobody uses now."""
+    """Return an unused TCP port."""
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         return int(probe.getsockname()[1])
 
 
 def measure(port: int, pid: int, paths: list[str], seconds: float, *, fetches: bool = False) -> dict[str, float]:
-    """The figures of one contestant, which `fetches` what it does not have yet."""
+    """Return the figures of one contestant; `fetches` says that it fetches missing tiles."""
     idle_mb = harness.rss_mb(pid)
     if fetches:
         one_by_one(port, paths)
@@ -259,13 +260,13 @@ def measure(port: int, pid: int, paths: list[str], seconds: float, *, fetches: b
 
 
 def load(figures: dict[str, dict[str, float] | str]) -> str:
-    """How busy the machine was, the bench itself included."""
+    """Return the machine's load, including the benchmark itself."""
     found = [row["load"] for row in figures.values() if not isinstance(row, str)]
     return f"{min(found):.1f} to {max(found):.1f} on {os.cpu_count()} cores" if found else "unknown"
 
 
 def table(figures: dict[str, dict[str, float] | str], runs: int) -> str:
-    """The section of RESULTS.md."""
+    """Return the section of RESULTS.md."""
     lines = [
         HEADING,
         "",
@@ -288,7 +289,7 @@ def table(figures: dict[str, dict[str, float] | str], runs: int) -> str:
 
 
 def main() -> int:
-    """Measure all and write the section."""
+    """Measure all contestants and write the section."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--runs", type=int, default=5)
     parser.add_argument("--tiles", type=int, default=2000)

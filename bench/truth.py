@@ -1,8 +1,9 @@
-"""How true rehearsals are: each flight beside its rehearsal, across the track, in height and in time.
+"""Accuracy of rehearsals: each flight is compared with its rehearsal, cross-track, in altitude and in time.
 
-``python bench/truth.py [--recordings DIR]… [--simulated N] [--landings N] [--json FILE]``; `make truth` does that with everything built. The
-flights are those of a real ArduPlane among the fixtures, those of the folders given, and random missions of the simulated plane. Then landings as they are designed, flown by the simulated plane: how far from its point
-it comes to rest.
+``python bench/truth.py [--recordings DIR]… [--simulated N] [--landings N] [--json FILE]``; `make truth` does that with
+everything built. The flights are those of a real ArduPlane among the fixtures, those of the given folders, and random
+missions of the simulated plane. Then designed landings are flown by the simulated plane, and the distance of its final
+position from the landing point is measured.
 """
 
 from __future__ import annotations
@@ -30,17 +31,17 @@ GROUPS = {"recorded": "Recorded flights of ArduPlane", "simulated": "Flights of 
 
 
 def judged(flight: Flight) -> tuple[Flight, Comparison]:
-    """A flight beside its rehearsal."""
+    """Return a flight with the comparison to its rehearsal."""
     return flight, compare(flight, rehearsal_of(flight))
 
 
 def flown(seed: int, airframe: Airframe) -> tuple[Flight, Comparison]:
-    """A random mission of the simulated plane beside its rehearsal."""
+    """Fly a random mission with the simulated plane, and compare it with its rehearsal."""
     return judged(simulated.fly(seed, airframe))
 
 
 def main() -> None:
-    """Compare, and print the tables."""
+    """Compare the flights, and print the tables."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument(
         "--recordings", type=Path, action="append", default=[], metavar="DIR", help="flights of your own"
@@ -55,7 +56,8 @@ def main() -> None:
     fixtures = [] if given.only_these else [*recorded.captured(), *recorded.recordings(recorded.RECORDINGS)]
     groups = {"recorded": [judged(flight) for flight in (*fixtures, *own)]}
     with ProcessPoolExecutor(os.cpu_count()) as pool:
-        # A plane that nobody has flown is rehearsed as a foam pusher, which this one is not: it is learned first, from another flight.
+        # Without a flight, a plane is assumed to be a foam pusher, which this one is not: so it is learned first, from
+        # another flight.
         plane = simulated.learned()
         seeds = range(given.seed, given.seed + given.simulated)
         groups["simulated"] = list(pool.map(partial(flown, airframe=plane), seeds))

@@ -1,1 +1,1 @@
-"""One program per library: the same tasks, each written as that library's own documentation would."""
+"""One program per library: the same tasks, each written as in that library's own documentation."""

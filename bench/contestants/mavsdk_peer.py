@@ -1,4 +1,4 @@
-"""The tasks of the benchmarks with the ``mavsdk`` 4 package, in the manner of its own examples.
+"""The benchmark tasks with the ``mavsdk`` 4 package, in the style of its own examples.
 
 Usage: ``mavsdk_peer.py TASK NAME=VALUE…``; ends with one line of JSON. See bench/README.md.
 """
@@ -32,7 +32,7 @@ def connect(link: str, timeout_s: float = 20.0) -> tuple[Any, Any]:
 
 
 def follow(port: str, seconds: str, warm_up: str = "2", systems: str = "1") -> dict[str, Any]:
-    """Subscribe to what a ground station shows; note how old each RAW_IMU was in its callback."""
+    """Subscribe to what a ground station displays; record the age of each RAW_IMU in its callback."""
     from mavsdk.plugins.telemetry import Telemetry
 
     library, _system = connect(f"udpin://127.0.0.1:{port}")
@@ -71,7 +71,7 @@ def follow(port: str, seconds: str, warm_up: str = "2", systems: str = "1") -> d
 
 
 def snapshots(port: str, seconds: str, warm_up: str = "2", systems: str = "1") -> dict[str, Any]:
-    """Look at what the plane says ten times a second."""
+    """Read the plane's values ten times a second."""
     from mavsdk.plugins.telemetry import Telemetry
 
     del systems
@@ -100,7 +100,7 @@ def first_position(port: str) -> dict[str, Any]:
 
 
 def mission(link: str, items: str, verify: str = "no", settle: str = "0") -> dict[str, Any]:
-    """Send a mission; read it back when told to."""
+    """Upload a mission; optionally read it back."""
     from mavsdk.plugins.mission_raw import MissionItem, MissionRaw
 
     _library, system = connect(link)
@@ -135,7 +135,7 @@ def mission(link: str, items: str, verify: str = "no", settle: str = "0") -> dic
 
 
 def place(seq: int) -> tuple[float, float]:
-    """Return where item ``seq`` of the long mission lies: a spiral about the usual home."""
+    """Return the position of item ``seq`` of the long mission: a spiral around the usual home."""
     angle_rad = seq * 0.2
     radius_deg = 0.002 + 0.00002 * seq
     return (
@@ -171,5 +171,5 @@ TASKS: dict[str, Callable[..., dict[str, Any]]] = {
 if __name__ == "__main__":
     result = TASKS[sys.argv[1]](**dict(part.split("=", 1) for part in sys.argv[2:]))
     print(json.dumps(result), flush=True)
-    # Its own shutdown is not what is measured, and it may wait for its threads.
+    # Its own shutdown is not measured, and it may wait for its threads.
     os._exit(0)

@@ -1,4 +1,4 @@
-"""The tasks of the benchmarks with pymavlink, in the manner of its own examples.
+"""The benchmark tasks with pymavlink, in the style of its own examples.
 
 Usage: ``pymavlink_peer.py TASK NAME=VALUE…``; ends with one line of JSON. See bench/README.md.
 """
@@ -18,10 +18,10 @@ os.environ["MAVLINK20"] = "1"
 
 
 def decode(file: str, laps: str = "1") -> dict[str, Any]:
-    """Decode a recorded stream, as fast as it goes."""
+    """Decode a recorded stream as fast as possible."""
     from pymavlink.dialects.v20 import ardupilotmega
 
-    with open(file, "rb") as stream:  # noqa: PTH123 (no pathlib in what is timed)
+    with open(file, "rb") as stream:  # noqa: PTH123 (no pathlib in the timed part)
         data = stream.read()
     messages = 0
     began = time.perf_counter()
@@ -40,8 +40,8 @@ def connect(link: str) -> Any:
 
 
 def follow(port: str, seconds: str, warm_up: str = "2", systems: str = "1") -> dict[str, Any]:
-    """Read everything for a while; note how old each RAW_IMU was when this program had it."""
-    del systems  # it reads them all, whether it knows how many or not
+    """Read all messages for a while; record the age of each RAW_IMU on arrival."""
+    del systems  # it reads all vehicles in any case
     link = connect(f"udpin:127.0.0.1:{port}")
     print("READY", flush=True)
     ages_us = array("q")
@@ -60,7 +60,7 @@ def follow(port: str, seconds: str, warm_up: str = "2", systems: str = "1") -> d
 
 
 def snapshots(port: str, seconds: str, warm_up: str = "2", systems: str = "1") -> dict[str, Any]:
-    """Read everything, and look at the newest ten times a second."""
+    """Read all messages, and look at the newest values ten times a second."""
     del systems
     link = connect(f"udpin:127.0.0.1:{port}")
     print("READY", flush=True)
@@ -85,7 +85,7 @@ def first_position(port: str) -> dict[str, Any]:
 
 
 def mission(link: str, items: str, verify: str = "no", settle: str = "0") -> dict[str, Any]:
-    """Send a mission item by item, as asked for; read it back when told to."""
+    """Upload a mission item by item on request; optionally read it back."""
     from pymavlink import mavutil
 
     mav = mavutil.mavlink
@@ -137,7 +137,7 @@ def mission(link: str, items: str, verify: str = "no", settle: str = "0") -> dic
 
 
 def place(seq: int) -> tuple[float, float]:
-    """Return where item ``seq`` of the long mission lies: a spiral about the usual home."""
+    """Return the position of item ``seq`` of the long mission: a spiral around the usual home."""
     angle_rad = seq * 0.2
     radius_deg = 0.002 + 0.00002 * seq
     return (
@@ -147,7 +147,7 @@ def place(seq: int) -> tuple[float, float]:
 
 
 def params(link: str, settle: str = "0") -> dict[str, Any]:
-    """Read every parameter by PARAM_REQUEST_LIST, asking again for what did not come."""
+    """Read every parameter with PARAM_REQUEST_LIST, requesting missing ones again."""
     vehicle = connect(link)
     vehicle.wait_heartbeat()
     until = time.monotonic() + float(settle)

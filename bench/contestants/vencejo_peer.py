@@ -1,4 +1,4 @@
-"""The tasks of the benchmarks with Vencejo, in the manner of its own examples.
+"""The benchmark tasks with Vencejo, in the style of its own examples.
 
 Usage: ``vencejo_peer.py TASK NAME=VALUE…``; ends with one line of JSON. See bench/README.md.
 """
@@ -16,12 +16,12 @@ from typing import Any
 
 import vencejo
 
-#: Aircraft far away whose messages are called back: each has a thread of its own.
+#: Remote aircraft with message callbacks: each has a thread of its own.
 FAR_FOLLOWED = 50
 
 
 def follow(port: str, seconds: str, warm_up: str = "2", systems: str = "1") -> dict[str, Any]:
-    """Have every message of every vehicle called back; note how old each RAW_IMU was in its callback."""
+    """Receive every message of every vehicle in callbacks; record the age of each RAW_IMU."""
     ages_us = array("q")
     messages = 0
     counts_from = math.inf
@@ -50,7 +50,7 @@ def follow(port: str, seconds: str, warm_up: str = "2", systems: str = "1") -> d
 
 
 def snapshots(port: str, seconds: str, warm_up: str = "2", systems: str = "1") -> dict[str, Any]:
-    """Look at what the plane says ten times a second."""
+    """Read the plane's values ten times a second."""
     del systems
     looks = 0
     with vencejo.Station(f"udpin:127.0.0.1:{port}", record=False) as station:
@@ -67,9 +67,9 @@ def snapshots(port: str, seconds: str, warm_up: str = "2", systems: str = "1") -
 
 
 def far(port: str, org: str, aircraft: str, seconds: str) -> dict[str, Any]:
-    """Be a ground station and router, and have the attitude of some of the aircraft called back; note how old it was.
+    """Run a ground station and router, with attitude callbacks for some of the aircraft; record the age of each.
 
-    Their ATTITUDE has UTC in µs, modulo 2^32, in place of the time since the boot.
+    Their ATTITUDE contains UTC in µs, modulo 2^32, in place of the time since boot.
     """
     from vencejo.fleet import Fleet
 
@@ -109,11 +109,11 @@ def first_position(port: str) -> dict[str, Any]:
 
 
 def mission(link: str, items: str, verify: str = "yes", settle: str = "0") -> dict[str, Any]:
-    """Send a mission; it is always read back and compared."""
+    """Upload a mission; it is always read back and compared."""
     del verify
     spiral = [
         vencejo.MissionItem.waypoint(*place(seq), alt_rel_home_m=100.0)
-        for seq in range(1, int(items))  # item 0 is home, which the plan holds apart
+        for seq in range(1, int(items))  # item 0 is home, which the plan stores separately
     ]
     with vencejo.connect(link, record=False) as plane:
         time.sleep(float(settle))
@@ -123,7 +123,7 @@ def mission(link: str, items: str, verify: str = "yes", settle: str = "0") -> di
 
 
 def place(seq: int) -> tuple[float, float]:
-    """Return where item ``seq`` of the long mission lies: a spiral about the usual home."""
+    """Return the position of item ``seq`` of the long mission: a spiral around the usual home."""
     angle_rad = seq * 0.2
     radius_deg = 0.002 + 0.00002 * seq
     return (

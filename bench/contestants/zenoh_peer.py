@@ -1,4 +1,4 @@
-"""The tasks of the benchmarks of aircraft far away with Zenoh's own wheel and nothing else.
+"""The benchmark tasks of remote aircraft with Zenoh's own wheel alone.
 
 Usage: ``zenoh_peer.py TASK NAME=VALUE…``; ends with one line of JSON. See bench/README.md.
 """
@@ -18,7 +18,7 @@ import zenoh
 
 
 def opened(**settings: Any) -> zenoh.Session:
-    """Open a session that looks for nobody."""
+    """Open a session without scouting."""
     config = zenoh.Config()
     for key, value in {"scouting/multicast/enabled": False, **settings}.items():
         config.insert_json5(key.replace("__", "/"), json.dumps(value))
@@ -26,7 +26,7 @@ def opened(**settings: Any) -> zenoh.Session:
 
 
 def router(port: str) -> zenoh.Session:
-    """Open a router that takes as many sessions as come."""
+    """Open a router for any number of sessions."""
     return opened(
         mode="router",
         listen__endpoints=[f"tcp/127.0.0.1:{port}"],
@@ -36,7 +36,7 @@ def router(port: str) -> zenoh.Session:
 
 
 def far(port: str, org: str, aircraft: str, seconds: str) -> dict[str, Any]:
-    """Be the router, and have every state of all aircraft called back; note how old it was."""
+    """Run the router, with callbacks for every state of all aircraft; record the age of each."""
     ages_us: list[int] = []
     seen: set[str] = set()
     counts_from = math.inf
@@ -62,7 +62,7 @@ def far(port: str, org: str, aircraft: str, seconds: str) -> dict[str, Any]:
 
 
 def serve(port: str, others: str = "") -> dict[str, Any]:
-    """Be a router as `zenohd` is, linked with those at other ports, until standard input ends."""
+    """Run a router like `zenohd`, linked with those at other ports, until standard input ends."""
     with opened(
         mode="router",
         listen__endpoints=[f"tcp/127.0.0.1:{port}"],
@@ -78,7 +78,7 @@ def serve(port: str, others: str = "") -> dict[str, Any]:
 
 
 def plane(port: str, hz: str, bytes: str) -> dict[str, Any]:
-    """Tell a state so often, and answer orders, until standard input ends."""
+    """Publish a state at a rate, and answer orders, until standard input ends."""
     with opened(mode="client", connect__endpoints=[f"tcp/127.0.0.1:{port}"], connect__timeout_ms=10_000) as session:
         _orders = session.declare_queryable("bare/order", lambda query: query.reply("bare/order", b"done"))
         is_over = threading.Event()
@@ -94,7 +94,7 @@ def plane(port: str, hz: str, bytes: str) -> dict[str, Any]:
 
 
 def orders(port: str, seconds: str) -> dict[str, Any]:
-    """Be the router, and give an order each quarter of a second once states come; how long each took, and how many states came."""
+    """Run the router, and give an order every quarter of a second once states arrive; return times and counts."""
     heard: list[float] = []
     took_ms: list[float] = []
     with router(port) as session:

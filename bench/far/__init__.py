@@ -1,1 +1,1 @@
-"""A thousand aircraft far away at one ground station and router, beside Zenoh with nothing of ours."""
+"""A thousand remote aircraft at one ground station and router, compared with bare Zenoh."""

@@ -1,4 +1,4 @@
-"""What goes wrong in the field: how soon it is seen, how soon all is well again, and who may act then."""
+"""Faults in the field: time to detection, time to recovery, and who has control in between."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ from tests.fleet.records import numbered
 from tests.fleet.test_transfers import plan_of
 from tests.server.client import serving
 
-#: From here on a page shows a value in grey, and from here on a vehicle as lost.
+#: Age at which a page shows a value in grey, and age at which a vehicle counts as lost.
 STALE_S, LOST_S = 3.5, 5.0
-#: A tenth of a second there and back, and two.
+#: Round trips of 100 ms and of 200 ms.
 WAY, LONG_WAY = Line(delay_s=0.05), Line(delay_s=0.1)
-#: How long a way stays cut, or a program frozen, beyond what is needed to see it.
+#: How long a path stays cut, or a program frozen, beyond the time needed to detect it.
 STAYS_S = 10.0
-#: And home before them.
+#: Plus home.
 ITEMS = 649
 
 
 def _seen(field: Field, begin: Callable[[Board], None], end: Callable[[Board], None]) -> Figures:
-    """Something goes wrong with a station on board and is well again."""
+    """Break something at an onboard station, and repair it."""
     ground, board = field.grounds[0], field.boards[0]
     ground.client.done("POST", "control/take")
     at = ground.at("plane1")
@@ -49,7 +49,7 @@ def _seen(field: Field, begin: Callable[[Board], None], end: Callable[[Board], N
 
 
 def _with_router(what: Callable[[Field], object]) -> Figures:
-    """Something happens to the router at which all planes are."""
+    """Do something to the router to which all planes are connected."""
     with field_of(planes=10, boards=3, grounds=2, routers=2, up=WAY, down=WAY) as field:
         ground = field.grounds[0]
         ground.client.done("POST", "control/take")
@@ -80,7 +80,7 @@ def _with_router(what: Callable[[Field], object]) -> Figures:
 
 
 def far_cut(runs: int, _seconds: float) -> Table:
-    """Cut the way, in both directions and in one; freeze a station on board; kill a router where another is, and start it again."""
+    """Cut the path, in both directions and in one; freeze an onboard station; kill and restart one of several routers."""
 
     def cut(**which: bool) -> Callable[[], Figures]:
         def once() -> Figures:
@@ -107,7 +107,7 @@ def far_cut(runs: int, _seconds: float) -> Table:
 
 
 def far_takeover(runs: int, _seconds: float) -> Table:
-    """Have another one take control: on board, from far away once the holder says yes, and after the holder has vanished."""
+    """Transfer control: on board, remotely after the holder's consent, and after the holder has vanished."""
 
     def once() -> Figures:
         with field_of(grounds=2, routers=1, up=WAY, down=WAY) as field:
@@ -133,7 +133,7 @@ def far_takeover(runs: int, _seconds: float) -> Table:
 
 
 def _local() -> float:
-    """How long whoever acts on board takes to have control from whoever is far away, and to have its own act done."""
+    """Return how long an operator on board takes to gain control from a remote one, with a command carried out."""
     from vencejo import Station
     from vencejo.fleet import Aircraft, Fleet
 
@@ -159,7 +159,7 @@ def _local() -> float:
 
 
 def far_plan(runs: int, _seconds: float) -> Table:
-    """Send a plan of 650 items over 200 ms there and back, checked by read-back on board; beside the same at a link without delay."""
+    """Upload a plan of 650 items over 200 ms round trip, verified on board; compare with a link without delay."""
 
     def ours() -> Figures:
         with field_of(up=LONG_WAY, down=LONG_WAY) as field:
@@ -185,7 +185,7 @@ def far_plan(runs: int, _seconds: float) -> Table:
 
 
 def _sent(client: Any, at: str) -> float:
-    # The first one after a start waits until the simulated plane takes missions.
+    # The first upload after a start waits until the simulated plane accepts missions.
     client.operation("PUT", f"{at}/plan/mission", plan_of(ITEMS, 80.0))
     began = time.monotonic()
     client.operation("PUT", f"{at}/plan/mission", plan_of(ITEMS, 90.0))
@@ -193,7 +193,7 @@ def _sent(client: Any, at: str) -> float:
 
 
 def far_plan_cut(runs: int, _seconds: float) -> Table:
-    """Cut the way at moments spread over that transfer: what is on board then is the old plan or the new one, and it is known which."""
+    """Cut the path at times spread over that upload: either the old or the new plan is then known to be on board."""
 
     def once() -> Figures:
         with field_of(up=LONG_WAY, down=LONG_WAY) as field:
@@ -207,7 +207,7 @@ def far_plan_cut(runs: int, _seconds: float) -> Table:
             mixed = done = 0
             alt_m = 90.0
             for number in range(SETTINGS.cuts):
-                # The last cut is over: an order goes.
+                # The previous cut has ended: commands work.
                 until(lambda: ground.age_s(at) < STALE_S and order(ground, at))
                 old_m, alt_m = alt_m, 100.0 + number
                 operation = client.done("PUT", f"{at}/plan/mission", plan_of(ITEMS, alt_m))
@@ -241,7 +241,7 @@ def far_plan_cut(runs: int, _seconds: float) -> Table:
 
 
 def far_gap(runs: int, _seconds: float) -> Table:
-    """Cut a way of 256 kbit/s for minutes, and have the gap in the history filled while orders are given."""
+    """Cut a path of 256 kbit/s for minutes, and fill the gap in the history while commands are given."""
 
     def once() -> Figures:
         with field_of(up=UPLINK, down=UPLINK, on_board=("--uplink=256",)) as field:

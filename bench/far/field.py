@@ -1,4 +1,4 @@
-"""Planes on a field, flown from far away: simulator, stations on board, ways, routers and ground stations, each a process of its own."""
+"""Planes flown remotely: simulator, onboard stations, network paths, routers and ground stations, each a process."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ from tests.fleet.proxy import PLAIN, Line, Way, open_way
 from tests.server.client import Client
 
 ORG = "acme"
-#: A busy machine takes long to start fifty planes.
+#: Starting fifty planes takes long on a busy machine.
 PATIENCE_S = 120.0
 
 
 class StockRouter:
-    """A router of Zenoh's own that is killed and started again where it was."""
+    """A plain Zenoh router, which can be killed and restarted on the same port."""
 
     def __init__(self, port: int, others: Sequence[int]) -> None:
         self.port = port
@@ -41,7 +41,7 @@ class StockRouter:
         assert self._process.stdout.readline(), "the router did not start"
 
     def kill(self) -> None:
-        """End it at once."""
+        """Kill it."""
         if self._process is not None:
             self._process.kill()
             with self._process:
@@ -50,33 +50,33 @@ class StockRouter:
 
 @dataclass
 class Ground:
-    """A ground station and an operator at it."""
+    """A ground station and its operator."""
 
     program: Program
     told: dict[str, Any]
     client: Client
 
     def vehicles(self) -> dict[str, dict[str, Any]]:
-        """The planes in its list, by name."""
+        """Return the planes in its list, by name."""
         return {each["remote_name"]: each for each in self.client.done("GET", "vehicles") if each["remote_name"]}
 
     def at(self, name: str) -> str:
-        """Where a plane is in the API."""
+        """Return a plane's path in the API."""
         return f"vehicles/{self.vehicles()[name]['system_id']}"
 
     def telemetry(self, at: str) -> dict[str, Any]:
-        """What is known of a plane."""
+        """Return a plane's telemetry."""
         found: dict[str, Any] = self.client.done("GET", at)["telemetry"]
         return found
 
     def age_s(self, at: str) -> float:
-        """How long ago its heartbeat was heard."""
+        """Return the age of a plane's heartbeat."""
         return float(self.telemetry(at)["heartbeat"]["age_s"])
 
 
 @dataclass
 class Board:
-    """A station on board and its ways, one to each router; several planes may share them."""
+    """An onboard station and its network paths, one to each router; several planes may share them."""
 
     program: Program
     ways: list[Way]
@@ -84,27 +84,27 @@ class Board:
     data: Path
 
     def cut(self, *, up: bool = True, down: bool = True) -> None:
-        """Cut all its ways, or one direction of them."""
+        """Cut all its paths, or one direction of them."""
         for way in self.ways:
             way.cut(up=up, down=down)
 
     def heal(self) -> None:
-        """Let all through again."""
+        """Restore all paths."""
         for way in self.ways:
             way.heal()
 
     def freeze(self) -> None:
-        """Stop the program where it is, as a computer that hangs (SIGSTOP)."""
+        """Suspend the program, like a computer that hangs (SIGSTOP)."""
         self.program.process.send_signal(signal.SIGSTOP)
 
     def thaw(self) -> None:
-        """Let it go on."""
+        """Resume the program."""
         self.program.process.send_signal(signal.SIGCONT)
 
 
 @dataclass
 class Field:
-    """What flies, and who sees it."""
+    """All programs of a field test."""
 
     grounds: list[Ground]
     boards: list[Board]
@@ -112,12 +112,12 @@ class Field:
 
     @property
     def planes(self) -> list[str]:
-        """The names of all planes."""
+        """Return the names of all planes."""
         return [name for board in self.boards for name in board.planes]
 
 
 def until(condition: Callable[[], bool], timeout_s: float = PATIENCE_S) -> float:
-    """Wait for a condition; how long it took, in seconds."""
+    """Wait for a condition; return the time taken, seconds."""
     began = time.monotonic()
     while not condition():
         assert time.monotonic() - began < timeout_s, f"not within {timeout_s:.0f} s"
@@ -127,7 +127,7 @@ def until(condition: Callable[[], bool], timeout_s: float = PATIENCE_S) -> float
 
 @contextlib.contextmanager
 def planes_on(count: int) -> Iterator[list[str]]:
-    """`vencejo sim --planes`, a port for each; the link of each."""
+    """Run `vencejo sim --planes` with one port per plane; yield the link of each."""
     simulator = [
         sys.executable, "-m", "vencejo.cli", "sim", "--planes", str(count), "--ports", "consecutive", "--link", "tcp:127.0.0.1:0",
     ]  # fmt: skip
@@ -151,10 +151,10 @@ def field_of(
     seed: int = 0,
     on_board: Sequence[str] = (),
 ) -> Iterator[Field]:
-    """So many planes, shared by so many stations on board, all in the lists of all ground stations.
+    """Run planes, shared by onboard stations, until all are in the lists of all ground stations.
 
-    Without ``routers`` the first ground station is the router. ``up`` and ``down`` are what each way does, and ``on_board`` options of the
-    stations there.
+    Without ``routers``, the first ground station is the router. ``up`` and ``down`` are the properties of each path,
+    and ``on_board`` are options of the onboard stations.
     """
     with contextlib.ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory(ignore_cleanup_errors=True)))
@@ -166,7 +166,7 @@ def field_of(
             router.start()
         stations: list[Ground] = []
         for number in range(grounds):
-            # Each has another one first.
+            # Each has another preferred router.
             dialled = [*ports[number % max(1, routers) :], *ports[: number % max(1, routers)]]
             options = [f"--fleet-router=tcp/127.0.0.1:{port}" for port in dialled]
             if not routers and not number:
@@ -202,7 +202,7 @@ def field_of(
 def _ground(stack: contextlib.ExitStack, data: Path, operator: str, options: Sequence[str]) -> Ground:
     sources = data / "maps" / "sources.toml"
     sources.parent.mkdir(parents=True)
-    # without it a new installation begins with maps from the network
+    # Otherwise a new installation begins with maps from the network.
     sources.write_text("# none\n", encoding="utf-8")
     program = stack.enter_context(
         command(data, "serve", "--fleet", ORG, "--port", "0", "--link", "udpin:127.0.0.1:0", *options)

@@ -1,4 +1,4 @@
-"""Fifty planes in the air at once: one simulator, three stations on board, two routers and two ground stations, each a process of its own."""
+"""Fifty planes in the air: a simulator, three onboard stations, two routers and two ground stations, in processes."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from bench.far.settings import SETTINGS
 from bench.harness import NotMeasured, cpu_seconds, quantile, repeat
 
 PLANES, BOARDS = 50, 3
-#: Acts under way at once, as many as a page begins for all that are marked.
+#: Concurrent commands, as many as a page sends for marked vehicles.
 AT_ONCE = 8
-#: A square to the north, in the order in which it is flown, and then a circle without end: degrees.
+#: A square to the north, in flying order, followed by an endless circle: degrees.
 SQUARE_DEG = ((0.004, 0.0), (0.004, 0.005), (0.008, 0.005), (0.008, 0.0))
 
 
 def _mission(lat_deg: float, lon_deg: float) -> dict[str, Any]:
-    """From where a plane stands, a plan that keeps it in the air."""
+    """Return a plan that keeps a plane in the air, beginning at its position."""
     take_off = {"command": 22, "frame": 3, "params": [12.0, 0, 0, 0, lat_deg + 0.002, lon_deg, 50.0]}
     square = [
         {"command": 16, "frame": 3, "params": [0, 0, 0, 0, lat_deg + north, lon_deg + east, 80.0]}
@@ -33,7 +33,7 @@ def _mission(lat_deg: float, lon_deg: float) -> dict[str, Any]:
 
 
 def _of_all(places: Iterable[str], act: Callable[[str], str]) -> float:
-    """Do it with all planes, some at a time; how long it took, in seconds. What an act gives is why it was not done."""
+    """Apply a command to all planes, some at a time; return the time taken, seconds. A command returns its failure."""
     began = time.monotonic()
     with ThreadPoolExecutor(AT_ONCE) as pool:
         refusals = [why for why in pool.map(act, places) if why]
@@ -43,7 +43,7 @@ def _of_all(places: Iterable[str], act: Callable[[str], str]) -> float:
 
 
 def _fly(ground: Ground, places: list[str]) -> Figures:
-    """Give each its plan, arm it and start it."""
+    """Upload each plan, arm and start the planes."""
 
     def send(at: str) -> str:
         position = ground.telemetry(at)["position"]
@@ -53,7 +53,7 @@ def _fly(ground: Ground, places: list[str]) -> Figures:
         return "" if state == "verified" else f"its plan is {state}"
 
     def start(at: str) -> str:
-        # a plane that has stood for some seconds only has no fix yet
+        # A plane that was started seconds ago has no fix yet.
         until(lambda: ground.client.ask("POST", f"{at}/arm", {}).status < 300)
         answer = ground.client.ask("POST", f"{at}/mission/start", {})
         return "" if answer.status < 300 else str(answer.json["detail"])
@@ -62,7 +62,7 @@ def _fly(ground: Ground, places: list[str]) -> Figures:
 
 
 def _ages(field: Field, seconds: float) -> Figures:
-    """How old what each ground station shows of each plane is, and what all of it costs."""
+    """Measure the age of each plane's data at each ground station, and the costs."""
     programs = {
         "ground": [each.program.process.pid for each in field.grounds],
         "board": [each.program.process.pid for each in field.boards],
@@ -83,7 +83,7 @@ def _ages(field: Field, seconds: float) -> Figures:
 
 
 def _without_router(field: Field, ground: Ground) -> Figures:
-    """The router at which all planes are is killed; another one is there."""
+    """Kill the router to which all planes are connected, while there is another one."""
     began, lost = time.monotonic(), set[str]()
     field.routers[0].kill()
 
@@ -97,7 +97,7 @@ def _without_router(field: Field, ground: Ground) -> Figures:
 
 
 def far_fifty(runs: int, _seconds: float) -> Table:
-    """Fly fifty planes, watch them from two ground stations, and kill the router that they are at."""
+    """Fly fifty planes, watch them from two ground stations, and kill their router."""
 
     def once() -> Figures:
         with field_of(planes=PLANES, boards=BOARDS, grounds=2, routers=2, up=WAY, down=WAY) as field:

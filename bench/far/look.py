@@ -1,4 +1,4 @@
-"""What an operator sees and does meanwhile: how often a plane's state is new, and how long its orders take."""
+"""An operator's view during a benchmark: rate of new states, and duration of commands."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from dataclasses import dataclass, field
 from bench.far.field import Ground
 from bench.harness import NotMeasured, quantile
 
-#: Modes that a plane on the ground takes at once, in turn.
+#: Modes that a plane on the ground accepts at once, in turn.
 MODES = ("FBWA", "MANUAL")
 
 
 class Watch(threading.Thread):
-    """Looks at a plane twenty times a second, as a page that shows it alone does."""
+    """Polls a plane twenty times a second, like a page that shows this plane only."""
 
     LOOK_S = 0.05
 
@@ -29,17 +29,17 @@ class Watch(threading.Thread):
 
     @property
     def states_hz(self) -> float:
-        """States that were new, a second."""
+        """Return the rate of new states, per second."""
         return self._states / self._lasted_s
 
     def run(self) -> None:
-        """Look until it is over."""
+        """Poll until stopped."""
         newest = -1.0
         while not self._is_over.wait(self.LOOK_S):
             asked = time.monotonic()
             attitude = self._ground.telemetry(self._at).get("attitude")
             said = newest if attitude is None else asked - attitude["age_s"]
-            # The same one is counted back to within what an answer takes.
+            # Ages of the same state agree only within the duration of an answer.
             if said > newest + self.LOOK_S:
                 newest, self._states = said, self._states + 1
             self._lasted_s = time.monotonic() - self._began
@@ -54,7 +54,7 @@ class Watch(threading.Thread):
 
 
 class Manned(threading.Thread):
-    """Keeps an operator's control of a ground station, as a page that is open does."""
+    """Keeps an operator's control of a ground station, as an open page does."""
 
     EVERY_S = 2.0
 
@@ -64,7 +64,7 @@ class Manned(threading.Thread):
         self._is_over = threading.Event()
 
     def run(self) -> None:
-        """Take it again and again until it is over."""
+        """Take control again and again until stopped."""
         while not self._is_over.wait(self.EVERY_S):
             self._ground.client.done("POST", "control/take")
 
@@ -79,14 +79,14 @@ class Manned(threading.Thread):
 
 @dataclass
 class Orders:
-    """How orders went: how long those took that were done, ms, and how many were not."""
+    """Results of commands: durations of successful ones, ms, and number of failures."""
 
     took_ms: list[float] = field(default_factory=list)
     failed: int = 0
 
     @property
     def figures(self) -> dict[str, float]:
-        """Median, 99 %, worst, and how many were not done."""
+        """Return median, 99 %, worst, and number of failures."""
         if not self.took_ms:
             raise NotMeasured(f"none of {self.failed} orders was done")
         return {
@@ -99,12 +99,12 @@ class Orders:
 
 
 def order(ground: Ground, at: str, number: int = 0) -> bool:
-    """Have a plane change its mode; whether it was done."""
+    """Change a plane's mode; return whether it succeeded."""
     return ground.client.ask("POST", f"{at}/mode", {"mode": MODES[number % len(MODES)]}).status < 300
 
 
 def orders_for(ground: Ground, planes: Sequence[str], seconds: float, orders: Orders | None = None) -> Orders:
-    """Give orders to planes in turn, with a quarter of a second between, for so long."""
+    """Command planes in turn for a time, with a quarter of a second between commands."""
     orders = orders or Orders()
     until, number = time.monotonic() + seconds, 0
     while time.monotonic() < until:

@@ -1,4 +1,4 @@
-"""A thousand aircraft at one ground station and router: what it costs, how long a command takes, what twenty others hear through it."""
+"""A thousand aircraft at one ground station and router: cost, duration of commands, and fan-out to twenty listeners."""
 
 from __future__ import annotations
 
@@ -28,14 +28,14 @@ Table = dict[str, "Figures | str"]
 
 STATIONS = 20
 COMMANDS = 300
-#: What a vehicle's silence may last before it counts as lost.
+#: Silence after which a vehicle counts as lost.
 LOST_AFTER_S = 5.0
-#: From the kill of a router to the end of the count.
+#: From killing a router to the end of the count.
 RESTART_S = 12.0
 
 
 class Listening(WebSocket):
-    """A WebSocket that counts the bytes of what it is told."""
+    """A WebSocket that counts received bytes."""
 
     told_bytes = 0
 
@@ -46,7 +46,7 @@ class Listening(WebSocket):
 
 
 class Roster(threading.Thread):
-    """Follows the list of all vehicles as a browser does: its bytes, and the oldest that it showed of an aircraft."""
+    """Follows the fleet list as a browser does: its bytes, and the largest age of an aircraft's row."""
 
     def __init__(self, client: Client) -> None:
         super().__init__(daemon=True)
@@ -59,11 +59,11 @@ class Roster(threading.Thread):
 
     @property
     def told_bytes(self) -> int:
-        """Bytes that it was told so far."""
+        """Return the number of bytes received so far."""
         return self._socket.told_bytes
 
     def run(self) -> None:
-        """Take what comes until it is over."""
+        """Receive until stopped."""
         self._socket.say(type="subscribe_roster")
         while not self._is_over.is_set() and (message := self._socket.take()) is not None:
             if message["type"] == "roster":
@@ -79,7 +79,7 @@ class Roster(threading.Thread):
             self.shown_lost |= {number for number, age_s in ages.items() if age_s > LOST_AFTER_S}
 
     def end(self) -> None:
-        """Follow it no more."""
+        """Stop following."""
         self._is_over.set()
         self.join(5)
         self._socket.close()
@@ -87,7 +87,7 @@ class Roster(threading.Thread):
 
 @contextlib.contextmanager
 def following(client: Client) -> Iterator[Roster]:
-    """A client that looks at the list."""
+    """Run a client that follows the fleet list."""
     roster = Roster(client)
     roster.start()
     try:
@@ -97,7 +97,7 @@ def following(client: Client) -> Iterator[Roster]:
 
 
 def all_there(client: Client) -> list[int]:
-    """Wait until the station has all aircraft; their ids."""
+    """Wait until the station has all aircraft; return their ids."""
     give_up_at = time.monotonic() + PATIENCE_S
     while time.monotonic() < give_up_at:
         found = [each["system_id"] for each in client.done("GET", "vehicles") if each["mode"]]
@@ -108,7 +108,7 @@ def all_there(client: Client) -> list[int]:
 
 
 def commands(client: Client, aircraft: list[int]) -> list[float]:
-    """Command one aircraft after another, two acts each, of which the first asks for control too; how long each took, ms."""
+    """Command aircraft in turn, twice each, the first time including the request for control; return durations, ms."""
     client.done("POST", "control/take")
     took_ms = []
     for number in range(COMMANDS // 2):
@@ -121,7 +121,7 @@ def commands(client: Client, aircraft: list[int]) -> list[float]:
 
 
 def spread(router: Router, seconds: float) -> Figures:
-    """Let twenty stations listen through it."""
+    """Let twenty stations listen through the router."""
     with listeners(router.endpoint, STATIONS, seconds) as process:
         usage = usage_over(router.pid, seconds - 0.5)
         found = result_of(process, seconds + PATIENCE_S)
@@ -163,7 +163,7 @@ def ours(seconds: float) -> Figures:
 
 
 def bare(seconds: float) -> Figures:
-    """Measure a router of Zenoh that hears the same and makes nothing of it; its "command" is a question that an aircraft answers."""
+    """Measure a Zenoh router with the same traffic, unprocessed; its "command" is a query answered by an aircraft."""
     with bare_router(ORG) as router, crowd(router.endpoint) as aircraft:
         time.sleep(3.0)
         quiet, crowded = usage_over(router.pid, seconds), usage_over(aircraft.pid, 1.0)
@@ -184,7 +184,7 @@ def far(runs: int, seconds: float) -> Table:
 
 
 def far_age(runs: int, seconds: float) -> Table:
-    """Measure how old states are when Python code has them, in a process that is the router and hears a thousand aircraft."""
+    """Measure the age of states in Python callbacks, in a process that is also the router of a thousand aircraft."""
 
     def once(name: str) -> Figures:
         port = free_tcp_port()
@@ -207,7 +207,7 @@ def far_age(runs: int, seconds: float) -> Table:
 
 
 def far_restart(runs: int, _seconds: float) -> Table:
-    """Kill a router and start it again where it was, with a thousand aircraft and a ground station on it."""
+    """Kill a router with a thousand aircraft and a ground station, and restart it on the same port."""
 
     def once(router: Callable[..., contextlib.AbstractContextManager[Router]]) -> Figures:
         port = free_tcp_port()
@@ -219,7 +219,7 @@ def far_restart(runs: int, _seconds: float) -> Table:
             all_there(client)
             roster = stack.enter_context(following(client))
             process = stack.enter_context(listeners(first.endpoint, 1, RESTART_S))
-            # The list has come whole, and is told as it changes.
+            # The whole list has arrived, and changes are being sent.
             time.sleep(2.0)
             roster.is_counting.set()
             first.process.kill()

@@ -1,4 +1,4 @@
-"""Narrow, long and lossy uplinks: how long orders take on them and how often a state comes; and what an aircraft says in bytes."""
+"""Narrow, long and lossy uplinks: duration of commands and rate of states; and an aircraft's traffic in bytes."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from tests.fleet.proxy import Line, open_way
 Figures = dict[str, float]
 Table = dict[str, "Figures | str"]
 
-#: 256 kbit/s each way and a tenth of a second there and back.
+#: 256 kbit/s each way, 100 ms round trip.
 UPLINK = Line(delay_s=0.05, kbit_s=256)
-#: 64 kbit/s, 600 ms there and back, one segment of twenty lost.
+#: 64 kbit/s, 600 ms round trip, one segment of twenty lost.
 POOR = Line(delay_s=0.3, jitter_s=0.05, loss=0.05, kbit_s=64)
-#: Planes that share an uplink which they would fill, ten states a second each.
+#: Planes that share an uplink, which their ten states a second each would fill.
 PLANES = 8
-#: Until the rate has found where it stays: ten good seconds a rung.
+#: Time until the adaptive rate has settled: ten good seconds per step.
 SETTLES_S = 35.0
-#: A state of ours and what the network adds to it (FLEET: 500 bytes of messages as they are on a wire).
+#: One of our states with the network's overhead (FLEET: 500 bytes of messages as encoded).
 STATE_BYTES = 500
 
 
@@ -32,7 +32,7 @@ def _flown(field: Field, seconds: float, settles_s: float) -> Figures:
     ground.client.done("POST", "control/take")
     places = [ground.at(name) for name in field.planes]
     for at in places:
-        # Whoever has control hears ten states a second, as far as the way carries them.
+        # The holder of control receives ten states a second, as far as the path allows.
         until(lambda at=at: order(ground, at))  # type: ignore[misc]
     way = field.boards[0].ways[0]
     began, before = time.monotonic(), way.up.on_the_line
@@ -57,7 +57,7 @@ def _ours(line: Line, planes: int, *on_board: str) -> Callable[[], Figures]:
 
 
 def _bare(line: Line, planes: int) -> Callable[[], Figures]:
-    """Zenoh alone, whose one aircraft says as much as all of ours want to."""
+    """Measure bare Zenoh, whose single aircraft sends as much as all of ours."""
 
     def once() -> Figures:
         port = free_tcp_port()
@@ -83,7 +83,7 @@ def _bare(line: Line, planes: int) -> Callable[[], Figures]:
 
 
 def far_narrow(runs: int, _seconds: float) -> Table:
-    """Orders on an uplink of 256 kbit/s that eight planes of ten states a second would fill."""
+    """Measure commands on an uplink of 256 kbit/s that eight planes of ten states a second would fill."""
     return repeat(
         runs,
         {
@@ -95,7 +95,7 @@ def far_narrow(runs: int, _seconds: float) -> Table:
 
 
 def far_poor(runs: int, _seconds: float) -> Table:
-    """Orders over 64 kbit/s, 600 ms there and back and 5 % of loss."""
+    """Measure commands over 64 kbit/s, 600 ms round trip and 5 % loss."""
     return repeat(
         runs,
         {
@@ -107,7 +107,7 @@ def far_poor(runs: int, _seconds: float) -> Table:
 
 
 def far_bytes(runs: int, seconds: float) -> Table:
-    """What one aircraft sends, in control, in a list, and heard by nobody."""
+    """Measure an aircraft's traffic: under control, in a list, and without listeners."""
 
     def once() -> Figures:
         with field_of(routers=1) as field:
@@ -127,14 +127,14 @@ def far_bytes(runs: int, seconds: float) -> Table:
             ground.client.done("POST", "control/take")
             at = ground.at("plane1")
             order(ground, at)
-            # An operator without a page has to show that it is still there.
+            # An operator without a page has to keep its session alive.
             with Manned(ground):
                 time.sleep(SETTLES_S)
                 with Watch(ground, at) as watch:
                     held, held_down = kbit_s()
             ground.program.process.kill()
             ground.program.process.wait()
-            # Its lease ends, and its router has noticed.
+            # The lease expires, and the router notices.
             time.sleep(12.0)
             unheard, unheard_down = kbit_s()
             return {

@@ -1,4 +1,4 @@
-"""The programs of these benchmarks: ground station and router, a bare router, a thousand aircraft, those who listen."""
+"""Programs of these benchmarks: ground station and router, a bare router, a thousand aircraft, and listeners."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ ORG = "acme"
 AIRCRAFT = 1000
 RATE_HZ = 10
 EXAMPLES = ROOT / "target/release/examples"
-#: Opening a thousand sessions and taking on as many aircraft takes seconds, on a busy machine more.
+#: Opening a thousand sessions and registering as many aircraft takes seconds, more on a busy machine.
 PATIENCE_S = 60.0
 
 
 def example(name: str) -> str:
-    """Return the path of a program of crates/fleet/examples, or say that it is not there."""
+    """Return the path of a program of crates/fleet/examples, or raise when it was not built."""
     path = EXAMPLES / name
     if not path.exists():
         raise NotMeasured(f"{path.relative_to(ROOT)} is not built")
@@ -33,14 +33,14 @@ def example(name: str) -> str:
 
 
 def free_tcp_port() -> int:
-    """Return a TCP port of the loopback interface that nobody uses now."""
+    """Return an unused TCP port of the loopback interface."""
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         return int(probe.getsockname()[1])
 
 
-#: Each session that ends holds a thread until its router has been told. Of the fifty that a process has for that, a thousand sessions whose
-#: router was killed would wait for each other, ten seconds; aircraft have a process each.
+#: A session that closes blocks a thread until its router has been informed. A process has fifty threads for that, so a
+#: thousand sessions of a killed router would wait for each other for ten seconds; real aircraft are separate processes.
 MANY_SESSIONS = (
     "(rx: (max_blocking_threads: 2000), net: (max_blocking_threads: 2000), app: (max_blocking_threads: 2000))"
 )
@@ -48,7 +48,7 @@ MANY_SESSIONS = (
 
 @dataclass(frozen=True)
 class Router:
-    """A running router: its process, where it is dialled, and what it told of itself at its start."""
+    """A running router: its process, its address, and its startup message."""
 
     process: subprocess.Popen[str]
     endpoint: str
@@ -56,11 +56,11 @@ class Router:
 
     @property
     def pid(self) -> int:
-        """Its process id."""
+        """Return its process id."""
         return self.process.pid
 
     def operator(self) -> Client:
-        """An operator at the ground station."""
+        """Return an operator's client of the ground station."""
         client = Client(self.told["url"])
         client.open_session(name="Ana")
         return client
@@ -68,11 +68,11 @@ class Router:
 
 @contextlib.contextmanager
 def ground_station(*options: str, port: int = 0) -> Iterator[Router]:
-    """`vencejo serve --fleet`, with a data folder of its own."""
+    """Run `vencejo serve --fleet` with a data folder of its own."""
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as data:
         sources = Path(data) / "maps" / "sources.toml"
         sources.parent.mkdir(parents=True, exist_ok=True)
-        # without it a new installation begins with maps from the network
+        # Otherwise a new installation begins with maps from the network.
         sources.write_text("# none\n", encoding="utf-8")
         command = [
             sys.executable, "-m", "vencejo.cli", "serve", "--port", "0", "--json", "--no-record", "--link", "udpin:127.0.0.1:0",
@@ -85,7 +85,7 @@ def ground_station(*options: str, port: int = 0) -> Iterator[Router]:
 
 @contextlib.contextmanager
 def bare_router(*options: str, port: int = 0) -> Iterator[Router]:
-    """A router of Zenoh with nothing of ours; with ``ORG`` it subscribes as well."""
+    """Run a plain Zenoh router; with ``ORG`` it subscribes as well."""
     endpoint = f"tcp/127.0.0.1:{port or free_tcp_port()}"
     with running([example("bare_router"), endpoint, *options]) as process:
         yield Router(process, endpoint, json.loads(wait_line(process, "{", PATIENCE_S)))
@@ -93,7 +93,7 @@ def bare_router(*options: str, port: int = 0) -> Iterator[Router]:
 
 @contextlib.contextmanager
 def crowd(endpoint: str, *, aircraft: int = AIRCRAFT, rate_hz: int = RATE_HZ) -> Iterator[subprocess.Popen[str]]:
-    """A thousand aircraft, all of them there."""
+    """Run a thousand aircraft, and wait until all are connected."""
     arguments = [example("crowd"), endpoint, ORG, str(aircraft), str(rate_hz), "stamped"]
     with running(arguments, {"ZENOH_RUNTIME": MANY_SESSIONS}) as process:
         wait_line(process, "{", PATIENCE_S)
@@ -102,13 +102,13 @@ def crowd(endpoint: str, *, aircraft: int = AIRCRAFT, rate_hz: int = RATE_HZ) ->
 
 @contextlib.contextmanager
 def listeners(endpoint: str, count: int, seconds: float, *options: str) -> Iterator[subprocess.Popen[str]]:
-    """Subscribers to all aircraft, which begin to count now."""
+    """Run subscribers to all aircraft, which begin to count now."""
     with running([example("listen"), endpoint, ORG, str(count), str(seconds), *options]) as process:
         wait_line(process, "READY", PATIENCE_S)
         yield process
 
 
 def heard(endpoint: str, count: int, seconds: float, options: Sequence[str] = ()) -> dict[str, Any]:
-    """Listen for so long and return what came."""
+    """Listen for a time and return the counts."""
     with listeners(endpoint, count, seconds, *options) as process:
         return result_of(process, seconds + PATIENCE_S)

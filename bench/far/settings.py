@@ -1,4 +1,4 @@
-"""How long the longer ones of these benchmarks take; `bench/run.py` has an option for each."""
+"""Durations of the longer benchmarks; `bench/run.py` has an option for each."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ from dataclasses import dataclass
 
 @dataclass
 class Settings:
-    """What may be chosen."""
+    """Adjustable durations and counts."""
 
     narrow_s: float = 60.0
-    """Orders on a narrow way are given for so long."""
+    """Time during which commands are given on a narrow path."""
     cuts: int = 12
-    """Moments of a plan's transfer at which the way is cut."""
+    """Times during a plan's upload at which the path is cut."""
     cut_s: float = 60.0
-    """How long the way is cut whose gap is filled."""
+    """Duration of the cut whose gap is filled."""
 
 
 SETTINGS = Settings()

@@ -1,1 +1,1 @@
-"""Flights that rehearsals are compared with: recorded, or flown by the simulated plane (bench/truth.py)."""
+"""Flights that are compared with rehearsals: recorded, or flown by the simulated plane (bench/truth.py)."""

@@ -1,9 +1,9 @@
-"""How far a rehearsal is from the flight: across the track, in height and in time, for each kind of leg.
+"""Differences between a rehearsal and the flight: cross-track, in altitude and in time, for each kind of leg.
 
-A flown place is compared with the nearest point of the rehearsed track that is flown on the same visit to the same mission item,
-or `BESIDE_S` before or after it, so that neither a far other pass over the place nor a plane that is late counts as an error of
-place; lateness is told by the times at which the plane is done with each item. Where several passes are about as near, such as
-the turns of one circle, the height of the one counts that is nearest in time.
+A flown position is compared with the nearest point of the rehearsed track during the same visit to the same mission
+item, or within `BESIDE_S` of it, so that neither another pass over the position nor a late plane counts as a position
+error; lateness is measured by the times at which items are completed. Where several passes are about equally near, such
+as the turns of a circle, the altitude of the pass nearest in time counts.
 """
 
 from __future__ import annotations
@@ -21,78 +21,80 @@ from bench.flights.track import Array, Flight, Track, Visit
 
 #: In the order of the table.
 KINDS = ("take-off", "straight", "turn", "circle", "climb", "landing")
-#: How long before and after a visit the rehearsed track may be the nearest, s: a turn begins and ends in different visits.
+#: Time before and after a visit in which the nearest rehearsed point may lie, s: a turn spans two visits.
 BESIDE_S = 5.0
-#: How much farther away than the nearest another pass may be to be the one whose height counts, m.
+#: Excess distance of another pass over the nearest one up to which its altitude may be used, m.
 AS_NEAR_M = 5.0
-#: Seconds below which an item is not flown but passed by, such as a height to circle up to that the plane has already.
+#: Duration below which an item is passed by rather than flown, such as a circle up to an altitude that the plane
+#: already has.
 PASSED_BY_S = 1.0
-#: Bank of a plane that turns rather than corrects its course, degrees.
+#: Bank angle above which a plane turns rather than corrects its course, degrees.
 TURNING_DEG = 12.0
-#: Vertical speed of a plane that climbs or descends rather than holds its height, m/s, averaged over `CLIMB_OVER_S`.
+#: Vertical speed above which a plane climbs or descends rather than holds its altitude, m/s, averaged over
+#: `CLIMB_OVER_S`.
 CLIMBING_M_S = 0.7
 CLIMB_OVER_S = 2.0
-#: Radii from a circle's centre within which a plane is on the circle and no longer on the way to it.
+#: Distance from a circle's centre, in radii, below which a plane is on the circle rather than approaching it.
 ON_CIRCLE = 1.5
 _CIRCLES = {
     Command.NAV_LOITER_UNLIM: 2,
     Command.NAV_LOITER_TURNS: 2,
     Command.NAV_LOITER_TO_ALT: 1,
 }
-"""Items that are flown as circles, and which parameter has the radius."""
+"""Items flown as circles, with the parameter that contains the radius."""
 _OF_WP_LOITER_RAD = (Command.NAV_LOITER_TIME, Command.NAV_RETURN_TO_LAUNCH)
 
 
 @dataclass(frozen=True)
 class Arrival:
-    """When an item was done with, seconds since the take-off roll began; a landing is at its touch-down."""
+    """Completion of an item, seconds since the take-off roll began; of a landing, its touchdown."""
 
     item: int
     kind: str
     flown_s: float
     rehearsed_s: float | None
-    """``None``: in the rehearsal it is not."""
+    """``None`` when the rehearsal does not complete it."""
 
     @property
     def late_s(self) -> float | None:
-        """How much later the rehearsal is there."""
+        """Return how much later the rehearsal completes it."""
         return None if self.rehearsed_s is None else self.rehearsed_s - self.flown_s
 
 
 @dataclass(frozen=True)
 class Comparison:
-    """What differs between a flight and its rehearsal. The arrays have one value for each flown sample in the air."""
+    """Differences between a flight and its rehearsal. Arrays have one value for each sample flown in the air."""
 
     name: str
     kind: npt.NDArray[np.int64]
     """Index into `KINDS`."""
     cross_m: Array
     height_m: Array
-    """Rehearsed less flown; where there is nothing to compare with, NaN, as in ``cross_m``."""
+    """Rehearsed minus flown; NaN where there is nothing to compare with, as in ``cross_m``."""
     seconds_a_sample: float
     arrivals: tuple[Arrival, ...]
     touchdown_m: float | None
-    """Between the rehearsed and the flown touch-down; ``None`` where one of them is missing."""
+    """Distance between the rehearsed and the flown touchdown; ``None`` when one is missing."""
     rest_m: float | None
-    """Between the places where both come to rest."""
+    """Distance between the final positions."""
 
 
 @dataclass(frozen=True)
 class Figures:
-    """RMS and worst of one kind of leg over one or many flights."""
+    """RMS and maximum for one kind of leg over one or more flights."""
 
     seconds: float
     not_compared_s: float
-    """Flown time to which the rehearsal has nothing."""
+    """Flown time without counterpart in the rehearsal."""
     cross_rms_m: float
     cross_worst_m: float
     height_rms_m: float
     height_worst_m: float
     arrivals: int
     missed: int
-    """Items that were done with in the flight and not in the rehearsal."""
+    """Items completed in the flight but not in the rehearsal."""
     time_rms_percent: float
-    """Of the time since take-off."""
+    """Percent of the time since take-off."""
     time_worst_percent: float
     time_worst_s: float
 
@@ -128,7 +130,7 @@ def compare(flight: Flight, rehearsed: Track) -> Comparison:
 
 
 def figures(comparisons: Iterable[Comparison], kind: str | None = None) -> Figures | None:
-    """Take comparisons together, of one kind of leg or of all; ``None`` when there is nothing of that kind."""
+    """Combine comparisons for one kind of leg or all; ``None`` when there are no samples of that kind."""
     cross, height, arrivals = [np.zeros(0)], [np.zeros(0)], []
     seconds = not_compared_s = 0.0
     for one in comparisons:
@@ -173,7 +175,7 @@ def _apart_m(a: Track, at_a: int, b: Track, at_b: int) -> float:
 
 
 def _offsets(flown: Track, rehearsed: Track, visits: list[Visit]) -> tuple[Array, Array]:
-    """Distance from the rehearsed track and rehearsed less flown height, for each flown sample."""
+    """Return the distance from the rehearsed track, and rehearsed minus flown altitude, for each flown sample."""
     cross, height = np.full(len(flown.time_s), np.nan), np.full(len(flown.time_s), np.nan)
     others = {(visit.item, visit.nth): visit for visit in rehearsed.visits()}
     for visit in visits:
@@ -192,7 +194,7 @@ def _offsets(flown: Track, rehearsed: Track, visits: list[Visit]) -> tuple[Array
 
 
 def _nearest(track: Track, north_m: float, east_m: float, around_s: float) -> tuple[float, float]:
-    """Distance to a track, and its height there; of passes about as near, of the one that is flown around that time."""
+    """Return the distance to a track, and its altitude there; of equally near passes, at the one nearest in time."""
     north, east, alt = track.north_m, track.east_m, track.alt_m
     step_n, step_e = np.diff(north), np.diff(east)
     square = np.maximum(step_n**2 + step_e**2, 1e-12)
@@ -206,7 +208,7 @@ def _nearest(track: Track, north_m: float, east_m: float, around_s: float) -> tu
 
 
 def _kinds(flight: Flight, flown: Track, visits: list[Visit]) -> npt.NDArray[np.int64]:
-    """What the plane did at each sample, by what was flown."""
+    """Classify each sample by the kind of leg flown."""
     rate_hz = 1.0 / float(np.median(np.diff(flown.time_s)))
     over = max(1, round(CLIMB_OVER_S * rate_hz))
     climb = np.abs(np.convolve(flown.climb_m_s, np.full(over, 1.0 / over), mode="same"))
@@ -228,7 +230,7 @@ def _kinds(flight: Flight, flown: Track, visits: list[Visit]) -> npt.NDArray[np.
 
 
 def _until_circle(flight: Flight, item: MissionItem, track: Track) -> int:
-    """How many samples it takes to the circle."""
+    """Return the number of samples until the circle is reached."""
     home = flight.plan.home
     assert home is not None, "a flight's plan has a home"
     at = (item.lat_deg, item.lon_deg)
@@ -242,7 +244,7 @@ def _until_circle(flight: Flight, item: MissionItem, track: Track) -> int:
 
 
 def _arrivals(flight: Flight, rehearsed: Track, visits: list[Visit], kind: npt.NDArray[np.int64]) -> Iterator[Arrival]:
-    """When each place was done with, the moment at which the next one was headed for; not the last, and none that takes no time."""
+    """Yield the completion of each item, when the next becomes current; not the last, nor those passed by."""
     flown = flight.track
     ends_s = {(visit.item, visit.nth): float(rehearsed.time_s[visit.end]) for visit in rehearsed.visits()[:-1]}
     for visit in visits[:-1]:

@@ -1,4 +1,4 @@
-"""Designed landings of the simulated plane: the best that a random runway has for a random wind, flown from a random place."""
+"""Designed landings of the simulated plane: the best on a random runway in a random wind, from a random position."""
 
 from __future__ import annotations
 
@@ -22,21 +22,21 @@ SHORTEST_RUNWAY_M = 100.0
 
 @dataclass(frozen=True)
 class Landed:
-    """Where a plane came to rest that should at a point."""
+    """Where a plane came to rest, relative to its landing point."""
 
     name: str
     wind: Wind
     headwind_m_s: float
     rest_m: float
-    """From the point."""
+    """Distance from the point."""
     beyond_m: float
-    """Of that along the final leg, negative before the point."""
+    """Distance along the final leg, negative before the point."""
     rehearsed_m: float | None
-    """The same as the design said before."""
+    """The same according to the design."""
 
 
 def land(seed: int) -> Landed:
-    """The landing of a seed: any runway, any wind to 8 m/s, a waypoint anywhere within 1,500 m before it; the same seed gives the same flight."""
+    """Fly the landing of a seed: any runway, any wind up to 8 m/s, from anywhere within 1,500 m; deterministic."""
     source = random.Random(f"landing {seed}")
     wind = Wind(source.uniform(0.0, 360.0), source.uniform(0.0, STRONGEST_WIND_M_S))
     home = GeoPoint(HOME.lat_deg, HOME.lon_deg)
@@ -72,7 +72,7 @@ def land(seed: int) -> Landed:
 
 
 def table(landed: Sequence[Landed]) -> str:
-    """The worst of them, and all."""
+    """Format the worst of them, and all."""
     lines = [f"Landings as designed, flown by the simulated plane in {len(landed)} random winds"]
     for one in sorted(landed, key=lambda one: -one.rest_m)[:3]:
         side = "beyond" if one.beyond_m > 0 else "before"
@@ -86,7 +86,7 @@ def table(landed: Sequence[Landed]) -> str:
 
 
 def numbers(landed: Sequence[Landed]) -> dict[str, Any]:
-    """The same as JSON."""
+    """Return the same as JSON."""
     rests = [one.rest_m for one in landed]
     flights = [
         {"name": one.name, "rest_m": one.rest_m, "beyond_m": one.beyond_m, "rehearsed_m": one.rehearsed_m}

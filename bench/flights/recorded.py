@@ -1,4 +1,4 @@
-"""Flights from recordings: a ``.tlog`` of the whole flight and, in a ``.json`` beside it, what the plane was told."""
+"""Flights from recordings: a ``.tlog`` of the whole flight, and a ``.json`` with plan, wind and parameters."""
 
 from __future__ import annotations
 
@@ -24,21 +24,21 @@ _WANTED = {getattr(dialect, f"MAVLINK_MSG_ID_{name}") for name in _NAMES}
 
 
 def captured() -> Iterator[Flight]:
-    """The whole flights among the captures of a real ArduPlane."""
-    # The first lacks its own mission. It is that of the upload beside it: as many items (MIS_TOTAL), reached one after the other.
+    """Yield the complete flights among the captures of a real ArduPlane."""
+    # The first lacks its own mission. It is that of the upload beside it: as many items (MIS_TOTAL), reached in order.
     for name, upload, wind in (
         ("arduplane-takeoff-to-landing", "mission-upload-items", Wind(0.0, 0.0)),
         ("arduplane-wind-flight", "arduplane-wind-flight", Wind(240.0, 6.0)),
     ):
         home, items = uploaded(CAPTURES / f"{upload}.tlog")
         rows = (line.split() for line in (CAPTURES / "arduplane-params.parm").read_text(encoding="utf-8").splitlines())
-        # Both recordings tell of this one alone that it was set (PARAM_VALUE); the wind is that of SIM_WIND_SPD and _DIR.
+        # Only this parameter's setting is in both recordings (PARAM_VALUE); the wind is that of SIM_WIND_SPD and _DIR.
         parameters = {**{row[0]: float(row[1]) for row in rows}, "RTL_AUTOLAND": 2.0}
         yield flight(name, CAPTURES / f"{name}.tlog", Plan(items=items, home=home), parameters, wind)
 
 
 def recordings(folder: Path) -> Iterator[Flight]:
-    """The flights of a folder, by name: each a ``NAME.tlog`` with its ``NAME.json`` (bench/README.md)."""
+    """Yield the flights of a folder, by name: each a ``NAME.tlog`` with its ``NAME.json`` (bench/README.md)."""
     for path in sorted(folder.glob("*.json")):
         told: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
         items = tuple(MissionItem(row["command"], row["frame"], tuple(row["params"])) for row in told["mission"])
@@ -48,7 +48,7 @@ def recordings(folder: Path) -> Iterator[Flight]:
 
 
 def flight(name: str, tlog: Path, plan: Plan, parameters: dict[str, float], wind: Wind) -> Flight:
-    """One flight of a recording, followed by its GLOBAL_POSITION_INT."""
+    """Return one flight of a recording, by its GLOBAL_POSITION_INT."""
     assert plan.home is not None, "a flight's plan has a home"
     samples: list[Sample] = []
     bank_deg, item = 0.0, 0
@@ -59,7 +59,7 @@ def flight(name: str, tlog: Path, plan: Plan, parameters: dict[str, float], wind
         if kind == "ATTITUDE":
             bank_deg = math.degrees(message.roll)
         elif kind == "MISSION_CURRENT":
-            # Rather than MISSION_ITEM_REACHED, which is not sent for a place that an action follows: only the newest is.
+            # Not MISSION_ITEM_REACHED, which is not sent for a position followed by an action: only the newest is.
             item = message.seq
         elif kind == "GLOBAL_POSITION_INT":
             samples.append(
@@ -79,7 +79,7 @@ def flight(name: str, tlog: Path, plan: Plan, parameters: dict[str, float], wind
 
 
 def uploaded(tlog: Path) -> tuple[Home, tuple[MissionItem, ...]]:
-    """Home and the mission that a recording's ground station sent, item by item."""
+    """Return home and the mission uploaded by a recording's ground station, item by item."""
     sent = {
         message.seq: message
         for message in _messages(tlog)
@@ -104,7 +104,7 @@ def _item(message: Any) -> MissionItem:
 
 
 def _messages(path: Path) -> Iterator[Any]:
-    """What is wanted of a recording; other frames are not even decoded."""
+    """Yield the relevant messages of a recording; other frames are not decoded."""
     data = path.read_bytes()
     decoder = dialect.MAVLink(None)
     at = _STAMP_BYTES

@@ -1,4 +1,4 @@
-"""Rehearsals of flights, as tracks like theirs."""
+"""Rehearsals of flights, as tracks."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from bench.flights.track import Flight, Sample, Track
 
 
 def rehearsal_of(flight: Flight) -> Track:
-    """The track of a flight's plan, rehearsed with what the flight was told."""
-    # Which way the runway lies stands in no plan.
+    """Return the track of a flight's plan, rehearsed with the flight's data."""
+    # The plan does not contain the runway's direction.
     heading_deg = flight.track.takeoff_course_deg
     found = rehearse(
         flight.plan,
@@ -22,7 +22,7 @@ def rehearsal_of(flight: Flight) -> Track:
     )
     home = flight.plan.home
     assert home is not None, "a flight's plan has a home"
-    # As MISSION_CURRENT has it: an item is current until the next one is, in a return and on the ground too.
+    # Like MISSION_CURRENT: an item is current until the next one is, including in a return and on the ground.
     begins_s = [passage.begins_s for passage in found.passages]
     samples = [
         Sample(

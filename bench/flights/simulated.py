@@ -1,4 +1,4 @@
-"""Flights of the simulated plane: random missions in random winds, without a link and as fast as it is stepped."""
+"""Flights of the simulated plane: random missions in random winds, without a link, at full speed."""
 
 from __future__ import annotations
 
@@ -25,16 +25,16 @@ from bench.flights.track import Flight, Sample, Track
 
 HOME = Home(40.3332, -3.7978, 600.0)
 STRONGEST_WIND_M_S = 8.0
-#: Simulated seconds until the estimator is ready and the plane may be armed.
+#: Simulated seconds until the estimator is ready and the plane can be armed.
 SETTLED_S = 22.0
 LONGEST_S = 3000.0
 STEPS_A_SAMPLE = 10
-#: How far from home a mission goes, metres.
+#: Largest distance of a mission from home, metres.
 FARTHEST_M = 1500.0
 LOWEST_M, HIGHEST_M = 60.0, 160.0
-#: A plane whose return finds the landing of its mission; without it DO_LAND_START is not armed.
+#: A plane whose return uses the landing of its mission; otherwise it refuses to arm with DO_LAND_START.
 SETTINGS = {"RTL_AUTOLAND": 2.0}
-#: HEARTBEAT, ATTITUDE, GLOBAL_POSITION_INT and VFR_HUD: what a plane is learned from.
+#: HEARTBEAT, ATTITUDE, GLOBAL_POSITION_INT and VFR_HUD: inputs for learning a plane.
 LESSON = (0, 30, 33, 74)
 TELEMETRY = TelemetryContext(
     unix_us_at_boot=0,
@@ -50,10 +50,10 @@ START_UNIX_US = 1_790_000_000_000_000
 
 
 def random_mission(seed: int) -> tuple[Plan, Wind, float]:
-    """A mission from take-off to landing, the wind, and where the plane looks at the beginning, degrees.
+    """Return a mission from take-off to landing, the wind, and the initial heading of the plane, degrees.
 
-    Legs of 80 to 900 m with turns to 150 degrees either way, some climbing or descending by up to 60 m, circles of every
-    kind, changes of speed, a jump back in some, and a landing as it is designed, up to 30 degrees off the wind.
+    Legs of 80 to 900 m with turns of up to 150 degrees either way, some climbing or descending by up to 60 m, circles
+    of every kind, changes of speed, sometimes a jump back, and a designed landing, up to 30 degrees off the wind.
     """
     source = random.Random(f"mission {seed}")
     wind = Wind(source.uniform(0.0, 360.0), source.uniform(0.0, STRONGEST_WIND_M_S))
@@ -86,7 +86,7 @@ def random_mission(seed: int) -> tuple[Plan, Wind, float]:
 
 
 def _place(source: random.Random, at: GeoPoint, alt_m: float) -> MissionItem:
-    """A waypoint, mostly, or a circle."""
+    """Return a waypoint, mostly, or a circle."""
     lucky, where = source.random(), (at.lat_deg, at.lon_deg)
     radius_m = source.choice((-1.0, 1.0)) * source.randrange(60, 151, 10)
     if lucky < 0.12:
@@ -100,14 +100,14 @@ def _place(source: random.Random, at: GeoPoint, alt_m: float) -> MissionItem:
 
 
 def fly(seed: int, airframe: Airframe | None = None) -> Flight:
-    """The random mission of a seed, from standing still to standing still; the same seed gives the same flight."""
+    """Fly the random mission of a seed, from standstill to standstill; the same seed gives the same flight."""
     plan, wind, heading_deg = random_mission(seed)
     flown = flight_of(f"simulated {seed}", plan, wind, heading_deg=heading_deg, seed=seed)
     return replace(flown.flight, airframe=airframe)
 
 
 def learned() -> Airframe:
-    """The simulated plane as a recorded flight of its own teaches it: a square at three speeds, with climbs and descents."""
+    """Return the simulated plane as learned from a flight: a square at three speeds, with climbs and descents."""
     home = GeoPoint(HOME.lat_deg, HOME.lon_deg)
     places = [destination(home, bearing_deg=bearing, distance_m=700.0) for bearing in (0.0, 90.0, 180.0, 270.0)]
     items = [MissionItem.takeoff(HOME.lat_deg, HOME.lon_deg, alt_rel_home_m=60.0)]
@@ -129,7 +129,7 @@ def learned() -> Airframe:
 
 @dataclass(frozen=True)
 class Flown:
-    """A flight, and where it ended."""
+    """A flight, and its end."""
 
     flight: Flight
     rest: GeoPoint
@@ -138,7 +138,7 @@ class Flown:
 def flight_of(
     name: str, plan: Plan, wind: Wind, *, heading_deg: float, seed: int, tlog: BinaryIO | None = None
 ) -> Flown:
-    """The flight of a plan that begins and ends on the ground, recorded where there is a file for it."""
+    """Fly a plan that begins and ends on the ground; record it if a file is given."""
     store = ParamStore.arduplane(SETTINGS)
     stored = [
         home_item(HOME.lat_deg, HOME.lon_deg, HOME.alt_amsl_m),
@@ -190,7 +190,7 @@ def flight_of(
 
 
 def _record(plane: Autopilot, tlog: BinaryIO) -> None:
-    """What a plane is learned from, as a .tlog has it: the time of day in microseconds, and a frame."""
+    """Record the inputs for learning a plane as in a .tlog: the time of day in microseconds, and a frame."""
     snapshot, sender = plane.snapshot(), dialect.MAVLink(None, srcSystem=1, srcComponent=1)
     for message_id in LESSON:
         message = BUILDERS[message_id](snapshot, TELEMETRY)
@@ -199,7 +199,7 @@ def _record(plane: Autopilot, tlog: BinaryIO) -> None:
 
 
 def parameters(store: ParamStore) -> dict[str, float]:
-    """What the plane's parameters are. SIM_* would tell of ArduPilot's own simulator, whose air and plane are others."""
+    """Return the plane's parameters, except SIM_*, which describe ArduPilot's own simulator."""
     return {row.name: row.value for row in map(store.at, range(len(store))) if not row.name.startswith("SIM_")}
 
 

@@ -1,4 +1,4 @@
-"""What a comparison of flights with their rehearsals prints, and its numbers."""
+"""Formats comparisons of flights with their rehearsals, as a table and as numbers."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ HEAD = ("time", "RMS across", "worst", "RMS height", "worst", "RMS late", "worst
 
 
 def row(name: str, found: Figures) -> str:
-    """One line of the table."""
+    """Return one row of the table."""
     cells = (
         f"{found.seconds:.0f} s",
         f"{found.cross_rms_m:.1f} m",
@@ -31,14 +31,14 @@ def row(name: str, found: Figures) -> str:
 
 
 def landing(found: Comparison) -> str:
-    """Where the rehearsal comes down, beside the flight."""
+    """Return where the rehearsal lands, compared with the flight."""
     if found.touchdown_m is None or found.rest_m is None:
         return "lands in one of both only" if any(a.kind == "landing" for a in found.arrivals) else ""
     return f"touch-down {found.touchdown_m:.1f} m apart, rest {found.rest_m:.1f} m apart"
 
 
 def table(title: str, flights: Sequence[Flight], comparisons: Sequence[Comparison]) -> str:
-    """A group of flights: each for itself, then each kind of leg over all of them."""
+    """Return the table of a group of flights: each flight, then each kind of leg over all of them."""
     lines = [title, f"{'':<38}" + "".join(f"{head:>11}" for head in HEAD)]
     for flight, found in zip(flights, comparisons, strict=True):
         whole = figures([found])
@@ -55,7 +55,7 @@ def table(title: str, flights: Sequence[Flight], comparisons: Sequence[Compariso
 
 
 def numbers(flights: Sequence[Flight], comparisons: Sequence[Comparison]) -> dict[str, Any]:
-    """The same as JSON."""
+    """Return the same as JSON."""
 
     def by_kind(some: Sequence[Comparison]) -> dict[str, Any]:
         found = {kind or "all": figures(some, kind) for kind in (None, *KINDS)}

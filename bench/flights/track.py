@@ -1,4 +1,4 @@
-"""A flight's track, flown or rehearsed, in metres about home, its times counted from the moment at which the take-off roll begins."""
+"""Track of a flight, flown or rehearsed, in metres from home, with times since the beginning of the take-off roll."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from vencejo.sim.autopilot.geo import LocalFrame
 
 Array: TypeAlias = npt.NDArray[np.float64]
 
-#: Ground speed that a plane has once its take-off roll has begun, m/s: no gust rocks one that stands so fast.
+#: Ground speed that shows that the take-off roll has begun, m/s: gusts do not move a standing plane this fast.
 ROLLING_M_S = 3.0
-#: Way over which a take-off roll shows its course, m.
+#: Distance over which the course of a take-off roll is measured, m.
 ROLL_M = 20.0
-#: Vertical speed that a plane on the ground does not have any more, m/s; a flare ends with more.
+#: Vertical speed below which a plane is on the ground, m/s; a flare ends with more.
 STANDS_M_S = 0.25
 
 
 class Sample(NamedTuple):
-    """Where a plane was."""
+    """State of a plane at a time."""
 
     time_s: float
     lat_deg: float
@@ -35,19 +35,19 @@ class Sample(NamedTuple):
     groundspeed_m_s: float
     bank_deg: float
     item: int
-    """Mission item being flown, counted from 1; 0 before the first."""
+    """Current mission item, counted from 1; 0 before the first."""
 
 
 @dataclass(frozen=True)
 class Visit:
-    """One time that an item was flown."""
+    """One visit to an item."""
 
     item: int
     nth: int
-    """Which time this is, from 0: a jump brings a plane back."""
+    """Number of the visit, from 0: a jump leads to further ones."""
     begin: int
     end: int
-    """Its samples: ``track[begin:end]``."""
+    """Range of its samples: ``track[begin:end]``."""
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ class Track:
 
     @classmethod
     def of(cls, samples: list[Sample], *, home: Home, name: str) -> Track:
-        """The track of a flight from the beginning of its take-off roll; ``name`` tells which, where it has none."""
+        """Return the track of a flight from the beginning of its take-off roll; ``name`` identifies it in errors."""
         columns = np.array(samples, dtype=np.float64).reshape(-1, len(Sample._fields)).T
         time_s, lat_deg, lon_deg, alt_m, climb_m_s, groundspeed_m_s, bank_deg, item = columns
         rolling = np.flatnonzero(groundspeed_m_s > ROLLING_M_S)
@@ -74,7 +74,7 @@ class Track:
         frame = LocalFrame(home.lat_deg, home.lon_deg)
         places = [frame.to_plane(*place) for place in zip(lat_deg, lon_deg, strict=True)]
         north_m, east_m = np.array(places, dtype=np.float64).T
-        # Between two samples: a plane gains some metres a second from one to the next.
+        # Between two samples, since a plane gains some metres per second within one interval.
         began = max(int(rolling[0]) - 1, 0)
         speeds, times = groundspeed_m_s[began : rolling[0] + 1], time_s[began : rolling[0] + 1]
         whole = cls(
@@ -91,17 +91,17 @@ class Track:
 
     @property
     def takeoff_course_deg(self) -> float:
-        """Course of the take-off roll, degrees from true north, 0 to 360: towards the first place `ROLL_M` from its beginning."""
+        """Return the course of the take-off roll, degrees from true north, 0 to 360, measured over `ROLL_M`."""
         north_m, east_m = self.north_m - self.north_m[0], self.east_m - self.east_m[0]
         at = int(np.argmax(np.hypot(north_m, east_m) >= ROLL_M))
         return math.degrees(math.atan2(east_m[at], north_m[at])) % 360.0
 
     def part(self, begin: int, end: int) -> Track:
-        """Some of its samples."""
+        """Return a range of its samples."""
         return Track(**{field.name: getattr(self, field.name)[begin:end] for field in fields(self)})
 
     def visits(self) -> list[Visit]:
-        """Which item was flown when."""
+        """Return the visits to items in order."""
         borders = [0, *(np.flatnonzero(np.diff(self.item)) + 1).tolist(), len(self.item)]
         times: dict[int, int] = {}
         found = []
@@ -112,7 +112,7 @@ class Track:
         return found
 
     def touchdown(self, land_item: int | None) -> int | None:
-        """Sample at which the plane stood on the ground for good; ``None`` when it does not land at that item."""
+        """Return the sample of the final touchdown; ``None`` when the plane does not land at that item."""
         if land_item is None or int(self.item[-1]) != land_item:
             return None
         moving = np.flatnonzero(np.abs(self.climb_m_s) > STANDS_M_S)
@@ -121,13 +121,13 @@ class Track:
 
 @dataclass(frozen=True)
 class Flight:
-    """A flight and all that a rehearsal of it is told."""
+    """A flight, and the data for its rehearsal."""
 
     name: str
     plan: Plan
-    """With home."""
+    """Includes home."""
     parameters: dict[str, float]
     wind: Wind
     track: Track
     airframe: Airframe | None = None
-    """What is known of the plane beside its parameters."""
+    """Additional knowledge of the plane beside its parameters."""

@@ -1,1 +1,1 @@
-"""Figures of the ground station in the browser: its server, its page, and a plane that feeds both."""
+"""Figures of the ground station in the browser: its server, its page, and a plane for both."""

@@ -1,7 +1,7 @@
-"""20 browsers' WebSockets at 10 Hz beside a plane of 1,000 messages/s: how long a command takes, and the server's memory.
+"""20 browsers' WebSockets at 10 Hz with a plane of 1,000 messages/s: duration of commands, and the server's memory.
 
-``python bench/station/browsers.py [--minutes 10]``. A command is an HTTP request whose answer is the vehicle's (speed, which
-the plane takes at once), ten a second over one kept connection.
+``python bench/station/browsers.py [--minutes 10]``. A command is an HTTP request answered by the vehicle (a speed
+change, which the plane accepts at once), ten a second over one persistent connection.
 """
 
 from __future__ import annotations
@@ -24,13 +24,13 @@ from tests.server.client import Client, WebSocket
 BROWSERS = 20
 BROWSER_HZ = 10
 STREAM_HZ = 50
-"""Of each of the recorded streams: 1,000 messages a second together."""
+"""Rate of each of the recorded streams: 1,000 messages a second in total."""
 COMMAND_HZ = 10.0
 WARM_UP_S = 20.0
 
 
 def measure(minutes: float) -> dict[str, float]:
-    """Command and watch for so long."""
+    """Command and measure for a time."""
     counts = [0] * BROWSERS
     stop = threading.Event()
 
@@ -46,7 +46,7 @@ def measure(minutes: float) -> dict[str, float]:
         return client
 
     with station(STREAM_HZ) as served:
-        # The first has control, and commands: its WebSocket keeps it, as a page does.
+        # The first one commands, and keeps control through its WebSocket, as a page does.
         clients = [browser(f"browser {place}", served.url) for place in range(BROWSERS)]
         pilot = clients[0]
         connection = http.client.HTTPConnection(pilot.authority, timeout=30)

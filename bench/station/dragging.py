@@ -1,9 +1,9 @@
-"""Frames a second of the map while a point of a plan of 100 items is dragged with the rehearsal following, software rendering.
+"""Frame rate of the map while a point of a 100-item plan is dragged, with rehearsals and software rendering.
 
-``python bench/station/dragging.py [--seconds 10]``. Frames as in ``frames.py``. The pointer moves all the time; the rehearsals that come
-meanwhile are counted too, since a page that asks for none would be quick, and of the answers about the lines it is measured how long they
-took from the move of the pointer until they were painted.
-A plane's telemetry comes at 20 Hz beside it.
+``python bench/station/dragging.py [--seconds 10]``. Frames as in ``frames.py``. The pointer moves all the time; the
+rehearsals received meanwhile are counted too, since a page that requests none would be fast, and for the answers about
+the lines, the time from the pointer's move until they were painted is measured. A plane's telemetry arrives at 20 Hz at
+the same time.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 ITEMS = 100
 LEG_DEG = (0.0016, 0.004)
-"""Between two lines to and fro, and half of their length: degrees of latitude and of longitude."""
+"""Distance between two parallel lines, and half of their length: degrees of latitude and of longitude."""
 DRAGGED = 50
 RADIUS_PX = 60.0
 WATCH = """() => {
@@ -73,19 +73,19 @@ WATCH = """() => {
         return clear.apply(this, box);
     };
 }"""
-"""Takes the time from each move of the pointer of which the core was asked to the moment when its answer has been painted, milliseconds;
+"""Measures the time from each pointer move sent to the core until its answer has been painted, milliseconds;
 and how long the move itself waited for the page."""
 
 
 def waypoint(index: int) -> tuple[float, float]:
-    """Latitude and longitude of an item after the take-off: lines to and fro, two points each."""
+    """Return latitude and longitude of an item after the take-off: parallel lines, two points each."""
     line, end = divmod(index, 2)
     east = 1 if (line + end) % 2 else -1
     return LAT_DEG + (line - ITEMS / 4) * LEG_DEG[0], LON_DEG + east * LEG_DEG[1]
 
 
 def mission() -> str:
-    """A plan of so many items as a list of waypoints, 80 m above home."""
+    """Return a plan of waypoints, 80 m above home."""
     home = f"0\t1\t0\t16\t0\t0\t0\t0\t{LAT_DEG}\t{LON_DEG}\t690\t1"
     takeoff = f"1\t0\t3\t22\t10\t0\t0\t0\t{LAT_DEG}\t{LON_DEG + 0.003}\t60\t1"
     rest = [
@@ -96,16 +96,16 @@ def mission() -> str:
 
 
 def pixel(page: Page, lat_deg: float, lon_deg: float) -> tuple[float, float]:
-    """Where a position is in the window, by the coordinates under the pointer at two places."""
-    told = page.get_by_label("Position of the pointer", exact=True)
+    """Return a position's pixel in the window, from the coordinates shown for two pointer positions."""
+    shown = page.get_by_label("Position of the pointer", exact=True)
     found = []
     for x, y in ((600.0, 250.0), (880.0, 450.0)):
         page.mouse.move(x, y)
         page.wait_for_timeout(300)
-        lat, lon = told.inner_text().split(", ")
+        lat, lon = shown.inner_text().split(", ")
         found.append((x, y, float(lat), float(lon)))
     (x0, y0, lat0, lon0), (x1, y1, lat1, lon1) = found
-    # over some kilometres Mercator's latitudes are as good as even
+    # Over some kilometres, Mercator's latitudes are practically linear.
     return (
         x0 + (lon_deg - lon0) / (lon1 - lon0) * (x1 - x0),
         y0 + (lat_deg - lat0) / (lat1 - lat0) * (y1 - y0),
@@ -113,7 +113,7 @@ def pixel(page: Page, lat_deg: float, lon_deg: float) -> tuple[float, float]:
 
 
 def measure(seconds: float) -> dict[str, Any]:
-    """Drag one point round and round, and count."""
+    """Drag one point around, and count."""
     answers: list[float] = []
 
     def listen(socket: Any) -> None:

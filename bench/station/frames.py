@@ -1,7 +1,7 @@
-"""Frames a second of the map with a trail of 50,000 points, 20 Hz telemetry and software rendering.
+"""Frame rate of the map with a trail of 50,000 points, 20 Hz telemetry and software rendering.
 
-``python bench/station/frames.py [--seconds 10]``. A frame is a callback of requestAnimationFrame, of which a page that is
-done in time gets 60 a second. First with an empty trail, then with a full one at rest, then while the map is dragged to and fro.
+``python bench/station/frames.py [--seconds 10]``. A frame is a callback of requestAnimationFrame, of which a page that
+is fast enough gets 60 a second. First with an empty trail, then with a full one at rest, then while the map is dragged.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ COUNT = """() => {
 
 
 def trail() -> str:
-    """A spiral of so many points, 4 m apart, as the page keeps a trail between two loads."""
+    """Return a spiral trail, 4 m between points, in the format in which the page stores it between two loads."""
     out = bytearray()
     angle = 0.0
     for index in range(POINTS):
@@ -52,7 +52,7 @@ def trail() -> str:
 
 
 def frames(page: Page, seconds: float, *, dragged: bool) -> tuple[float, float]:
-    """Frames a second over so long, and the longest time between two, ms."""
+    """Return the frame rate over a time, and the longest time between two frames, ms."""
     page.evaluate(COUNT)
     until = time.monotonic() + seconds
     if dragged:
@@ -71,7 +71,7 @@ def frames(page: Page, seconds: float, *, dragged: bool) -> tuple[float, float]:
 
 
 def opened(browser: Browser, url: str, kept: str | None) -> Page:
-    """The page with its telemetry running, and a trail from before when one is given."""
+    """Open the page with running telemetry, optionally with a stored trail."""
     page = browser.new_context(viewport={"width": 1440, "height": 900}).new_page()
     if kept is not None:
         page.add_init_script(f"sessionStorage.setItem('vencejo.trail.1', '{kept}')")
@@ -82,7 +82,7 @@ def opened(browser: Browser, url: str, kept: str | None) -> Page:
 
 
 def measure(seconds: float) -> dict[str, Any]:
-    """Count in three situations."""
+    """Measure the three situations."""
     with station(HZ) as served, chromium() as browser:
         page = opened(browser, served.url, None)
         empty, _ = frames(page, seconds, dragged=False)

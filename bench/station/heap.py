@@ -1,8 +1,8 @@
-"""How the page's heap grows in an hour of 20 Hz telemetry: ``python bench/station/heap.py [--minutes 60]``.
+"""Growth of the page's heap in an hour of 20 Hz telemetry: ``python bench/station/heap.py [--minutes 60]``.
 
-The page is open with its map, instruments and sensors, and follows the endless plane. Each minute the collector is made to
-run, and what is left is noted (Chrome DevTools Protocol: HeapProfiler.collectGarbage, Runtime.getHeapUsage). The growth is
-that from the first minute, when everything has been shown once, to the last.
+The page is open with its map, instruments and sensors, and follows the endless plane. Once a minute, garbage is
+collected and the heap size recorded (Chrome DevTools Protocol: HeapProfiler.collectGarbage, Runtime.getHeapUsage). The
+growth is counted from the first minute, when everything has been shown once, to the last.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ MINUTE_S = 60.0
 
 
 def measure(minutes: int) -> dict[str, float]:
-    """Watch for so long; gives megabytes (10⁶ bytes)."""
+    """Watch for a time; return megabytes (10⁶ bytes)."""
     series: list[tuple[float, float, float]] = []
     with station(HZ) as served, chromium() as browser:
         page = browser.new_page(viewport={"width": 1440, "height": 900})

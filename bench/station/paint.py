@@ -1,7 +1,7 @@
-"""How soon the page is there, from localhost, and how much of it comes over the wire: ``python bench/station/paint.py [--runs 7]``.
+"""Load time of the page from localhost, and its transferred size: ``python bench/station/paint.py [--runs 7]``.
 
-Each run has a browser profile of its own, so nothing is cached. First paint is Chromium's first-contentful-paint; the map is
-there when its canvas has been drawn on. The size is what was transferred by then, compressed and with headers.
+Each run uses a fresh browser profile, so nothing is cached. First paint is Chromium's first-contentful-paint; the map
+is loaded when its canvas has been drawn on. The size is what was transferred by then, compressed and with headers.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ TRANSFERRED = """[...performance.getEntriesByType('navigation'), ...performance.
 
 
 def measure(runs: int) -> dict[str, float]:
-    """Load the page so often."""
+    """Load the page a number of times."""
     painted, drawn, transferred = [], [], []
     with station(HZ) as served, chromium() as browser:
         for _ in range(runs):

@@ -1,8 +1,9 @@
-"""How the map is covered while it is dragged over an area that is kept: ``python bench/station/panning.py [--seconds 20]``.
+"""Map coverage while dragging over an offline area: ``python bench/station/panning.py [--seconds 20]``.
 
-The server shows an MBTiles file of photographs; the page drags its map to and fro over it, in software rendering, always on into
-what it has not seen yet. In each frame twenty points of the window are looked at: one without a picture begins a gap, which lasts
-until the frame in which it has one. Two things are told: the longest time between two frames, and the longest gap.
+The server shows an MBTiles file of photographs; the page drags its map over it, in software rendering, always into
+areas that it has not shown yet. In each frame, twenty points of the window are examined: one without an image begins a
+gap, which lasts until the frame in which it has one. Results are the longest time between two frames, and the longest
+gap.
 """
 
 from __future__ import annotations
@@ -30,12 +31,12 @@ from bench.station.stage import chromium, keep
 LAT_DEG, LON_DEG = 40.3332, -3.7978
 COARSEST, FINEST = 8, 16
 AROUND_TILES = 24
-"""Tiles of the finest level to each side of the middle."""
+"""Tiles of the finest level on each side of the centre."""
 PICTURES = 16
 DRAG_PX = 40
-"""The map moves so far with each move of the mouse, of which the browser is told some twenty a second: a brisk drag."""
+"""Distance per mouse move, of which the browser receives some twenty a second: a brisk drag."""
 MOVES = 8
-"""Moves from one press of the button to its release."""
+"""Moves from pressing the button to releasing it."""
 
 WATCH = """() => {
     const marks = [];
@@ -75,7 +76,7 @@ WATCH = """() => {
 
 
 def photograph(seed: int) -> bytes:
-    """A tile that costs what a photograph costs to unpack: smooth colours with noise, as JPEG."""
+    """Return a tile that is as expensive to decode as a photograph: smooth colours with noise, as JPEG."""
     rng = np.random.default_rng(seed)
     coarse = rng.integers(40, 200, (17, 17, 3)).astype(np.uint8)
     smooth = cv2.resize(coarse, (256, 256), interpolation=cv2.INTER_CUBIC).astype(np.float64)
@@ -85,7 +86,7 @@ def photograph(seed: int) -> bytes:
 
 
 def write_mbtiles(path: Path) -> int:
-    """Write the area's tiles, coarse to fine; gives how many."""
+    """Write the area's tiles, coarse to fine; return their number."""
     pictures = [photograph(seed) for seed in range(PICTURES)]
     count = 0
     with contextlib.closing(sqlite3.connect(path)) as file, file:
@@ -111,7 +112,7 @@ def write_mbtiles(path: Path) -> int:
 
 @contextlib.contextmanager
 def station(folder: Path) -> Iterator[str]:
-    """A server that shows the area; gives its address."""
+    """Run a server that shows the area; yield its address."""
     (folder / "files").mkdir(parents=True)
     print(f"{write_mbtiles(folder / 'files/area.mbtiles')} tiles", flush=True)
     (folder / "sources.toml").write_text(
@@ -123,7 +124,7 @@ def station(folder: Path) -> Iterator[str]:
 
 
 def measure(seconds: float) -> dict[str, float]:
-    """Drag for so long; gives milliseconds and counts."""
+    """Drag for a time; return milliseconds and counts."""
     stored = {
         "map-view": {"lat_deg": LAT_DEG, "lon_deg": LON_DEG, "zoom": FINEST - 0.4},
         "map": {"hasGrid": True, "hasTrails": True, "follow": "free"},
@@ -142,7 +143,7 @@ def measure(seconds: float) -> dict[str, float]:
         begin = time.monotonic()
         moves, turn = 0, 0
         while time.monotonic() < begin + seconds:
-            # rows to and fro, each below the one before
+            # In rows, each below the previous one.
             step = turn % 18
             angle = math.pi if step < 8 else 0.0 if 9 <= step < 17 else -math.pi / 2
             turn += 1

@@ -1,7 +1,8 @@
-"""A plane that flies for ever, light enough to stand beside what is measured: plays the recorded stream over UDP.
+"""An endlessly flying plane that uses few resources itself: plays the recorded stream over UDP.
 
-The recording lasts 20 s. Lap after lap its boot times go on and its positions move along a circle, so that the trail is
-one of a flight. Commands are accepted at once, as fast as an autopilot could. It ends with its standard input.
+The recording lasts 20 s. In each repetition, boot times continue and positions move along a circle, so that the trail
+looks like that of a flight. Commands are accepted at once, as fast as an autopilot could. It ends with its standard
+input.
 
 Usage: ``python bench/station/plane.py PORT [--hz N]``
 """
@@ -23,13 +24,13 @@ from bench.prepare import CAPTURE, LAP_MS, LEFT_OUT
 
 RECORDED_HZ = 50
 DEG_PER_M = 1.0 / 111_320.0
-"""Of latitude, and of longitude at the equator: good enough for moving a picture about."""
+"""Degrees of latitude per metre, and of longitude at the equator: sufficient for moving an image."""
 DRIFT_M_S = 12.0
 DRIFT_RADIUS_M = 1500.0
 
 
 def frames_of(hz: int) -> list[tuple[float, Any]]:
-    """The recording at another rate: moments since its begin in seconds, and messages."""
+    """Return the recording at another rate: seconds since its beginning, and messages."""
     from pymavlink.dialects.v20 import ardupilotmega as dialect
 
     reader: Any = dialect.MAVLink(None)
@@ -48,7 +49,7 @@ def frames_of(hz: int) -> list[tuple[float, Any]]:
 
 
 def moved(message: Any, lap: int, lap_s: float) -> Any:
-    """The message as a later lap has it; the same object, changed in place."""
+    """Return the message as in a later repetition; the same object, changed in place."""
     if lap == 0 and not hasattr(message, "_first"):
         message._first = {
             name: getattr(message, name)

@@ -1,4 +1,4 @@
-"""What the station's figures stand on: a server with a plane behind it, a Chromium before it, and where results go."""
+"""Setup of the station's benchmarks: a server with a plane, a Chromium, and storage of results."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ ARGUMENTS = (
     "--disable-component-update", "--disable-renderer-backgrounding", "--disable-background-timer-throttling",
     "--enable-precise-memory-info",
 )  # fmt: skip
-"""``--disable-gpu`` draws in software: the figure of a machine without a graphics card."""
+"""``--disable-gpu`` renders in software, like a machine without a graphics card."""
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class Served:
 
 @contextlib.contextmanager
 def station(hz: int) -> Iterator[Served]:
-    """A server on a free port that follows the endless plane, whose streams come `hz` times a second."""
+    """Run a server on a free port that follows the endless plane, with streams of `hz`."""
     OUT.mkdir(parents=True, exist_ok=True)
     port = free_port()
     serve = [
@@ -54,7 +54,7 @@ def station(hz: int) -> Iterator[Served]:
 
 @contextlib.contextmanager
 def chromium() -> Iterator[Browser]:
-    """The system's Chromium, without a window."""
+    """Run the system's Chromium, headless."""
     import shutil
 
     try:
@@ -76,23 +76,23 @@ def chromium() -> Iterator[Browser]:
 
 
 def metering(page: Page) -> CDPSession:
-    """Begin to count the processor time of a page's main thread."""
+    """Start counting the CPU time of a page's main thread."""
     session = page.context.new_cdp_session(page)
     session.send("Performance.enable", {"timeDomain": "threadTicks"})
     return session
 
 
 def costs_ms(session: CDPSession) -> dict[str, float]:
-    """Processor time of the page's main thread so far: for scripts, styles and layout, and for all its tasks."""
-    told = {one["name"]: 1000 * one["value"] for one in session.send("Performance.getMetrics")["metrics"]}
-    scripted = told["ScriptDuration"] + told["LayoutDuration"] + told["RecalcStyleDuration"]
-    return {"script_layout_ms": scripted, "task_ms": told["TaskDuration"]}
+    """Return the CPU time of the page's main thread so far: for scripts, styles and layout, and for all its tasks."""
+    metrics = {one["name"]: 1000 * one["value"] for one in session.send("Performance.getMetrics")["metrics"]}
+    scripted = metrics["ScriptDuration"] + metrics["LayoutDuration"] + metrics["RecalcStyleDuration"]
+    return {"script_layout_ms": scripted, "task_ms": metrics["TaskDuration"]}
 
 
 def keep(name: str, figures: dict[str, float]) -> None:
-    """Put one figure into bench/RESULTS.md, and with all digits under ``bench/out``.
+    """Write one figure to bench/RESULTS.md, and with all digits to ``bench/out``.
 
-    How busy the machine was in the last quarter of an hour stands beside it: on one that others use too it matters most.
+    The machine's load in the last quarter of an hour is recorded too, which matters on a shared machine.
     """
     from bench import report
     from bench.run import machine
