@@ -1,4 +1,4 @@
-"""Makes the seeds of the corpora from the fixtures of the tests: `.venv/bin/python fuzz/seeds.py`."""
+"""Generates the seed corpora from the test fixtures: `.venv/bin/python fuzz/seeds.py`."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ MAX_BYTES = 4096
 
 
 def put(target: str, name: str, data: bytes) -> None:
-    """Put one seed of a target into its corpus."""
+    """Write one seed into the corpus of a target."""
     folder = FUZZ / "corpus" / target
     folder.mkdir(parents=True, exist_ok=True)
     (folder / name).write_bytes(data[:MAX_BYTES])
 
 
 def frames(path: Path) -> list[bytes]:
-    """The frames of a recording, one of each message."""
+    """Return the frames of a recording, one of each message."""
     data, at, found = path.read_bytes(), 8, {}
     while at + 12 < len(data):
         length, flags, identity = data[at + 1], data[at + 2], data[at + 7 : at + 10]
@@ -32,7 +32,7 @@ def frames(path: Path) -> list[bytes]:
 
 
 def main() -> None:
-    """Make all seeds from the recordings and files of the tests."""
+    """Generate all seeds from the recordings and files of the tests."""
     for path in sorted(CAPTURES.glob("*.tlog")):
         heard = frames(path)
         name = path.stem

@@ -1,4 +1,4 @@
-//! Bodies of HTTP requests: none is taken for something that it does not say.
+//! Bodies of HTTP requests: none is interpreted as something that it does not contain.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;

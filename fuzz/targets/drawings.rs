@@ -1,4 +1,5 @@
-//! Any plan, looked at without flying it: checked, drawn, measured, ended with a landing, counted from another level, sent and written.
+//! Any plan without flying it: checked, laid out, measured, ended with a landing, converted to another altitude frame,
+//! uploaded and written.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
@@ -135,7 +136,7 @@ fn counted(plan: &Plan) {
     }
 }
 
-/// What may be sent is the same when it is read back from a vehicle that keeps what an ArduPlane does.
+/// A plan that may be uploaded is the same when read back from a vehicle with an ArduPlane's storage.
 fn sent(plan: &Plan) {
     for kind in PlanKind::ALL {
         let Ok(wire) = plan.to_wire(kind, Address::new(1, 1), true) else { continue };
@@ -145,9 +146,9 @@ fn sent(plan: &Plan) {
     }
 }
 
-/// What is read again of a written plan is written as the same file.
+/// A written plan that is read again is written as the same file.
 fn written(plan: &Plan) {
-    // An empty plan makes a file in which there is nothing to read.
+    // An empty plan makes a file without content to read.
     if *plan == Plan::default() {
         return;
     }

@@ -1,4 +1,4 @@
-//! Anything that fails at any moment of any plan: each failure has its end, whatever else is asked for beside it.
+//! Any failure at any time of any plan: each has an outcome, which does not depend on the other failures requested.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
@@ -37,7 +37,7 @@ fuzz_target!(|data: &[u8]| {
         let glides = glide_range(&plan, &conditions, &one.at).expect("home is known");
         assert!(glides.is_empty() || glides.len() == 72, "{}", glides.len());
     }
-    // Each as if it were asked for alone.
+    // Each as if requested alone.
     let trigger = wild.one_of(Trigger::ALL);
     let is_of = |one: &&WhatIf| one.trigger == trigger;
     let alone = what_ifs(&plan, &conditions, &[trigger], &moments).expect("home is known");

@@ -1,4 +1,5 @@
-//! What comes over the network of a fleet: payloads from anybody, read or refused, and what is heard and decided of those that are read.
+//! Data from the network of a fleet: arbitrary payloads, read or refused, and the states and decisions that follow from
+//! readable ones.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
@@ -23,7 +24,7 @@ fuzz_target!(|data: &[u8]| quick(|| {
     let mut heard = PlansHeard::default();
     let mut rest = data;
     let mut now = MonoTime::from_millis(10_000);
-    // Payloads one after the other, each with its kind and its length before it.
+    // A sequence of payloads, each preceded by its kind and length.
     while let Some((&[kind, high, low], tail)) = rest.split_first_chunk::<3>() {
         let length = usize::from(u16::from_be_bytes([high & 0x3f, low])).min(tail.len());
         let (bytes, tail) = tail.split_at(length);
@@ -63,7 +64,7 @@ fn ordered(authority: &mut Authority, order: &Order, kind: u8, now: MonoTime) {
         Some(Want::Act(act)) => {
             if let Ok((request, confirmed)) = request_of(act) {
                 let same = act_of(&request, confirmed).map(|act| request_of(&act));
-                // Debug: what is no number is equal to nothing.
+                // Compared as Debug text, since NaN is not equal to itself.
                 assert_eq!(format!("{same:?}"), format!("{:?}", Ok::<_, &str>(Ok::<_, ()>((request, confirmed)))));
             }
             Wish::Act
@@ -78,7 +79,7 @@ fn ordered(authority: &mut Authority, order: &Order, kind: u8, now: MonoTime) {
         None => Wish::Act,
     };
     let at = MonoTime::from_millis(order.based_on_ms);
-    // Nobody guesses a mark of 64 bits: half of those who order have seen it.
+    // Nobody guesses a 64-bit mark, so half of the orders are given the right one.
     let based_on = if kind & 128 == 128 { authority.picture(at) } else { Picture { at, mark: order.mark } };
     let claim = Claim { boot: order.boot % 3, epoch: order.epoch, id: order.id(), based_on, wish };
     let role = if kind & 64 == 64 { Role::Chief } else { Role::Operator };

@@ -1,4 +1,4 @@
-//! Bytes from a link, in pieces of any size: whatever is taken for a frame is one, and says the same when it is written again.
+//! Bytes from a link, in chunks of any size: every frame found is valid, and is equal when encoded again.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
@@ -28,7 +28,7 @@ fn check(frame: &Frame) {
     let Ok(message) = frame.decode() else { return };
     let header = Header { source: frame.source(), sequence: frame.sequence(), version: frame.version() };
     let again = message.encode(header);
-    // Numbers that are no numbers are equal to nothing, bytes are.
+    // NaN is not equal to itself; bytes are.
     let twice = again.decode().expect("what was written is read").encode(header);
     assert_eq!(again.bytes(), twice.bytes());
 }

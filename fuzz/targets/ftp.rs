@@ -1,4 +1,4 @@
-//! The answers of a MAVFTP server, and plan files read by it.
+//! Answers of a MAVFTP server, and plan files read through it.
 #![no_main]
 
 use std::time::Duration;
@@ -14,7 +14,7 @@ use quick::quick;
 
 fuzz_target!(|data: &[u8]| quick(|| {
     if let Ok((header, items)) = decode_plan_file(data) {
-        // Writing numbers the items anew; what they ask for stays.
+        // Encoding renumbers the items; the contents stay.
         let again = encode_plan_file(header.mission_type as u8, &items);
         assert_eq!(decode_plan_file(&again).expect("what was written is read").1.len(), items.len());
     }

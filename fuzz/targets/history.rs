@@ -1,4 +1,5 @@
-//! How a ground station fills its history: what an aircraft answers, at any moment and in any order, and questions that anybody asks on board.
+//! A ground station that fills its history: answers of an aircraft at any time and in any order, and arbitrary requests
+//! to an aircraft.
 #![no_main]
 
 use std::collections::BTreeMap;
@@ -17,7 +18,7 @@ fuzz_target!(|data: &[u8]| quick(|| {
     let mut fill = Fill::new(BTreeMap::new());
     let (mut asked, mut now, mut rest) = (None, MonoTime::from_millis(10_000), data);
     fill.on_present(now);
-    // What happens, one after the other: its kind, how long after, its length.
+    // A sequence of events, each with kind, delay and length.
     while let Some((&[kind, after, length], tail)) = rest.split_first_chunk::<3>() {
         let (bytes, tail) = tail.split_at(usize::from(length).min(tail.len()));
         rest = tail;
@@ -51,19 +52,19 @@ fuzz_target!(|data: &[u8]| quick(|| {
     }
 }));
 
-/// As it came, or as the answer to what was asked.
+/// An arbitrary index, or one that answers the last request.
 fn on_index(fill: &mut Fill, kind: u8, bytes: &[u8], asked: Option<Question>, now: MonoTime) {
     let Ok(mut index) = Index::decode(bytes) else { return };
     if let (0, Some(Question::Index(nonce))) = (kind & 8, asked) {
         (index.nonce, index.version) = (nonce, 1);
     }
-    // Only what can be read comes so far.
+    // Only readable ones get here.
     if let Ok(index) = Index::read(&index.encode_to_vec()) {
         fill.on_index(&index, now);
     }
 }
 
-/// The same: as the answer to what was asked, with a digest that holds.
+/// An arbitrary piece, or one that answers the last request, with a valid digest.
 fn on_piece(fill: &mut Fill, kind: u8, bytes: &[u8], asked: Option<Question>, now: MonoTime) {
     let Ok(piece) = Piece::decode(bytes) else { return };
     let piece = match asked {

@@ -1,4 +1,4 @@
-//! Lists of items and parameters as they go over the network of a fleet: packed, in parts and in pieces.
+//! Lists of items and parameters on the network of a fleet: packed, in parts and in pieces.
 #![no_main]
 
 use std::time::Duration;
@@ -25,9 +25,9 @@ fuzz_target!(|data: &[u8]| quick(|| {
     }
 }));
 
-/// What is read and packed again is the same.
+/// A list that is unpacked and packed again is the same.
 fn unpacked(packed: &[u8]) {
-    // Debug: what is no number is equal to nothing.
+    // Compared as Debug text, since NaN is not equal to itself.
     if let Ok(list) = unpack_items(packed) {
         assert_eq!(format!("{:?}", unpack_items(&pack_items(&list))), format!("{:?}", Ok::<_, ()>(list)));
     }
@@ -36,14 +36,14 @@ fn unpacked(packed: &[u8]) {
     }
 }
 
-/// Packed without being made smaller (RFC 1951, 3.2.4): what stands in a list need not be guessed through the packing.
+/// DEFLATE without compression (RFC 1951, 3.2.4), so that the fuzzer sees the content directly.
 fn stored(bytes: &[u8]) -> Vec<u8> {
     let bytes = &bytes[..bytes.len().min(usize::from(u16::MAX))];
     let length = bytes.len() as u16;
     [&[1], &length.to_le_bytes()[..], &(!length).to_le_bytes(), bytes].concat()
 }
 
-/// Pieces on their way down: which comes, how long it took, how many bytes too many or too few.
+/// Downloaded pieces: their order, delay, and missing or surplus bytes.
 fn pulled(bytes: &[u8]) {
     let Some((&[pieces, over, seed], mut steps)) = bytes.split_first_chunk::<3>() else { return };
     let list = vec![seed; (usize::from(pieces % 12) * PIECE_BYTES + usize::from(over)).max(1)];
@@ -68,7 +68,7 @@ fn pulled(bytes: &[u8]) {
     }
 }
 
-/// Parts on their way up, of three senders: as they are, or of a list of ours with one thing changed.
+/// Uploaded parts of three senders: arbitrary, or of a valid list with one change.
 fn put_together(bytes: &[u8]) {
     let list: Vec<u8> = (0..2 * PART_BYTES + 100).map(|at| at as u8).collect();
     let parts = Part::all_of(&list);

@@ -1,4 +1,4 @@
-//! What map services say of themselves.
+//! Capabilities documents of map services.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;

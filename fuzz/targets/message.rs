@@ -1,4 +1,4 @@
-//! Any payload under any id: read whole or refused, by the messages and by the tables of fields alike.
+//! Any payload with any id: decoded or refused, equally by the message types and by the field tables.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;

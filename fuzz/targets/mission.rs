@@ -1,5 +1,5 @@
-//! A vehicle that says anything at any time, while it is asked for plans and parameters: nothing overflows, nothing waits for
-//! ever, and nothing is sent without end.
+//! A vehicle that sends anything at any time during transfers of plans and parameters: nothing overflows, nothing waits
+//! forever, and nothing is sent without end.
 #![no_main]
 
 use std::time::Duration;
@@ -12,7 +12,7 @@ use vencejo_vehicle::{Request, VehicleConfig, Vehicles};
 mod quick;
 use quick::quick;
 
-/// What a vehicle says of plans, parameters, files and itself.
+/// Messages of a vehicle about plans, parameters, files and itself.
 const IDS: [u32; 24] =
     [0, 1, 22, 24, 30, 33, 39, 40, 42, 43, 44, 45, 46, 47, 51, 66, 73, 74, 76, 77, 110, 148, 242, 253];
 const OUTPUTS: usize = 4096;
@@ -65,7 +65,7 @@ fuzz_target!(|data: &[u8]| quick(|| {
         let sent = std::iter::from_fn(|| vehicles.poll_output()).take(OUTPUTS).count();
         assert!(sent < OUTPUTS, "it sends without end");
     }
-    // Whatever was asked ends by itself.
+    // Every transfer ends by itself.
     for _ in 0..20_000 {
         let Some(deadline) = vehicles.deadline() else { break };
         if vehicles.get(plane.system).is_none_or(|vehicle| vehicle.pending() == 0) {

@@ -1,11 +1,12 @@
-//! For readers that take a file: one in memory, written anew for each input.
+//! For readers of files: one file in memory, rewritten for each input.
 
 use std::fs;
 use std::path::PathBuf;
 
-/// A file with these bytes and this ending, until the next one.
+/// A file with these bytes and this extension; valid until the next call.
 pub fn on_disk(data: &[u8], ending: &str) -> PathBuf {
-    // The folder is scripts/fuzz.sh's own, and the file goes with it: to make and remove one each time takes longer than to read it.
+    // The folder belongs to scripts/fuzz.sh, which removes it: creating and removing a file for each input takes longer
+    // than reading it.
     let path = std::env::temp_dir().join(format!("vencejo-fuzz-{}.{ending}", std::process::id()));
     fs::write(&path, data).expect("room for a file");
     path

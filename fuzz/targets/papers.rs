@@ -1,4 +1,4 @@
-//! What is said where aircraft are enrolled: tokens that a person copies, requests, answers, certificates, and the roll as it is kept.
+//! Enrolment of aircraft: tokens copied by people, requests, answers, certificates, and the stored roll.
 #![no_main]
 
 use std::sync::LazyLock;
@@ -13,7 +13,7 @@ use vencejo_fleet::papers::wire::{Asked, Given};
 mod quick;
 use quick::quick;
 
-/// In 2027.
+/// A time in 2027.
 const NOW: u64 = 1_800_000_000;
 
 static CA: LazyLock<Ca> = LazyLock::new(|| {
@@ -31,7 +31,7 @@ fn read(data: &[u8]) {
     match kind % 6 {
         0 => drop(std::str::from_utf8(bytes).map(str::parse::<Ticket>)),
         1 => {
-            // With the bytes by which a slip is known as they have to be.
+            // With a valid checksum.
             if let Ok(ticket) = Ticket::decode(bytes)
                 && let Ok(read) = ticket.text().parse::<Ticket>()
             {
@@ -63,7 +63,7 @@ fn read(data: &[u8]) {
     }
 }
 
-/// A request gets the name that it is given, whatever it says.
+/// A signed request has the given name, whatever the request contains.
 fn signed(request: &[u8]) {
     if let Ok(certificate) = CA.for_member("plane7", request, NOW) {
         let facts = facts(&certificate).expect("it was made here");

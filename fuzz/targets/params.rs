@@ -1,4 +1,4 @@
-//! The file of packed parameters that ArduPilot gives by MAVFTP, and a person's parameter files.
+//! ArduPilot's file of packed parameters, sent over MAVFTP, and parameter files of users.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;

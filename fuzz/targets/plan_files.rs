@@ -1,4 +1,4 @@
-//! The plan files of every program: read or refused, and the same again after writing.
+//! Plan files of all programs: read or refused, and the same after writing and reading again.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
@@ -11,14 +11,14 @@ use vencejo_flight::plan::Plan;
 mod quick;
 use quick::quick;
 
-/// As many are always written.
+/// Plans up to this size can always be written.
 const GEOJSON_ITEMS: usize = 5_000;
 
 fuzz_target!(|data: &[u8]| {
     if let Ok(file) = quick(|| read_plan(data, None))
         && file.plan != Plan::default()
     {
-        // what these hold whole
+        // Formats that preserve everything.
         for format in [PlanFormat::Kmz, PlanFormat::GeoJson, PlanFormat::Csv] {
             let Ok(written) = write_plan(&file.plan, &PlanSettings::default(), format) else {
                 let is_large = file.plan.mission.items.len() > GEOJSON_ITEMS;
@@ -27,7 +27,7 @@ fuzz_target!(|data: &[u8]| {
             };
             let again = read_plan(&written.bytes, None).expect("what was written is read");
             assert_eq!(again.plan, file.plan);
-            // A height that the plan never had is told of as before.
+            // The plan's missing altitudes are noted again.
             assert!(again.notes.iter().all(|note| note.code == NoteCode::HeightsMissing), "{:?}", again.notes);
         }
     }
@@ -49,7 +49,7 @@ fuzz_target!(|data: &[u8]| {
             return;
         };
         let again = read_waypoints(text.as_bytes()).expect("what was written is read");
-        // What is read may have several lists, what is written has one.
+        // A read file may have several lists; a written one has one.
         let kept = if items > 0 { (items, 0, 0) } else { (0, zones, points) };
         assert_eq!((again.mission.items.len(), again.fence.zones.len(), again.rally.points.len()), kept);
     }

@@ -1,4 +1,4 @@
-//! Plans, planes, air, ground and beginnings out of bytes: mostly such as people and programs make, so that what they lead to is reached.
+//! Plans, planes, wind, terrain and initial states from bytes: mostly realistic ones, so that deep code is reached.
 #![allow(dead_code)]
 
 use std::sync::LazyLock;
@@ -13,7 +13,7 @@ use vencejo_flight::rehearsal::{Air, Aircraft, Airframe, BatterySettings, Doing,
 
 use super::wild::Wild;
 
-/// All that is read of a vehicle's parameters, also by names of old, and how much of it is much.
+/// All parameters of a vehicle that are read, old names included, with a large value of each.
 const PARAMETERS: &[(&str, f64)] = &[
     ("AIRSPEED_CRUISE", 40.0),
     ("AIRSPEED_MAX", 50.0),
@@ -76,7 +76,7 @@ const PARAMETERS: &[(&str, f64)] = &[
     ("RLL2SRV_TCONST", 1.0),
     ("ROLL_LIMIT_DEG", 90.0),
     ("RTL_ALTITUDE", 300.0),
-    // A switch that a flight turns on: as often as four.
+    // It enables a landing, so it is four times as likely as the others.
     ("RTL_AUTOLAND", 4.0),
     ("RTL_AUTOLAND", 4.0),
     ("RTL_AUTOLAND", 4.0),
@@ -136,7 +136,7 @@ const PARAMETERS: &[(&str, f64)] = &[
     ("YAW2SRV_DAMP", 1.0),
 ];
 
-/// What a plane is sent to, and what leads it there; the others of the table are drawn too.
+/// Commands that a plane flies to, and those that lead it there; the others of the table are drawn too.
 const USUAL: [Command; 24] = [
     Command::NAV_WAYPOINT,
     Command::NAV_WAYPOINT,
@@ -164,16 +164,16 @@ const USUAL: [Command; 24] = [
     Command::DO_SET_CAM_TRIGG_DIST,
 ];
 
-/// All that a mission may hold.
+/// All commands that a mission may contain.
 static KNOWN: LazyLock<Vec<Command>> =
     LazyLock::new(|| (0..=u16::MAX).map(Command).filter(|command| command.info().is_some()).collect());
 
-/// Where places are counted from, and where a plan may begin otherwise: at the date line, at a pole, where 0/0 is.
+/// Reference positions, and others for the start of a plan: at the antimeridian, at a pole, at 0/0.
 const HOME: Home = Home { lat_deg: 40.0, lon_deg: -3.0, alt_amsl_m: 600.0 };
 const ELSEWHERE: [(f64, f64); 6] =
     [(-33.0, 179.999_9), (89.999_9, 10.0), (-90.0, 0.0), (0.0, 0.000_1), (0.0, 0.0), (60.0, -179.999_9)];
 
-/// What is set of a vehicle's parameters.
+/// The parameters that are set.
 pub struct Settings(Vec<(&'static str, f64)>);
 
 impl Settings {
@@ -193,7 +193,7 @@ impl Settings {
         self.0.iter().rev().find(|(set, _)| *set == name).map(|(_, value)| *value)
     }
 
-    /// The plane of these, now and then with another airframe and battery such as a front door lets in.
+    /// The plane of these settings, sometimes with another airframe and battery, as the interfaces accept them.
     pub fn plane(&self, wild: &mut Wild<'_>) -> Aircraft {
         let plane = Aircraft::from_ardupilot(|name| self.get(name));
         if wild.byte() & 3 != 3 {
@@ -230,7 +230,7 @@ impl Settings {
         plane.with(airframe.fault().is_none().then_some(airframe), Some(&battery))
     }
 
-    /// The air of a wind that a front door lets in.
+    /// A wind that the interfaces accept.
     pub fn air(&self, wild: &mut Wild<'_>) -> Air {
         let wind = Wind { from_deg: wild.number(360.0), speed_m_s: wild.number(30.0).abs() };
         let is_wind = (-360.0..=360.0).contains(&wind.from_deg) && (0.0..=60.0).contains(&wind.speed_m_s);
@@ -240,7 +240,8 @@ impl Settings {
     }
 }
 
-/// Another ground for each number: none; hills; level; cliffs; holes in hills; one step up at home's meridian; unknown everywhere.
+/// A terrain for each number: none; hills; level; cliffs; holes in hills; a step up at home's meridian; unknown
+/// everywhere.
 pub fn ground(kind: u8) -> Option<impl Fn(GeoPoint) -> Option<f64> + Sync> {
     let hills = |at: GeoPoint| 600.0 + 80.0 * (at.lat_deg() * 3e3).sin() * (at.lon_deg() * 2e3).cos();
     (kind != 0).then_some(move |at: GeoPoint| match kind {
@@ -254,7 +255,7 @@ pub fn ground(kind: u8) -> Option<impl Fn(GeoPoint) -> Option<f64> + Sync> {
     })
 }
 
-/// A place some hundred metres from home, home itself, the one before, or anywhere.
+/// A position some hundred metres from home, home itself, the previous position, or any.
 fn place(wild: &mut Wild<'_>, home: Home, before: Option<GeoPoint>) -> Option<GeoPoint> {
     match wild.byte() % 16 {
         0 => home.point().ok(),
@@ -322,7 +323,7 @@ fn item(wild: &mut Wild<'_>, command: u8, home: Home, before: Option<GeoPoint>, 
         192..=247 => KNOWN[(usize::from(command - 192) * 2 + usize::from(wild.flag())) % KNOWN.len()],
         _ => Command(u16::from_be_bytes([wild.byte(), wild.byte()])),
     };
-    // Bits say what follows; without any it is an item as programs make it.
+    // Bits select deviations; without any, it is an item as programs make it.
     let there = wild.byte();
     let frame = match there & 7 {
         0..=3 => MavFrame::GlobalRelativeAlt,
@@ -332,7 +333,7 @@ fn item(wild: &mut Wild<'_>, command: u8, home: Home, before: Option<GeoPoint>, 
     };
     let mut params = [Some(0.0); 7];
     match command {
-        // To an item that is there, mostly back; a few times, for ever, or never.
+        // To an existing item, mostly backwards; a few times, forever, or never.
         Command::DO_JUMP => {
             params[0] = Some(f64::from(wild.byte() % (index as u8 + 3)));
             params[1] = Some(wild.one_of(&[1.0, -1.0, 2.0, 0.0, 30.0, 32_767.0]));
@@ -352,7 +353,7 @@ fn item(wild: &mut Wild<'_>, command: u8, home: Home, before: Option<GeoPoint>, 
         }
     }
     match there >> 4 & 3 {
-        // As 0/0 it means "here".
+        // 0/0 means "here".
         0 if command.has_position() == Some(true) && !matches!(command, Command::NAV_TAKEOFF) => {
             if let Some(at) = place(wild, home, before) {
                 (params[4], params[5]) = (Some(at.lat_deg()), Some(at.lon_deg()));
@@ -374,20 +375,20 @@ fn item(wild: &mut Wild<'_>, command: u8, home: Home, before: Option<GeoPoint>, 
     MissionItem { command, frame, params, autocontinue: true }
 }
 
-/// Half an hour for most, which leads to as much as six hours do, and a tenth of the time.
+/// Half an hour for most, which reaches as much code as six hours do, in a tenth of the time.
 pub fn longest_s(what: u8) -> f64 {
     if what >= 240 { f64::INFINITY } else { 1_800.0 }
 }
 
-/// Where and how a rehearsal begins.
+/// Start of a rehearsal.
 pub fn start(wild: &mut Wild<'_>) -> Start {
     let what = wild.byte();
     let heading_deg = wild.maybe(360.0).filter(|heading_deg| heading_deg.is_finite());
     let point = place(wild, HOME, None);
     let (Some(point), true) = (point, what & 1 == 1) else { return Start::Ground { heading_deg } };
-    // What a vehicle tells of itself is finite.
-    let mut told = |most: f64| Some(wild.number(most)).filter(|told| told.is_finite()).unwrap_or(0.0);
-    let (height_m, around_m, airspeed_m_s) = (told(400.0), told(400.0), told(30.0));
+    // Telemetry values are finite.
+    let mut telemetry = |most: f64| Some(wild.number(most)).filter(|value| value.is_finite()).unwrap_or(0.0);
+    let (height_m, around_m, airspeed_m_s) = (telemetry(400.0), telemetry(400.0), telemetry(30.0));
     let around = place(wild, HOME, None).unwrap_or(point);
     let doing = match what >> 1 & 7 {
         0 => Doing::Mission,
@@ -404,13 +405,13 @@ pub fn start(wild: &mut Wild<'_>) -> Start {
     Start::Air { point, height_m, heading_deg, airspeed_m_s, index: usize::from(what >> 4), circled, doing }
 }
 
-/// What was flown of a circle: nothing, so many turns (none below zero) for so long, or nobody knows.
+/// Circle progress: none, `turns >= 0` in `time_s`, or unknown.
 pub fn circled(wild: &mut Wild<'_>) -> Circled {
     match wild.byte() % 4 {
         0 => Circled::Unknown,
         1 => {
-            let mut told = |most: f64| wild.number(most).abs();
-            let (turns, time_s) = (told(10.0), told(3600.0));
+            let mut number = |most: f64| wild.number(most).abs();
+            let (turns, time_s) = (number(10.0), number(3600.0));
             if turns.is_finite() && time_s.is_finite() { Circled::Flown { turns, time_s } } else { Circled::Unknown }
         }
         _ => Circled::Nothing,

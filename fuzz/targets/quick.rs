@@ -1,11 +1,12 @@
-//! Nothing that others send may hold up what reads it.
+//! Time limit of parsers: no input may block them.
 
 use rustix::time::{ClockId, clock_gettime};
 
-/// Milliseconds of a core for one input of up to 64 KiB: row 53 of tests/faults. The counters and checks of a fuzz program come on top.
+/// Milliseconds of CPU time for one input of up to 64 KiB: row 53 of tests/faults. The counters and checks of a fuzz
+/// program are included.
 const MOST_MS: i64 = 100;
 
-/// Does this, and fails when it takes too long three times in a row: the machine, too, has its bad moments.
+/// Runs `work`, and fails when it exceeds the limit three times in a row, since machines are sometimes slow.
 pub fn quick<T>(work: impl Fn() -> T) -> T {
     let mut took = 0;
     for _ in 0..3 {
@@ -19,7 +20,7 @@ pub fn quick<T>(work: impl Fn() -> T) -> T {
     panic!("it takes {took} ms");
 }
 
-/// What this thread had of a core: a busy machine does not count.
+/// CPU time of this thread, which does not depend on the machine's load.
 fn spent_ms() -> i64 {
     let spent = clock_gettime(ClockId::ThreadCPUTime);
     spent.tv_sec * 1000 + spent.tv_nsec / 1_000_000

@@ -1,4 +1,4 @@
-//! Pictures and heights in files: GeoTIFF, and the heads of PNG, JPEG and WebP.
+//! Images and elevations in files: GeoTIFF, and the headers of PNG, JPEG and WebP.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;

@@ -1,5 +1,5 @@
-//! Any plan, flown by any plane in any wind over any ground from any beginning: every rehearsal ends, says of each moment only what is a number,
-//! is the same when flown again, and is fit for all that is told of a flown plan.
+//! Any plan, flown by any plane in any wind over any terrain from any initial state: every rehearsal ends, contains
+//! only finite values, is deterministic, and is accepted by all of its consumers.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
@@ -22,7 +22,7 @@ use plans::Settings;
 use sound::check;
 use wild::Wild;
 
-/// Track samples that are learned from and compared at the most: enough for what they lead to.
+/// Most track samples used for learning and comparison: enough to reach all code.
 const MOST_SAMPLES: usize = 20_000;
 
 fuzz_target!(|data: &[u8]| {
@@ -53,12 +53,12 @@ fuzz_target!(|data: &[u8]| {
             assert_eq!(gather(flown, &flights), spread, "the order of the flights does not matter");
         }
         2 => learned(&flown, &plane),
-        _ => told(&plan, &conditions, &flown),
+        _ => consume(&plan, &conditions, &flown),
     }
 });
 
-/// What is told of a flight beside its plan.
-fn told(plan: &vencejo_flight::plan::Plan, conditions: &Conditions<'_>, flown: &Rehearsal) {
+/// Consumers of a rehearsed flight.
+fn consume(plan: &vencejo_flight::plan::Plan, conditions: &Conditions<'_>, flown: &Rehearsal) {
     let way = way(&plan.mission, conditions.plane.airspeed_cruise_m_s, &ProgressOptions::default());
     let known = |at| conditions.ground.and_then(|ground| ground(at));
     let profile = profile(&plan.mission, &way, &known, 30.0);
@@ -93,7 +93,7 @@ fn told(plan: &vencejo_flight::plan::Plan, conditions: &Conditions<'_>, flown: &
     }
 }
 
-/// What a flight teaches is a plane that flies.
+/// A model learned from a flight can be flown.
 fn learned(flown: &Rehearsal, plane: &vencejo_flight::rehearsal::Aircraft) {
     let mut learner = Learner::of_recording();
     for sample in flown.track.iter().take(MOST_SAMPLES) {

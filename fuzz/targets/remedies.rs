@@ -1,5 +1,5 @@
-//! Any plan, checked and mended: each remedy resolves what it is told for, brings no new error, and there is an end to them; and the landings
-//! that end it.
+//! Any plan, checked and fixed: each fix resolves its finding without a new error, and fixing terminates; also the
+//! landings that end the plan.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
@@ -13,7 +13,8 @@ mod wild;
 use plans::Settings;
 use wild::Wild;
 
-/// Remedies of one plan that are applied one after the other: of forty items each needs a few at the most. With flights each takes its time.
+/// Most fixes applied to a plan, one after the other: each of forty items needs a few at most. With rehearsals each
+/// takes its time.
 const MOST_ROUNDS: usize = 400;
 const MOST_FLOWN_ROUNDS: usize = 2;
 

@@ -1,4 +1,4 @@
-//! What anybody says in ROS 2: requests to a plane's services (CDR), what comes along with them, and tokens.
+//! Arbitrary ROS 2 traffic: requests to a plane's services (CDR), their attachments, and tokens.
 #![no_main]
 
 use std::collections::BTreeSet;

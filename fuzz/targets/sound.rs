@@ -1,8 +1,8 @@
-//! What holds of every rehearsal.
+//! Invariants of every rehearsal.
 
 use vencejo_flight::rehearsal::Rehearsal;
 
-/// Six hours at the most, and a number at each moment.
+/// At most six hours, and finite values throughout.
 pub fn check(flown: &Rehearsal) {
     assert!(!flown.track.is_empty(), "{:?} without a track", flown.ending);
     let mut before_s = f64::NEG_INFINITY;

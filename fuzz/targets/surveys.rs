@@ -1,4 +1,4 @@
-//! Any area or line, by any camera, with any options: refused with the reason, or a mission that the vehicle holds.
+//! Any area or line, with any camera and options: refused with the reason, or a mission that the vehicle can store.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;

@@ -1,4 +1,4 @@
-//! A recording in any condition: every byte is of an entry or counted as skipped.
+//! A recording in any condition: every byte belongs to an entry or is counted as skipped.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
@@ -7,7 +7,7 @@ use vencejo_link::TlogDecoder;
 mod quick;
 use quick::quick;
 
-/// Before each frame.
+/// Timestamp before each frame.
 const STAMP_LEN: usize = 8;
 
 fuzz_target!(|data: &[u8]| quick(|| {

@@ -1,4 +1,4 @@
-//! What a client says over the WebSocket.
+//! Messages of a client over the WebSocket.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;

@@ -1,7 +1,7 @@
-//! Numbers out of bytes: mostly such as people mean, sometimes such as nobody does.
+//! Numbers from bytes: mostly realistic, sometimes not.
 #![allow(dead_code)]
 
-/// What is left of the bytes; zeros after them.
+/// The remaining bytes; zeros after them.
 pub struct Wild<'a>(pub &'a [u8]);
 
 impl Wild<'_> {
@@ -12,17 +12,17 @@ impl Wild<'_> {
         *first
     }
 
-    /// One of these.
+    /// One of the given values.
     pub fn one_of<T: Copy>(&mut self, all: &[T]) -> T {
         all[usize::from(self.byte()) % all.len()]
     }
 
-    /// Yes or no.
+    /// A random boolean.
     pub fn flag(&mut self) -> bool {
         self.byte() & 1 == 1
     }
 
-    /// A number between −`most` and `most` in 65,536 steps; for one first byte in sixteen something else.
+    /// A number between −`most` and `most` in 65,536 steps; a special value for one first byte in sixteen.
     pub fn number(&mut self, most: f64) -> f64 {
         const ODD: [f64; 16] = [
             f64::NAN,
@@ -48,8 +48,8 @@ impl Wild<'_> {
         }
     }
 
-    /// The value of a setting: as often as not a small whole number, which is what switches, choices, counts and marks that are off have; for
-    /// one in sixteen of these below 0.
+    /// Value of a setting: often a small integer, as switches, choices, counts and disabled limits have; one in sixteen
+    /// of these is negative.
     pub fn setting(&mut self, most: f64) -> f64 {
         match self.byte() {
             whole @ ..120 => f64::from(whole % 8),
@@ -58,7 +58,7 @@ impl Wild<'_> {
         }
     }
 
-    /// The same as [`Self::number`], or none.
+    /// Like [`Self::number`], or `None`.
     pub fn maybe(&mut self, most: f64) -> Option<f64> {
         if self.flag() { Some(self.number(most)) } else { None }
     }
