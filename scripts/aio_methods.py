@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Writes the methods of python/vencejo/aio.py from those of python/vencejo/vehicle.py: the same acts, awaited, with the same documentation.
+"""Writes the methods of python/vencejo/aio.py from those of python/vencejo/vehicle.py: the same, as coroutines.
 
-What waits in `Vehicle` and `Parameters` does it by `_wait`, or by another method that waits; here each of them is a coroutine.
-How a class waits, follows and closes is written by hand in both.
+Methods of `Vehicle` and `Parameters` wait through `_wait`, or through another waiting method; here each becomes a
+coroutine. The constructors, waiting and closing of both classes are written by hand.
 
 Usage: ``python3 scripts/aio_methods.py [--check]``
 """
@@ -25,17 +25,17 @@ SOURCE = PACKAGE / "vehicle.py"
 FILE = PACKAGE / "aio.py"
 WIDTH = 120
 BY_HAND = {"close", "stream", "wait_until", "_wait", "_wait_change"}
-"""Methods of `Vehicle` that have a form of their own in asyncio."""
+"""Methods of `Vehicle` with a hand-written asyncio counterpart."""
 
 
 def folded(signature: re.Match[str]) -> str:
-    """A signature as the formatter has it: in three lines where it is too long for one."""
+    """Format a signature as the formatter does: on three lines if it is too long for one."""
     name, arguments, result = signature.groups()
     return signature[0] if len(signature[0]) <= WIDTH else f"{name}\n        {arguments}\n    {result}"
 
 
 def methods(source: str, owner: ast.ClassDef) -> Iterator[str]:
-    """The methods of a class as coroutines; a subscription (``params[name]``) cannot be one."""
+    """Yield the methods of a class as coroutines, except subscription (``params[name]``), which cannot be one."""
     own = [node for node in owner.body if isinstance(node, ast.FunctionDef)]
     taken = [
         node for node in own if node.name not in BY_HAND and (not node.name.startswith("__") or node.name == "__init__")
@@ -54,7 +54,7 @@ def methods(source: str, owner: ast.ClassDef) -> Iterator[str]:
 
 
 def text() -> str:
-    """The file as it should be."""
+    """Return the file's intended content."""
     source = SOURCE.read_text(encoding="utf-8")
     classes = {node.name: node for node in ast.parse(source).body if isinstance(node, ast.ClassDef)}
     parts = ["\n" + "\n\n".join(methods(source, classes[name])) + "\n\n" for name in ("Vehicle", "Parameters")]

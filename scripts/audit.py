@@ -1,8 +1,8 @@
-"""Looks through everything that is not ours: licences, sources, duplicates and known faults of crates, Python and npm packages.
+"""Audits dependencies: licences, sources, duplicates and known faults of crates, Python and npm packages.
 
-`make audit` runs it. Licences, sources and duplicates come from the locks and what is installed; what is known to be faulty
-(advisories) the tools of each ecosystem ask their registries for. Where those cannot be asked, it says so and goes on: what was not
-looked at is told, never passed over. `--need-advisories` makes that a failure.
+`make audit` runs it. Licences, sources and duplicates come from the lock files and the installed packages; advisories
+come from each ecosystem's tools, which query their registries. Without network access these are reported as skipped,
+and the audit continues; `--need-advisories` makes that a failure.
 """
 
 from __future__ import annotations
@@ -34,9 +34,9 @@ PIN = re.compile(r"^([A-Za-z0-9._-]+)==([^ \\;]+)", re.MULTILINE)
 PYTHON_LOCKS = ("run", "demo", "ice", "dev", "ice-build", "docs", "ros", "audit")
 NPM_FOLDERS = ("gcs", "examples/jderobot")
 
-# Python packages are installed beside ours, not built into it, and can be exchanged by whoever uses them: LGPL will do too.
+# Python packages are installed beside ours, not built into it, and users can replace them: LGPL is acceptable too.
 PYTHON_ALSO = frozenset({"LGPL-2.0-or-later", "LGPL-3.0-only", "MIT-CMU", "PSF-2.0"})
-# What a package says where it has no expression.
+# Trove classifiers of packages without a licence expression.
 CLASSIFIERS = {
     "Apache Software License": "Apache-2.0",
     "BSD License": "BSD-3-Clause",
@@ -54,19 +54,19 @@ NO_NETWORK = re.compile(
 
 @dataclass(frozen=True)
 class Outcome:
-    """One thing that was looked at, or could not be."""
+    """Result of one check, or that it could not be made."""
 
     what: str
     verdict: Literal["passed", "FAILED", "skipped"]
     text: str
 
     def __str__(self) -> str:
-        """Return the line that is shown."""
+        """Return the printed line."""
         return f"{self.what}: {self.verdict}{', ' if self.verdict == 'skipped' else ' '}{self.text}"
 
 
 def outcome(what: str, faults: Iterable[str], looked_at: int) -> Outcome:
-    """Return what came of a check: nothing looked at is a failure too."""
+    """Return the result of a check; a check without subjects has failed too."""
     found = sorted(faults)
     if found:
         return Outcome(what, "FAILED", "\n  ".join(["", *found]).rstrip())
@@ -74,13 +74,13 @@ def outcome(what: str, faults: Iterable[str], looked_at: int) -> Outcome:
 
 
 def skipped(what: str, why: str) -> Outcome:
-    """Return that advisories could not be asked for, with the tool's own word."""
+    """Return that advisories could not be queried, with the tool's own message."""
     lines = [line.strip() for line in why.splitlines() if NO_NETWORK.search(line)]
     return Outcome(what, "skipped", f"no network ({lines[-1][:160] if lines else why[:160]})")
 
 
 def is_allowed(expression: str, allowed: frozenset[str]) -> bool:
-    """Tell whether an SPDX expression can be met with the allowed licences alone (`/` is cargo's old OR)."""
+    """Return whether an SPDX expression can be met with the allowed licences (`/` is cargo's old OR)."""
     words = re.findall(r"[()]|[^\s()/]+|/", expression)
 
     def choice() -> bool:
@@ -115,42 +115,42 @@ def is_allowed(expression: str, allowed: frozenset[str]) -> bool:
 
 
 def deny_toml() -> dict[str, Any]:
-    """Return what deny.toml says."""
+    """Return the content of deny.toml."""
     return tomllib.loads((ROOT / "deny.toml").read_text(encoding="utf-8"))
 
 
 def allowed_licences() -> frozenset[str]:
-    """Return the licences of what may be built in."""
+    """Return the licences permitted for built-in dependencies."""
     return frozenset(deny_toml()["licenses"]["allow"])
 
 
 def licences_of_crate(name: str, version: str) -> frozenset[str]:
-    """Return the licences that this crate may have: some may have one more, for the reason that stands in deny.toml."""
+    """Return the licences permitted for a crate, including its exceptions in deny.toml."""
     exceptions = deny_toml()["licenses"].get("exceptions", [])
     own = [licence for each in exceptions if each["crate"] == f"{name}@{version}" for licence in each["allow"]]
     return allowed_licences() | frozenset(own)
 
 
 def run(*command: str | Path, cwd: Path = ROOT) -> subprocess.CompletedProcess[str]:
-    """Run a tool and return all that it said."""
+    """Run a tool and capture its output."""
     return subprocess.run([*map(str, command)], cwd=cwd, capture_output=True, text=True, check=False)
 
 
 @functools.cache
 def crates() -> list[dict[str, Any]]:
-    """Return every crate of Cargo.lock, our own included, for all systems and features."""
+    """Return every crate of Cargo.lock, including ours, for all platforms and features."""
     command = ["cargo", "metadata", "--format-version", "1", "--locked", "--all-features"]
-    told = run(*command, "--offline")
-    if told.returncode != 0:
-        told = run(*command)
-    if told.returncode != 0:
-        raise SystemExit(f"audit: {told.stderr.strip()}")
-    packages: list[dict[str, Any]] = json.loads(told.stdout)["packages"]
+    result = run(*command, "--offline")
+    if result.returncode != 0:
+        result = run(*command)
+    if result.returncode != 0:
+        raise SystemExit(f"audit: {result.stderr.strip()}")
+    packages: list[dict[str, Any]] = json.loads(result.stdout)["packages"]
     return packages
 
 
 def check_crates() -> Iterator[Outcome]:
-    """Check licence, source and number of versions of each crate; cargo-deny does so too, where it can be had."""
+    """Check the licence, source and number of versions of each crate; cargo-deny does so too, where available."""
     packages = crates()
     unlicensed = [
         f"{package['name']} {package['version']}: {package['license'] or 'no licence named'}"
@@ -182,11 +182,11 @@ def check_crates() -> Iterator[Outcome]:
 
 
 def check_cargo_deny() -> Iterator[Outcome]:
-    """Have cargo-deny check the same and the advisories, built from its locked source when it is not there."""
+    """Run cargo-deny for the same checks and the advisories; build it from its locked source when it is missing."""
     tool = TOOLS / f"cargo-deny-{CARGO_DENY}/bin/cargo-deny"
     if not tool.exists():
-        print(f"· building cargo-deny {CARGO_DENY} (once, some minutes)", file=sys.stderr, flush=True)
-        # Unoptimised: it reads a few hundred manifests.
+        print(f"· building cargo-deny {CARGO_DENY} (only once; takes minutes)", file=sys.stderr, flush=True)
+        # Unoptimised: it only reads a few hundred manifests.
         built = run(
             "cargo", "install", "--quiet", "--debug", "--locked", "--root", tool.parents[1], f"cargo-deny@{CARGO_DENY}"
         )
@@ -207,27 +207,27 @@ def check_cargo_deny() -> Iterator[Outcome]:
 
 
 def pinned(lock: str) -> dict[str, str]:
-    """Return the packages of requirements/LOCK.lock with a version of each."""
+    """Return the packages of requirements/LOCK.lock, each with one of its versions."""
     return dict(PIN.findall((ROOT / f"requirements/{lock}.lock").read_text(encoding="utf-8")))
 
 
 def python_licence(name: str) -> str:
-    """Return the licence that an installed package says it has."""
-    told = importlib.metadata.metadata(name)
-    classifiers = [each.rpartition(" :: ")[2] for each in told.get_all("Classifier") or ()]
+    """Return the declared licence of an installed package."""
+    declared = importlib.metadata.metadata(name)
+    classifiers = [each.rpartition(" :: ")[2] for each in declared.get_all("Classifier") or ()]
     meant = [CLASSIFIERS[each] for each in classifiers if each in CLASSIFIERS]
-    named = [*(told.get_all("License-Expression") or ()), *meant, *(told.get_all("License") or ())]
+    named = [*(declared.get_all("License-Expression") or ()), *meant, *(declared.get_all("License") or ())]
     return named[0] if named else "none"
 
 
 def check_python_licences() -> Outcome:
-    """Check the licence of each package that people install with ours, the camera's included; tools and peers are not shipped."""
+    """Check the licences of packages installed with ours, the camera's included; tools and peers are not shipped."""
     allowed, faults, looked_at = allowed_licences() | PYTHON_ALSO, [], 0
     for name in pinned("demo"):
         try:
             licence = python_licence(name)
         except importlib.metadata.PackageNotFoundError:
-            continue  # of another system or Python
+            continue  # for another platform or Python
         looked_at += 1
         if not is_allowed(licence, allowed):
             faults.append(f"{name}: {licence}")
@@ -235,7 +235,7 @@ def check_python_licences() -> Outcome:
 
 
 def judge_pip_audit(what: str, code: int, stdout: str, stderr: str) -> Outcome:
-    """Return what pip-audit found; packages that it did not find where it asked were not looked at."""
+    """Interpret pip-audit's result; packages unknown to the registry count as not audited."""
     try:
         packages = json.loads(stdout)["dependencies"]
     except (ValueError, KeyError):
@@ -254,7 +254,7 @@ def judge_pip_audit(what: str, code: int, stdout: str, stderr: str) -> Outcome:
 
 
 def check_python_advisories() -> Iterator[Outcome]:
-    """Have pip-audit ask for each lock; nothing is resolved or installed for it."""
+    """Run pip-audit for each lock file, without resolving or installing anything."""
     place = TOOLS / "python"
     want = (ROOT / "requirements/audit.lock").read_text(encoding="utf-8")
     stamp = place / "audit.lock"
@@ -271,21 +271,21 @@ def check_python_advisories() -> Iterator[Outcome]:
             return
         stamp.write_text(want, encoding="utf-8")
     for lock in PYTHON_LOCKS:
-        told = run(
+        result = run(
             place / "bin/pip-audit", "--disable-pip", "--require-hashes", "--progress-spinner", "off",
             "--format", "json", "--timeout", "10", "-r", ROOT / f"requirements/{lock}.lock",
         )  # fmt: skip
-        yield judge_pip_audit(f"Python, advisories of {lock}.lock", told.returncode, told.stdout, told.stderr)
+        yield judge_pip_audit(f"Python, advisories of {lock}.lock", result.returncode, result.stdout, result.stderr)
 
 
 def npm_packages(folder: str) -> dict[str, dict[str, Any]]:
-    """Return the locked packages of a folder by their place, without the folder's own."""
+    """Return the locked packages of a folder by path, without the folder's own."""
     lock = json.loads((ROOT / folder / "package-lock.json").read_text(encoding="utf-8"))
     return {place: package for place, package in lock["packages"].items() if place}
 
 
 def check_npm(folder: str) -> Iterator[Outcome]:
-    """Check that each package is locked by its hash and to no address, and the licence of what is built in."""
+    """Check that each package is locked by hash without an address, and the licences of built-in packages."""
     packages = npm_packages(folder)
     loose = [
         f"{place}: {package.get('resolved', 'no hash')}"
@@ -304,32 +304,32 @@ def check_npm(folder: str) -> Iterator[Outcome]:
 
 
 def judge_npm_audit(what: str, code: int, stdout: str, stderr: str) -> Outcome:
-    """Return what npm audit found: anything in what is built in, what is grave in the tools."""
+    """Interpret npm audit's result: any fault in built-in packages, severe ones in tools."""
     try:
-        told = json.loads(stdout)
+        report = json.loads(stdout)
     except ValueError:
-        told = {}
-    if "auditReportVersion" in told:
-        faults = [f"{name}: {each.get('severity')}" for name, each in told.get("vulnerabilities", {}).items()]
-        return outcome(what, faults if code else [], told["metadata"]["dependencies"]["total"])
-    said = str(told.get("message") or stderr)
+        report = {}
+    if "auditReportVersion" in report:
+        faults = [f"{name}: {each.get('severity')}" for name, each in report.get("vulnerabilities", {}).items()]
+        return outcome(what, faults if code else [], report["metadata"]["dependencies"]["total"])
+    said = str(report.get("message") or stderr)
     if NO_NETWORK.search(said):
         return skipped(what, said)
     return Outcome(what, "FAILED", f"npm audit ended with {code}: {said.strip()[-400:]}")
 
 
 def check_npm_advisories(folder: str) -> Iterator[Outcome]:
-    """Have npm ask."""
+    """Run npm audit."""
     asked: list[tuple[str, list[str]]] = [(f"npm, advisories of {folder}, tools", ["--audit-level=high"])]
     if folder == "gcs":
         asked.insert(0, (f"npm, advisories of {folder}, built in", ["--omit=dev"]))
     for what, options in asked:
-        told = run("npm", "audit", "--json", "--package-lock-only", "--fetch-retries=0", *options, cwd=ROOT / folder)
-        yield judge_npm_audit(what, told.returncode, told.stdout, told.stderr)
+        result = run("npm", "audit", "--json", "--package-lock-only", "--fetch-retries=0", *options, cwd=ROOT / folder)
+        yield judge_npm_audit(what, result.returncode, result.stdout, result.stderr)
 
 
 def checks(*, cargo_deny: bool) -> Iterator[Outcome]:
-    """Run them all."""
+    """Run all checks."""
     yield from check_crates()
     if cargo_deny:
         yield from check_cargo_deny()
@@ -341,8 +341,10 @@ def checks(*, cargo_deny: bool) -> Iterator[Outcome]:
 
 
 def main() -> int:
-    """Look through everything; return 1 when something is wrong."""
-    parser = argparse.ArgumentParser(description="Licences, sources, duplicates and known faults of what is not ours.")
+    """Run the audit; return 1 when a check has failed."""
+    parser = argparse.ArgumentParser(
+        description="Audits licences, sources, duplicates and known faults of dependencies."
+    )
     parser.add_argument("--need-advisories", action="store_true", help="fail where advisories cannot be asked for")
     parser.add_argument(
         "--without-cargo-deny", action="store_true", help="do not build cargo-deny; crates have no advisories then"

@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
-# Runs one named check and ends it with one plain line, so that a reader of a long log sees at a
+# Runs one named check and ends it with one plain line, so that a long log shows at a
 # glance what ran and how long it took.   scripts/check.sh [--of 'PATHS'] NAME COMMAND…
 #
-# With --of the check reads nothing but these paths: while all that git has or would have there is as it was when the check
-# passed, it is not run again. `make clean` forgets that.
+# With --of, the check depends on these paths only: it is skipped while all files there that git tracks, or would track,
+# are as they were when the check last passed. `make clean` resets that.
 set -euo pipefail
-# How much each of them does at once is its own affair, also where `make` runs several side by side.
+# Each check chooses its own parallelism, also when `make` runs several side by side.
 unset MAKEFLAGS MFLAGS MAKELEVEL
 passed=
 if [ "$1" = --of ]; then

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Checks the layout: which crate and which Python room may use which, no circles of files, and a word of each file on what it owns.
+"""Checks the architecture: dependencies of crates and Python rooms, import circles, and leading doc comments.
 
-The tables below are the law; ARCHITECTURE.md shows them and tests/house/test_docs.py compares the two.
-Crates are read from `cargo metadata`, Python rooms from the import statements. Standard library only.
+The tables below define the permitted dependencies; ARCHITECTURE.md shows them, and tests/house/test_docs.py compares
+the two. Crates are read from `cargo metadata`, Python rooms from the import statements. Standard library only.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ sys.path.insert(0, str(ROOT))
 
 from scripts import file_arrows  # noqa: E402
 
-#: Crate → crates of ours that it may depend on, in any way (normal, build, dev).
+#: Crate → our crates that it may depend on in any way (normal, build, dev).
 CRATES: dict[str, frozenset[str]] = {
     "proto": frozenset(),
     "store": frozenset(),
@@ -39,7 +39,7 @@ CRATES: dict[str, frozenset[str]] = {
     "fuzz": frozenset({"proto", "flight", "vehicle", "link", "maps", "station", "fleet", "server", "store", "video"}),
 }
 
-#: What the arrows above stand for when drawn without what follows from them.
+#: The dependencies above as drawn, without those that follow from others.
 DRAWN_CRATES: dict[str, tuple[str, ...]] = {
     "proto": (),
     "store": (),
@@ -56,7 +56,7 @@ DRAWN_CRATES: dict[str, tuple[str, ...]] = {
     "fuzz": ("server", "fleet"),
 }
 
-#: External crates that mean I/O or a language: only these crates of ours may name them.
+#: External crates for I/O or language bindings: only these crates of ours may depend on them.
 FENCED: dict[str, frozenset[str]] = {
     "axum": frozenset({"server"}),
     "tokio": frozenset({"link", "maps", "station", "fleet", "video", "server", "py"}),
@@ -73,9 +73,9 @@ FENCED: dict[str, frozenset[str]] = {
     "mavlink": frozenset({"proto"}),
 }
 
-#: Crates without I/O, thread or clock, and what would be one.
+#: Crates without I/O, threads or clocks.
 PURE: frozenset[str] = frozenset({"proto", "flight", "vehicle", "fleet"})
-#: What of them is not: crate → files and folders of its `src`.
+#: Exceptions: crate → files and folders of its `src` that are not pure.
 IMPURE_PARTS: dict[str, frozenset[str]] = {"fleet": frozenset({"carrier", "operator.rs"})}
 IMPURE = re.compile(r"\bstd::(?:fs|net|process|thread)\b|\bInstant::now\b|\bSystemTime::now\b")
 
@@ -88,8 +88,8 @@ ROOMS: dict[str, frozenset[str]] = {
     "sim": frozenset({"guidance"}),
 }
 
-#: Rooms that a room may *start* without depending on them: imported inside a function only, by the
-#: one file named. The command runs the simulated plane; the plane stays an honest peer on a link.
+#: Rooms that a room may *start* without depending on them: imported inside a function only, by the one file named. The
+# command runs the simulated plane, which otherwise stays an ordinary peer on a link.
 STARTS: dict[tuple[str, str], frozenset[str]] = {
     ("cli", "sim"): frozenset({"sim.py", "demo.py"}),
     ("cli", "jderobot"): frozenset({"ice.py"}),
@@ -106,12 +106,14 @@ FENCED_MODULES: dict[str, frozenset[str]] = {
     "Ice": frozenset({"jderobot"}),
 }
 
-#: The native part that the simulated plane may call, as room `guidance`: the flight crate's laws, nothing of the driver.
+#: Native parts that the simulated plane (room `guidance`) may call: the flight crate's control laws, nothing of the
+# driver.
 NATIVE_GUIDANCE = frozenset({"vencejo._native.PlanePilot"})
 
 
-#: How a file that is kept comes to be: in crate `store` alone, which writes beside, forces to the disk and renames. The files
-#: named here make what grows (recordings), what is not kept (uploads on their way, notes of what is being read), or a lock.
+#: Only crate `store` may create persistent files: it writes a temporary file, syncs and renames it. The exceptions
+# named here create growing files (recordings), temporary ones (uploads in progress, notes of what is being read), or
+#: locks.
 WRITES = re.compile(
     r"\bfs::(?:rename|write|copy|hard_link)\b|\bFile::create\w*|\bOpenOptions\b|\bNamedTempFile\b"
     r"|\.write_(?:text|bytes)\(|\bos\.(?:replace|rename|link|O_CREAT)\b|\bshutil\.(?:move|copy\w*)\("
@@ -127,7 +129,7 @@ WRITERS: dict[str, str] = {
 }
 
 
-#: Arrows back that are meant, with the reason.
+#: Permitted circular imports, with the reason.
 BACK: dict[tuple[str, str], str] = {
     (
         "python/vencejo/vehicle.py",
@@ -138,7 +140,7 @@ BACK: dict[tuple[str, str], str] = {
 
 @dataclass(frozen=True)
 class Import:
-    """One import statement: the absolute module (with the name taken from it), where, and whether at module level."""
+    """One import statement: the absolute module (with the imported name), its position, and whether at module level."""
 
     module: str
     line: int
@@ -146,14 +148,14 @@ class Import:
 
 
 class Report:
-    """Counts what was checked and keeps what was wrong."""
+    """Counts passed checks and collects faults."""
 
     def __init__(self) -> None:
         self.passed = 0
         self.faults: list[str] = []
 
     def check(self, ok: bool, fault: str) -> None:
-        """Count one check; keep ``fault`` when it is not ``ok``."""
+        """Count one check; record ``fault`` when it is not ``ok``."""
         if ok:
             self.passed += 1
         else:
@@ -161,7 +163,7 @@ class Report:
 
 
 def closure(drawn: dict[str, tuple[str, ...]]) -> dict[str, frozenset[str]]:
-    """Return what each crate reaches by following the drawn arrows."""
+    """Return all crates that each crate depends on, directly or indirectly."""
     reached: dict[str, frozenset[str]] = {}
 
     def reach(crate: str, path: tuple[str, ...]) -> frozenset[str]:
@@ -187,12 +189,12 @@ def crate_dependencies(metadata: str) -> dict[str, set[str]]:
 
 
 def short(name: str) -> str:
-    """Return a crate's name as ARCHITECTURE.md writes it (``vencejo-proto`` → ``proto``)."""
+    """Return the short crate name used in ARCHITECTURE.md (``vencejo-proto`` → ``proto``)."""
     return name.removeprefix("vencejo-")
 
 
 def check_crates(dependencies: dict[str, set[str]], report: Report) -> None:
-    """Check the crates' arrows and the fences around external crates."""
+    """Check the crates' dependencies, internal and external."""
     for crate, used in sorted(dependencies.items()):
         allowed = CRATES.get(crate)
         report.check(
@@ -214,7 +216,7 @@ def check_crates(dependencies: dict[str, set[str]], report: Report) -> None:
 
 
 def room_of(module: str) -> str | None:
-    """Return the room a module of ours belongs to, or None when it is not ours."""
+    """Return the room of a module, or None when it is not ours."""
     parts = module.split(".")
     if parts[0] != "vencejo":
         return None
@@ -228,14 +230,14 @@ def room_of(module: str) -> str | None:
 
 
 def imports(source: str, package: str) -> Iterator[Import]:
-    """Yield what a module imports.
+    """Yield the imports of a module.
 
     Parameters
     ----------
     source
-        The module's text.
+        The module's source.
     package
-        The dotted package that relative imports start from.
+        The dotted package against which relative imports are resolved.
     """
     tree = ast.parse(source)
     type_only = {
@@ -266,7 +268,7 @@ def imports(source: str, package: str) -> Iterator[Import]:
 
 
 def check_module(path: Path, shown: str, package: str, report: Report) -> None:
-    """Check the imports of one file of python/vencejo."""
+    """Check the imports of one file in python/vencejo."""
     room = room_of(package)
     assert room is not None
     for found in imports(path.read_text(encoding="utf-8"), package):
@@ -285,7 +287,7 @@ def check_module(path: Path, shown: str, package: str, report: Report) -> None:
 
 
 def opens_with_doc(path: Path) -> bool:
-    """Return whether a source file opens by saying what it owns."""
+    """Return whether a source file begins with a doc comment."""
     text = path.read_text(encoding="utf-8")
     if path.suffix == ".rs":
         return next((line for line in text.splitlines() if line.strip()), "").startswith("//!")
@@ -296,7 +298,7 @@ def opens_with_doc(path: Path) -> bool:
 
 
 def sources(root: Path) -> Iterable[Path]:
-    """Return every source file that we wrote."""
+    """Return every hand-written source file."""
     patterns = {
         "crates": ("*.rs",),
         "python": ("*.py", "*.pyi"),
@@ -315,7 +317,7 @@ def sources(root: Path) -> Iterable[Path]:
 
 
 def check_docs(root: Path, report: Report) -> None:
-    """Check that every source file opens with a doc comment."""
+    """Check that every source file begins with a doc comment."""
     for path in sources(root):
         shown = path.relative_to(root)
         try:
@@ -323,15 +325,15 @@ def check_docs(root: Path, report: Report) -> None:
         except SyntaxError as error:
             report.check(False, f"{shown}:{error.lineno}: {error.msg}")
             continue
-        report.check(opens, f"{shown}: must open with a doc comment that says what the file owns")
+        report.check(opens, f"{shown}: must begin with a doc comment that says what the file contains")
 
 
 def check_pure(root: Path, report: Report) -> None:
-    """Check that the crates that are to be pure read no clock and do no I/O; comments may speak of it."""
+    """Check that pure crates use neither clocks nor I/O; comments may mention them."""
     for crate in sorted(PURE):
         for path in sorted((root / "crates" / crate / "src").rglob("*.rs")):
             if {"tests", "testing"} & {part.partition(".")[0] for part in path.relative_to(root).parts}:
-                continue  # they read fixtures
+                continue  # tests may read fixtures
             if set(path.relative_to(root / "crates" / crate / "src").parts) & IMPURE_PARTS.get(crate, frozenset()):
                 continue
             code = "\n".join(line.partition("//")[0] for line in path.read_text(encoding="utf-8").splitlines())
@@ -341,7 +343,7 @@ def check_pure(root: Path, report: Report) -> None:
 
 
 def check_writes(root: Path, report: Report) -> None:
-    """Check that files which are kept are written by crate `store` alone, and that the exceptions are ones."""
+    """Check that only crate `store` creates persistent files, and that each exception is still needed."""
     rust = [path for path in (root / "crates").glob("*/src/**/*.rs") if "crates/store/" not in path.as_posix()]
     python = [path for path in (root / "python/vencejo").rglob("*.py") if "sim" not in path.parts]
     writers = set()
@@ -359,19 +361,19 @@ def check_writes(root: Path, report: Report) -> None:
         where = f"{shown}:{code[: found.start()].count(chr(10)) + 1}" if found else ""
         what = found and found.group()
         report.check(
-            found is None, f"{where}: `{what}`: a file that is kept is written by crate store (or vencejo.storage)"
+            found is None, f"{where}: `{what}`: persistent files are written by crate store (or vencejo.storage)"
         )
     for unused in sorted(set(WRITERS) - writers):
-        report.check(False, f"{unused}: in the table of WRITERS, but it writes no file")
+        report.check(False, f"{unused}: in the table WRITERS, but it does not write files")
 
 
 def check_circles(root: Path, report: Report) -> None:
-    """Check that no files import each other in a circle, but for the arrows back that are meant."""
+    """Check that files do not import each other in a circle, except for the permitted ones."""
     arrows = [file_arrows.rust_arrows(root, path.name) for path in sorted((root / "crates").iterdir())]
     arrows += [file_arrows.python_arrows(root), file_arrows.typescript_arrows(root)]
     for file, other in BACK:
         meant = [each for each in arrows if other in each.get(file, ())]
-        report.check(bool(meant), f"{file}: BACK names its import of {other}, which is not there")
+        report.check(bool(meant), f"{file}: BACK permits its import of {other}, which does not exist")
         for each in meant:
             each[file].discard(other)
     for each in arrows:
@@ -380,17 +382,17 @@ def check_circles(root: Path, report: Report) -> None:
 
 
 def check_python(root: Path, report: Report) -> None:
-    """Check the imports of every module of python/vencejo."""
+    """Check the imports of every module in python/vencejo."""
     top = root / "python"
     for path in sorted((top / "vencejo").rglob("*.py")):
         package = ".".join(path.parent.relative_to(top).parts)
-        # A file that does not parse is check_docs' to report.
+        # Syntax errors are reported by check_docs.
         with contextlib.suppress(SyntaxError):
             check_module(path, str(path.relative_to(root)), package, report)
 
 
 def main() -> int:
-    """Check everything; print what is wrong and one closing line."""
+    """Run all checks; print the faults and a summary."""
     report = Report()
     report.check(
         closure(DRAWN_CRATES) == CRATES,

@@ -1,7 +1,7 @@
-"""What of the documentation site is made from the code: the pages of the command, of HTTP, of Ice, of the package's modules.
+"""Generates pages of the documentation site from the code: the command, HTTP, Ice, and the package's modules.
 
-A hook of MkDocs (mkdocs.yml). Documents of the checkout outside docs/ become pages too, and links to files that have no page lead
-to the repository. Nothing generated is kept; needs MkDocs only where it is built.
+A hook of MkDocs (mkdocs.yml). Documents outside of docs/ become pages too, and links to files without a page lead to
+the repository. Generated pages are not stored; MkDocs is needed only to build the site.
 """
 
 from __future__ import annotations
@@ -34,16 +34,16 @@ DOCUMENTS = {
     "README.md": "index.md",
     "README.es.md": "es/index.md",
 }
-"""Files of the checkout that are pages of the site as they stand."""
+"""Files of the checkout that become pages unchanged."""
 HIDDEN_MODULES = {"vencejo.cli", "vencejo.jderobot"}
-"""Rooms whose doors are described elsewhere: by the command's page, and by docs/jderobot.md."""
+"""Rooms documented elsewhere: by the command's page, and by docs/jderobot.md."""
 
 
 # Python -----------------------------------------------------------------------------------------------------------------
 
 
 def modules() -> list[str]:
-    """Return the modules of the package that others may use: whatever has no underscore."""
+    """Return the public modules of the package: those without an underscore."""
     package = ROOT / "python/vencejo"
     found = ["vencejo"]
     for path in sorted(package.iterdir()):
@@ -54,16 +54,16 @@ def modules() -> list[str]:
 
 
 def module_page(name: str) -> str:
-    """Return the page of one module, which mkdocstrings fills."""
+    """Return the page of a module, which mkdocstrings fills."""
     page = f"# {name}\n\n::: {name}\n"
     if name == "vencejo":
-        # What it takes from its modules is described there.
+        # Names imported from its modules are documented there.
         return page + "    options:\n      members: false\n      summary: false\n\n" + "\n".join(exported()) + "\n"
     return page
 
 
 def exported() -> Iterator[str]:
-    """Yield a list of all that `import vencejo` offers, each with a link to where it is described."""
+    """Yield a list of everything exported by `import vencejo`, with links to the documentation."""
     import vencejo
 
     yield "| name | from |\n|---|---|"
@@ -79,7 +79,7 @@ def exported() -> Iterator[str]:
 
 
 def command_page() -> str:
-    """Return every command's own help, as a terminal of 100 columns shows it."""
+    """Return the help of every command, as shown by a terminal of 100 columns."""
     import typer
     from vencejo.cli import app
 
@@ -106,12 +106,12 @@ def command_page() -> str:
 
 
 def cell(text: object) -> str:
-    """Return a text as it may stand in a table."""
+    """Return a text escaped for a table cell."""
     return " ".join(str(text).split()).replace("|", "\\|").replace("<", "&lt;")
 
 
 def type_of(schema: Mapping[str, Any]) -> str:
-    """Return a schema's type in words, with links to named schemas."""
+    """Return a schema's type as text, with links to named schemas."""
     if "$ref" in schema:
         name = str(schema["$ref"]).rsplit("/", 1)[1]
         return f"[{name}](#{name.lower()})"
@@ -138,7 +138,7 @@ def type_of(schema: Mapping[str, Any]) -> str:
 
 
 def properties(schema: Mapping[str, Any]) -> Iterator[str]:
-    """Yield the table of an object's fields."""
+    """Yield the table of an object's properties."""
     required = set(schema.get("required", ()))
     if schema.get("properties"):
         yield "| field | type | meaning |\n|---|---|---|"
@@ -148,7 +148,7 @@ def properties(schema: Mapping[str, Any]) -> Iterator[str]:
 
 
 def schema_part(name: str, schema: Mapping[str, Any]) -> Iterator[str]:
-    """Yield a named schema: what it is, its fields, its variants."""
+    """Yield a named schema: its description, properties and variants."""
     yield f"### {name} {{ #{name.lower()} }}\n"
     if schema.get("description"):
         yield f"{schema['description']}\n"
@@ -165,7 +165,7 @@ def schema_part(name: str, schema: Mapping[str, Any]) -> Iterator[str]:
 
 
 def operation_part(method: str, path: str, operation: Mapping[str, Any]) -> Iterator[str]:
-    """Yield one operation: its parameters, its body, its answers."""
+    """Yield one operation: its parameters, request body and responses."""
     yield f"### {method.upper()} {path}\n".replace("{", "&#123;")
     for key in ("summary", "description"):
         if operation.get(key):
@@ -190,7 +190,7 @@ def operation_part(method: str, path: str, operation: Mapping[str, Any]) -> Iter
 
 
 def http_page(api: Mapping[str, Any]) -> str:
-    """Return the whole API, as its OpenAPI description has it."""
+    """Return the page of the whole API, from its OpenAPI description."""
     groups: dict[str, list[str]] = {}
     for path, methods in api["paths"].items():
         for method, operation in methods.items():
@@ -216,12 +216,12 @@ DECLARATION = re.compile(
 
 
 def comment_text(lines: Iterable[str]) -> str:
-    """Return a comment's words without its marks."""
+    """Return a comment's text without its markers."""
     return " ".join(" ".join(re.sub(r"^\s*(/\*\*?|\*/|\*|//)?|\*/\s*$", "", line) for line in lines).split())
 
 
 def ice_file(path: Path) -> Iterator[str]:
-    """Yield a Slice file's declarations with their doc comments."""
+    """Yield the declarations of a Slice file with their doc comments."""
     lines = path.read_text(encoding="utf-8").splitlines()
     comment: list[str] = []
     depth, position = 0, 0
@@ -260,7 +260,7 @@ def ice_file(path: Path) -> Iterator[str]:
             yield f"Module `{line.removeprefix('module ').rstrip('{ ')}`.\n"
             depth += line.count("{")
             continue
-        # A declaration may take several lines.
+        # A declaration may span several lines.
         while (
             not re.search(r"[;{},]$", line)
             and position < len(lines)
@@ -297,7 +297,7 @@ def ice_file(path: Path) -> Iterator[str]:
 
 
 def ice_page() -> str:
-    """Return all Slice files: ours, and those of the JdeRobot platform."""
+    """Return the page of all Slice files: ours, and those of the JdeRobot platform."""
     lines = [
         "# ZeroC Ice\n",
         "Made from the Slice files. What each value means, and how old clients use them: [the JdeRobot interfaces](../jderobot.md).\n",
@@ -314,7 +314,7 @@ def ice_page() -> str:
 
 
 def lead_on(markdown: str, source: str, page: str) -> str:
-    """Return a page of the file `source` of the checkout with its links as they must be on the site, where it is `page`."""
+    """Return the page of the file `source` of the checkout with its links adapted to the site, where it is `page`."""
 
     def where(target: str) -> str:
         path, _, anchor = target.partition("#")
@@ -340,7 +340,7 @@ def lead_on(markdown: str, source: str, page: str) -> str:
 
 
 def generated() -> dict[str, str]:
-    """Return the pages that are no files of docs/, by their addresses."""
+    """Return the generated pages by address."""
     api = json.loads((ROOT / "schemas/openapi.json").read_text(encoding="utf-8"))
     pages = {
         "reference/command.md": command_page(),
@@ -354,7 +354,7 @@ def generated() -> dict[str, str]:
 
 
 def _fill(nav: list[Any]) -> list[Any]:
-    """Return the navigation with the lists in it that the folders decide."""
+    """Return the navigation with its generated lists filled in."""
     lists: dict[str, list[Any]] = {
         "adr": ["adr/README.md", *(f"adr/{path.name}" for path in sorted((ROOT / "docs/adr").glob("[0-9]*.md")))],
         "reference/sdk": [{name: f"reference/sdk/{name}.md"} for name in modules()],
@@ -370,7 +370,7 @@ def _fill(nav: list[Any]) -> list[Any]:
 
 
 def on_config(config: Any) -> Any:
-    """Fill the lists of the navigation."""
+    """Fill the generated lists of the navigation."""
     config["nav"] = _fill(config["nav"])
     return config
 
@@ -385,7 +385,7 @@ def on_files(files: Any, config: Any) -> Any:
 
 
 def on_page_markdown(markdown: str, page: Any, **_: Any) -> str:
-    """Lead links out of docs/ to where their files are."""
+    """Adapt links out of docs/ to where the files are on the site."""
     if page.file.generated_by is not None:
         return markdown
     return lead_on(markdown, f"docs/{page.file.src_uri}", page.file.src_uri)
@@ -395,12 +395,12 @@ ELSEWHERE = re.compile(r'<script src="https://unpkg\.com/iframe-worker/shim[^"]*
 
 
 def stay_here(output: str, page: str) -> str:
-    """Return a page that fetches nothing from elsewhere: the theme's only such address is replaced by a file of ours.
+    """Return a page that loads nothing from other sites: the theme's only such address is replaced by our own file.
 
     Raises
     ------
     RuntimeError
-        When the page would fetch something all the same.
+        When the page would still load something.
     """
     ours = posixpath.relpath("file-search.js", posixpath.dirname(page) or ".")
     output = ELSEWHERE.sub(f'<script src="{ours}"></script>', output)
@@ -410,10 +410,10 @@ def stay_here(output: str, page: str) -> str:
 
 
 def on_post_page(output: str, page: Any, **_: Any) -> str:
-    """Have no page fetch anything."""
+    """Make pages load nothing from other sites."""
     return stay_here(output, page.url)
 
 
 def on_post_template(output_content: str, template_name: str, **_: Any) -> str:
-    """Nor those that are no pages, such as 404.html."""
+    """The same for templates such as 404.html."""
     return stay_here(output_content, template_name) if template_name.endswith(".html") else output_content

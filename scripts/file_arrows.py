@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
 """Finds circles between the source files of one crate, of python/vencejo, or of the web app.
 
-An arrow goes from a file to the file that defines what it imports: a name that a folder's own file hands on is followed to where it is
-written, so that `use super::Name` through a `mod.rs` is no arrow to that `mod.rs`; to hand a name on without using it is no arrow either. Imports for types alone count too: who reads one file
-has to know the other. Tests are left out. Standard library only.
+An arrow leads from a file to the file that defines an imported name: re-exports are followed to the definition, so that
+`use super::Name` through a `mod.rs` is not an arrow to that `mod.rs`, and a re-export itself is not an arrow either.
+Type-only imports count too, since readers of one file have to know the other. Tests are excluded. Standard library
+only.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from pathlib import Path
 __all__ = ["circles", "python_arrows", "rust_arrows", "typescript_arrows"]
 
 Arrows = dict[str, set[str]]
-"""File → files that it imports from, by their paths below the root."""
+"""File → files that it imports from, as paths relative to the root."""
 Module = tuple[str, ...]
 
 _USE = re.compile(r"(?:^|[;{}\]\s])(pub(?:\([^)]*\))?\s+)?use\s+([^;]+);")
@@ -66,7 +67,7 @@ def rust_arrows(root: Path, crate: str) -> Arrows:
 
 
 class _Crate:
-    """The modules of one crate, and what each imports and hands on."""
+    """The modules of one crate, with their imports and re-exports."""
 
     def __init__(self, root: Path, source: Path) -> None:
         self._root = root
@@ -106,7 +107,7 @@ class _Crate:
     def _target(
         self, module: Module, path: Module, seen: frozenset[tuple[Module, Module]] = frozenset()
     ) -> Module | None:
-        """The module that defines what a path leads to; ``None`` for what is not of this crate."""
+        """Return the module that defines the item at a path; ``None`` if it is not of this crate."""
         if (module, path) in seen:
             return None
         seen |= {(module, path)}
@@ -144,14 +145,14 @@ class _Crate:
 
 
 def _without_comments(text: str) -> str:
-    """The text without comments and strings; `//` in a string is not worth a parser here, a quote in a character is."""
+    """Return the text without comments and strings; handles quotes in character literals, not `//` in strings."""
     text = re.sub(r"'(?:\\.|[^\\'])'", "' '", text)
     text = re.sub(r'r(#*)".*?"\1|"(?:\\.|[^"\\])*"', '""', text, flags=re.DOTALL)
     return re.sub(r"//[^\n]*|/\*.*?\*/", "", text, flags=re.DOTALL)
 
 
 def _without_tests(text: str) -> tuple[str, set[str]]:
-    """The text without its modules for tests, and the names of those that are files."""
+    """Return the text without its test modules, and the names of those that are files."""
     files = set()
     while (found := _TEST_MODULE.search(text)) is not None:
         end = found.end()
@@ -167,7 +168,7 @@ def _without_tests(text: str) -> tuple[str, set[str]]:
 
 
 def _uses(text: str) -> Iterator[tuple[Module, str]]:
-    """Each path that is imported, and the name it has here."""
+    """Yield each imported path with its local name."""
     for _, tree in _USE.findall(text):
         yield from _expand((), tree)
 
@@ -214,7 +215,7 @@ def python_arrows(root: Path, package: str = "vencejo") -> Arrows:
     }
 
     def target(name: str, seen: frozenset[str] = frozenset()) -> str | None:
-        """The module that defines a dotted name: that of a package's own file is followed to where it was imported from."""
+        """Return the module that defines a dotted name; re-exports of a package are followed."""
         if name in files:
             return name
         module, _, attribute = name.rpartition(".")

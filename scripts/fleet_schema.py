@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
-"""Writes the descriptors that a history file embeds, from the payloads in Rust: readers decode it by them, without Vencejo.
+"""Writes the Protobuf descriptors embedded in history files, generated from the Rust payloads, for other programs.
 
-The Rust types are the one description of these messages; `tests/house/test_fleet_schema.py` fails while the committed bytes are of others.
+The Rust types are the only definition of these messages; `tests/house/test_fleet_schema.py` fails if the committed
+bytes differ.
 Needs the package `protobuf`.
 """
 
@@ -22,7 +23,7 @@ from google.protobuf.descriptor_pb2 import (
 
 ROOT = Path(__file__).resolve().parent.parent
 FLEET = ROOT / "crates/fleet/src"
-#: What is made of what: a file of descriptors, its package, and the Rust files whose messages it has.
+#: Sources: Rust files whose messages go into a descriptor file and package.
 SPOKEN = ("payload", "deed", "outcome", "content", "plans", "wire", "history/record")
 MADE = {
     FLEET / "history/vencejo.binpb": ("vencejo.v1", tuple(FLEET / f"{name}.rs" for name in SPOKEN)),
@@ -40,25 +41,25 @@ TAG = re.compile(r'\btag = "(\d+)"')
 
 
 def snake(name: str) -> str:
-    """`ReturnToLaunch` as `return_to_launch`."""
+    """Convert `ReturnToLaunch` to `return_to_launch`."""
     return re.sub(r"(?<=.)([A-Z])", r"_\1", name).lower()
 
 
 def inner(rust: str) -> str:
-    """The type in an `Option`, `Vec` or `Box`, without its module."""
+    """Return the type in an `Option`, `Vec` or `Box`, without its module."""
     found = re.fullmatch(r"(?:Option|Vec|Box)<(.+)>", rust.strip())
     return inner(found[1]) if found else rust.strip().rsplit("::", 1)[-1]
 
 
 class Reader:
-    """The messages of some Rust files."""
+    """Reads the messages of some Rust files."""
 
     def __init__(self, package: str, texts: list[str]) -> None:
         self.package = package
         self.blocks = {name: (kind, body) for text in texts for kind, name, body in BLOCK.findall(text)}
 
     def file(self, name: str) -> FileDescriptorProto:
-        """All of them in one file."""
+        """Return all messages as one file."""
         made = FileDescriptorProto(name=name, package=self.package, syntax="proto3")
         for block, (kind, body) in self.blocks.items():
             if kind == "Message":
@@ -71,7 +72,7 @@ class Reader:
         return made
 
     def message(self, name: str, body: str) -> DescriptorProto:
-        """One message."""
+        """Return one message."""
         made = DescriptorProto(name=name)
         optional = []
         for options, field, rust, _ in FIELD.findall(body):
@@ -84,7 +85,7 @@ class Reader:
             made.field.append(self.field(options, field, rust))
             if "optional" in options and not options.startswith("message"):
                 optional.append(made.field[-1])
-        # As protoc does: the oneofs of optional fields stand behind the others.
+        # Like protoc: the synthetic oneofs of optional fields come last.
         for each in optional:
             each.proto3_optional = True
             each.oneof_index = len(made.oneof_decl)
@@ -92,7 +93,7 @@ class Reader:
         return made
 
     def field(self, options: str, name: str, rust: str, oneof: int | None = None) -> FieldDescriptorProto:
-        """One field."""
+        """Return one field."""
         kind = re.match(r"\w+", options)
         tag = TAG.search(options)
         assert kind is not None, f"{name}: {options}"
@@ -114,7 +115,7 @@ class Reader:
 
 
 def made() -> dict[Path, bytes]:
-    """What the committed files have to be."""
+    """Return the intended content of the committed files."""
     result = {}
     for path, (package, sources) in MADE.items():
         file = Reader(package, [source.read_text(encoding="utf-8") for source in sources]).file(f"{path.stem}.proto")
@@ -129,7 +130,7 @@ def made() -> dict[Path, bytes]:
 
 
 def main() -> int:
-    """Write them."""
+    """Write the files."""
     for path, content in made().items():
         path.write_bytes(content)
         print(f"{path.relative_to(ROOT)}: {len(content)} bytes")

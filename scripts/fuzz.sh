@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Fuzzes: builds fuzz/ with libFuzzer's counters on stable Rust, repeats all crashers, then gives each target its time. See fuzz/README.md.
+# Fuzzing: builds fuzz/ with libFuzzer's counters on stable Rust, repeats all crashers, then runs each target for a
+# time. See fuzz/README.md.
 #   scripts/fuzz.sh SECONDS [TARGET...]
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -9,12 +10,12 @@ targets=("$@")
 [ ${#targets[@]} -gt 0 ] || mapfile -t targets < <(sed -n 's/^path = "targets\/\(.*\)\.rs"/\1/p' fuzz/Cargo.toml)
 
 host=$(rustc -vV | sed -n 's/^host: //p')
-# With a target named, build scripts and macros go without the counters.
+# With an explicit target, build scripts and macros are compiled without the counters.
 RUSTFLAGS="-Cpasses=sancov-module -Cllvm-args=-sanitizer-coverage-level=4 -Cllvm-args=-sanitizer-coverage-inline-8bit-counters \
 -Cllvm-args=-sanitizer-coverage-pc-table -Cllvm-args=-sanitizer-coverage-trace-compares --cfg fuzzing" \
   cargo build --quiet --locked --profile fuzz --package vencejo-fuzz --bins --features fuzzer --target "$host" --target-dir .cache/fuzz/build
 
-# Files that targets read are in memory, and gone with the last of them.
+# Files that targets read are in memory, and are removed at the end.
 TMPDIR=$(mktemp -d -p "$([ -w /dev/shm ] && echo /dev/shm || echo "${TMPDIR:-/tmp}")" vencejo-fuzz.XXXXXX)
 export TMPDIR
 trap 'rm -rf "$TMPDIR"' EXIT

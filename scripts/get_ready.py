@@ -1,11 +1,11 @@
-"""Runs the steps of scripts/setup.sh that `make demo` or `make native` needs, side by side where they can be, and shows how far each is.
+"""Runs the steps of scripts/setup.sh for `make demo` or `make native`, in parallel where possible, and shows progress.
 
-    scripts/get_ready.py demo      the package as `make demo` builds it: quick to compile, without fleets
-    scripts/get_ready.py native    the optimised one
+    scripts/get_ready.py demo      the package as built by `make demo`: quick to compile, without fleets
+    scripts/get_ready.py native    the optimised package
 
-On a terminal one line is kept up to date; elsewhere (a log, TERM=dumb) a plain line comes now and then. A step that has nothing to
-do says nothing. When one fails, the log of what failed is printed and the others are ended. Each step writes a log in .cache, from
-which its progress is read.
+On a terminal, one line is kept up to date; elsewhere (a log, TERM=dumb), a plain line is printed now and then. A step
+with nothing to do prints nothing. When one fails, its log is printed and the others are ended. Each step writes a log
+in .cache, from which its progress is read.
 """
 
 from __future__ import annotations
@@ -29,21 +29,21 @@ from typing import Final, TextIO
 
 ROOT: Final = Path(__file__).resolve().parent.parent
 LOOK_S: Final = 0.2
-"""How often the steps are looked at."""
+"""Polling interval of the steps."""
 PLAIN_S: Final = 20.0
-"""How often a log is told how far it is."""
+"""Interval of progress lines in a log."""
 QUIET_S: Final = 1.0
 """A step that takes no longer than this had nothing to do."""
 TAIL_BYTES: Final = 4096
 REST_S: Final = 5.0
-"""How long the rest of what a step that has ended printed is waited for: what it left running may hold its output open for ever."""
+"""Time to wait for the remaining output of an ended step, since its child processes may keep the pipe open forever."""
 
 Progress = Callable[[str], str]
-"""How far a step is, from what its log holds so far: as in ``143 of 297, mavlink``; empty when that is not known."""
+"""Progress of a step according to its log so far, such as ``143 of 297, mavlink``; empty when unknown."""
 
 
 def cargo_progress(log: str) -> str:
-    """The newest of cargo's progress bars: units of work, and what it compiles just now."""
+    """Return the newest of cargo's progress bars: units of work, and the current crate."""
     bars = re.findall(r"(?:Building|Downloading) \[[=> ]*\] (\d+)/(\d+)(?:: ([\w-]+))?", log[-TAIL_BYTES:])
     if not bars:
         return "fetching crates" if re.search(r"Downloading|Updating|Locking", log) else ""
@@ -52,7 +52,7 @@ def cargo_progress(log: str) -> str:
 
 
 def pip_progress(log: str, lock: Path) -> str:
-    """Packages that pip has fetched, of those in the lock."""
+    """Return the number of packages fetched by pip, of those in the lock."""
     if "Installing collected packages" in log:
         return "installing"
     count = len(re.findall(r"^[\w.-]+==", lock.read_text(encoding="utf-8"), re.MULTILINE))
@@ -60,7 +60,7 @@ def pip_progress(log: str, lock: Path) -> str:
 
 
 def npm_progress(log: str, lock: Path) -> str:
-    """Packages that npm has fetched, of those in the lock that this machine needs."""
+    """Return the number of packages fetched by npm, of those in the lock for this platform."""
     mine = {
         "os": sys.platform,
         "cpu": {"x86_64": "x64", "aarch64": "arm64"}.get(platform.machine(), platform.machine()),
@@ -84,7 +84,7 @@ class Step:
     title: str
     words: tuple[str, ...]
     log: str = ""
-    """The name of its log in .cache."""
+    """Name of its log in .cache."""
     progress: Progress = lambda _: ""
     after: tuple[str, ...] = ()
     """Titles of the steps that must be done before."""
@@ -95,15 +95,15 @@ class Step:
     lines: queue.SimpleQueue[str] = field(default_factory=queue.SimpleQueue, init=False)
 
     def tell(self, display: Display) -> None:
-        """Show what it has printed since the last time."""
+        """Print its new output."""
         while not self.lines.empty():
             display.say(self.lines.get())
 
     def how_far(self) -> str:
-        """What its log says, when this run wrote it."""
+        """Return its progress, if its log was written by this run."""
         path = ROOT / ".cache" / self.log
         try:
-            # the clock of the file system may be a little behind
+            # The file system's clock may be slightly behind.
             if not self.log or path.stat().st_mtime < self.began_s - 1.0:
                 return ""
             return self.progress(path.read_text(encoding="utf-8", errors="replace"))
@@ -112,10 +112,10 @@ class Step:
 
 
 def steps_of(wanted: str) -> list[Step]:
-    """What `make demo` or `make native` needs.
+    """Return the steps of `make demo` or `make native`.
 
-    The demo's module reads the page's files from gcs/dist, so the page is built beside it; the other module holds them, and is compiled
-    when they are there.
+    The demo's module reads the page's files from gcs/dist, so the page is built in parallel; the other module embeds
+    them, and is compiled afterwards.
     """
     python = Step(
         "Python packages", ("demo",), "pip-demo.log", lambda log: pip_progress(log, ROOT / "requirements/demo.lock")
@@ -131,7 +131,7 @@ def steps_of(wanted: str) -> list[Step]:
 
 
 class Display:
-    """The line that is kept up to date, or the plain lines in its place."""
+    """The progress line, or plain lines in its place."""
 
     def __init__(self, to: TextIO, now_s: float) -> None:
         self._to = to
@@ -140,12 +140,12 @@ class Display:
         self._shown = ""
 
     def say(self, line: str) -> None:
-        """Print a line that stays."""
+        """Print a permanent line."""
         self._clear()
         print(line, file=self._to, flush=True)
 
     def show(self, steps: Iterable[Step], now_s: float, *, total: int, done: int) -> None:
-        """Show how far the running steps are."""
+        """Show the progress of the running steps."""
         every_s = LOOK_S if self.is_live else PLAIN_S
         running = [step for step in steps if step.process is not None and not step.is_done]
         if not running or now_s - self._began_s < QUIET_S or now_s - self._told_s < every_s:
@@ -170,18 +170,18 @@ class Display:
             self._shown = ""
 
     def end(self) -> None:
-        """Leave the terminal as it was."""
+        """Restore the terminal."""
         self._clear()
         self._to.flush()
 
 
 def clock(seconds: float) -> str:
-    """Minutes and seconds."""
+    """Return minutes and seconds."""
     return f"{int(seconds) // 60}:{int(seconds) % 60:02}"
 
 
 def run(steps: list[Step], command: list[str], to: TextIO, *, look_s: float = LOOK_S) -> int:
-    """Run all steps, each as soon as those that it needs are done.
+    """Run all steps, each as soon as its predecessors are done.
 
     Returns
     -------
@@ -206,7 +206,7 @@ def run(steps: list[Step], command: list[str], to: TextIO, *, look_s: float = LO
                     continue
                 step.is_done = True
                 took_s = time.time() - step.began_s
-                # It may have ended before all of it was read.
+                # It may have ended before all of its output was read.
                 if step.reader is not None:
                     step.reader.join(REST_S)
                 step.tell(display)
@@ -229,7 +229,7 @@ def run(steps: list[Step], command: list[str], to: TextIO, *, look_s: float = LO
 
 def _start(step: Step, command: list[str], woken: threading.Event) -> None:
     step.began_s = time.time()
-    # a group of its own: what a step started ends with it
+    # A process group of its own, so that child processes of a step end with it.
     process = subprocess.Popen(
         command,
         cwd=ROOT,

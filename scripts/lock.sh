@@ -15,17 +15,18 @@ compile() { # output, arguments
         --override requirements/overrides.txt --output-file "$output" "$@" >/dev/null
 }
 
-# run: what `vencejo` needs. demo: that and the camera, for `make demo`. dev: that and the tools. Constrained, so that they agree.
+# run: what `vencejo` needs. demo: that and the camera, for `make demo`. dev: that and the tools. Constrained to be
+# consistent.
 compile requirements/run.lock pyproject.toml --group build "$@"
 compile requirements/demo.lock pyproject.toml --group build --extra camera --constraint requirements/run.lock "$@"
 compile requirements/dev.lock pyproject.toml --group tools --extra camera --constraint requirements/demo.lock "$@"
-# docs: what the site is built with, beside what runs `vencejo`, whose help it shows.
+# docs: for building the site, in addition to what `vencejo` needs, whose help it shows.
 compile requirements/docs.lock pyproject.toml --group build --group docs --constraint requirements/dev.lock "$@"
-# ice: what the tests compile where Debian has no ZeroC Ice for this Python; ice-build: what compiles it.
+# ice: compiled by the tests where Debian has no ZeroC Ice for this Python; ice-build: its build requirements.
 sed -n 's/^ice = \["\(zeroc-ice[^"]*\)".*/\1/p' pyproject.toml | compile requirements/ice.lock - "$@"
 echo 'setuptools>=77' | compile requirements/ice-build.lock - "$@"
-# ros: ROS 2's own serialisation and the hashes of its types, for `make soak`; there are wheels for one Python alone.
+# ros: ROS 2's own serialisation and type hashes, for `make soak`; there are wheels for one Python version only.
 printf '%s\n' 'ros-rclpy[fastrtps]==9.1.2' ros-{sensor,nav,geometry,diagnostic}-msgs==5.5.1 ros-std-srvs==5.5.1 \
     | PYTHON_FLOOR=3.11 compile requirements/ros.lock - "$@"
-# audit: what `make audit` asks for known faults with.
+# audit: the tool with which `make audit` looks up known faults.
 echo 'pip-audit>=2.10,<3' | compile requirements/audit.lock - "$@"

@@ -1,4 +1,4 @@
-"""What scripts write into a file that people write too: the parts between two marks."""
+"""Replaces the generated parts of hand-written files, between two marker lines."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ END = "# (end of what is written by a script)"
 
 
 def begin(script: str) -> str:
-    """The line above what this script writes."""
+    """Return the line above a generated part."""
     return f"# Written by scripts/{Path(script).name}: do not edit."
 
 
 def refilled(file: Path, script: str, parts: Sequence[str]) -> str:
-    """The text of a file with these parts between its marks; each begins and ends with a line break."""
+    """Return the content of a file with new generated parts; each begins and ends with a line break."""
     mark, rest = begin(script), iter(parts)
     place = re.compile(rf"({re.escape(mark)}\n).*?(^ *{re.escape(END)}\n)", re.MULTILINE | re.DOTALL)
     old = file.read_text(encoding="utf-8")
@@ -26,7 +26,7 @@ def refilled(file: Path, script: str, parts: Sequence[str]) -> str:
 
 
 def main(file: Path, text: str) -> int:
-    """Write the file, or with --check say by the exit code whether it is what would be written."""
+    """Write the file, or with --check return whether it is current as the exit code."""
     if "--check" in sys.argv:
         return 0 if file.read_text(encoding="utf-8") == text else 1
     file.write_text(text, encoding="utf-8")

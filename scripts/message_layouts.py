@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Writes crates/proto/src/layouts.rs: name, type and order on the wire of the fields of every message of the dialect.
+"""Writes crates/proto/src/layouts.rs: name, type and wire order of the fields of every message in the dialect.
 
-The Rust crate that decodes messages has types, not tables; the API tells and takes messages by the names of their fields.
-The layouts come from pymavlink's generated dialect, that is from MAVLink's own definitions.
+The Rust crate for MAVLink has types but no tables; the API uses messages by field name. The layouts come from
+pymavlink's generated dialect, hence from MAVLink's own definitions.
 
 Usage: ``.venv/bin/python scripts/message_layouts.py [--check]``
 """
@@ -30,7 +30,7 @@ pub(crate) const LAYOUTS: &[(u32, &str)] = &[
 
 
 def layouts() -> dict[int, str]:
-    """The layout of each message by its id."""
+    """Return the layout of each message by id."""
     from pymavlink.dialects.v20 import ardupilotmega as dialect
 
     found = {}
@@ -46,7 +46,7 @@ def layouts() -> dict[int, str]:
 
 
 def main() -> int:
-    """Write the file, or say whether it is what would be written."""
+    """Write the file, or with --check return whether it is current."""
     text = HEAD + "".join(f'    ({number}, "{fields}"),\n' for number, fields in layouts().items()) + "];\n"
     if "--check" in sys.argv:
         return 0 if FILE.read_text(encoding="utf-8") == text else 1

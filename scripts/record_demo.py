@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Makes docs/images/demo.svg, the picture in the README, from a real run of `vencejo demo`.
+"""Makes docs/images/demo.svg, the image in the README, from a real run of `vencejo demo`.
 
-The command runs in a terminal of its own (a pty); its last screen, with what scrolled by before, becomes the picture.
+The command runs in a pseudoterminal; its final screen, including the lines scrolled off, becomes the image.
 
 Usage: ``.venv/bin/python scripts/record_demo.py [--columns N] [--rows N] [-- ARGUMENTS OF vencejo demo]``
 """
@@ -28,7 +28,7 @@ CONTROL = re.compile(r"\x1b\[([?0-9;]*)([A-Za-z])|\x1b\][^\x07]*\x07|\r|\n")
 
 
 def run(command: list[str], columns: int, rows: int) -> tuple[str, int]:
-    """Run a program in a terminal of its own; return everything it wrote and its exit code."""
+    """Run a program in a pseudoterminal; return its output and its exit code."""
     parent, child = pty.openpty()
     fcntl.ioctl(child, termios.TIOCSWINSZ, struct.pack("HHHH", rows, columns, 0, 0))
     environment = {**os.environ, "TERM": "xterm-256color", "COLORTERM": "truecolor", "COLUMNS": str(columns)}
@@ -39,7 +39,7 @@ def run(command: list[str], columns: int, rows: int) -> tuple[str, int]:
     while True:
         try:
             piece = os.read(parent, 65536)
-        except OSError:  # Linux says EIO when the other side of a pty is closed
+        except OSError:  # Linux returns EIO when the other side of a pty is closed
             break
         if not piece:
             break
@@ -52,9 +52,10 @@ def run(command: list[str], columns: int, rows: int) -> tuple[str, int]:
 
 
 def screen(written: str) -> list[str]:
-    """Return the lines that remain on a terminal, colours kept.
+    """Return the lines that remain on a terminal, with colours.
 
-    Knows what a progress display does: return, new line, cursor up, erase. A rewritten line is taken as wholly rewritten.
+    Interprets the control sequences of progress displays: return, new line, cursor up, erase. A rewritten line counts
+    as fully rewritten.
     """
     lines = [""]
     row, fresh = 0, False
@@ -95,7 +96,7 @@ def screen(written: str) -> list[str]:
 
 
 def main() -> int:
-    """Run the demo and write the picture."""
+    """Run the demo and write the image."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--columns", type=int, default=100)
     parser.add_argument("--rows", type=int, default=40, help="keep at most this many lines: the last ones")

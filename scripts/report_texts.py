@@ -1,6 +1,9 @@
-"""Writes the Spanish texts that printed reports share with the page, from gcs/src/lib/i18n, to python/vencejo/data/texts.es.json.
+"""Writes the Spanish texts shared by printed reports and the page to python/vencejo/data/texts.es.json.
 
-Run it when findings or commands get a text: `python3 scripts/report_texts.py`. A test compares.
+They come from gcs/src/lib/i18n.
+
+Run it when findings or commands get new texts: `python3 scripts/report_texts.py`. A test checks that the file is
+current.
 """
 
 from __future__ import annotations
@@ -19,13 +22,13 @@ ENTRY = re.compile(
 
 
 def entries(path: Path) -> dict[str, str]:
-    """The texts of a file of the page by their keys."""
+    """Return the texts in a file of the page by key."""
     found = ENTRY.findall(path.read_text(encoding="utf-8"))
     return {quoted or bare: re.sub(r"\\(.)", r"\1", single or double) for quoted, bare, single, double in found}
 
 
 def texts() -> str:
-    """The file as it is to be."""
+    """Return the file's intended content."""
     findings = {key.removeprefix("finding."): text for key, text in entries(TEXTS / "findings.es.ts").items()}
     notes = {key: text for key, text in entries(TEXTS / "files.es.ts").items() if key.startswith("note.")}
     shared = {"commands": entries(TEXTS / "commands.es.ts"), "findings": findings, "notes": notes}

@@ -1,9 +1,9 @@
-"""The list of everything that is in the wheel or installed with it (a software bill of materials, CycloneDX 1.5).
+"""Writes the software bill of materials (CycloneDX 1.5) of everything in the wheel or installed with it.
 
-    scripts/sbom.py parts FOLDER   what maturin cannot know: the web app's packages, and Python's; for `maturin build --sbom-include`
-    scripts/sbom.py merge WHEEL    all that the wheel holds in its `.dist-info/sboms` as one file beside it, NAME.cdx.json
+    scripts/sbom.py parts FOLDER   parts unknown to maturin: the web app's packages, and Python's; for `maturin build --sbom-include`
+    scripts/sbom.py merge WHEEL    all documents in the wheel's `.dist-info/sboms` as one file beside it, NAME.cdx.json
 
-maturin itself lists the crates, npm the packages of the web app. `make wheel` does both steps.
+maturin lists the crates, and npm the packages of the web app. `make wheel` does both steps.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ Document = dict[str, Any]
 
 
 def document(name: str, version: str, purl: str, components: list[Document], depends: dict[str, list[str]]) -> Document:
-    """Return a CycloneDX document about one thing."""
+    """Return a CycloneDX document about one component."""
     content = json.dumps([components, depends], sort_keys=True)
     return {
         "$schema": "http://cyclonedx.org/schema/bom-1.5.schema.json",
@@ -56,19 +56,19 @@ def version() -> str:
 
 
 def locked_python(lock: str) -> dict[str, str]:
-    """Return the name of each package of a lock by its address; some are there twice, in versions for different Pythons."""
+    """Return the names of a lock's packages by purl; some occur twice, in versions for different Pythons."""
     text = (ROOT / f"requirements/{lock}.lock").read_text(encoding="utf-8")
     return {f"pkg:pypi/{re.sub(r'[-_.]+', '-', name).lower()}@{pin}": name for name, pin in audit.PIN.findall(text)}
 
 
 def python_part() -> Document:
-    """Return the Python packages that are installed with the wheel (run.lock), and those of its extras (optional)."""
+    """Return the Python packages installed with the wheel (run.lock), and those of its extras (optional)."""
     needed = locked_python("run")
     components = []
     for purl, name in sorted({**locked_python("ice"), **locked_python("demo"), **needed}.items()):
         scope = "required" if purl in needed else "optional"
         if name == "maturin":
-            scope = "excluded"  # it makes the wheel
+            scope = "excluded"  # builds the wheel
         component: Document = {
             "type": "library",
             "bom-ref": purl,
@@ -77,7 +77,7 @@ def python_part() -> Document:
             "purl": purl,
             "scope": scope,
         }
-        with contextlib.suppress(PackageNotFoundError):  # of another system or Python
+        with contextlib.suppress(PackageNotFoundError):  # for another platform or Python
             component["licenses"] = [{"expression": audit.python_licence(name)}]
         components.append(component)
     root = f"pkg:pypi/vencejo@{version()}"
@@ -85,11 +85,11 @@ def python_part() -> Document:
 
 
 def web_part() -> Document:
-    """Return the web app's packages: npm's own list, without what only its tools need."""
-    told = audit.run("npm", "sbom", "--sbom-format", "cyclonedx", "--package-lock-only", cwd=ROOT / "gcs")
-    if told.returncode != 0:
-        raise SystemExit(f"sbom: npm sbom failed: {told.stderr.strip()}")
-    found: Document = json.loads(told.stdout)
+    """Return the web app's packages: npm's own list, without development dependencies."""
+    listed = audit.run("npm", "sbom", "--sbom-format", "cyclonedx", "--package-lock-only", cwd=ROOT / "gcs")
+    if listed.returncode != 0:
+        raise SystemExit(f"sbom: npm sbom failed: {listed.stderr.strip()}")
+    found: Document = json.loads(listed.stdout)
     kept = {
         (place.rpartition("node_modules/")[2], package["version"])
         for place, package in audit.npm_packages("gcs").items()
@@ -106,13 +106,13 @@ def web_part() -> Document:
 
 
 def npm_name(component: Document) -> str:
-    """Return the name that the lock has for a component, its group included."""
+    """Return a component's name as in the lock, including its group."""
     group = component.get("group")
     return f"{group}/{component['name']}" if group else str(component["name"])
 
 
 def sqlite() -> Document:
-    """Return the C library that is compiled into the wheel: a crate's version says nothing of the library's."""
+    """Return SQLite, which is compiled into the wheel: the crate's version is not the library's."""
     crate = next(each for each in audit.crates() if each["name"] == "libsqlite3-sys")
     header = (Path(crate["manifest_path"]).parent / "sqlite3/sqlite3.h").read_text(encoding="utf-8")
     found = re.search(r'#define SQLITE_VERSION +"([\d.]+)"', header)
@@ -131,7 +131,7 @@ def sqlite() -> Document:
 
 
 def merge(parts: list[Document]) -> Document:
-    """Return one document of several: refs become package addresses, our own parts hang below the package."""
+    """Return several documents merged: references become purls, and our own parts become children of the package."""
     root = f"pkg:pypi/vencejo@{version()}"
     components: dict[str, Document] = {}
     depends: dict[str, list[str]] = {root: []}
@@ -157,11 +157,11 @@ def merge(parts: list[Document]) -> Document:
 
 
 def everything() -> set[str]:
-    """Return the addresses of all that is locked and runs: crates by Cargo's own graph, npm's and Python's by their locks."""
-    told = audit.run("cargo", "metadata", "--format-version", "1", "--locked", "--offline")
-    if told.returncode != 0:
-        raise SystemExit(f"sbom: {told.stderr.strip()}")
-    found = json.loads(told.stdout)
+    """Return the purls of all locked run-time packages: crates by cargo's graph, npm's and Python's by their locks."""
+    listed = audit.run("cargo", "metadata", "--format-version", "1", "--locked", "--offline")
+    if listed.returncode != 0:
+        raise SystemExit(f"sbom: {listed.stderr.strip()}")
+    found = json.loads(listed.stdout)
     nodes = {node["id"]: node for node in found["resolve"]["nodes"]}
     waiting = [package["id"] for package in found["packages"] if package["name"] == "vencejo-py"]
     reached: set[str] = set()
@@ -182,7 +182,7 @@ def everything() -> set[str]:
 
 
 def of_wheel(wheel: Path) -> list[Document]:
-    """Return the documents that a wheel holds."""
+    """Return the documents in a wheel."""
     with zipfile.ZipFile(wheel) as packed:
         names = [name for name in packed.namelist() if "/sboms/" in name and name.endswith(".json")]
         return [json.loads(packed.read(name)) for name in sorted(names)]

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Takes the pictures of the ground station in docs/images: a real server, the simulated plane, and the system's Chromium.
+"""Takes the screenshots of the ground station in docs/images, with a real server, the simulated plane and Chromium.
 
-The same seed gives the same flight, and the pictures are taken when the same items are flown; what differs from one run
-to the next is how far the plane has come meanwhile. Each is taken in both themes, and some in Spanish.
+The same seed gives the same flight, and the screenshots are taken at the same items; only the plane's progress within
+an item differs between runs. Each is taken in both themes, and some in Spanish.
 
 Usage: ``.venv/bin/python scripts/screenshots.py [--png FOLDER] [SCENE ...]``
 """
@@ -35,22 +35,22 @@ from tests.server.client import serving  # noqa: E402
 
 OUTPUT = ROOT / "docs" / "images"
 LIMIT_BYTES = 2_000_000
-"""All pictures together."""
+"""Size of all screenshots together."""
 QUALITY = 0.9
 DEMO = ROOT / "python" / "vencejo" / "data" / "demo.waypoints"
 NOW = datetime.datetime(2026, 6, 21, 10, 0, tzinfo=datetime.timezone.utc)
-"""The time of day on every picture."""
+"""Time of day on every screenshot."""
 SPEEDUP = 10.0
 
 
 def plane_in_wind(*, rtl_autoland: int, link: str = "tcp:127.0.0.1:0") -> Plane:
-    """The plane of every picture: the same seed, the same air."""
+    """Return the plane of every screenshot: the same seed, the same air."""
     params = {"RTL_AUTOLAND": rtl_autoland}
     return Plane(link=link, speedup=SPEEDUP, wind_m_s=4.0, wind_from_deg=240.0, gust_m_s=0.5, params=params)
 
 
 class Camera:
-    """Takes pictures of pages, as WebP into docs/images, and on demand as PNG elsewhere."""
+    """Takes screenshots of pages, as WebP into docs/images, and optionally as PNG elsewhere."""
 
     def __init__(self, browser: Browser, png: Path | None) -> None:
         self.browser = browser
@@ -60,7 +60,7 @@ class Camera:
     async def station(
         self, url: str, *, size: tuple[int, int] = WIDE, touch: bool = False
     ) -> AsyncIterator[StationPage]:
-        """A page with the station open."""
+        """Open the station in a page."""
         context = await self.browser.new_context(
             viewport={"width": size[0], "height": size[1]},
             device_scale_factor=2 if touch else 1,
@@ -71,7 +71,7 @@ class Camera:
             reduced_motion="reduce",
         )
         page = await context.new_page()
-        # The time of day alone: Playwright's clock would hold the map's animations, too.
+        # Only the date is faked: Playwright's clock would also stop the map's animations.
         await page.add_init_script(
             f"{{ const real = Date.now, shift = {int(NOW.timestamp() * 1000)} - real(); Date.now = () => real() + shift; }}"
         )
@@ -83,7 +83,7 @@ class Camera:
         await context.close()
 
     async def take(self, station: StationPage, name: str, themes: tuple[Theme, ...] = ("dark", "light")) -> None:
-        """Take a picture in both themes, or in some of them."""
+        """Take a screenshot in both themes, or in some of them."""
         if not station.is_touch:
             await station.map_scale()
         await station.page.mouse.move(0, 0)
@@ -98,7 +98,7 @@ class Camera:
         print(f"{name}: taken", flush=True)
 
     async def _as_webp(self, picture: bytes) -> bytes:
-        """The browser itself turns a picture into WebP."""
+        """Convert a screenshot to WebP with the browser itself."""
         page = await self.browser.new_page()
         url: str = await page.evaluate(
             """async ([png, quality]) => {
@@ -125,14 +125,14 @@ async def open_plan(station: StationPage, path: Path) -> None:
 
 
 async def load(station: StationPage, path: Path) -> None:
-    """Load a plan file and send it."""
+    """Load a plan file and upload it."""
     await open_plan(station, path)
     await station.send_plan()
     await station.button("map.showPlan").click()
 
 
 async def flight(camera: Camera, url: str) -> None:
-    """The demo mission in flight: overview, plan, sensors, in English and Spanish."""
+    """Show the demo mission in flight: overview, plan, sensors, in English and Spanish."""
     async with camera.station(url) as station:
         await load(station, DEMO)
         await station.arm()
@@ -154,7 +154,7 @@ async def flight(camera: Camera, url: str) -> None:
 
 
 async def phone(camera: Camera, url: str) -> None:
-    """The demo mission on a phone."""
+    """Show the demo mission on a phone."""
     async with camera.station(url, size=PHONE, touch=True) as station:
         await load(station, DEMO)
         await station.arm()
@@ -166,7 +166,7 @@ async def phone(camera: Camera, url: str) -> None:
 
 
 async def refused(camera: Camera, url: str, folder: Path) -> None:
-    """The fly panel after a refusal to arm, with the reasons and what to do."""
+    """Show the fly panel after a refusal to arm, with the reasons and remedies."""
     landing = (
         MissionItem.land_start(*offset(0, 900), alt_rel_home_m=60.0),
         MissionItem.waypoint(*offset(0, 450), alt_rel_home_m=35.0),
@@ -188,7 +188,7 @@ async def refused(camera: Camera, url: str, folder: Path) -> None:
 
 
 async def lost(camera: Camera, relay: LossyRelay, url: str) -> None:
-    """A plane that is not heard any more: the bar, old values, and the ghost."""
+    """Show a lost plane: the bar, old values, and the ghost."""
     async with camera.station(url) as station:
         await load(station, DEMO)
         await station.arm()
@@ -207,7 +207,7 @@ async def lost(camera: Camera, relay: LossyRelay, url: str) -> None:
 
 
 async def tutorial(camera: Camera, url: str, language: Language) -> None:
-    """The steps of docs/tutorial.md, or of the Spanish one: draw, send, fly, land."""
+    """Follow the steps of docs/tutorial.md, or of the Spanish one: draw, upload, fly, land."""
     suffix = "" if language == "en" else f"-{language}"
     async with camera.station(url) as station:
         await station.choose_language(language)
@@ -232,7 +232,7 @@ async def tutorial(camera: Camera, url: str, language: Language) -> None:
 
 
 async def crosswind(camera: Camera, url: str, folder: Path) -> None:
-    """A first landing in 7 m/s across, rehearsed: docs/how-to/rehearse-a-mission.md."""
+    """Show a landing in 7 m/s crosswind, rehearsed: docs/how-to/rehearse-a-mission.md."""
     field = GeoPoint(40.3332, -3.7978)
     landing = design_landing(field, course_deg=270.0, wind=Wind(180.0, 7.0))
     away = [MissionItem.waypoint(40.3402, lon_deg, alt_rel_home_m=80.0) for lon_deg in (-3.7908, -3.7778)]
@@ -264,7 +264,7 @@ async def crosswind(camera: Camera, url: str, folder: Path) -> None:
 
 
 async def take_all(scenes: list[str], png: Path | None) -> None:
-    """Take the pictures of these scenes."""
+    """Take the screenshots of these scenes."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         async with running() as browser:
@@ -310,7 +310,7 @@ async def take_all(scenes: list[str], png: Path | None) -> None:
 
 
 def main() -> int:
-    """Take the pictures and see that they are not too large together."""
+    """Take the screenshots and check their total size."""
     every = ("flight", "phone", "tutorial", "crosswind", "refused", "lost")
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("scenes", nargs="*", metavar="SCENE", help=f"{', '.join(every)}; default all")

@@ -1,24 +1,24 @@
 #!/usr/bin/env bash
-# Brings a checkout to where it can run: system packages, the project's own Python environment
-# (.venv) with locked packages, and the native module. Does nothing when nothing changed.
+# Prepares a checkout for running: system packages, the project's own Python environment (.venv) with locked packages,
+# and the native module. Does nothing when nothing has changed.
 #
-#   scripts/setup.sh demo     what `vencejo demo` needs, the camera's packages included
-#   scripts/setup.sh dev      that, the tools, the peers that the tests talk to, Chromium, MapServer and libfaketime
-#   scripts/setup.sh docs     what `make docs` builds the site with
-#   scripts/setup.sh app      the web app (gcs/dist), which the native module carries; `app-packages` only what it is built with
+#   scripts/setup.sh demo     for `vencejo demo`, the camera's packages included
+#   scripts/setup.sh dev      that, the tools, the test peers, Chromium, MapServer and libfaketime
+#   scripts/setup.sh docs     for building the site with `make docs`
+#   scripts/setup.sh app      the web app (gcs/dist), embedded in the native module; `app-packages` only its build requirements
 #   scripts/setup.sh native   the Rust core as vencejo._native, and the `vencejo` command; `native as-tested` builds it as `make test` does:
-#                             quickly, with assertions, and slower in use; `native demo` as `make demo` does: quickly, without fleets, and
-#                             reading the web app from gcs/dist; what is there of the other two will do for it
-#   scripts/setup.sh ready    all of that for `make demo` (`ready demo`) or `make native` (`ready native`), side by side, and how far it is
-#   scripts/setup.sh ice      ZeroC Ice and what else the tests of the JdeRobot interfaces need
-#   scripts/setup.sh soak     what `make soak` needs beside that: strace, and `ros`
-#   scripts/setup.sh ros      readers of ROS 2: where Python is 3.11 its own serialisation (.cache/ros), and one in Rust (.cache/ros2-hiroz)
-#   scripts/setup.sh rust     only check that Rust and a C linker are there
+#                             quick to build, with assertions, slower in use; `native demo` as `make demo` does: quick to build,
+#                             without fleets, reading the web app from gcs/dist; an existing build of the other two is used instead
+#   scripts/setup.sh ready    all of that for `make demo` (`ready demo`) or `make native` (`ready native`), in parallel, with progress
+#   scripts/setup.sh ice      ZeroC Ice and everything else for the tests of the JdeRobot interfaces
+#   scripts/setup.sh soak     everything else for `make soak`: strace, and `ros`
+#   scripts/setup.sh ros      readers of ROS 2: with Python 3.11 its own serialisation (.cache/ros), and one in Rust (.cache/ros2-hiroz)
+#   scripts/setup.sh rust     only check that Rust and a C linker are installed
 set -euo pipefail
 cd "$(dirname "$0")/.."
 export PATH="$HOME/.cargo/bin:$PATH"
 export PIP_DISABLE_PIP_VERSION_CHECK=1 CARGO_NET_RETRY=5
-# How much cargo does at once is its own affair, also where `make` runs several things side by side.
+# Cargo chooses its own parallelism, also when `make` runs several things side by side.
 unset MAKEFLAGS MFLAGS MAKELEVEL
 
 VENV=.venv
@@ -29,7 +29,7 @@ RUST_MIN=$(sed -n 's/^rust-version = "\(.*\)"/\1/p' Cargo.toml)
 say() { printf '\033[2m· %s\033[0m\n' "$*" >&2; }
 fail() { printf 'setup: %s\n' "$*" >&2; exit 1; }
 
-# apt PACKAGE…: installs Debian packages when root, else names the command that does.
+# apt PACKAGE…: installs Debian packages when root, else prints the command that does.
 apt() {
     if [ "$(id -u)" != 0 ] || ! command -v apt-get >/dev/null; then
         fail "missing system package: sudo apt-get install -y $*  (or your system's equivalent), then run this again"
@@ -37,7 +37,7 @@ apt() {
     say "installing system packages: $*"
     local log
     log=$(mktemp)
-    # One at a time: apt-get refuses where dpkg's is held, and this may run twice side by side.
+    # One at a time: apt-get fails while dpkg is locked, and this may run twice in parallel.
     mkdir -p .cache
     exec 9>.cache/apt.lock
     flock 9
@@ -51,7 +51,7 @@ apt() {
     rm -f "$log"
 }
 
-# The first Python >= 3.10, whether or not its venv module is whole.
+# The first Python >= 3.10, even if its venv module is incomplete.
 find_python() {
     local candidate
     for candidate in ${PYTHON:-} python3 python3.14 python3.13 python3.12 python3.11 python3.10; do
@@ -67,14 +67,14 @@ need_python() {
     PYTHON_FOUND=$(find_python) || apt python3
     PYTHON_FOUND=$(find_python) || fail "Python >= 3.10 is missing; set PYTHON=/path/to/python3"
     if ! "$PYTHON_FOUND" -c 'import ensurepip, venv' 2>/dev/null; then
-        # Debian splits these off its own Python; another Python brings them along.
+        # Debian packages these separately from its own Python; other Pythons include them.
         apt "python$("$PYTHON_FOUND" -c 'import sys; print("%d.%d" % sys.version_info[:2])')-venv"
     fi
 }
 
 need_rust() {
     command -v cc >/dev/null || apt build-essential
-    # Only when a crate of ours truly links against it.
+    # Only when one of our crates actually links against it.
     if [ -f Cargo.lock ] && grep -q '^name = "libudev-sys"' Cargo.lock; then
         command -v pkg-config >/dev/null || apt pkg-config
         pkg-config --exists libudev || apt libudev-dev
@@ -87,8 +87,8 @@ need_rust() {
         || fail "Rust $have is too old, $RUST_MIN or newer is needed: rustup update stable"
 }
 
-# The browser that tests/browser drives: the system's, never a downloaded one. VENCEJO_CHROMIUM names another. Where Debian's
-# Chromium without windows can be had it is that one: the tests cost a quarter less.
+# The browser for tests/browser: the system's, never a downloaded one. VENCEJO_CHROMIUM names another. Debian's
+# headless-only Chromium is preferred where available: the tests take a quarter less time.
 need_chromium() {
     local candidate
     for candidate in ${VENCEJO_CHROMIUM:-} chromium-headless-shell; do
@@ -103,18 +103,19 @@ need_chromium() {
     apt chromium
 }
 
-# The map server that tests/maps and tests/browser fetch from.
+# The map server used by tests/maps and tests/browser.
 need_mapserver() {
     if [ -x /usr/lib/cgi-bin/mapserv ] || command -v mapserv >/dev/null; then return; fi
     apt cgi-mapserver
 }
 
-# The clock that tests/faults/test_clocks.py moves.
+# The faked clock of tests/faults/test_clocks.py.
 need_faketime() {
     compgen -G '/usr/lib/*/faketime/libfaketime.so.1' >/dev/null || compgen -G '/usr/lib*/faketime/libfaketime.so.1' >/dev/null || apt libfaketime
 }
 
-# logged NAME PROBLEM COMMAND…: runs a command into .cache/NAME.log, which is printed when it fails, without progress bars.
+# logged NAME PROBLEM COMMAND…: runs a command with its output in .cache/NAME.log, which is printed without progress
+# bars on failure.
 logged() {
     local log=.cache/$1.log problem=$2
     shift 2
@@ -124,13 +125,13 @@ logged() {
     fail "$problem"
 }
 
-# Hash of the content of the files named on standard input, one a line.
+# Hash of the content of the files named on standard input, one per line.
 fingerprint() { tr '\n' '\0' | xargs -0 sha256sum | sha256sum | cut -d' ' -f1; }
 
 python_env() { # demo | dev | docs
     local lock=requirements/$1.lock want
     want=$(printf '%s\n' "$lock" | fingerprint)
-    # dev holds everything of demo: a second install would only go back and forth.
+    # dev includes everything of demo: a second install would only switch back and forth.
     if [ "$1" = demo ] && [ "$(cat "$STAMPS/dev" 2>/dev/null)" = "$(printf 'requirements/dev.lock\n' | fingerprint)" ]; then
         return
     fi
@@ -141,16 +142,16 @@ python_env() { # demo | dev | docs
         "$PYTHON_FOUND" -m venv --clear "$VENV"
     fi
     say "installing $lock into $VENV"
-    # --no-deps: the lock is complete; what it leaves out, it leaves out on purpose (requirements/overrides.txt).
-    # --no-compile: each module is compiled when it is first imported; of most packages a small part ever is.
+    # --no-deps: the lock is complete; what it omits, it omits on purpose (requirements/overrides.txt).
+    # --no-compile: modules are compiled on first import; of most packages, only a small part ever is.
     logged "pip-$1" "$lock could not be installed" \
         "$VENV/bin/python" -m pip install --no-compile --require-hashes --no-deps --progress-bar off -r "$lock"
     mkdir -p "$STAMPS"
     echo "$want" >"$STAMPS/$1"
 }
 
-# Debian's own ZeroC Ice, linked into the environment, when it was built for a Python like this one: 20 seconds in place of
-# minutes of compiling. Fails when there is none.
+# Links Debian's own ZeroC Ice into the environment, if it was built for this Python version: 20 seconds instead of
+# minutes of compiling. Fails otherwise.
 debian_ice() {
     local system=/usr/lib/python3/dist-packages site suffix part
     suffix=$("$VENV/bin/python" -c 'import sysconfig; print(sysconfig.get_config_var("EXT_SUFFIX"))')
@@ -166,7 +167,7 @@ debian_ice() {
     "$VENV/bin/python" -c 'import Ice' 2>/dev/null
 }
 
-# ZeroC Ice as a wheel of our own, from source, compiled once on a machine for each Python and lock.
+# Builds ZeroC Ice from source as a wheel, once on a machine for each Python and lock.
 compiled_ice() {
     local cache build tag site
     tag=$("$VENV/bin/python" -c 'import sys, sysconfig; print(sys.implementation.cache_tag + "-" + sysconfig.get_platform())')
@@ -177,8 +178,8 @@ compiled_ice() {
         build=$(mktemp -d)
         "$VENV/bin/python" -m venv "$build/venv"
         "$build/venv/bin/python" -m pip install --quiet --require-hashes --no-deps -r requirements/ice-build.lock
-        # Not optimised for speed: compiling takes half the time, and what is slow is not in it. Without what debuggers need:
-        # a third less time again, and a wheel of 3 MB in place of 35.
+        # Not optimised for speed: compiling takes half the time, and the critical parts are not affected. Without debug
+        # information: a third less time again, and a wheel of 3 MB instead of 35.
         CFLAGS='-O1 -g0' "$build/venv/bin/python" -m pip wheel --quiet --require-hashes --no-deps --no-build-isolation \
             --wheel-dir "$build/wheels" -r requirements/ice.lock >"$build/log" 2>&1 \
             || { cat "$build/log" >&2; fail "ZeroC Ice did not compile; it needs the headers of OpenSSL and bzip2 (libssl-dev, libbz2-dev)"; }
@@ -187,12 +188,12 @@ compiled_ice() {
         rm -rf "$build"
     fi
     site=$("$VENV/bin/python" -c 'import sysconfig; print(sysconfig.get_path("purelib"))')
-    # Through links to Debian's, pip would write into the system.
+    # Through links to Debian's packages, pip would write into the system.
     find "$site" -maxdepth 1 -type l -name 'Ice*' -delete
     "$VENV/bin/python" -m pip install --quiet --no-deps --no-index --force-reinstall "$cache"/zeroc_ice-*.whl
 }
 
-# VENCEJO_ICE=compiled: not Debian's, also where that is installed.
+# VENCEJO_ICE=compiled: do not use Debian's package even where installed.
 ice() {
     if [ "${VENCEJO_ICE:-}" = compiled ]; then
         compiled_ice
@@ -202,7 +203,8 @@ ice() {
     npm_packages examples/jderobot
 }
 
-# ROS 2's own serialisation in a Python of its own, 270 MB, for tests/fleet/test_ros2_rclpy.py; its wheels are for one version alone.
+# ROS 2's own serialisation in a separate Python environment, 270 MB, for tests/fleet/test_ros2_rclpy.py; there are
+# wheels for one version only.
 ros_python() {
     local want
     want=$(printf 'requirements/ros.lock\n' | fingerprint)
@@ -229,12 +231,12 @@ need_node() {
         || fail "Node.js ${have#v} is too old, $NODE_MIN or newer is needed: see https://nodejs.org"
 }
 
-# Content of the files of these folders, those that git ignores left out.
+# Hash of the files in these folders, except those ignored by git.
 content() {
     git ls-files -co --exclude-standard -- "$@" | while read -r path; do if [ -f "$path" ]; then echo "$path"; fi; done | fingerprint
 }
 
-# npm_packages FOLDER: what its lock names, in FOLDER/node_modules.
+# npm_packages FOLDER: installs the packages of its lock in FOLDER/node_modules.
 npm_packages() {
     local folder=$1 want
     want=$(printf '%s\n' "$folder/package.json" "$folder/package-lock.json" | fingerprint)
@@ -257,7 +259,7 @@ app() {
     echo "$want" >.cache/app
 }
 
-# What goes into the native module, and how it is built.
+# Inputs of the native module, and how it is built.
 native_fingerprint() { # HOW
     { git ls-files -co --exclude-standard -- crates Cargo.toml Cargo.lock pyproject.toml; echo .cache/app; } \
         | while read -r path; do if [ -f "$path" ]; then echo "$path"; fi; done | fingerprint | tr '\n' -
@@ -273,21 +275,21 @@ has_native() { # HOW…: it is there, built in one of these ways
     return 1
 }
 
-# It shows how far it is, in a log too: scripts/get_ready.py reads it there.
+# Shows progress even in a log, where scripts/get_ready.py reads it.
 export CARGO_TERM_PROGRESS_WHEN=always CARGO_TERM_PROGRESS_WIDTH=100
 
 native() { # release | as-tested | demo
     local how
     case $1 in
         release) how=(--release) ;;
-        # For the same Python as cargo's tests (.cargo/config.toml).
+        # The same Python as in cargo's tests (.cargo/config.toml).
         as-tested) how=(--profile dev --features as-tested,fleet); export PYO3_CONFIG_FILE=$PWD/crates/py/any-python.txt ;;
-        # a feature that is on anyhow, in place of those of pyproject.toml
+        # A feature that is on anyhow, in place of those in pyproject.toml.
         demo) how=(--profile demo --features vencejo-server/app) ;;
         *) fail "native: release, as-tested or demo" ;;
     esac
     if [ "$1" = demo ]; then has_native demo release as-tested && return; else has_native "$1" && return; fi
-    # The demo's module reads the pages where they are, and is told where while it is compiled: the folder has to be there by then,
+    # The demo's module reads the pages from disk, with the folder set at compile time: the folder must exist by then,
     # the pages need not.
     mkdir -p gcs/dist
     say "building the native module (the first time takes minutes)"

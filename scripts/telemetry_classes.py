@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Writes the classes of python/vencejo/telemetry.py from schemas/openapi.json: each telemetry group with its fields and their documentation.
+"""Writes the classes in python/vencejo/telemetry.py from schemas/openapi.json: telemetry groups with documented fields.
 
-The core describes the groups (crates/vehicle/src/telemetry/groups.rs), `npm --prefix gcs run api` brings that into the schema, and
-this into Python, between the marks in the file. Groups keep the order that they have there; a new one comes last.
+The groups are defined in crates/vehicle/src/telemetry/groups.rs; `npm --prefix gcs run api` copies them into the
+schema, and this script into Python, between the marker lines. Groups keep their order there; new ones come last.
 
 Usage: ``python3 scripts/telemetry_classes.py [--check]``
 """
@@ -28,17 +28,17 @@ WIDTH = 120
 
 SCALARS = {"number": "float", "integer": "int", "boolean": "bool", "string": "str"}
 COMMON = {"age_s", "has_invalid"}
-"""Fields that all groups have, from their base class."""
+"""Fields of all groups, defined in their base class."""
 VECTORS = {"acc_g", "gyro_rad_s", "mag_gauss", "vibration_m_s2", "clipping"}
-"""Fields with three parts, one for each axis; the schema has no lengths."""
+"""Fields with three elements, one per axis; the schema does not contain lengths."""
 EXACT = {"uid"}
-"""Integers of 64 bits, which JSON has as text."""
+"""64-bit integers, which are strings in JSON."""
 LISTS = {"batteries": "battery"}
-"""Groups of which a vehicle has several, and the name of one."""
+"""Groups of which a vehicle has several, and the singular of their name."""
 
 
 def type_of(name: str, schema: Mapping[str, Any]) -> str:
-    """The Python type of a field."""
+    """Return the Python type of a field."""
     kinds = [schema["type"]] if isinstance(schema["type"], str) else list(schema["type"])
     optional = " | None" if "null" in kinds else ""
     (kind,) = (kind for kind in kinds if kind != "null")
@@ -49,12 +49,12 @@ def type_of(name: str, schema: Mapping[str, Any]) -> str:
 
 
 def words(description: str) -> str:
-    """A description as Python says it."""
+    """Convert a description to Python's terms."""
     return re.sub(r"\bnull\b", "``None``", re.sub(r"`([^`]+)`", r"``\1``", " ".join(description.split())))
 
 
 def class_of(name: str, schema: Mapping[str, Any]) -> Iterator[str]:
-    """The class of a group."""
+    """Yield the class of a group."""
     summary = f'    """{words(schema["description"])}'
     if len(summary) > WIDTH:
         raise SystemExit(
@@ -80,7 +80,7 @@ def class_of(name: str, schema: Mapping[str, Any]) -> Iterator[str]:
 
 
 def text() -> str:
-    """The file as it should be."""
+    """Return the file's intended content."""
     schemas = json.loads(SCHEMA.read_text(encoding="utf-8"))["components"]["schemas"]
     old = FILE.read_text(encoding="utf-8")
     groups: dict[str, str] = {}

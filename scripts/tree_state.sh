@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Asserts that a run left the checkout as it found it: nothing generated, reformatted or forgotten.
+# Asserts that a run did not change the checkout: nothing generated, reformatted or left behind.
 #   scripts/tree_state.sh save     before the run (in CI the tree must be clean already)
 #   scripts/tree_state.sh check    after it
 set -euo pipefail
