@@ -1,7 +1,7 @@
-"""A simulated plane that has been on for long enough to be ready to arm; `python -m tests.booted` is `python -m vencejo.sim` with such planes.
+"""A simulated plane that is ready to arm; `python -m tests.booted` is `python -m vencejo.sim` with such planes.
 
-Nobody waits for a receiver to find its satellites. `--speedup` is how fast it flies: on the ground, where programs talk with it, it
-keeps the time of people.
+Tests do not wait until a receiver has found its satellites. `--speedup` applies in flight; on the ground, where
+programs talk to it, it runs in real time.
 """
 
 from __future__ import annotations
@@ -14,13 +14,13 @@ from vencejo.sim.mavlink.component import AutopilotFactory, PlaneComponent
 from vencejo.sim.world import World
 
 BOOT_S = 60.0
-"""Simulated time after which a plane is ready, at most; one that something is wrong with is not."""
+"""Simulated time until a plane is ready, at most; a faulty one never is."""
 LOOK_S = 0.1
-"""How often it is looked whether it is: as often as the plane itself does."""
+"""Interval of checking whether it is ready: the plane's own interval."""
 
 
 def boot(world: World) -> None:
-    """Have all planes switched on until they are ready to arm."""
+    """Run all planes until they are ready to arm."""
     for _ in range(round(BOOT_S / LOOK_S)):
         if not any(_autopilot(plane).prearm() for plane in world.planes):
             return
@@ -33,7 +33,7 @@ def _autopilot(plane: PlaneComponent) -> Autopilot:
 
 
 class BootedWorld(World):
-    """A world as it is a minute after, in which a plane that is armed is in a hurry."""
+    """A world one minute after its start, which runs fast while a plane is armed."""
 
     def __init__(self, options: SimOptions, *, autopilot: AutopilotFactory | None = None) -> None:
         super().__init__(options, autopilot=autopilot)
@@ -53,6 +53,6 @@ class BootedWorld(World):
 
 
 if __name__ == "__main__":
-    # Before its links are open, so that nothing of before waits in them.
+    # Before its links are open, so that no earlier messages are queued there.
     server.World = BootedWorld  # type: ignore[attr-defined]
     program.main()

@@ -1,4 +1,4 @@
-"""A wall clock of a process's own, which a test puts where it likes (libfaketime)."""
+"""A fake wall clock for child processes, controlled by the test (libfaketime)."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ LIBRARIES = ("/usr/lib/*/faketime/libfaketime.so.1", "/usr/lib*/faketime/libfake
 
 
 def library() -> Path:
-    """Libfaketime (Debian's package of this name)."""
+    """Path of libfaketime (Debian's package of this name)."""
     for pattern in LIBRARIES:
         for path in sorted(Path("/").glob(pattern[1:])):
             return path
@@ -20,7 +20,7 @@ def library() -> Path:
 
 
 class Clock:
-    """The wall clock of the processes that are started with `env`."""
+    """The wall clock of processes started with `env`."""
 
     def __init__(self, folder: Path) -> None:
         self._file = folder / "faketime"
@@ -30,13 +30,13 @@ class Clock:
             "FAKETIME_TIMESTAMP_FILE": str(self._file),
             "FAKETIME_NO_CACHE": "1",
             "DONT_FAKE_MONOTONIC": "1",
-            # The kernel's own times of files do not jump with a process's clock.
+            # File times are set by the kernel and do not jump with a process's clock.
             "NO_FAKE_STAT": "1",
             "TZ": "Europe/Madrid",
         }
 
     def set(self, offset_s: int) -> None:
-        """Put it so many seconds ahead, at once."""
+        """Set the clock ahead by an offset, at once."""
         beside = self._file.with_suffix(".new")
         beside.write_text(f"{offset_s:+d}\n", encoding="ascii")
         beside.replace(self._file)

@@ -1,4 +1,4 @@
-"""What every test may rely on, however pytest was started; and the order in which they begin."""
+"""Fixtures for all tests, however pytest was started; and the order in which tests begin."""
 
 import os
 import signal
@@ -7,20 +7,20 @@ from pathlib import Path
 
 import pytest
 
-# A shell starts background jobs with Ctrl-C ignored, and programs inherit that. Tests that press Ctrl-C start
-# programs of their own; with a handler here those begin with the default again.
+# A shell starts background jobs with SIGINT ignored, and child processes inherit that. Tests that send SIGINT start
+# programs; with a handler here, those begin with the default again.
 if threading.current_thread() is threading.main_thread() and signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture(autouse=True)
 def _own_data_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A data folder for each test: what one leaves behind there, a mission that may be mixed above all, is not another's."""
+    """A data folder for each test, so that leftovers, such as a mission marked as mixed, do not affect others."""
     monkeypatch.setenv("VENCEJO_DATA", str(tmp_path / "vencejo-data"))
 
 
 BUSY = ("tests/house/test_wheel.py", "tests/browser")
-"""Where the tests are that take longest and want a core for themselves: they compile, or draw without a graphics card."""
+"""Tests that take longest and need a core for themselves: they compile, or render without a graphics card."""
 WAITING = (
     "tests/cli/test_demo.py",
     "tests/jderobot/test_flights.py",
@@ -31,14 +31,14 @@ WAITING = (
     "tests/sim/test_flight_missions.py",
     "tests/sim/test_flight_commands.py",
 )
-"""Where the tests are that take long because they wait for a plane."""
+"""Tests that take long because they wait for a plane."""
 
 
 @pytest.hookimpl(trylast=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Have half of the workers begin with the busy ones and half with the waiting ones; short ones come last.
+    """Let half of the workers begin with the busy tests and half with the waiting ones; short ones come last.
 
-    xdist's worksteal gives each worker a stretch of the list to begin with. No test may rely on the order.
+    xdist's worksteal initially gives each worker a contiguous part of the list. No test may rely on the order.
     """
     workers = int(os.environ.get("PYTEST_XDIST_WORKER_COUNT", "1"))
     if workers == 1:

@@ -1,8 +1,8 @@
-"""The simulated plane as the tests see it: on a real link, with the truth at hand, its time in their hands.
+"""The simulated plane for tests: on a real link, with its true state available and its time under control.
 
-While somebody talks with it, it flies in real time: no state passes before a page on a busy machine has seen it. What nobody has to
-see is flown fast (`hurry`) to where it stays, landed or in its last circle, or left out (`skip_to`). What lasts a moment is
-stopped there (`frozen`).
+While a test communicates with it, it flies in real time, so that no state passes unseen by a page on a busy machine.
+Parts of a flight that need not be seen are flown fast (`hurry`) up to a permanent state, landed or in the last circle,
+or skipped (`skip_to`). Momentary states are frozen (`frozen`).
 """
 
 from __future__ import annotations
@@ -27,19 +27,19 @@ _T = TypeVar("_T")
 LAT, LON, _ = HOME
 PATIENCE_S = 120.0
 HURRY = 60.0
-"""Simulated seconds per second when nobody talks with it."""
+"""Simulated seconds per second in a hurry."""
 FLIGHT_S = 600.0
-"""Simulated time in which what is waited for happens, at most."""
+"""Simulated time limit of a condition."""
 
 
 def offset(north_m: float, east_m: float) -> tuple[float, float]:
-    """Degrees of a point that lies so far from home, as fine as a vehicle keeps them. Exact enough to lay out a plan."""
+    """Return the degrees of a point at an offset from home, at a vehicle's precision; exact enough for plans."""
     return round(LAT + north_m / 111_050.0, 7), round(LON + east_m / 84_980.0, 7)
 
 
 @dataclass(frozen=True)
 class Truth:
-    """Where the airframe is and how it lies in the air, by the flight dynamics model, not by what the autopilot believes."""
+    """Position and attitude of the airframe by the flight dynamics model, not by the autopilot's estimate."""
 
     lat_deg: float
     lon_deg: float
@@ -50,9 +50,9 @@ class Truth:
 
 
 class Plane:
-    """Simulated planes in this process, on a link of their own, which have been on for long enough to be ready to arm.
+    """Simulated planes in this process, on a link of their own, ready to arm.
 
-    `speedup` is the pace while somebody talks with it. More than real time is for what stays as it is.
+    `speedup` is the normal pace. More than real time is suitable only for permanent states.
     """
 
     def __init__(self, *, link: str = "tcp:127.0.0.1:0", speedup: float = 1.0, **options: object) -> None:
@@ -70,56 +70,56 @@ class Plane:
 
     @property
     def link(self) -> str:
-        """Link string to reach it."""
+        """Link string of the planes."""
         return self._sim.link
 
     @property
     def port(self) -> int:
-        """TCP port to reach it."""
+        """TCP port of the planes."""
         return self._sim.port
 
     @property
     def camera(self) -> str:
-        """Address of the first plane's nose camera, when there is one."""
+        """Address of the first plane's nose camera, if it has one."""
         address = self._sim.camera
         assert address is not None, "Plane(camera=…) makes one"
         return address
 
     def hold(self, roll_deg: float, pitch_deg: float, yaw_deg: float) -> None:
-        """Take the first plane in the hand: right wing down, nose up, degrees true."""
+        """Hold the first plane by hand: right wing down, nose up, degrees true."""
         self._sim.hold(roll_deg, pitch_deg, yaw_deg)
 
     def release(self) -> None:
-        """Put it on its wheels again."""
+        """Put it back on its wheels."""
         self._sim.release()
 
     def truth(self, number: int = 0) -> Truth:
-        """The truth of this instant about a plane, the first by default."""
+        """Return the true state of a plane, the first by default."""
         return self._call(lambda world: _truth(world, number))
 
     def _call(self, function: Callable[[World], _T]) -> _T:
         return self._sim.call(function, timeout_s=PATIENCE_S)
 
     def time_s(self) -> float:
-        """Simulated time since it was switched on."""
+        """Return the simulated time since power-on."""
         return self._call(_time_s)
 
     def mode(self) -> str:
-        """The mode that it flies in."""
+        """Return its flight mode."""
         return self._call(lambda world: world.planes[0].snapshot().mode.name)
 
     def has_heard_a_station(self) -> bool:
-        """Whether a ground station's heartbeat was heard, without which no failsafe waits for the next."""
+        """Return whether a ground station's heartbeat was heard, which enables the GCS failsafe."""
         return self._call(lambda world: world.planes[0].gcs_seen_s is not None)
 
     def fly(self, seconds: float) -> None:
-        """Simulated time jumps ahead, for those who want to look so often, however long each look takes them."""
+        """Advance simulated time, for tests that sample at intervals, however long each sample takes."""
         self._call(lambda world: world.advance(seconds))
 
     def skip_to(self, when: Callable[[Truth], bool]) -> None:
-        """Simulated time jumps to where a condition holds; that is said on the links when this returns."""
+        """Advance simulated time until a condition holds; it has been sent on the links when this returns."""
         then_s = self._jump(lambda world: when(_truth(world, 0)), FLIGHT_S)
-        # The links have their turn between two bursts of ticks.
+        # Links are served between two bursts of ticks.
         wait_for(lambda: self.time_s() > then_s, "the tick after it")
 
     def _jump(self, holds: Callable[[World], bool], most_s: float) -> float:
@@ -131,9 +131,9 @@ class Plane:
 
     @contextlib.contextmanager
     def frozen(self, when: Callable[[Truth], bool] | None = None) -> Iterator[Truth]:
-        """Simulated time stands still, between two ticks and with everything said; gives the truth of that instant.
+        """Freeze simulated time between two ticks, with everything sent; yield the true state.
 
-        With a condition it stands where that comes to hold, however late this is asked.
+        With a condition, time is frozen exactly when it becomes true, however late this is called.
         """
         if when is not None:
             self.skip_to(when)
@@ -155,16 +155,16 @@ class Plane:
             holder.join()
 
     def move_by_hand(self, *, roll_deg: float, pitch_deg: float, heading_deg: float) -> None:
-        """Hold it in the hand with an attitude."""
+        """Hold it by hand with an attitude."""
         angles_rad = [math.radians(angle) for angle in (roll_deg, pitch_deg, heading_deg)]
         self._call(lambda world: world.planes[0].autopilot.move_by_hand(*angles_rad))
 
     def calm(self) -> None:
-        """Simulated time goes as it did at first, for those who talk with it."""
+        """Return to the normal pace, for communicating with it."""
         self._pace(self._speedup)
 
     def hurry(self) -> None:
-        """Simulated time goes fast from now on: for a flight in which nobody talks with it, as its patience is by its own clock."""
+        """Run fast from now on: for a flight without communication, since timeouts run on its own clock."""
         self._pace(HURRY)
 
     def _pace(self, speedup: float) -> None:

@@ -1,4 +1,4 @@
-"""What several test folders use: a simulated plane as a process of its own, and waiting for a condition."""
+"""Shared by several test folders: a simulated plane as a process, and waiting for a condition."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ ROOT = Path(__file__).resolve().parent.parent
 FIXTURES = ROOT / "tests" / "fixtures"
 CAPTURES = FIXTURES / "captures"
 HOME = (40.3332, -3.7978, 600.0)
-"""Home of the recordings and of the simulated plane: degrees, degrees, metres above sea level."""
+"""Home of the recordings and of the simulated plane: degrees, degrees, metres above mean sea level."""
 
 
 def uncaught(monkeypatch: pytest.MonkeyPatch) -> list[threading.ExceptHookArgs]:
-    """What the interpreter's own hook is told of exceptions that end up in a thread; it takes nothing but what is made for it."""
+    """Record exceptions that reach the interpreter's hook for threads; it accepts nothing else."""
     told: list[threading.ExceptHookArgs] = []
 
     def hook(args: threading.ExceptHookArgs) -> None:
@@ -35,9 +35,9 @@ def uncaught(monkeypatch: pytest.MonkeyPatch) -> list[threading.ExceptHookArgs]:
 
 
 class Metronome:
-    """Seconds as a busy machine lets them pass: the sum of short sleeps, each counted as it was asked for.
+    """Time measured as the sum of short sleeps, each counted at its nominal duration.
 
-    What takes so long by it has waited, not been kept from running: for bars that are times of the clock.
+    A duration on this clock was spent waiting, not preempted on a busy machine: for limits of wall-clock time.
     """
 
     TICK_S = 0.02
@@ -45,13 +45,13 @@ class Metronome:
     def __init__(self) -> None:
         self._ticks = 0
         self.longest_s = 0.0
-        """How long the longest of the sleeps took by the clock: so long the machine kept somebody from running who only had to wake up."""
+        """Longest actual duration of one sleep: how long the machine delayed a thread that only had to wake up."""
         self._is_over = threading.Event()
         self._thread = threading.Thread(target=self._run, daemon=True)
 
     @property
     def now_s(self) -> float:
-        """Seconds since it began."""
+        """Return the seconds since the start."""
         return self._ticks * self.TICK_S
 
     def __enter__(self) -> Metronome:
@@ -74,7 +74,7 @@ class Metronome:
 
 @contextlib.contextmanager
 def simulated_plane(*options: str, link: str = "tcp:127.0.0.1:0") -> Iterator[str]:
-    """A simulated plane in its own process, ready to arm (tests/booted.py); gives the link string to reach it."""
+    """Run a simulated plane in a process, ready to arm (tests/booted.py); yield its link string."""
     command = [sys.executable, str(ROOT / "tests" / "booted.py"), "--link", link, *options]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None
@@ -88,10 +88,10 @@ def simulated_plane(*options: str, link: str = "tcp:127.0.0.1:0") -> Iterator[st
 
 @contextlib.contextmanager
 def reserved_ports(count: int = 1) -> Iterator[list[int]]:
-    """TCP ports of this machine for programs that are to come back where they were: nobody else is given them meanwhile.
+    """Reserve TCP ports for programs that are restarted on the same port: no other program gets them meanwhile.
 
-    A port that is bound and not listened at is given to nobody, and refuses; who asks for it by its number, with SO_REUSEADDR as servers
-    do, has it (socket(7)).
+    A port that is bound without listening is not assigned automatically, and refuses connections; a program that binds
+    it explicitly, with SO_REUSEADDR as servers do, gets it (socket(7)).
     """
     with contextlib.ExitStack() as kept:
         sockets = [kept.enter_context(socket.socket()) for _ in range(count)]
@@ -102,7 +102,7 @@ def reserved_ports(count: int = 1) -> Iterator[list[int]]:
 
 
 def wait_for(condition: Callable[[], bool], what: str, timeout_s: float = 120.0) -> None:
-    """Wait until a condition holds; the time-out only ends a test that has failed."""
+    """Wait until a condition holds; the timeout only ends a failed test."""
     deadline = time.monotonic() + timeout_s
     while not condition():
         assert time.monotonic() < deadline, f"{what}: not within {timeout_s} s"

@@ -1,1 +1,1 @@
-"""Tests of the checkout itself: arrows, documents, locks, benchmarks, the wheel."""
+"""Tests of the checkout itself: architecture, documents, locks, benchmarks, the wheel."""

@@ -1,4 +1,4 @@
-"""Parses a `vencejo` command line against the real commands, without running anything."""
+"""Parses a `vencejo` command line with the real parser, without running anything."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from vencejo.cli import app
 from vencejo.sim.__main__ import _parser as sim_parser
 
 USAGE_FAULT: Any = typer.BadParameter.__mro__[1]
-"""What a command raises when it cannot read its arguments; Typer may bring a Click of its own."""
+"""Exception for wrong arguments; Typer may vendor its own Click."""
 
 
 @functools.cache
 def commands() -> dict[str, Any]:
-    """Every command by its whole name, such as ``vencejo maps add``; groups and the root too."""
+    """Return every command by its full name, such as ``vencejo maps add``, including groups and the root."""
     found: dict[str, Any] = {}
 
     def walk(name: str, command: Any) -> None:
@@ -30,12 +30,12 @@ def commands() -> dict[str, Any]:
 
 
 def parse(line: str) -> None:
-    """Parse `vencejo …`; a comment at its end is allowed.
+    """Parse `vencejo …`; a trailing comment is allowed.
 
     Raises
     ------
     ValueError
-        When there is no such command, or it has no such option, argument or value.
+        When the command does not exist, or does not have an option, argument or value.
     """
     known = commands()
     words = shlex.split(line, comments=True)
@@ -58,12 +58,12 @@ def parse(line: str) -> None:
 
 
 def check_mention(text: str) -> None:
-    """See that a command that is only named, such as ``vencejo serve --link … --ice``, exists and has these options.
+    """Check that a mentioned command, such as ``vencejo serve --link … --ice``, exists and has these options.
 
     Raises
     ------
     ValueError
-        When there is no such command or option.
+        When the command or an option does not exist.
     """
     known = commands()
     words = text.split()

@@ -1,4 +1,4 @@
-"""What the tests of the house share: where the checkout is, its documents, its scripts as modules."""
+"""Shared by these tests: the root of the checkout, its documents, and its scripts as modules."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ ROOT = Path(__file__).resolve().parents[2]
 
 
 def load(path: str) -> ModuleType:
-    """Load a script of the checkout as a module."""
+    """Import a script of the checkout as a module."""
     file = ROOT / path
     name = "house_" + file.stem
     if name in sys.modules:
@@ -28,7 +28,7 @@ def load(path: str) -> ModuleType:
 
 
 def tracked(*patterns: str) -> list[Path]:
-    """Return the files of the checkout that are, or are about to be, under version control."""
+    """Return the files that are under version control, or are about to be."""
     listed = subprocess.run(
         ["git", "ls-files", "--cached", "--others", "--exclude-standard", "--", *patterns],
         cwd=ROOT,

@@ -1,4 +1,4 @@
-"""The arrows of the checkout hold, and the check that says so notices when they do not."""
+"""The checkout follows its architecture, and the check notices violations."""
 
 from __future__ import annotations
 
@@ -187,7 +187,7 @@ def test_architecture_shows_the_same_tables() -> None:
             id="two files",
         ),
         pytest.param(
-            # A folder's file hands on what its own files take back through it: they stand on each other, not on it.
+            # A package re-exports names that its own files import through it: those depend on each other, not on it.
             {
                 "lib.rs": "mod a;",
                 "a/mod.rs": "mod b;\nmod c;\npub use b::B;\npub(super) use c::C;",

@@ -1,4 +1,4 @@
-"""What is not ours: its licences and sources hold, what could not be looked at is told, and the list of it is whole."""
+"""The audit of dependencies: licences, sources, reports of skipped checks, and a complete bill of materials."""
 
 from __future__ import annotations
 
@@ -89,7 +89,7 @@ def test_npm_audit_is_read() -> None:
 
 
 def test_everything_locked_for_running_is_in_the_list_of_parts() -> None:
-    """Maturin listed the crates when it built what is installed; the other two lists are made here."""
+    """Maturin listed the crates when the installed package was built; the other two lists are made here."""
     files = importlib.metadata.files("vencejo") or []
     told = [json.loads(file.read_text()) for file in files if "sboms" in file.parts and file.suffix == ".json"]
     crates = [each for each in told if each["metadata"]["component"]["name"] == "vencejo-py"]

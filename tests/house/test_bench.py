@@ -1,4 +1,4 @@
-"""The benchmarks' own parts work: the load's frames, the reading of /proc, the report."""
+"""Parts of the benchmarks: the load's frames, reading /proc, and the report."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The documents are true where a machine can tell: links, code map, changelog, decisions, commands."""
+"""The documents are correct where that can be checked: links, code map, changelog, decisions, commands."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ FENCE = re.compile(r"^```.*?^```", re.MULTILINE | re.DOTALL)
 
 
 def anchors(page: str) -> set[str]:
-    """Return the anchors that a hosting site makes of the headings."""
+    """Return the anchors that a hosting site generates for the headings."""
     titles = re.findall(r"^#+ (.+)$", FENCE.sub("", page), re.MULTILINE)
     return {re.sub(r"[^\w\- ]", "", title.lower()).strip().replace(" ", "-") for title in titles}
 

@@ -1,4 +1,4 @@
-"""Every command that a document names is run by a test, parsed by the real parser, or listed here with the reason why not."""
+"""Every command in the documents is run by a test, parsed by the real parser, or listed here with a reason."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ RUN_BY = {
     r"jupyter notebook examples/draw_flight\.ipynb": "tests/sdk/test_example_programs.py",
     r"npm run (slices|client).*": "tests/jderobot/test_javascript.py",
 }
-"""Commands that a test, or the tests themselves, run: pattern, and where."""
+"""Commands that a test, or the test run itself, executes: pattern, and where."""
 
 NOT_RUN = {
     r"git clone .*": "the checkout is there already, and a test has no network",
@@ -41,7 +41,7 @@ NOT_RUN = {
     r"source /opt/ros/jazzy/setup\.bash|ros2 .*|export (RMW_IMPLEMENTATION|ZENOH_CONFIG_OVERRIDE)=.*|transport/link/tls/.*": "needs ROS 2, which no package registry has",
     r"mavproxy\.py .*": "another program; tests/peers/test_mavproxy.py runs it",
 }
-"""Commands that nothing here runs, and why."""
+"""Commands that are not run here, and why."""
 
 
 def blocks(kind: str) -> Iterator[tuple[Path, str]]:
@@ -52,7 +52,7 @@ def blocks(kind: str) -> Iterator[tuple[Path, str]]:
 
 
 def lines() -> Iterator[tuple[str, str]]:
-    """Yield the commands of all `sh` blocks: one a line, comments and continued lines joined."""
+    """Yield the commands of all `sh` blocks, one per line, without comments, with continued lines joined."""
     for path, block in blocks("sh"):
         for line in block.replace("\\\n", " ").splitlines():
             words = re.sub(r"(^|\s)#.*$", "", line).strip()
@@ -65,12 +65,12 @@ COMMANDS = sorted(set(lines()))
 
 
 def judge(command: str) -> None:
-    """See that a command is run somewhere, or can be.
+    """Check that a command is run somewhere, or can be parsed.
 
     Raises
     ------
     ValueError
-        When it is none that there is, and no table here names it.
+        When it does not exist and is not listed here.
     """
     if command.startswith("vencejo "):
         parse(command)
@@ -110,7 +110,7 @@ def test_commands_of_a_page_are_run_or_parsed_or_said_not_to_be(page: str) -> No
 def test_there_are_commands_and_each_reason_is_needed() -> None:
     assert len(COMMANDS) > 80
     for pattern in (*RUN_BY, *NOT_RUN):
-        # What stands in a text, not in a block, needs no block.
+        # Commands mentioned in text need no block.
         assert any(re.fullmatch(pattern, command) for _, command in COMMANDS) or pattern.startswith(
             ("make", "mavproxy", "npm")
         )
@@ -157,6 +157,6 @@ def test_python_in_the_documents_compiles_and_names_what_there_is() -> None:
 def test_the_tutorial_names_the_buttons_as_the_page_does(page: str, language: Language) -> None:
     named = set(re.findall(r"(?<!\*)\*([^*\n]+)\*(?!\*)", (ROOT / page).read_text(encoding="utf-8")))
     assert len(named) >= 10
-    # How an English page comes to speak Spanish.
+    # Menu entries through which the English page is switched to Spanish.
     texts = {*catalogues()[language].values(), "Settings", "Español"}
     assert named <= texts, f"the page says none of {named - texts}"

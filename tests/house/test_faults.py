@@ -1,4 +1,4 @@
-"""The report of the faults is current, every row is proven by tests that are there or says what lacks, and no claim stands alone."""
+"""The fault report is current, every row has tests or states what is missing, and every claim belongs to a row."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ ROW: dict[str, Any] = {"fault": "a fault", "bar": "a bar", "state": "proven"}
 
 
 def table(**change: Any) -> list[dict[str, Any]]:
-    """Give all rows as proven, the seventh changed."""
+    """Return all rows as proven, with changes to the seventh."""
     rows = [{"number": number, **ROW} for number in report.NUMBERS]
     rows[6] |= change
     return [{key: value for key, value in row.items() if value is not None} for row in rows]

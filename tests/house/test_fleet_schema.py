@@ -1,4 +1,4 @@
-"""The descriptors that history files embed are those of the payloads as they are."""
+"""The descriptors embedded in history files match the payloads."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a script writes from a description is what it would write now."""
+"""Generated files are current."""
 
 from __future__ import annotations
 

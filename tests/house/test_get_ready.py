@@ -1,4 +1,4 @@
-"""How far `make demo` and `make native` are, on a terminal and in a log, and what is seen when a step fails."""
+"""Progress of `make demo` and `make native`, on a terminal and in a log, and the output of a failed step."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def test_a_log_gets_a_plain_line_now_and_then() -> None:
 
 
 def steps(*codes: str) -> list[Any]:
-    """One step for each Python program, each after the one before; `&` at its beginning: beside it."""
+    """Return one step for each Python program, each after the previous one; with a leading `&`, in parallel to it."""
     found: list[Any] = []
     before = ""
     for number, code in enumerate(codes):
@@ -97,7 +97,7 @@ def test_a_step_that_fails_is_seen_whole_and_ends_the_others() -> None:
 
 def test_what_comes_last_of_a_step_that_fails_is_told_before_it_counts_as_over() -> None:
     log = io.StringIO()
-    # Printed half a second after the step is gone, by what it leaves behind.
+    # Printed by a child process half a second after the step has ended.
     late = "import os, time\nif os.fork(): os._exit(3)\ntime.sleep(0.5)\nprint('error: no space left')"
     assert get_ready.run(steps(late), [sys.executable, "-c"], log, look_s=0.0) == 3
     assert log.getvalue() == "error: no space left\n· step 0: failed after 0:00\n"

@@ -1,4 +1,4 @@
-"""What is installed is pinned and hashed, the locks agree, and crates share one set of lints."""
+"""Dependencies are pinned and hashed, the locks agree, and crates share one set of lints."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ PIN = re.compile(
 
 
 def pins(name: str) -> set[tuple[str, str, str]]:
-    """Return the packages of a lock: name, version, and for which Pythons."""
+    """Return the packages of a lock: name, version, and environment markers."""
     text = (ROOT / f"requirements/{name}.lock").read_text(encoding="utf-8")
     return {(package, version, marker or "") for package, version, marker, _ in PIN.findall(text)}
 
 
 def canonical(name: str) -> str:
-    """Return a package name as the registries compare it."""
+    """Return a package name as normalised by the registries."""
     return re.sub(r"[-_.]+", "-", name).lower()
 
 
@@ -41,7 +41,7 @@ def test_what_is_compiled_for_the_tests_is_pinned_and_hashed(name: str, package:
 
 @pytest.mark.parametrize(("smaller", "larger"), [("run", "demo"), ("demo", "dev"), ("run", "docs")])
 def test_a_larger_lock_holds_all_of_the_smaller(smaller: str, larger: str) -> None:
-    # Which Pythons a package is for may be said differently; what is installed must not differ.
+    # Environment markers may be written differently; the installed packages must not differ.
     few, many = ({(package, version) for package, version, _ in pins(name)} for name in (smaller, larger))
     assert few <= many, f"run `make lock`: {sorted(few - many)}"
 

@@ -1,4 +1,4 @@
-"""The files for other machines are sound where that can be seen without them: units, settings, workflows, templates."""
+"""Packaging files are valid as far as can be checked here: units, settings, workflows, templates."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def load(path: Path) -> Any:
 @pytest.mark.skipif(SYSTEMD_ANALYZE is None, reason="systemd-analyze is not installed")
 @pytest.mark.parametrize("unit", UNITS, ids=name_of)
 def test_systemd_finds_the_units_sound_and_little_exposed(unit: Path, tmp_path: Path) -> None:
-    # What the unit starts is not installed here.
+    # The program started by the unit is not installed here.
     copy = tmp_path / unit.name
     copy.write_text(unit.read_text(encoding="utf-8").replace("/opt/vencejo/bin/vencejo", "/bin/true"), encoding="utf-8")
     for command in (["verify"], ["security", "--offline=yes", "--threshold=20"]):

@@ -1,4 +1,4 @@
-"""The recorder of the README's picture reads a terminal as a person does."""
+"""The recorder of the README's image interprets a terminal's output."""
 
 from __future__ import annotations
 

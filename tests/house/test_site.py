@@ -1,6 +1,7 @@
-"""What `make docs` builds its site from is whole: every page has its place, and the generated ones hold all there is.
+"""The sources of the site built by `make docs` are complete: navigation and generated pages.
 
-The build itself, which finds broken links and unresolved names, needs requirements/docs.lock: `make docs`, also in .github/workflows.
+The build itself, which finds broken links and unresolved names, needs requirements/docs.lock: `make docs`, also in
+.github/workflows.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The comparison of flights with rehearsals tells what differs, and nothing else."""
+"""The comparison of flights with rehearsals reports actual differences, and no others."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from bench.flights.track import Flight, Sample, Track
 HOME = Home(40.0, -3.0, 600.0)
 SPEED_M_S = 20.0
 Place = tuple[float, float, float]
-"""North, east and height, metres from home."""
+"""North, east and altitude, metres from home."""
 
 
 def geo(north_m: float, east_m: float) -> GeoPoint:
@@ -35,7 +35,7 @@ def geo(north_m: float, east_m: float) -> GeoPoint:
 
 
 def plan_of(*places: Place) -> Plan:
-    """Waypoints, then a landing at the last place."""
+    """Return waypoints, followed by a landing at the last position."""
     *ways, last = [(geo(north_m, east_m), alt_m) for north_m, east_m, alt_m in places]
     items = [MissionItem.waypoint(at.lat_deg, at.lon_deg, alt_rel_home_m=alt_m) for at, alt_m in ways]
     return Plan(items=(*items, MissionItem.land(last[0].lat_deg, last[0].lon_deg)), home=HOME)
@@ -44,7 +44,7 @@ def plan_of(*places: Place) -> Plan:
 def flown(
     *legs: tuple[int, Place], rate_hz: float = 10.0, stand_s: float = 10.0, speed_m_s: float = SPEED_M_S
 ) -> Track:
-    """Straight from home to one place after the other, each with the item that is flown on the way; then it stands."""
+    """Return a straight flight from home through the positions, each with its current item; then it stands."""
     samples: list[Sample] = []
     at, item = (0.0, 0.0, 0.0), 0
 
@@ -137,7 +137,7 @@ def test_a_touchdown_elsewhere() -> None:
 
 
 def test_another_pass_over_the_place_does_not_count() -> None:
-    """The way back leads along the way there, 15 m beside it; rehearsed on the other side of it."""
+    """The way back is 15 m beside the way out; in the rehearsal it is on the other side."""
     back = ((1, (1000.0, 0.0, 80.0)), (2, (1000.0, 15.0, 80.0)), (3, (200.0, 15.0, 0.0)))
     aside = ((1, (1000.0, 0.0, 80.0)), (2, (1000.0, -15.0, 80.0)), (3, (200.0, -15.0, 0.0)))
     found = judged(flown(*aside), flown(*back))
@@ -157,7 +157,7 @@ def test_a_second_visit_is_compared_with_the_second() -> None:
 
 
 def spiral(turns: float, speed_m_s: float = SPEED_M_S) -> Track:
-    """Round a circle of 100 m, 30 m higher each turn; then away. Climbs first as fast as it moves off."""
+    """Return turns on a circle of 100 m, 30 m higher each turn, then away. It climbs first as fast as it departs."""
     radius_m, begin = 100.0, (1, (0.0, 100.0, 50.0))
     corners = [
         (radius_m * math.sin(math.tau * part), radius_m * math.cos(math.tau * part), 50.0 + 30.0 * part)
@@ -270,7 +270,7 @@ def test_recorded_flights_are_read_whole() -> None:
     "spoil", [lambda data: data, lambda data: b"\xfd\x00" + data[:50] + data], ids=["whole", "damaged"]
 )
 def test_a_folder_of_recordings(tmp_path: Path, spoil: Callable[[bytes], bytes]) -> None:
-    """Somebody's own: a recording and a note of what the plane was told, in MAVLink 1 or 2."""
+    """A user's folder: a recording, and a note with the plane's plan and parameters, in MAVLink 1 or 2."""
     packer = dialect.MAVLink(None, srcSystem=7, srcComponent=1)
     data = b""
     for tenth in range(200):
@@ -293,7 +293,7 @@ def test_a_folder_of_recordings(tmp_path: Path, spoil: Callable[[bytes], bytes])
     (flight,) = recorded.recordings(tmp_path)
     assert (flight.name, flight.wind, flight.parameters) == ("club", Wind(270.0, 4.0), {"WP_RADIUS": 40.0})
     assert flight.plan.items[0].alt_m == 80.0
-    # From where it passes 3 of its 20 m/s, between two samples.
+    # Interpolated between two samples: where it exceeds 3 of its 20 m/s.
     assert flight.track.time_s[-1] == pytest.approx(14.885)
     assert flight.track.north_m[-1] == pytest.approx(298.0, abs=2.0)
     assert flight.track.alt_m[-1] == 80.0
@@ -311,7 +311,7 @@ def test_random_missions_are_the_same_by_their_seed_and_land() -> None:
 
 
 def test_rehearsals_of_recorded_flights_are_near_them() -> None:
-    """5 m across and 3 m in height (RMS of a flight), 10 m at the touch-down, and from the second minute on 2 % in time, each item."""
+    """5 m cross-track, 3 m in altitude (RMS of a flight), 10 m at touchdown; from the second minute on 2 % in time."""
     for flight in (*recorded.captured(), *recorded.recordings(recorded.RECORDINGS)):
         found = compare(flight, rehearsal_of(flight))
         one = whole(found)
@@ -320,7 +320,7 @@ def test_rehearsals_of_recorded_flights_are_near_them() -> None:
         assert one.height_rms_m <= 3.0, flight.name
         assert found.touchdown_m is not None
         assert found.touchdown_m <= 10.0, flight.name
-        # That one circled once more, having missed the way out by a second.
+        # That one circled once more, since it missed the exit by a second.
         if flight.name != "arduplane-circles":
             late = [
                 abs(arrival.late_s or 0.0) / arrival.flown_s for arrival in found.arrivals if arrival.flown_s > 60.0

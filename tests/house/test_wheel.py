@@ -1,4 +1,4 @@
-"""The wheel works where there is no checkout: built, installed in a clean environment, run from elsewhere."""
+"""The wheel works without a checkout: built, installed in a clean environment, and run from another folder."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ sbom = load("scripts/sbom.py")
 
 
 def run(*command: str | Path, cwd: Path, **environment: str) -> str:
-    """Run a program without anything of the checkout in its environment; return what it printed."""
+    """Run a program without the checkout in its environment; return its output."""
     clean = {name: value for name, value in os.environ.items() if not name.startswith(("PYTHON", "VIRTUAL_ENV"))}
     found = subprocess.run(
         list(map(str, command)),
@@ -39,8 +39,8 @@ def test_wheel_runs_in_a_clean_environment_elsewhere(tmp_path: Path) -> None:
     dist = tmp_path / "dist"
     parts = tmp_path / "parts"
     run(sys.executable, "scripts/sbom.py", "parts", parts, cwd=ROOT)
-    # As `scripts/setup.sh native as-tested` builds the module, for the same Python too, so this is packing rather than compiling; and
-    # what the next `make test` finds compiled is not PyO3 for another.
+    # Built like `scripts/setup.sh native as-tested`, for the same Python too, so that this is packing rather than
+    # compiling, and the next `make test` does not have to rebuild PyO3.
     run(
         maturin, "build", "--profile", "dev", "--features", "as-tested,fleet", "--locked", "--quiet", "--out", dist,
         *(option for part in sorted(parts.iterdir()) for option in ("--sbom-include", part)),
@@ -70,7 +70,7 @@ def test_wheel_runs_in_a_clean_environment_elsewhere(tmp_path: Path) -> None:
     run(sys.executable, "-m", "venv", "--without-pip", environment, cwd=elsewhere)
     python = environment / "bin/python"
     pip: list[str | Path] = [sys.executable, "-m", "pip", "--python", python, "--quiet", "--disable-pip-version-check"]
-    # compiling all that pymavlink has, for the few of it that are used, takes longer than everything else here
+    # Compiling all of pymavlink takes longer than everything else here, and only a few modules are used.
     install: list[str | Path] = [*pip, "install", "--no-compile", "--no-deps"]
     run(*install, "--require-hashes", "-r", ROOT / "requirements/run.lock", cwd=elsewhere)
     run(*install, "--no-index", wheel, cwd=elsewhere)

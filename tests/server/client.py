@@ -1,4 +1,4 @@
-"""A client of the HTTP API and its WebSocket that shares nothing with the server: the standard library alone (RFC 9112, RFC 6455)."""
+"""A client of the HTTP API and its WebSocket, independent of the server: standard library only (RFC 9112, RFC 6455)."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ from pathlib import Path
 from typing import Any
 
 PATIENCE_S = 120.0
-"""A wait longer than this is a failure."""
+"""Time limit of a wait; longer ones are failures."""
 
 
 @dataclass
 class Answer:
-    """What the server answered."""
+    """An answer of the server."""
 
     status: int
     headers: Mapping[str, str]
@@ -32,7 +32,7 @@ class Answer:
 
     @property
     def json(self) -> Any:
-        """The body read as JSON."""
+        """Return the body parsed as JSON."""
         return json.loads(self.body)
 
 
@@ -50,7 +50,7 @@ class Client:
         return urllib.parse.urlsplit(self.url).netloc
 
     def ask(self, method: str, path: str, body: Any = None, **headers: str) -> Answer:
-        """One request; `body` is sent as JSON, or as it is when bytes."""
+        """Send a request; `body` is sent as JSON, or unchanged if bytes."""
         connection = http.client.HTTPConnection(self.authority, timeout=PATIENCE_S)
         sent = {**self.headers, **{name.replace("_", "-"): value for name, value in headers.items()}}
         if self.cookie:
@@ -66,7 +66,7 @@ class Client:
             connection.close()
 
     def done(self, method: str, path: str, body: Any = None, **headers: str) -> Any:
-        """One request that must succeed; its JSON."""
+        """Send a request that must succeed; return its JSON."""
         answer = self.ask(method, path, body, **headers)
         assert answer.status < 300, f"{method} {path}: {answer.status} {answer.body.decode()}"
         return answer.json if answer.body else None
@@ -79,7 +79,7 @@ class Client:
         return answer.json
 
     def operation(self, method: str, path: str, body: Any = None, **headers: str) -> Any:
-        """Start an operation and wait for its end; its result when it is done."""
+        """Start an operation and wait for its end; return its result."""
         operation = self.done(method, path, body, **headers)
         deadline = time.monotonic() + PATIENCE_S
         while operation["state"] == "running":
@@ -91,7 +91,7 @@ class Client:
 
 
 def frame(opcode: int, payload: bytes) -> bytes:
-    """A client's frame, which is masked."""
+    """Return a client's frame, which is masked."""
     size = len(payload)
     if size < 126:
         head = bytes([0x80 | opcode, 0x80 | size])
@@ -105,7 +105,7 @@ def frame(opcode: int, payload: bytes) -> bytes:
 
 
 class WebSocket:
-    """A WebSocket as RFC 6455 has it: texts out, texts in, pings answered."""
+    """A WebSocket (RFC 6455) for texts that answers pings."""
 
     def __init__(
         self,
@@ -147,7 +147,7 @@ class WebSocket:
         self._send(0x1, json.dumps(message).encode())
 
     def take(self) -> Any | None:
-        """The next message; ``None`` when the connection ended."""
+        """Return the next message; ``None`` when the connection has ended."""
         while True:
             try:
                 opcode, payload = self._frame()
@@ -162,7 +162,7 @@ class WebSocket:
                 return None
 
     def until(self, kind: str, /, **values: Any) -> Any:
-        """The next message of a type with these values."""
+        """Return the next message of a type with these values."""
         deadline = time.monotonic() + PATIENCE_S
         while time.monotonic() < deadline:
             message = self.take()
@@ -172,7 +172,7 @@ class WebSocket:
         raise AssertionError(f"no {kind} {values}")
 
     def close(self) -> None:
-        """Hang up."""
+        """Disconnect."""
         self._socket.close()
 
     def __enter__(self) -> WebSocket:
@@ -182,11 +182,11 @@ class WebSocket:
         self.close()
 
     def put(self, data: bytes) -> None:
-        """Send bytes as they are."""
+        """Send raw bytes."""
         self._socket.sendall(data)
 
     def skim(self, most: int) -> int:
-        """Forget what has come, so many bytes at most; how many it were. OSError or EOFError when the connection is over."""
+        """Discard up to `most` received bytes; return how many. OSError or EOFError when the connection has ended."""
         self._socket.setblocking(False)
         try:
             forgotten = len(self._socket.recv(most))
@@ -233,11 +233,11 @@ class Served:
         return str(self.said["url"])
 
     def token(self, role: str) -> str:
-        """The token of a role."""
+        """Return the token of a role."""
         return str(self.said[f"{role}_url"]).partition("#token=")[2]
 
     def client(self, **session: str) -> Client:
-        """A client with a session."""
+        """Return a client with a session."""
         client = Client(self.url)
         client.open_session(**session)
         return client
@@ -247,10 +247,10 @@ class Served:
 def serving(
     *options: str, data: Path, under: Sequence[str] = (), env: Mapping[str, str] | None = None
 ) -> Iterator[Served]:
-    """`vencejo serve` as a process of its own, on a free port, with a data folder of its own; `under` another program."""
+    """Run `vencejo serve` as a process, on a free port, with its own data folder, optionally `under` a program."""
     command = [*under, sys.executable, "-m", "vencejo.cli", "serve", "--port=0", "--json", "--no-record", *options]
     env = {**os.environ, "VENCEJO_DATA": str(data), **(env or {})}
-    # without it a new installation begins with maps from the network, which no test reaches
+    # Otherwise a new installation begins with maps from the network, which tests cannot reach.
     sources = data / "maps" / "sources.toml"
     if not sources.exists():
         sources.parent.mkdir(parents=True, exist_ok=True)
