@@ -1,4 +1,5 @@
-//! Writes the description of the API to standard output: `cargo run -p vencejo-server --example openapi > schemas/openapi.json`.
+//! Writes the API description to standard output: `cargo run -p vencejo-server --example openapi >
+//! schemas/openapi.json`.
 
 #![allow(clippy::print_stdout, reason = "that is what it is for")]
 

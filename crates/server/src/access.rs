@@ -1,4 +1,4 @@
-//! Who may talk to the server: `Host` and `Origin` checks, and cookies.
+//! Access control by origin: checks of `Host` and `Origin`, and session cookies.
 
 use std::net::{IpAddr, SocketAddr};
 
@@ -9,23 +9,23 @@ use crate::dto::Cause;
 use crate::problem::Problem;
 use crate::tokens::TokenStore;
 
-/// Who may talk to the server, and from where.
+/// Access rules of the server.
 #[derive(Debug, Clone)]
 pub struct Access {
-    /// `None`: everybody on this machine is an operator.
+    /// `None`: every client on this machine is an operator.
     pub tokens: Option<TokenStore>,
-    /// Where the server listens.
+    /// Listening address.
     pub bound: SocketAddr,
-    /// Whether it speaks TLS.
+    /// Whether TLS is used.
     pub is_tls: bool,
-    /// Names of this machine that `Host` may say, beside addresses and `localhost`.
+    /// Host names accepted in `Host`, in addition to IP addresses and `localhost`.
     pub hosts: Vec<String>,
     /// Other origins that may use the API, such as a development server's.
     pub origins: Vec<String>,
 }
 
 impl Access {
-    /// Whether `Host` names us. Addresses cannot be rebound by anybody's name server, so only names are listed.
+    /// Whether `Host` names this server. IP addresses cannot be rebound through DNS, so only names must be listed.
     fn is_our_host(&self, authority: &str) -> bool {
         let Some(host) = host_of(authority) else { return false };
         if let Ok(address) = host.trim_start_matches('[').trim_end_matches(']').parse::<IpAddr>() {
@@ -35,16 +35,16 @@ impl Access {
         host.eq_ignore_ascii_case("localhost") || self.hosts.iter().any(|ours| ours.eq_ignore_ascii_case(host))
     }
 
-    /// Whether a page of `origin` may use the API as reached at `authority`.
+    /// Whether a page from `origin` may use the API as reached at `authority`.
     fn is_our_origin(&self, origin: &str, authority: &str) -> bool {
         let scheme = if self.is_tls { "https://" } else { "http://" };
         let is_same = origin.strip_prefix(scheme).is_some_and(|host| host.eq_ignore_ascii_case(authority));
         is_same || self.origins.iter().any(|ours| ours.eq_ignore_ascii_case(origin))
     }
 
-    /// What is wrong with where a request comes from, if anything.
+    /// Checks where a request comes from.
     pub fn check(&self, uri: &Uri, headers: &HeaderMap) -> Result<(), Problem> {
-        // HTTP/1.1 says it in a header, HTTP/2 in the address; whoever says both says the same.
+        // HTTP/1.1 sends the host in a header, HTTP/2 in the URI; a request with both must have the same in both.
         let said = headers.get_all(header::HOST).iter().map(|host| host.to_str().unwrap_or_default());
         let mut said = said.chain(uri.authority().map(Authority::as_str));
         let authority = match said.next() {
@@ -70,12 +70,12 @@ impl Access {
         Ok(())
     }
 
-    /// Name of the session's cookie. Cookies do not know ports, and there may be a server on another one.
+    /// Name of the session cookie, with the port, since cookies are shared by all ports of a host.
     pub fn cookie_name(&self) -> String {
         format!("vencejo_session_{}", self.bound.port())
     }
 
-    /// The session's secret in a request's cookies.
+    /// Session secret in the cookies of a request.
     pub fn cookie<'a>(&self, headers: &'a HeaderMap) -> Option<&'a str> {
         let name = self.cookie_name();
         let cookies = headers.get_all(header::COOKIE).iter().filter_map(|value| value.to_str().ok());
@@ -84,7 +84,7 @@ impl Access {
         pairs.find(|(key, _)| *key == name).map(|(_, value)| value)
     }
 
-    /// The header that gives a browser its session; an empty secret takes it away.
+    /// Header that sets the session cookie; an empty secret removes it.
     pub fn set_cookie(&self, secret: &str) -> HeaderValue {
         let secure = if self.is_tls { "; Secure" } else { "" };
         let age = if secret.is_empty() { "; Max-Age=0" } else { "" };
@@ -93,7 +93,7 @@ impl Access {
     }
 }
 
-/// The host of `host:port`, `[v6]:port` or `host`.
+/// Host part of `host:port`, `[v6]:port` or `host`.
 fn host_of(authority: &str) -> Option<&str> {
     let (host, port) = match authority.rsplit_once(':') {
         Some((host, port)) if !port.contains(']') => (host, port),
@@ -126,7 +126,7 @@ mod tests {
         access(bound).check(&Uri::from_static("/"), &headers).err().map(|problem| problem.0.r#type)
     }
 
-    // fault 42: other names, names that begin with ours, addresses that are not this machine's: refused
+    // fault 42: other names, names that begin with ours, addresses of other machines: refused
     #[test]
     fn hosts_are_addresses_or_listed_names() {
         const LOOPBACK: &str = "127.0.0.1:8765";

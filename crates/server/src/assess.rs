@@ -1,4 +1,4 @@
-//! What the core says of a plan that somebody edits or is about to send.
+//! Assessment of plans while they are edited and before they are uploaded.
 
 use vencejo_flight::alongside::{along, lowest};
 use vencejo_flight::checks::{
@@ -27,20 +27,20 @@ use crate::problem::Problem;
 use crate::state::App;
 use crate::turns::{alone, in_turn};
 
-/// How far a drawn track may lie from the rehearsed one, m.
+/// Largest distance between the drawn and the rehearsed track, m.
 const DRAWN_WITHIN_M: f64 = 0.7;
-/// Wind that a plan may be rehearsed in, m/s: more than any plane that this is for flies in.
+/// Strongest wind accepted for a rehearsal, m/s: beyond the capability of any plane that Vencejo is for.
 const MOST_WIND_M_S: f64 = 60.0;
-/// Flights of one plan, when nobody says another number, and at most.
+/// Default number of flights of one plan, and the maximum.
 const USUAL_RUNS: usize = 200;
 const MOST_RUNS: usize = 1_000;
-/// Height above the ground that may be asked for, m.
+/// Largest clearance that may be requested, m.
 const MOST_CLEARANCE_M: f64 = 1_000.0;
 
-/// What the core says of a plan that a vehicle is to fly, an ArduPlane as it comes when there is none.
+/// Assesses a plan for a vehicle, or for a default ArduPlane without one.
 ///
 /// # Errors
-/// For what is no plan, and for a wind that is none.
+/// For an invalid plan, and for an invalid wind.
 pub(crate) fn assess(
     app: &App,
     vehicle: Option<u16>,
@@ -66,10 +66,11 @@ pub(crate) fn assess(
     Ok(Assessment { findings, trip, rehearsal })
 }
 
-/// The way of a plan's mission as it is drawn for a vehicle, an ArduPlane as it comes when there is none, and its heights over the ground at hand.
+/// Route of a plan's mission for a vehicle, or for a default ArduPlane without one, with its altitudes above the
+/// terrain loaded so far.
 ///
 /// # Errors
-/// For what is no plan, and for a height above ground that is none.
+/// For an invalid plan, and for an invalid clearance.
 pub(crate) fn laid_out(
     app: &App,
     vehicle: Option<u16>,
@@ -86,16 +87,16 @@ pub(crate) fn laid_out(
     Ok(dto::Way { stops, jumps, end: mission_end(mission), profile, is_ground_pending })
 }
 
-/// The way of a mission as it is drawn for a vehicle, an ArduPlane as it comes when there is none.
+/// Route of a mission for a vehicle, or for a default ArduPlane without one.
 pub(crate) fn way_of(vehicle: Option<&VehicleHandle>, mission: &Mission) -> Way {
     let known = vehicle.and_then(|vehicle| vehicle.way(mission));
     known.unwrap_or_else(|| way(mission, CheckContext::default().airspeed_m_s, &ProgressOptions::default()))
 }
 
-/// A plan as the plane would fly it, over the ground that the maps know; that is waited for.
+/// Rehearses a plan over the terrain of the maps, which is loaded first.
 ///
 /// # Errors
-/// For what is no plan, for a wind or a height above ground that is none, and where no home is known.
+/// For an invalid plan, wind or clearance, and when no home is known.
 pub(crate) async fn rehearsal(app: &App, asked: &RehearsalRequest) -> Result<Rehearsal, Problem> {
     let plan = convert::core_plan(&asked.plan)?;
     let vehicle = app.vehicle(asked.vehicle);
@@ -105,10 +106,10 @@ pub(crate) async fn rehearsal(app: &App, asked: &RehearsalRequest) -> Result<Reh
     in_turn(move || rehearsed(&app, vehicle.as_ref(), &plan, wind, clearance_m, &profile)).await?.ok_or_else(no_home)
 }
 
-/// What of the findings of a plan a change of it resolves, over the ground that the maps know; that is waited for.
+/// Finds changes that resolve findings of a plan, over the terrain of the maps, which is loaded first.
 ///
 /// # Errors
-/// For what is no plan, and for a wind or a height above ground that is none.
+/// For an invalid plan, wind or clearance.
 pub(crate) async fn fixed(app: &App, asked: &RehearsalRequest) -> Result<Vec<FindingFix>, Problem> {
     let plan = convert::core_plan(&asked.plan)?;
     let vehicle = app.vehicle(asked.vehicle);
@@ -129,7 +130,7 @@ pub(crate) async fn fixed(app: &App, asked: &RehearsalRequest) -> Result<Vec<Fin
 }
 
 /// # Errors
-/// For a height above ground that is none.
+/// For an invalid clearance.
 fn clearance(clearance_m: Option<f64>) -> Result<f64, Problem> {
     let clearance_m = clearance_m.unwrap_or(CLEARANCE_M);
     if (0.0..=MOST_CLEARANCE_M).contains(&clearance_m) {
@@ -198,7 +199,7 @@ fn described(flown: &rehearsal::Rehearsal, findings: Vec<Finding>, wind: Wind, k
     }
 }
 
-/// As many moments of a flight as it takes to draw it.
+/// Track with as many points of the flight as are needed to draw it.
 fn drawn(flown: &rehearsal::Rehearsal) -> RehearsedTrack {
     let mut track = RehearsedTrack::default();
     for sample in flown.thinned(DRAWN_WITHIN_M) {
@@ -228,10 +229,11 @@ fn drawn(flown: &rehearsal::Rehearsal) -> RehearsedTrack {
     track
 }
 
-/// What follows when something happens at a moment of a plan, or now.
+/// Simulates contingencies at a time in a plan, or from now on.
 ///
 /// # Errors
-/// For what is no plan, a wind or a moment that is none, where no home is known, and for now where the vehicle flies no mission.
+/// For an invalid plan, wind or time, when no home is known, and for the present flight of a vehicle that does not fly
+/// its mission.
 pub(crate) async fn what_if(app: App, asked: WhatIfRequest) -> Result<WhatIfs, Problem> {
     let vehicle = app.vehicle(asked.vehicle);
     let plan = match &asked.plan {
@@ -244,7 +246,7 @@ pub(crate) async fn what_if(app: App, asked: WhatIfRequest) -> Result<WhatIfs, P
     in_turn(move || what_if_over_known(&app, &asked)).await
 }
 
-/// The same over the ground at hand.
+/// The same over the terrain loaded so far.
 fn what_if_over_known(app: &App, asked: &WhatIfRequest) -> Result<WhatIfs, Problem> {
     let wind = asked.wind.unwrap_or_default();
     let vehicle = app.vehicle(asked.vehicle);
@@ -267,7 +269,7 @@ fn what_if_over_known(app: &App, asked: &WhatIfRequest) -> Result<WhatIfs, Probl
     let (map, _) = app.ground_around(&plan, home);
     let ground = |point| map.height_m(point);
     let conditions = Conditions { ground: Some(&ground), ..conditions };
-    // Each once: who names one a thousand times does not have it flown a thousand times.
+    // Each trigger once, however often the request names it.
     let is_asked = |trigger: &Trigger| asked.triggers.as_ref().is_none_or(|asked| asked.contains(trigger));
     let triggers: Vec<Trigger> = Trigger::ALL.iter().copied().filter(is_asked).collect();
     let found = what_ifs(&plan, &conditions, &triggers, &[at_s]).ok_or_else(no_home)?;
@@ -329,10 +331,10 @@ fn battery_left(left: rehearsal::BatteryLeft) -> BatteryLeft {
     }
 }
 
-/// The plane that flies, the vehicle's or an ArduPlane as it comes, with what somebody chose in its place; and the wind where it flies.
+/// The plane to rehearse with, the vehicle's or a default ArduPlane, with the request's replacements; and the wind.
 ///
 /// # Errors
-/// For a wind, an airframe or a battery that is none.
+/// For an invalid wind, airframe or battery.
 pub(crate) fn flies_in(
     vehicle: Option<&VehicleHandle>,
     wind: Wind,
@@ -358,10 +360,10 @@ pub(crate) fn flies_in(
     Ok((plane.with(profile.airframe, profile.battery.as_ref()), air))
 }
 
-/// A plan flown many times, over the ground that the maps know. Nothing more is flown once `is_wanted` says no.
+/// Flies a plan many times over the terrain of the maps. Stops as soon as `is_wanted` returns false.
 ///
 /// # Errors
-/// As [`rehearsal`]'s, and for a number of flights out of its range.
+/// As for [`rehearsal`], and for a number of flights out of range.
 pub(crate) async fn spread(
     app: &App,
     asked: SpreadRequest,
@@ -385,7 +387,7 @@ pub(crate) async fn spread(
         let ground = |point| map.height_m(point);
         let conditions = Conditions { home, ground: Some(&ground), ..Conditions::new(&plane, air) };
         let expected = rehearsal::rehearse(&plan, &conditions).ok_or_else(no_home)?;
-        // One processor is left to those who follow a flight.
+        // One processor is left to clients that follow a flight.
         let runs = Runs { count, seed: asked.seed, spared: 1 };
         let spread = rehearse_many(&plan, &conditions, &asked.doubts, expected, &runs, &is_wanted);
         spread.as_ref().map(described_spread).ok_or_else(Problem::closed)
@@ -422,7 +424,7 @@ fn described_spread(spread: &rehearsal::Spread) -> Spread {
     }
 }
 
-/// What a flight taught, described.
+/// Converts a learned model.
 pub(crate) fn learned_plane(learned: &Learned) -> LearnedPlane {
     LearnedPlane {
         airframe: learned.airframe,
@@ -432,7 +434,7 @@ pub(crate) fn learned_plane(learned: &Learned) -> LearnedPlane {
     }
 }
 
-/// What a vehicle's plans are rehearsed with.
+/// Data with which a vehicle's plans are rehearsed.
 pub(crate) fn vehicle_profile(vehicle: &VehicleHandle) -> VehicleProfile {
     let (plane, _) = vehicle.flies_in(Wind::default());
     VehicleProfile {
@@ -454,12 +456,12 @@ pub(crate) fn no_home() -> Problem {
     Problem::invalid("a rehearsal begins at home: give the plan one, or name a vehicle whose home is known")
 }
 
-/// An item's number, counted from 1.
+/// Number of an item, counted from 1.
 fn number(index: usize) -> u16 {
     u16::try_from(index + 1).unwrap_or(u16::MAX)
 }
 
-/// Fewer digits: a track of thousands of moments goes over the wire while a point is dragged.
+/// Rounds to fewer digits: tracks of thousands of points are sent while a point is dragged.
 fn rounded(value: f64, digits: i32) -> f64 {
     let factor = 10_f64.powi(digits);
     (value * factor).round() / factor

@@ -1,4 +1,4 @@
-//! Time limits for what is sent to us: a request's body comes at a tolerable speed, or not at all.
+//! Time limits for request bodies: a body must arrive at a reasonable speed.
 
 use std::pin::Pin;
 use std::sync::Arc;
@@ -17,19 +17,19 @@ use tokio::time::{Instant, Sleep, sleep_until};
 use crate::dto::Cause;
 use crate::problem::Problem;
 
-/// How long we wait for a body altogether, beside what its bytes earn it.
+/// Time limit for a whole body, without the time that its bytes earn.
 const PATIENCE: Duration = Duration::from_secs(10);
 /// Bytes that earn a body one more second.
 const BYTES_PER_S: u64 = 8 * 1024;
-/// How long we wait for the next piece, whatever its bytes have earned it: whoever sends nothing for so long is gone.
+/// Time limit for the next chunk, whatever has been earned: a longer silence means that the client is gone.
 const SILENCE: Duration = Duration::from_secs(30);
 
-/// A body that is waited for only so long.
+/// A body with time limits.
 struct Timely {
     body: Body,
     came: u64,
     waited: Duration,
-    /// Since when we wait for the next piece, and until when.
+    /// Start and deadline of the wait for the next chunk.
     waiting: Option<(Instant, Pin<Box<Sleep>>)>,
     is_late: Arc<AtomicBool>,
 }
@@ -69,13 +69,13 @@ impl HttpBody for Timely {
     }
 }
 
-/// Ends requests whose body does not come.
+/// Middleware that ends requests whose body does not arrive in time.
 pub async fn in_time(request: Request, next: Next) -> Response {
     if request.body().is_end_stream() {
         return next.run(request).await;
     }
     if request.headers().contains_key(header::UPGRADE) {
-        // It would have to be read before the WebSocket can begin, and whoever sends half of one keeps us waiting.
+        // The body would have to be read before the upgrade, and a client that sends half of one would block it.
         return last(Problem::invalid("a request for a WebSocket has no body"));
     }
     let is_late = Arc::new(AtomicBool::new(false));
@@ -93,7 +93,7 @@ pub async fn in_time(request: Request, next: Next) -> Response {
     last(Problem::new(Cause::BodyTooSlow, detail))
 }
 
-/// The last answer on its connection.
+/// Closes the connection after this answer.
 fn last(problem: Problem) -> Response {
     let mut response = problem.into_response();
     response.headers_mut().insert(header::CONNECTION, HeaderValue::from_static("close"));

@@ -1,4 +1,5 @@
-//! From the core's values to those of the API and back. Nothing is decided here but what the core's types demand.
+//! Conversion between the core's values and those of the API. Makes no decisions except those that the core's types
+//! require.
 
 use vencejo_flight::FlightError;
 use vencejo_flight::formats::ParamEntry;
@@ -28,10 +29,10 @@ pub(crate) use plan::{
 pub(crate) use units::{point, seconds};
 pub(crate) use vehicle_state::{progress, texts, vehicle_state, vehicle_summaries, vehicle_summary};
 
-/// What a transfer brought; `None` for a reply that brings nothing.
+/// Result of a transfer; `None` for a reply without a result.
 ///
 /// # Errors
-/// For a fence or rally list from the vehicle that cannot be.
+/// For an invalid fence or rally list from the vehicle.
 pub(crate) fn outcome(reply: Reply) -> Result<Outcome, FlightError> {
     Ok(match reply {
         Reply::Plan { kind, items, home, position_error_m, .. } => {
@@ -46,7 +47,7 @@ pub(crate) fn outcome(reply: Reply) -> Result<Outcome, FlightError> {
     })
 }
 
-/// A message by the names of its fields.
+/// A message with its fields by name.
 pub(crate) fn raw_message(frame: &Frame, at: MonoTime) -> dto::RawMessage {
     let (id, source) = (frame.message_id(), frame.source());
     let fields = decode_fields(id, frame.payload()).unwrap_or_default();

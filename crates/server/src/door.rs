@@ -1,13 +1,14 @@
-//! The server's door: how many connections there are at once, from whom, and which of them makes room for another.
+//! Connection limits: the number of connections, in total and per address, and which of them is closed for a new one.
 //!
-//! A connection is counted before it is accepted; while all places are taken by people who are being served, further ones wait
-//! outside, where they cost no descriptor of ours. One that has not shown a session yet is only tolerated: when its address or
-//! the whole server is full, the oldest of those makes room, and after them the one with a session that has rested for longest:
-//! its last request is answered, and it is no WebSocket. So whoever opens connections and asks for nothing shuts nobody out.
+//! A connection is counted before it is accepted. While all slots are taken by clients that are being served, further
+//! connections stay in the listen backlog, where they use no file descriptors of this process. A connection without a
+//! session is only tolerated: when its address or the whole server is full, the oldest of those is closed, and after
+//! them the one with a session that has been idle for longest: its last request is answered, and it is not a WebSocket.
+//! So a client that opens connections without using them cannot lock out others.
 
 mod answering;
 mod descriptors;
-mod places;
+mod limits;
 mod stream;
 
 use std::io;
@@ -19,36 +20,36 @@ use axum_server::{AddrListener, Address};
 use tokio::net::{TcpListener, TcpStream};
 
 pub use descriptors::Descriptors;
-pub use places::{Connection, DoorLimits};
-use places::{NoPlace, Place, Places};
+pub use limits::{Connection, DoorLimits};
+use limits::{NoSlot, Slot, Slots};
 pub use stream::Guarded;
 
-/// A listener that lets only so many in.
+/// A listener with connection limits.
 #[derive(Debug)]
 pub struct Door {
     listener: TcpListener,
-    places: Arc<Places>,
+    slots: Arc<Slots>,
     limits: DoorLimits,
     turned_away: AtomicU64,
 }
 
 impl Door {
-    /// A door before a socket that listens.
+    /// Wraps a listening socket.
     ///
     /// # Errors
-    /// When the runtime cannot take the socket.
+    /// When the runtime cannot register the socket.
     pub fn new(listener: std::net::TcpListener, limits: DoorLimits) -> io::Result<Self> {
         listener.set_nonblocking(true)?;
         Ok(Self {
             listener: TcpListener::from_std(listener)?,
-            places: Arc::default(),
+            slots: Arc::default(),
             limits,
             turned_away: AtomicU64::new(0),
         })
     }
 }
 
-/// Who came in by the door: what the requests of a connection know about it.
+/// Identity of a connection, available to its requests.
 #[derive(Debug, Clone)]
 pub struct Caller {
     /// Its connection.
@@ -73,31 +74,31 @@ impl AddrListener<Guarded<TcpStream>, Caller> for Door {
 
     async fn accept_stream(&self) -> io::Result<(Guarded<TcpStream>, Caller)> {
         loop {
-            self.places.wait_for_room(&self.limits).await;
+            self.slots.wait_for_room(&self.limits).await;
             let (stream, address) = self.listener.accept().await?;
             let entered = loop {
-                match self.places.enter(address.ip(), &self.limits) {
+                match self.slots.enter(address.ip(), &self.limits) {
                     Ok(connection) => break Some(connection),
-                    Err(NoPlace::TooMany) => break None,
-                    // Who was to make room is being served since.
-                    Err(NoPlace::Full) => self.places.wait_for_room(&self.limits).await,
+                    Err(NoSlot::TooMany) => break None,
+                    // The connection that was to be closed has received a request since.
+                    Err(NoSlot::Full) => self.slots.wait_for_room(&self.limits).await,
                 }
             };
             let Some(connection) = entered else {
                 let count = self.turned_away.fetch_add(1, Ordering::Relaxed) + 1;
-                // The 1st, 2nd, 4th, 8th…: a flood must not fill the log.
+                // The 1st, 2nd, 4th, 8th…, so that a flood does not fill the log.
                 if count.is_power_of_two() {
                     tracing::warn!(%address, count, "turned away: too many connections from there");
                 }
                 continue;
             };
-            let place = Place { places: self.places.clone(), connection: connection.clone() };
-            return Ok((Guarded::new(stream, place, &self.limits), Caller { connection }));
+            let slot = Slot { slots: self.slots.clone(), connection: connection.clone() };
+            return Ok((Guarded::new(stream, slot, &self.limits), Caller { connection }));
         }
     }
 
     fn get_local_addr(&self) -> io::Result<Caller> {
-        // Nobody is at the other end of a listener.
+        // A listener has no peer.
         Err(io::ErrorKind::Unsupported.into())
     }
 }

@@ -1,5 +1,5 @@
-//! The draft of the plan, kept on the server so that it is in no browser alone: one for all operators, with a revision, so that
-//! nobody overwrites what they have not seen. What loses is kept beside.
+//! The draft of the plan, kept on the server so that it is not in one browser alone: one for all operators, with a
+//! revision, so that nobody overwrites changes that they have not seen. Conflicting drafts are kept too.
 
 use std::path::PathBuf;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -11,63 +11,63 @@ use crate::dto::cause::Cause;
 use crate::dto::storage::{DraftText, NewPlanDraft, PlanDraft, PlanDrafts};
 use crate::problem::Problem;
 
-/// Bytes of a draft as JSON at most: some 5,000 items.
+/// Largest draft as JSON, bytes: some 5,000 items.
 pub const MAX_DRAFT: usize = 1024 * 1024;
-/// Drafts kept beside the current one, one for each author; the oldest goes first.
+/// Conflicting drafts that are kept, one per author; the oldest is dropped first.
 const MAX_OTHERS: usize = 4;
-/// Bytes of the file at most.
+/// Largest file, bytes.
 const MAX_FILE: u64 = (MAX_DRAFT as u64 + 4096) * (MAX_OTHERS as u64 + 1);
-/// Characters of an author.
+/// Longest author, characters.
 const MAX_AUTHOR: usize = 64;
 
-/// Why the draft is in memory alone.
+/// Why the draft is kept in memory only.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum DraftFault {
-    /// Its file cannot be read or written.
+    /// The file cannot be read or written.
     Unwritable(String),
-    /// Its file was damaged, and has another name now.
+    /// The file was damaged and has been renamed.
     SetAside(String),
 }
 
-/// The drafts of a server. Calls block for as long as the disk does.
+/// The drafts of a server. Calls block on disk access.
 #[derive(Debug, Default)]
 pub struct Drafts {
-    /// Absent: in memory alone.
+    /// `None`: in memory only.
     path: Option<PathBuf>,
     state: Mutex<State>,
 }
 
 #[derive(Debug, Default)]
 struct State {
-    /// As it was read or written last.
+    /// As read or written last.
     kept: PlanDrafts,
     fault: Option<DraftFault>,
 }
 
 impl Drafts {
-    /// Those of a file, which need not exist.
+    /// Drafts stored in a file, which need not exist yet.
     pub fn new(path: Option<PathBuf>) -> Self {
         let drafts = Self { path, state: Mutex::default() };
         drafts.read(&mut drafts.lock());
         drafts
     }
 
-    /// What is there.
+    /// Current and conflicting drafts.
     pub fn get(&self) -> PlanDrafts {
         let mut state = self.lock();
         self.read(&mut state);
         state.kept.clone()
     }
 
-    /// Why the draft is in memory alone.
+    /// Why the draft is kept in memory only.
     pub fn fault(&self) -> Option<DraftFault> {
         self.lock().fault.clone()
     }
 
-    /// Takes a draft that is a change of the current one.
+    /// Stores a draft that is based on the current one.
     ///
     /// # Errors
-    /// [`Cause::DraftConflict`] when it is a change of an older one: then both are kept. [`Cause::TooLarge`],
+    /// [`Cause::DraftConflict`] when it is based on an older one: then both are kept. [`Cause::TooLarge`],
     /// [`Cause::InvalidRequest`].
     pub fn put(&self, new: NewPlanDraft, by: String) -> Result<PlanDraft, Problem> {
         check(&new)?;
@@ -90,23 +90,23 @@ impl Drafts {
         })
     }
 
-    /// Removes the draft and all that is kept beside it.
+    /// Removes the draft and the conflicting ones.
     ///
     /// # Errors
-    /// [`Cause::DraftConflict`] when the current one is another.
+    /// [`Cause::DraftConflict`] when the current draft has another revision.
     pub fn remove(&self, base: u64) -> Result<(), Problem> {
         self.change(|kept| {
             if kept.current.as_ref().map_or(0, |current| current.revision) != base {
                 return Err(conflict(kept));
             }
-            // The count goes on, so that an old change does not fit a new draft.
+            // The revision continues, so that a change based on an old draft does not fit a new one.
             let empty = |current: PlanDraft| PlanDraft { revision: base + 1, plan: DraftText::empty(), ..current };
             *kept = PlanDrafts { current: kept.current.take().map(empty), others: Vec::new() };
             Ok(())
         })
     }
 
-    /// Changes what the file has now: another instance may have written it.
+    /// Applies a change to the file's present content, which another instance may have written.
     fn change<T>(&self, change: impl FnOnce(&mut PlanDrafts) -> Result<T, Problem>) -> Result<T, Problem> {
         let mut state = self.lock();
         let lock = self.path.as_ref().map(|path| Lock::of(path, vencejo_store::lock::PATIENCE));
@@ -127,7 +127,7 @@ impl Drafts {
         result
     }
 
-    /// What cannot be written is newer in memory than on the disk.
+    /// Reads the file, unless memory is newer because it could not be written.
     fn read(&self, state: &mut State) {
         let Some(path) = &self.path else { return };
         if matches!(state.fault, Some(DraftFault::Unwritable(_))) && state.kept != PlanDrafts::default() {

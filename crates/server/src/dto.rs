@@ -1,6 +1,8 @@
-//! What goes over the wire of the HTTP API and the WebSocket: types of its own, so that the core may change without it.
+//! Types of the HTTP API and the WebSocket, separate from the core's so that the core can change without breaking
+//! clients.
 //!
-//! Units and datum are in the names. Absent is null, never NaN, 0 or −1. Items of a mission are counted from 1, without home.
+//! Field names carry unit and datum. An absent value is null, never NaN, 0 or −1. Mission items are counted from 1,
+//! without home.
 
 pub mod camera;
 pub mod cause;
@@ -57,18 +59,18 @@ pub use vehicle::{
     FlightParameters, FlightPreparation, MissionProgress, NewParam, Param, Text, VehicleState, VehicleSummary,
 };
 
-/// What answers.
+/// The server.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct Info {
     /// Always `vencejo`.
     pub name: String,
-    /// Its version.
+    /// Version of the server.
     pub version: String,
     /// Whether `POST /session` needs a token.
     pub needs_token: bool,
 }
 
-/// What a refusal of the vehicle is about (the core's [`Refusal`]).
+/// Kind of a refusal by the vehicle (the core's [`Refusal`]).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct RefusalCode(&'static str);
 
@@ -92,30 +94,30 @@ impl ToSchema for RefusalCode {
     }
 }
 
-/// An error (RFC 9457), served as `application/problem+json`. Its texts are English; `cause` says the same to programs, so that
-/// they can say it in another language.
+/// An error (RFC 9457), served as `application/problem+json`. Its texts are English; `cause` carries the same
+/// information for programs, for example to show it in another language.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct Problem {
-    /// Stable kind: `urn:vencejo:` and the code of `cause`, such as `urn:vencejo:command-refused`.
+    /// Stable type: `urn:vencejo:` followed by the code of `cause`, such as `urn:vencejo:command-refused`.
     pub r#type: String,
-    /// The kind in words.
+    /// Short description of the type.
     pub title: String,
     /// The HTTP status.
     pub status: u16,
-    /// What was wrong, where, and what to do.
+    /// What was wrong, where, and how to correct it.
     pub detail: String,
-    /// What the vehicle wrote about it, or the differences that were found.
+    /// Texts that the vehicle sent about it, or the differences that were found.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     #[schema(required = false)]
     pub reasons: Vec<String>,
-    /// What each of the vehicle's `reasons` is about; null: nothing of which a remedy is known.
+    /// Kind of each of the vehicle's `reasons`; null when no remedy is known for it.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     #[schema(required = false)]
     pub refusals: Vec<Option<RefusalCode>>,
-    /// What to do about it, where that is known.
+    /// How to resolve it, where that is known.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(nullable = false)]
     pub remedy: Option<String>,
-    /// The same for programs.
+    /// Machine-readable cause.
     pub cause: Cause,
 }

@@ -1,4 +1,4 @@
-//! What handlers ask of a request: a role, a vehicle, a body. What is missing becomes a problem, never plain text.
+//! Extractors for handlers: a role, a vehicle, a body. Rejections are problems, never plain text.
 
 use std::sync::Arc;
 
@@ -12,7 +12,7 @@ use vencejo_station::{Operator as Operating, Pending, RequestResult, StationErro
 use vencejo_vehicle::{Reply, Request as Act, VehicleId};
 
 use crate::dto::Role;
-use crate::dto::cause::Thing;
+use crate::dto::cause::ResourceKind;
 use crate::problem::Problem;
 use crate::sessions::SessionId;
 use crate::state::App;
@@ -24,7 +24,7 @@ fn session(parts: &Parts, app: &App) -> Option<(SessionId, Role)> {
     app.sessions().find(secret, now)
 }
 
-/// Somebody who may look: everybody on this machine where no token is needed, else a session.
+/// A client that may read: any on this machine where no token is needed, else one with a session.
 pub struct Viewer;
 
 impl FromRequestParts<App> for Viewer {
@@ -36,7 +36,7 @@ impl FromRequestParts<App> for Viewer {
     }
 }
 
-/// The role of somebody who may look.
+/// Role of a client that may read.
 pub struct ViewerRole(pub Role);
 
 impl FromRequestParts<App> for ViewerRole {
@@ -72,20 +72,20 @@ impl FromRequestParts<App> for Operator {
     }
 }
 
-/// Where the confirmation of a dangerous act stands in a request.
+/// Header with the confirmation of a dangerous action.
 pub const CONFIRMATION: &str = "vencejo-confirmation";
 
-/// The operator of a session that holds control, or takes it now because nobody does.
+/// The operator of a session that holds control, or takes it now because it is free.
 ///
 /// # Errors
-/// When somebody else holds it, and when the session is over.
+/// When another session holds control, and when the session has ended.
 pub fn in_control(app: &App, session: SessionId) -> Result<Arc<Operating>, Problem> {
     let operator = app.sessions().operator(session).ok_or_else(Problem::no_session)?;
     operator.take(app.now()).map_err(StationError::from)?;
     Ok(operator)
 }
 
-/// An operator's session that holds control, or takes it now because nobody does: whoever acts.
+/// An operator's session that holds control, or takes it now because it is free: may command.
 pub struct Pilot {
     /// The session.
     pub session: SessionId,
@@ -94,17 +94,18 @@ pub struct Pilot {
 }
 
 impl Pilot {
-    /// A vehicle, acted on in this session's name.
+    /// Handle to a vehicle that acts in this session's name.
     pub fn vehicle(&self, vehicle: &VehicleHandle) -> VehicleHandle {
         vehicle.acting_as(self.operator.clone())
     }
 
-    /// Asks a vehicle for something in this session's name, with the confirmation that came with the request.
+    /// Sends a request to a vehicle in this session's name, with the confirmation of the HTTP request.
     pub fn request(&self, vehicle: &VehicleHandle, request: Act) -> Pending<RequestResult> {
         self.vehicle(vehicle).request_confirmed(request, self.confirmation.as_deref())
     }
 
-    /// The same, and waits for the end, which comes within a bounded time. Whoever hangs up does not take the command back.
+    /// The same, and waits for the end, which comes within a bounded time. A disconnecting client does not cancel the
+    /// command.
     pub async fn ask(
         &self,
         vehicle: &VehicleHandle,
@@ -115,15 +116,16 @@ impl Pilot {
         Ok(self.request(vehicle, request).wait().await.ok_or_else(Problem::closed)??)
     }
 
-    /// Whether it still may, once the request's body has come: that may take minutes. Requests to vehicles look by themselves.
+    /// Checks control again after the request's body has arrived, which may take minutes. Requests to vehicles check it
+    /// themselves.
     ///
     /// # Errors
-    /// When somebody else holds control meanwhile, and when the session is over.
+    /// When another session holds control meanwhile, and when the session has ended.
     pub fn still_in_control(&self, app: &App) -> Result<(), Problem> {
         in_control(app, self.session).map(|_| ())
     }
 
-    /// The confirmation that came with the request.
+    /// Confirmation sent with the request.
     pub fn confirmation(&self) -> Option<&str> {
         self.confirmation.as_deref()
     }
@@ -140,7 +142,7 @@ impl FromRequestParts<App> for Pilot {
     }
 }
 
-/// The parameter `name` of the path.
+/// Path parameter `name`.
 async fn path_param(parts: &mut Parts, app: &App, name: &str) -> Result<String, Problem> {
     let params = RawPathParams::from_request_parts(parts, app).await;
     let params = params.map_err(|_| Problem::invalid("the path is not UTF-8"))?;
@@ -148,7 +150,7 @@ async fn path_param(parts: &mut Parts, app: &App, name: &str) -> Result<String, 
     found.ok_or_else(|| Problem::invalid(format!("the path has no {name}")))
 }
 
-/// The vehicle that the path names.
+/// The vehicle named in the path.
 pub struct Vehicle(pub VehicleHandle);
 
 impl FromRequestParts<App> for Vehicle {
@@ -157,17 +159,17 @@ impl FromRequestParts<App> for Vehicle {
     async fn from_request_parts(parts: &mut Parts, app: &App) -> Result<Self, Problem> {
         let id = path_param(parts, app, "id").await?;
         let id = id.parse().map(VehicleId::new).map_err(|_| {
-            let detail = format!("'{id}' is no vehicle's id; they go from 1 to 255, and from 256 to 65535 far away");
-            Problem::not_found(Thing::Vehicle, &id, detail)
+            let detail = format!("'{id}' is not a vehicle id; they are 1 to 255, and 256 to 65535 for remote vehicles");
+            Problem::not_found(ResourceKind::Vehicle, &id, detail)
         })?;
         app.station().vehicle(id).map(Self).ok_or_else(|| {
-            Problem::not_found(Thing::Vehicle, id, format!("no vehicle with id {id} has been heard"))
-                .remedy("GET /api/v1/vehicles lists those that were; check the link")
+            Problem::not_found(ResourceKind::Vehicle, id, format!("no vehicle with id {id} has been heard"))
+                .remedy("GET /api/v1/vehicles lists those that were heard; check the link")
         })
     }
 }
 
-/// A number that the path names `id`.
+/// The number `id` of the path.
 pub struct Id(pub u64);
 
 impl FromRequestParts<App> for Id {
@@ -179,7 +181,7 @@ impl FromRequestParts<App> for Id {
     }
 }
 
-/// A text that the path names `id`.
+/// The text `id` of the path.
 pub struct Text(pub String);
 
 impl FromRequestParts<App> for Text {
@@ -190,7 +192,7 @@ impl FromRequestParts<App> for Text {
     }
 }
 
-/// The word that the path names `name`.
+/// The text `name` of the path.
 pub struct Name(pub String);
 
 impl FromRequestParts<App> for Name {
@@ -201,7 +203,7 @@ impl FromRequestParts<App> for Name {
     }
 }
 
-/// The word that the path names `place`.
+/// The text `place` of the path.
 pub struct Place(pub String);
 
 impl FromRequestParts<App> for Place {
@@ -212,20 +214,20 @@ impl FromRequestParts<App> for Place {
     }
 }
 
-/// A body of JSON.
+/// A JSON body.
 pub struct Json<T>(pub T);
 
 impl<T: DeserializeOwned> FromRequest<App> for Json<T> {
     type Rejection = Problem;
 
     async fn from_request(request: Request, app: &App) -> Result<Self, Problem> {
-        // What is not even JSON ends here.
+        // Invalid JSON is rejected here.
         let axum::Json(body): axum::Json<Box<RawValue>> = axum::Json::from_request(request, app).await?;
         strict::read(body.get()).map(Self).map_err(Problem::invalid)
     }
 }
 
-/// A body of JSON, or none, which stands for all defaults.
+/// A JSON body, or an empty one, which stands for all defaults.
 pub struct OptionalJson<T>(pub T);
 
 impl<T: DeserializeOwned + Default> FromRequest<App> for OptionalJson<T> {
@@ -245,7 +247,7 @@ impl<T: DeserializeOwned + Default> FromRequest<App> for OptionalJson<T> {
     }
 }
 
-/// Whether the request is to be done although the mission on board may be a mixture: `despite_mixed_plan=true` in its query.
+/// Query parameter `despite_mixed_plan=true`: carry out the request although the mission on board may be a mixture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct DespiteMixedPlan(pub bool);
 

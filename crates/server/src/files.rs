@@ -1,20 +1,20 @@
-//! The web app's files, from inside the binary: right types, long caching of what carries a hash in its name, compressed as the build
-//! left them, and the app's page for every path of the app.
+//! Files of the web app, embedded in the binary: with their media types, long caching of files whose names carry a
+//! hash, compressed by the build, and the app's page for each of its own paths.
 
 use axum::http::{HeaderMap, HeaderValue, Method, StatusCode, Uri, header};
 use axum::response::{Html, IntoResponse, Response};
 
-use crate::dto::cause::{Cause, Thing};
+use crate::dto::cause::{Cause, ResourceKind};
 use crate::problem::Problem;
 
-/// Shown where the web app should be.
+/// Page shown when the app is not in this build.
 const NO_APP: &str = "<!doctype html><html lang=\"en\"><meta charset=\"utf-8\"><title>Vencejo</title>\
     <h1>The ground station's pages are not in this build</h1>\
     <p>The server works: its API is described at <a href=\"/api/v1/openapi.json\">/api/v1/openapi.json</a>.</p>\
     <p>To have the pages, build them (<code>npm ci &amp;&amp; npm run build</code> in <code>gcs/</code>) and then the \
     package, or install a released package.</p></html>";
 
-/// How a file's name ends as it is sent compressed (gcs/scripts/pack.mjs).
+/// Extension of the compressed variant of a file (gcs/scripts/pack.mjs).
 const PACKED: &str = ".gz";
 
 /// A file of the app.
@@ -40,12 +40,12 @@ fn find(_path: &str) -> Option<File> {
     None
 }
 
-/// Whether the web app is in this build.
+/// Whether this build contains the web app.
 pub fn has_app() -> bool {
     find("index.html").is_some()
 }
 
-/// Answers everything that is not the API's.
+/// Serves every path outside of the API.
 pub async fn serve(method: Method, uri: Uri, headers: HeaderMap) -> Response {
     if method != Method::GET && method != Method::HEAD {
         let detail = "the app's pages are read with GET";
@@ -59,9 +59,9 @@ fn answer(path: &str, headers: &HeaderMap, find: impl Fn(&str) -> Option<File>) 
     let is_file = name.rsplit('/').next().is_some_and(|last| last.contains('.'));
     let (name, file) = match find(name) {
         Some(file) if !name.is_empty() => (name, Some(file)),
-        // A page of the app, which finds its way by the path itself.
+        // A path of the app, which does its own routing.
         _ if !is_file => ("index.html", find("index.html")),
-        _ => return Problem::not_found(Thing::File, path, "there is no such file").into_response(),
+        _ => return Problem::not_found(ResourceKind::File, path, "there is no such file").into_response(),
     };
     let Some(file) = file else {
         return (StatusCode::SERVICE_UNAVAILABLE, [(header::CACHE_CONTROL, "no-store")], Html(NO_APP)).into_response();
@@ -71,7 +71,7 @@ fn answer(path: &str, headers: &HeaderMap, find: impl Fn(&str) -> Option<File>) 
     let tag = format!("\"{tag}\"");
     let caching = if name.starts_with("assets/") { "public, max-age=31536000, immutable" } else { "no-cache" };
     let has_it = headers.get(header::IF_NONE_MATCH).and_then(|tags| tags.to_str().ok());
-    // A packed answer's tag comes back as a weak one.
+    // The tag of a compressed answer comes back as a weak one.
     let has_it = has_it.is_some_and(|tags| tags.split(',').any(|known| known.trim().trim_start_matches("W/") == tag));
     let headers = [
         (header::CONTENT_TYPE, HeaderValue::from_static(mime(name))),
@@ -93,7 +93,7 @@ fn answer(path: &str, headers: &HeaderMap, find: impl Fn(&str) -> Option<File>) 
     (headers, packed.bytes.into_owned()).into_response()
 }
 
-/// Whether a client takes gzip (RFC 9110, 12.5.3), named as such: by `*` alone it gets the file as it is.
+/// Whether a client accepts gzip (RFC 9110, 12.5.3) by name; with `*` alone it gets the uncompressed file.
 fn is_gzip_accepted(headers: &HeaderMap) -> bool {
     let codings = headers.get_all(header::ACCEPT_ENCODING).iter().filter_map(|value| value.to_str().ok());
     codings.flat_map(|codings| codings.split(',')).any(|coding| {
@@ -103,7 +103,7 @@ fn is_gzip_accepted(headers: &HeaderMap) -> bool {
     })
 }
 
-/// The type of a file by its name. What a browser does not know by `nosniff` it does not run.
+/// Media type of a file by its name. With `nosniff`, browsers do not run files of unknown types.
 fn mime(name: &str) -> &'static str {
     match name.rsplit('.').next().unwrap_or_default() {
         "html" => "text/html; charset=utf-8",

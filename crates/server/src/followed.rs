@@ -1,4 +1,4 @@
-//! A flight that somebody follows, beside what was expected of it when that began.
+//! Comparison of a flight that is being followed with its forecast.
 
 use vencejo_flight::geodesy::GeoPoint;
 use vencejo_flight::progress::Circled;
@@ -8,7 +8,7 @@ use vencejo_station::VehicleHandle;
 use crate::dto::{Beginning, ExpectedTrack, FlightNow, Outlook, RehearsedFlight};
 use crate::problem::Problem;
 
-/// This moment of a vehicle, by which it is known later.
+/// Present time and charge of a vehicle, for later comparison.
 pub(crate) fn now(vehicle: &VehicleHandle) -> FlightNow {
     let (telemetry, _) = vehicle.telemetry();
     FlightNow {
@@ -17,10 +17,10 @@ pub(crate) fn now(vehicle: &VehicleHandle) -> FlightNow {
     }
 }
 
-/// How the vehicle's flight goes, of which `ahead` is the rest.
+/// Outlook of the vehicle's flight, whose remainder is `ahead`.
 ///
 /// # Errors
-/// For a track whose lists are not of one length, and for places that are none.
+/// For a track whose lists differ in length, and for invalid positions.
 pub(crate) fn outlook(vehicle: &VehicleHandle, ahead: &RehearsedFlight, begun: &Beginning) -> Result<Outlook, Problem> {
     let track = expected(&begun.track)?;
     let (telemetry, _) = vehicle.telemetry();
@@ -30,7 +30,7 @@ pub(crate) fn outlook(vehicle: &VehicleHandle, ahead: &RehearsedFlight, begun: &
     let item = progress.current.and_then(|seq| vehicle.item_of_seq(seq));
     let now = now(vehicle);
     let since_s = now.boot_s.zip(begun.now.boot_s).map(|(now_s, begun_s)| now_s - begun_s);
-    // Of a mission that repeats for ever one round was rehearsed: of the next nothing was expected.
+    // Of an endlessly repeated mission, only one round was rehearsed; for later rounds there is no forecast.
     let is_beyond = ahead.ending == Ending::Endless
         && since_s.zip(track.last()).is_some_and(|(since_s, last)| since_s > last.time_s);
     let expected = match progress.circled {
@@ -49,7 +49,7 @@ pub(crate) fn outlook(vehicle: &VehicleHandle, ahead: &RehearsedFlight, begun: &
     })
 }
 
-/// When a flight that is at an item leaves it, seconds from now; `None` where it ends there.
+/// Time until a flight at an item leaves it, seconds from now; `None` where it ends there.
 fn leaves_s(ahead: &RehearsedFlight, item: u16) -> Option<f64> {
     let mut moments = ahead.track.time_s.iter().zip(&ahead.track.item);
     moments.find(|(_, flown)| **flown != Some(item)).map(|(time_s, _)| *time_s)
@@ -75,7 +75,7 @@ fn expected(track: &ExpectedTrack) -> Result<Vec<Expected>, Problem> {
         .collect()
 }
 
-/// An item counted from 0.
+/// Index of an item, counted from 0.
 fn index(item: u16) -> usize {
     usize::from(item.saturating_sub(1))
 }

@@ -1,4 +1,5 @@
-//! The ground around plans, kept at hand from the maps' elevation: a rehearsal cannot wait for a network while a point is dragged.
+//! Terrain around plans, cached from the maps' elevation sources: a rehearsal cannot wait for a network while a point
+//! is dragged.
 
 use std::time::Duration;
 
@@ -10,11 +11,11 @@ use vencejo_maps::geo::Corner;
 
 use crate::state::{App, closed};
 
-/// How long somebody who can wait does.
+/// Time limit for callers that can wait.
 const PATIENCE: Duration = Duration::from_secs(5);
 
 impl App {
-    /// What is known of the ground around a plan, and whether more is on its way. Nothing is waited for.
+    /// Terrain around a plan as loaded so far, and whether more is being loaded. Does not wait.
     pub fn ground_around(&self, plan: &Plan, home: Option<Home>) -> (GroundMap, bool) {
         let Ok(maps) = self.maps() else { return (GroundMap::default(), false) };
         let ids = squares_around(plan, home);
@@ -26,7 +27,7 @@ impl App {
         (map, grounds.is_pending(&ids))
     }
 
-    /// Waits until all is known of the ground around a plan that the maps can tell within some seconds.
+    /// Waits, for at most some seconds, until the terrain around a plan is loaded.
     pub async fn wait_for_ground(&self, plan: &Plan, home: Option<Home>) {
         let mut arrived = self.grounds().arrived.subscribe();
         let (_, mut is_pending) = self.ground_around(plan, home);
@@ -39,11 +40,11 @@ impl App {
                 is_pending = self.grounds().is_pending(&ids);
             }
         };
-        // What is late is not known: a rehearsal says so.
+        // Terrain that is late counts as unknown, which a rehearsal reports.
         let _ = timeout(PATIENCE, wait).await;
     }
 
-    /// Looks a square up in the background.
+    /// Loads a square in the background.
     fn look_up(&self, maps: Maps, id: SquareId) {
         let Some(alive) = self.alive() else {
             self.grounds().keep(id, None);

@@ -1,4 +1,4 @@
-//! Around each request: the checks of where it comes from, and the headers that keep a page to itself.
+//! Middleware around each request: the checks of its origin, and the security headers.
 
 use axum::extract::{ConnectInfo, Request, State};
 use axum::http::{HeaderName, HeaderValue, StatusCode, header};
@@ -8,7 +8,7 @@ use axum::response::{IntoResponse, Response};
 use crate::door::Caller;
 use crate::state::App;
 
-/// What the page may load. Map tiles are pictures from any server by https; nothing else comes from elsewhere.
+/// What the page may load: map tiles from any server by https; everything else from this server only.
 const CONTENT_SECURITY_POLICY: &str = "default-src 'self'; img-src 'self' data: blob: https:; connect-src 'self'; \
     style-src 'self'; style-src-attr 'unsafe-inline'; worker-src 'self' blob:; object-src 'none'; base-uri 'none'; \
     form-action 'self'; frame-ancestors 'none'";
@@ -18,14 +18,14 @@ const HEADERS: [(HeaderName, &str); 7] = [
     (header::CONTENT_SECURITY_POLICY, CONTENT_SECURITY_POLICY),
     (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),
     (header::X_FRAME_OPTIONS, "DENY"),
-    // Tile servers want to know who asks; they learn the address, never the path.
+    // Tile servers require a referrer; they get the origin, never the path.
     (header::REFERRER_POLICY, "strict-origin-when-cross-origin"),
     (HeaderName::from_static("cross-origin-opener-policy"), "same-origin"),
     (HeaderName::from_static("cross-origin-resource-policy"), "same-origin"),
     (HeaderName::from_static("permissions-policy"), "camera=(), microphone=(), geolocation=(self)"),
 ];
 
-/// Checks where each request comes from, and puts the headers on each answer.
+/// Checks the origin of each request, and adds the headers to each answer.
 pub async fn guard(State(app): State<App>, request: Request, next: Next) -> Response {
     let is_api = request.uri().path().starts_with("/api/");
     let mut answering = None;
@@ -48,7 +48,7 @@ pub async fn guard(State(app): State<App>, request: Request, next: Next) -> Resp
     for (name, value) in HEADERS {
         headers.insert(name, HeaderValue::from_static(value));
     }
-    // Pictures say themselves how long they hold.
+    // Images set their own cache lifetime.
     if is_api && !headers.contains_key(header::CACHE_CONTROL) {
         headers.insert(header::CACHE_CONTROL, HeaderValue::from_static("no-store"));
     }

@@ -1,8 +1,8 @@
-//! What is kept of aircraft far away: the files of a fleet's history (`.mcap`), and what is missing in them. Their names tell the aircraft;
-//! nothing else in the folders is shown, and what a client names is compared with what is there, never made a path of.
+//! Stored history of remote aircraft: the files of a fleet's history (`.mcap`), and their gaps. File names contain the
+//! aircraft's name; other files are not shown. Names from clients are compared with existing ones, never used as paths.
 //!
-//! The files of each fleet are in `ground/FLEET` with a note of their numbers (`NAME.json`) beside those of each aircraft, those of this
-//! computer's own in `board`.
+//! The files of each fleet are in `ground/FLEET`, with an inventory of record numbers (`NAME.json`) for each aircraft;
+//! those recorded by this computer itself are in `board`.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -13,54 +13,54 @@ use std::time::UNIX_EPOCH;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-/// The place of what this computer keeps on board. No fleet has such a name.
+/// Place of the history that this computer records on board. No fleet has such a name.
 pub const BOARD: &str = "_board";
 const ENDING: &str = ".mcap";
 const NOTE: &str = ".json";
 
-/// A file of a history (MCAP).
+/// A history file (MCAP).
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct HistoryFile {
-    /// Its name.
+    /// File name.
     pub name: String,
-    /// Its size.
+    /// File size.
     pub bytes: u64,
-    /// When it was written last, seconds since 1970; null when the system does not say.
+    /// Time of the last change, seconds since 1970; null when the file system does not provide it.
     #[schema(required = true)]
     pub modified_unix_s: Option<f64>,
 }
 
-/// Numbers of records that are not in a history.
+/// A range of records that is missing in a history.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, ToSchema)]
 pub struct HistoryGap {
-    /// The boot on board: 16 hexadecimal digits.
+    /// Boot of the onboard computer: 16 hexadecimal digits.
     pub boot: String,
     /// `state`, `event` or `audit`.
     pub stream: String,
-    /// The first number.
+    /// First missing number.
     pub first: u64,
-    /// The last number.
+    /// Last missing number.
     pub last: u64,
-    /// Whether the aircraft has them no more; else they are fetched when it is there.
+    /// Whether the aircraft no longer has them either; otherwise they are fetched when it is connected.
     pub is_lost: bool,
 }
 
-/// What is kept of one aircraft.
+/// Stored history of one aircraft.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct AircraftHistory {
-    /// The fleet, or `_board` for what this computer keeps on board of an aircraft.
+    /// The fleet, or `_board` for the history that this computer records on board an aircraft.
     pub place: String,
-    /// The aircraft's name.
+    /// Name of the aircraft.
     pub name: String,
-    /// Its files, by name, which is by time where the clock was set.
+    /// Files by name, which is also by time if the clock was set.
     pub files: Vec<HistoryFile>,
-    /// How many records of each stream were ever in the files; some may have been deleted since, to make room. Empty where that is not
-    /// noted, as on board, where all is kept.
+    /// Total number of records of each stream that were stored; some may have been deleted since, to make room. Empty
+    /// when there is no inventory, as on board, where everything is recorded.
     pub records: BTreeMap<String, u64>,
-    /// What is missing of it on the ground; null where that is not noted.
+    /// Ranges missing on the ground; null when there is no inventory.
     #[schema(required = true)]
     pub gaps: Option<Vec<HistoryGap>>,
-    /// Why what is missing is not known, in English: its note is damaged.
+    /// Why the gaps are unknown, in English: the inventory is damaged.
     #[schema(required = true)]
     pub problem: Option<String>,
 }
@@ -99,13 +99,13 @@ fn places(top: &Path) -> io::Result<Vec<(String, PathBuf)>> {
     Ok(places)
 }
 
-/// The names of the regular files of a folder; none where there is no such folder.
+/// Names of the regular files in a folder; empty if the folder does not exist.
 fn files(folder: &Path) -> io::Result<Vec<HistoryFile>> {
     let mut found = Vec::new();
     for entry in none_where_missing(fs::read_dir(folder).map(Some))?.into_iter().flatten() {
         let entry = entry?;
         let Ok(name) = entry.file_name().into_string() else { continue };
-        // One that was deleted meanwhile is not there; a link is not one of ours.
+        // Skips files deleted meanwhile, and symbolic links, which are not ours.
         let Ok(metadata) = entry.metadata() else { continue };
         if metadata.is_file() {
             let modified = metadata.modified().ok().and_then(|at| at.duration_since(UNIX_EPOCH).ok());
@@ -117,12 +117,12 @@ fn files(folder: &Path) -> io::Result<Vec<HistoryFile>> {
     Ok(found)
 }
 
-/// The aircraft of a file `NAME_TIME.mcap`.
+/// Aircraft name in a file name `NAME_TIME.mcap`.
 fn aircraft_of(name: &str) -> Option<&str> {
     name.strip_suffix(ENDING)?.rsplit_once('_').map(|(aircraft, _)| aircraft).filter(|aircraft| !aircraft.is_empty())
 }
 
-/// What is kept, by place and name. Reads the disk.
+/// Stored histories, by place and name. Reads the disk.
 ///
 /// # Errors
 /// When a folder cannot be read.
@@ -131,7 +131,7 @@ pub fn list(top: &Path) -> io::Result<Vec<AircraftHistory>> {
     Ok(in_places.collect::<io::Result<Vec<_>>>()?.concat())
 }
 
-/// What is kept in the folder of a place, by name. Reads the disk.
+/// Stored histories in the folder of one place, by name. Reads the disk.
 ///
 /// # Errors
 /// When it cannot be read.
@@ -158,7 +158,7 @@ pub fn in_folder(place: &str, folder: &Path) -> io::Result<Vec<AircraftHistory>>
     Ok(kept.into_values().collect())
 }
 
-/// The file of that name in a place, if it is one of a history. Reads the disk.
+/// Path of a history file by place and name, if it exists. Reads the disk.
 ///
 /// # Errors
 /// When a folder cannot be read.
@@ -168,14 +168,14 @@ pub fn find(top: &Path, place: &str, name: &str) -> io::Result<Option<PathBuf>> 
     Ok(known.map(|file| folder.join(file.name)))
 }
 
-/// Takes in what is noted beside the files of an aircraft.
+/// Adds the inventory to an aircraft's history.
 fn take_note(path: &Path, aircraft: &mut AircraftHistory) {
     let read = fs::read(path).and_then(|bytes| serde_json::from_slice::<Note>(&bytes).map_err(io::Error::from));
     let noted = match read {
         Ok(noted) => noted,
         Err(error) => {
             let name = path.file_name().unwrap_or_default().display();
-            aircraft.problem = Some(format!("{name} is damaged ({error}): move it away, and it is made anew"));
+            aircraft.problem = Some(format!("{name} is damaged ({error}); move it away, and a new one is created"));
             return;
         }
     };
@@ -186,7 +186,7 @@ fn take_note(path: &Path, aircraft: &mut AircraftHistory) {
         let gap =
             |(first, last), is_lost| HistoryGap { boot: boot.clone(), stream: stream.clone(), first, last, is_lost };
         gaps.extend(lost.iter().map(|span| gap(*span, true)));
-        // What neither has, from 1 on, may still be fetched.
+        // Numbers that are neither stored nor lost, from 1 on, may still be fetched.
         let mut known: Vec<_> = have.iter().chain(&lost).copied().collect();
         known.sort_unstable();
         let mut next = 1;

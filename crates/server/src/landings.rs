@@ -1,4 +1,4 @@
-//! The landings that the core designs for somebody who asks: one, all to choose from, and one of which a part is moved.
+//! Landings: design of one, alternatives to choose from, and moving a part of one.
 
 use vencejo_flight::approaches::{self, Runway, Site, landing_alternatives, move_landing, options_of};
 use vencejo_flight::ending::{comes_from, towards_end};
@@ -15,13 +15,13 @@ use crate::problem::Problem;
 use crate::state::App;
 use crate::turns::in_turn;
 
-/// Most items that a landing consists of.
+/// Largest number of items of a landing.
 const MOST_ITEMS: usize = 3;
 
-/// Designs one, over the ground that the maps know where home is known.
+/// Designs a landing, over the terrain of the maps if home is known.
 ///
 /// # Errors
-/// For no place or two, and as the core's [`approaches::design`].
+/// When both or neither of point and runway are given, and as for [`approaches::design`].
 pub(crate) async fn designed(app: &App, asked: &LandingRequest) -> Result<Landing, Problem> {
     let site = site(asked)?;
     let options = with_plane(app, asked.vehicle, asked.wind, |usual, _| usual);
@@ -38,10 +38,10 @@ pub(crate) async fn designed(app: &App, asked: &LandingRequest) -> Result<Landin
     Ok(convert::landing(&approaches::design(site, &options, Some(&below))?))
 }
 
-/// All there are to choose from, the best first, over the ground that the maps know where home is known.
+/// Landings to choose from, the best first, over the terrain of the maps if home is known.
 ///
 /// # Errors
-/// Likewise.
+/// As for [`designed`].
 pub(crate) async fn alternatives(app: App, asked: LandingRequest) -> Result<Vec<LandingAlternative>, Problem> {
     let site = site(&asked)?;
     let at = home(&app, &asked)?;
@@ -70,7 +70,7 @@ pub(crate) async fn alternatives(app: App, asked: LandingRequest) -> Result<Vec<
     .await
 }
 
-/// Where home is: where the request has it, or its plan, else where the vehicle told.
+/// Home position: from the request, else its plan, else the vehicle.
 fn home(app: &App, asked: &LandingRequest) -> Result<Option<GeoPoint>, Problem> {
     let vehicle = app.vehicle(asked.vehicle);
     let planned = asked.plan.as_ref().and_then(|plan| plan.home);
@@ -78,12 +78,12 @@ fn home(app: &App, asked: &LandingRequest) -> Result<Option<GeoPoint>, Problem> 
     Ok(asked.home.map(convert::point).transpose()?.or_else(known))
 }
 
-/// The plan that a landing is to end.
+/// Plan that the landing is to end.
 fn plan(asked: &LandingRequest) -> Result<Option<Plan>, Problem> {
     Ok(asked.plan.as_ref().map(convert::core_plan).transpose()?)
 }
 
-/// The ground around a place to land. Who names home or a plan can wait for it.
+/// Terrain around a landing position. It is loaded first if the request names home or a plan.
 async fn ground(app: &App, asked: &LandingRequest, site: Site, home: GeoPoint) -> GroundMap {
     let plan = site.surroundings();
     let place = Home { lat_deg: home.lat_deg(), lon_deg: home.lon_deg(), alt_amsl_m: 0.0 };
@@ -93,12 +93,12 @@ async fn ground(app: &App, asked: &LandingRequest, site: Site, home: GeoPoint) -
     app.ground_around(&plan, Some(place)).0
 }
 
-/// One of which a part is moved.
+/// Moves one part of a landing.
 ///
 /// # Errors
-/// As the core's [`move_landing`].
+/// As for [`move_landing`].
 pub(crate) fn moved(app: &App, asked: &LandingMove) -> Result<Landing, Problem> {
-    // More are no landing, and are not looked through.
+    // A longer list is not a landing and is not examined.
     let items: Vec<_> = asked.items.iter().take(MOST_ITEMS + 1).map(convert::core_item).collect();
     let usual = with_plane(app, asked.vehicle, asked.wind, |usual, _| usual);
     let options = LandingOptions { wind: asked.wind, ground_rel_home_m: asked.ground_rel_home_m, ..usual };
@@ -115,7 +115,7 @@ fn site(asked: &LandingRequest) -> Result<Site, Problem> {
     }
 }
 
-/// What a landing is usually laid out with, and what it is rehearsed with: the vehicle's, else a small plane's.
+/// Design defaults and rehearsal data of a landing: the vehicle's, else a small plane's.
 fn with_plane<T>(
     app: &App,
     vehicle: Option<u16>,

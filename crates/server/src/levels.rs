@@ -1,4 +1,4 @@
-//! Heights of a plan's items, counted from another level.
+//! Conversion of the altitudes of a plan's items to another frame.
 
 use vencejo_flight::plan::{Levels, MavFrame, counted_from};
 use vencejo_station::VehicleHandle;
@@ -8,10 +8,10 @@ use crate::dto::{CountedItems, FrameChange, Unconverted};
 use crate::problem::Problem;
 use crate::state::App;
 
-/// The items with their heights counted from `frame`, over the ground that the maps know, and which of them could not be converted.
+/// The items with their altitudes in `frame`, over the terrain of the maps, and those that could not be converted.
 ///
 /// # Errors
-/// For what is no plan.
+/// For an invalid plan.
 pub(crate) async fn counted(app: &App, asked: &FrameChange) -> Result<CountedItems, Problem> {
     let plan = convert::core_plan(&asked.plan)?;
     let home = plan.mission.home.or_else(|| app.vehicle(asked.vehicle).as_ref().and_then(VehicleHandle::home));

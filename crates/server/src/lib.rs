@@ -1,37 +1,37 @@
-//! The HTTP and WebSocket front door: the API of `schemas/openapi.json`, who may use it, and the web app's files.
+//! HTTP and WebSocket interface: the API of `schemas/openapi.json`, its access control, and the web app's files.
 //!
-//! It holds no protocol logic: a handler converts, calls the [`vencejo_station::Station`], and waits for what comes back.
+//! It contains no protocol logic: a handler converts, calls the [`vencejo_station::Station`], and waits for the result.
 //!
 //! | module | owns |
 //! |---|---|
-//! | `routes` | the paths, a file for each group, and their description |
-//! | [`dto`] | the types on the wire |
-//! | `convert` | from the core's values to those and back |
-//! | `problem` | the one table from the core's errors to `application/problem+json` |
-//! | `access`, `tokens` | `Host`, `Origin`, security headers; tokens, and what slows down who guesses them |
+//! | `routes` | the paths, one file per group, and their OpenAPI description |
+//! | [`dto`] | the types of the API |
+//! | `convert` | conversion between the core's values and those types |
+//! | `problem` | the mapping of the core's errors to `application/problem+json` |
+//! | `access`, `tokens` | `Host`, `Origin`, security headers; tokens, and rate limiting of wrong ones |
 //! | `sessions` | sessions, pure; the control lease is the station's |
-//! | `door`, `body` | how many connections there may be, from whom, and how long each may keep us waiting |
-//! | `strict` | JSON in which an object is an object |
-//! | `operations` | what takes a while |
-//! | `operator` | a session of this very program |
-//! | `ws`, `outbox` | the WebSocket: a task and a bounded box for each client |
-//! | `roster` | the list of many vehicles, as far as it changed for each client |
-//! | `separation` | planned flights held against each other |
-//! | `drafts` | the draft of the plan, with revisions, on the disk |
-//! | `storage` | what of the disk does not work |
-//! | `state` | what handlers share, and the task that tells the clients what goes on |
+//! | `door`, `body` | limits of connections, in total and per address, and of their time |
+//! | `strict` | JSON in which a structure must be an object |
+//! | `operations` | long-running operations |
+//! | `operator` | a session of this program itself |
+//! | `ws`, `outbox` | the WebSocket: a task and a bounded outbox for each client |
+//! | `roster` | the fleet list, sent to each client as a delta |
+//! | `separation` | separation of planned flights |
+//! | `drafts` | the draft of the plan, with revisions, on disk |
+//! | `storage` | storage faults |
+//! | `state` | state shared by the handlers, and the task that informs the clients |
 //! | `viewer` | a WebSocket for each viewer of a camera |
 //! | `files` | the web app |
 //!
-//! # Who may do what
+//! # Permissions
 //!
-//! | | looks (GET, WebSocket) | reads plans and parameters off the vehicle | commands |
+//! | | read (GET, WebSocket) | download plans and parameters from the vehicle | command |
 //! |---|---|---|---|
 //! | viewer | yes | no | no |
-//! | operator | yes | yes | while it holds control; takes it when nobody does |
+//! | operator | yes | yes | while it holds control; takes it when it is free |
 //!
-//! On a loopback address without tokens everybody is an operator. Sessions are proven by a cookie that no script can read
-//! and no other site's page sends.
+//! On a loopback address without tokens, every client is an operator. Sessions are authenticated by a cookie that
+//! scripts cannot read and that pages of other sites do not send.
 
 mod access;
 mod assess;
@@ -76,11 +76,11 @@ pub use operator::Operator;
 pub use server::{Server, ServerConfig, ServerError};
 pub use tokens::Tokens;
 
-/// The version of the package.
+/// Version of the package.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");
 
-/// What the page has of the core without asking, as `gcs/src/lib/domain/core.json` holds it: an ArduPlane as it comes, the kinds of
-/// vehicles, how old a value may be, what a GPS fix is worth, from when on a value wants attention, and the table of mission commands.
+/// Constants of the core that the page embeds as `gcs/src/lib/domain/core.json`: a default ArduPlane, the vehicle
+/// types, ages of stale values, quality of GPS fixes, thresholds for attention, and the table of mission commands.
 pub fn core_facts() -> String {
     let (plane, kinds, ages) = (convert::usual_plane(), convert::vehicle_kinds(), convert::ages());
     let (fixes, attention) = (convert::gps_fixes(), convert::attention());
@@ -93,7 +93,7 @@ pub fn core_facts() -> String {
     )
 }
 
-/// The description of the API (OpenAPI 3.1) as `schemas/openapi.json` holds it.
+/// OpenAPI 3.1 description of the API, as in `schemas/openapi.json`.
 pub fn openapi() -> String {
     let mut text = routes::description().to_pretty_json().expect("invariant: the description is JSON");
     text.push('\n');

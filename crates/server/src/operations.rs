@@ -1,4 +1,4 @@
-//! Operations: what takes a while (plans, all parameters), its progress, and its result for whoever asks later.
+//! Long-running operations (plans, all parameters): progress, and results for later retrieval.
 
 use std::collections::BTreeMap;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -8,17 +8,17 @@ use vencejo_station::{Pending, RequestResult};
 use crate::dto::{Cause, Operation, OperationKind, OperationResult, OperationState, Problem};
 use crate::sessions::SessionId;
 
-/// Operations under way at most; more are refused.
+/// Largest number of running operations; more are refused.
 pub const MAX_RUNNING: usize = 32;
-/// Ended operations that are remembered; the oldest are forgotten.
+/// Number of ended operations that are kept; the oldest are dropped.
 pub const MAX_ENDED: usize = 32;
 
-/// What an operation that succeeded brought.
+/// Result of a successful operation.
 #[derive(Debug, Default)]
 pub struct Outcome {
-    /// What was read, or is on board now.
+    /// The plan or parameters read, or now on board.
     pub result: Option<OperationResult>,
-    /// How far places on board are from where they were sent to be, where the vehicle is not precise.
+    /// Distance between positions on board and those sent, for a vehicle that stores them imprecisely.
     pub position_error_m: Option<f64>,
 }
 
@@ -30,25 +30,26 @@ struct Entry {
 
 #[derive(Default)]
 struct Entries {
-    /// The id given last.
+    /// Last assigned id.
     last: u64,
     by_id: BTreeMap<u64, Entry>,
 }
 
-/// The operations of a server.
+/// Operations of a server.
 pub struct Operations {
     entries: Mutex<Entries>,
 }
 
 impl Operations {
-    /// Those of a run that begins at this moment, in milliseconds since the UNIX epoch. Ids count from there: a page that stayed open over
-    /// a restart knows those of the run before, and must not take a new operation for one of them. Nobody begins a thousand a second,
-    /// and numbers like these (below 2⁵³) are exact in JavaScript.
+    /// Operations of a run that starts at this time, in milliseconds since the UNIX epoch. Ids continue from there: a
+    /// page that stayed open over a restart knows those of the previous run, and must not confuse new operations with
+    /// them. Fewer than a thousand are started per second, and numbers of this size (below 2⁵³) are exact in
+    /// JavaScript.
     pub fn since(unix_ms: u64) -> Self {
         Self { entries: Mutex::new(Entries { last: unix_ms, by_id: BTreeMap::new() }) }
     }
 
-    /// Registers an operation; `None` when too many are under way.
+    /// Registers an operation; `None` when too many are running.
     pub fn add(
         &self,
         by: SessionId,
@@ -88,7 +89,7 @@ impl Operations {
         self.lock().by_id.get(&id).map(|entry| entry.operation.clone())
     }
 
-    /// The session that began an operation.
+    /// Session that started an operation.
     pub fn begun_by(&self, id: u64) -> Option<SessionId> {
         self.lock().by_id.get(&id).map(|entry| entry.by)
     }
@@ -98,15 +99,15 @@ impl Operations {
         self.lock().by_id.values().map(|entry| copy(&entry.operation)).collect()
     }
 
-    /// Gives an operation up; it ends soon, unless it has ended already.
+    /// Cancels an operation; it ends soon, unless it has ended already.
     pub fn cancel(&self, id: u64) -> Option<Operation> {
         let pending = self.lock().by_id.get(&id).map(|entry| entry.pending.clone())?;
-        // Outside the lock: it may end the operation at once.
+        // Outside of the lock, since it may end the operation at once.
         pending.cancel();
         self.get(id)
     }
 
-    /// Notes progress; the operation without its result, `None` when it was forgotten.
+    /// Records progress; returns the operation without its result, or `None` when it was dropped.
     pub fn progress(&self, id: u64, done: u32, total: u32) -> Option<Operation> {
         let mut entries = self.lock();
         let operation = &mut entries.by_id.get_mut(&id)?.operation;
@@ -114,7 +115,7 @@ impl Operations {
         Some(copy(operation))
     }
 
-    /// Notes the end; the operation without its result, `None` when it was forgotten.
+    /// Records the end; returns the operation without its result, or `None` when it was dropped.
     pub fn end(&self, id: u64, end: Result<Outcome, Problem>) -> Option<Operation> {
         let mut entries = self.lock();
         let operation = &mut entries.by_id.get_mut(&id)?.operation;
@@ -139,7 +140,7 @@ impl Operations {
     }
 }
 
-/// An operation without its result, which may be large.
+/// The operation without its result, which may be large.
 fn copy(operation: &Operation) -> Operation {
     Operation { result: None, error: operation.error.clone(), ..*operation }
 }

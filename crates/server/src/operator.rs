@@ -1,4 +1,4 @@
-//! An operator inside this program: holds control as a browser's session does, and gives it up when it is asked for.
+//! An operator inside this program: holds control as a browser's session does, and releases it on request.
 
 use std::fmt;
 use std::sync::Arc;
@@ -7,7 +7,7 @@ use crate::dto::Role;
 use crate::state::App;
 use crate::tokens::random_secret;
 
-/// A session of this very program. It ends when it is closed or dropped.
+/// A session of this program itself. It ends when closed or dropped.
 pub struct Operator {
     app: App,
     secret: String,
@@ -21,14 +21,14 @@ impl fmt::Debug for Operator {
 }
 
 impl Operator {
-    /// Opens one; it has control when nobody else does. `None` when all places for sessions are taken.
+    /// Opens a session; it receives control when that is free. `None` when all slots for sessions are taken.
     pub(crate) fn open(app: App, name: &str) -> Option<Self> {
         let secret = random_secret().ok()?;
         let now = app.now();
         let operator = app.change_sessions(|sessions| {
             sessions.open(secret.clone(), Role::Operator, Some(name), now)?;
             let (id, _) = sessions.find(&secret, now)?;
-            // It is there for as long as this is, as a page is while its WebSocket is open.
+            // It stays present for its whole lifetime, as a page does while its WebSocket is open.
             sessions.socket_opened(id, now);
             sessions.keep(id);
             sessions.operator(id)
@@ -36,12 +36,12 @@ impl Operator {
         Some(Self { app, secret, operator })
     }
 
-    /// Who it is to the station, to act in its name.
+    /// Identity for the station, to act in its name.
     pub fn to_station(&self) -> Arc<vencejo_station::Operator> {
         self.operator.clone()
     }
 
-    /// Ends the session, and gives control up if it holds it. May be called again.
+    /// Ends the session and releases control. Idempotent.
     pub fn close(&self) {
         let now = self.app.now();
         self.app.change_sessions(|sessions| sessions.close(&self.secret, now));

@@ -1,5 +1,5 @@
-//! What waits to be sent to the WebSocket clients, a bounded box for each: of lists and states the newest, of texts and
-//! events all or the connection's end.
+//! Messages waiting for the WebSocket clients, in a bounded outbox for each: of lists and states only the newest; texts
+//! and events all, or the connection is closed.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -10,18 +10,18 @@ use tokio::sync::Notify;
 
 use crate::dto::{PlanKind, ServerMessage};
 
-/// Texts and events that wait for one client at most, some of each of a thousand vehicles. One more ends its connection: it reads
-/// them again when it is back.
+/// Largest number of texts and events waiting for one client, some of each of a thousand vehicles. One more closes its
+/// connection; the client reads them again after reconnecting.
 pub const MAX_EVENTS: usize = 4096;
-/// Lists and states that wait for one client at most, likewise.
+/// Largest number of lists and states waiting for one client; one more closes its connection.
 pub const MAX_TOPICS: usize = 8192;
 
-/// Something of which only the newest matters.
+/// A kind of message of which only the newest matters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Topic {
     /// The list of vehicles.
     Vehicles,
-    /// What is known of a plan on board: vehicle and plan.
+    /// State of a plan on board: vehicle and plan.
     PlanState(u16, u8),
     /// An operation by id.
     Operation(u64),
@@ -29,23 +29,23 @@ pub enum Topic {
     Links,
     /// Map sources and offline areas.
     Maps,
-    /// What of the disk does not work.
+    /// Storage faults.
     Storage,
     /// The draft of the plan.
     Draft,
 }
 
 impl Topic {
-    /// The topic of a plan on board.
+    /// Topic of a plan on board.
     pub fn plan_state(vehicle: u16, kind: PlanKind) -> Self {
         Self::PlanState(vehicle, kind as u8)
     }
 }
 
-/// Something to send.
+/// A message to send.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Outgoing {
-    /// Who holds control: differs from client to client, so it is made when it is sent.
+    /// Control state: differs between clients, so it is composed when sent.
     Control,
     /// A message.
     Message(Utf8Bytes),
@@ -59,18 +59,18 @@ struct State {
     has_overflown: bool,
 }
 
-/// What waits for one client.
+/// Messages waiting for one client.
 #[derive(Debug, Default)]
 pub struct Outbox {
     state: Mutex<State>,
-    /// Whether its client looks at the roster in place of the list of vehicles.
+    /// Whether its client is subscribed to the roster in place of the list of vehicles.
     has_roster: AtomicBool,
     news: Notify,
     overflow: Notify,
 }
 
 impl Outbox {
-    /// The next message: control, then events in order, then the rest.
+    /// Next message: control, then events in order, then the rest.
     pub fn take(&self) -> Option<Outgoing> {
         let mut state = self.lock();
         if std::mem::take(&mut state.control) {
@@ -80,7 +80,7 @@ impl Outbox {
         event.or_else(|| state.latest.pop_first().map(|(_, message)| message)).map(Outgoing::Message)
     }
 
-    /// Whether the list of vehicles is told no more: its client looks at the roster.
+    /// Switches between the roster and the list of vehicles.
     pub fn set_has_roster(&self, has_roster: bool) {
         self.has_roster.store(has_roster, Ordering::Relaxed);
         if has_roster {
@@ -88,7 +88,7 @@ impl Outbox {
         }
     }
 
-    /// Waits until there may be something to take.
+    /// Waits until there may be a message to take.
     pub async fn wait(&self) {
         self.news.notified().await;
     }
@@ -123,26 +123,26 @@ impl Outbox {
     }
 }
 
-/// The boxes of all clients. Putting something in never waits for anybody.
+/// Outboxes of all clients. Adding a message never blocks.
 #[derive(Debug, Default)]
 pub struct Outboxes {
     boxes: Mutex<Vec<Weak<Outbox>>>,
 }
 
 impl Outboxes {
-    /// A box for one more client; it is forgotten when the client drops it.
+    /// Opens an outbox for a new client; it is removed when the client drops it.
     pub fn open(&self) -> Arc<Outbox> {
         let outbox = Arc::new(Outbox::default());
         self.lock().push(Arc::downgrade(&outbox));
         outbox
     }
 
-    /// Whether anybody is told the list of vehicles.
+    /// Whether any client receives the list of vehicles.
     pub fn has_listed(&self) -> bool {
         self.open_boxes().iter().any(|outbox| !outbox.has_roster.load(Ordering::Relaxed))
     }
 
-    /// Replaces the list of vehicles, for those who are told it.
+    /// Replaces the list of vehicles, for the clients that receive it.
     pub fn put_vehicles(&self, message: &ServerMessage) {
         let text = json(message);
         for outbox in self.open_boxes().iter().filter(|outbox| !outbox.has_roster.load(Ordering::Relaxed)) {
@@ -150,7 +150,7 @@ impl Outboxes {
         }
     }
 
-    /// Replaces what waits of a topic.
+    /// Replaces the waiting message of a topic.
     pub fn put_latest(&self, topic: Topic, message: &ServerMessage) {
         self.each(message, |state, text| {
             state.latest.insert(topic, text);
@@ -162,14 +162,14 @@ impl Outboxes {
         self.each(message, |state, text| state.events.push_back(text));
     }
 
-    /// Tells everybody who holds control.
+    /// Sends the control state to all clients.
     pub fn put_control(&self) {
         for outbox in self.open_boxes() {
             outbox.change(|state| state.control = true);
         }
     }
 
-    /// Clients.
+    /// Number of clients.
     pub fn count(&self) -> usize {
         self.open_boxes().len()
     }
@@ -196,7 +196,7 @@ impl Outboxes {
     }
 }
 
-/// A message as text. Its types hold nothing that JSON cannot.
+/// Serializes a message. Its types contain nothing that JSON cannot represent.
 pub fn json(message: &ServerMessage) -> Utf8Bytes {
     serde_json::to_string(message).expect("invariant: the API's types are JSON").into()
 }

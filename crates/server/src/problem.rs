@@ -1,4 +1,4 @@
-//! What is answered when something cannot be done, as `application/problem+json` (RFC 9457): a [`Cause`] for programs, English for people.
+//! Error answers, as `application/problem+json` (RFC 9457): a [`Cause`] for programs, English texts for people.
 
 use axum::extract::rejection::{BytesRejection, JsonRejection, QueryRejection};
 use axum::http::{HeaderValue, StatusCode, header};
@@ -12,17 +12,17 @@ use vencejo_vehicle::{Refusal, misread};
 
 use self::kinds::kind_of;
 use crate::dto;
-use crate::dto::cause::{Cause, Crowd, Thing};
+use crate::dto::cause::{Cause, Crowd, ResourceKind};
 
 mod from_core;
 mod kinds;
 
 pub use self::from_core::{from_flight, from_maps, from_station};
 
-/// Differences of a plan that are listed at most.
+/// Largest number of plan differences that are listed.
 const MAX_REASONS: usize = 50;
 
-/// What a handler ends with when it cannot do what it was asked for.
+/// Error of a handler.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Problem(pub Box<dto::Problem>);
 
@@ -36,8 +36,8 @@ impl IntoResponses for Problem {
 }
 
 impl Problem {
-    /// A problem: its kind, status and title follow from the cause; the detail says in English what was wrong, where, and what
-    /// to do.
+    /// A problem: its type, status and title follow from the cause; `detail` says in English what was wrong, where, and
+    /// how to correct it.
     pub fn new(cause: Cause, detail: impl Into<String>) -> Self {
         let (status, title) = kind_of(&cause);
         Self(Box::new(dto::Problem {
@@ -52,21 +52,21 @@ impl Problem {
         }))
     }
 
-    /// With what to do about it.
+    /// Adds a remedy.
     #[must_use]
     pub fn remedy(mut self, remedy: impl Into<String>) -> Self {
         self.0.remedy = Some(remedy.into());
         self
     }
 
-    /// With the lines that tell more.
+    /// Adds lines with details.
     #[must_use]
     pub fn reasons(mut self, reasons: impl IntoIterator<Item = String>) -> Self {
         self.0.reasons = reasons.into_iter().take(MAX_REASONS).collect();
         self
     }
 
-    /// With what the vehicle wrote, and what to do about that.
+    /// Adds the vehicle's texts, and remedies for them.
     fn refused(mut self, reasons: &[String], remedies: &[&str]) -> Self {
         self = self.reasons(reasons.iter().cloned());
         let refusals: Vec<_> = self.0.reasons.iter().map(|reason| Refusal::of(reason)).collect();
@@ -77,55 +77,55 @@ impl Problem {
         self
     }
 
-    /// The request makes no sense.
+    /// An invalid request.
     pub fn invalid(detail: impl Into<String>) -> Self {
         let detail = detail.into();
         Self::new(Cause::InvalidRequest { problem: detail.clone() }, detail)
     }
 
-    /// A value that may not be.
+    /// An invalid value.
     pub fn invalid_value(field: &str, value: impl ToString, expected: &str) -> Self {
         let value = value.to_string();
         let detail = format!("{field} is {value}, should be {expected}");
         Self::new(Cause::InvalidValue { field: field.to_owned(), value, expected: expected.to_owned() }, detail)
     }
 
-    /// A number of a request that is out of its range.
+    /// A number out of its range.
     pub fn out_of_range<T: std::fmt::Display>(field: &str, value: T, low: T, high: T) -> Self {
         Self::invalid_value(field, value, &format!("{low} to {high}"))
     }
 
-    /// There is no such thing.
-    pub fn not_found(what: Thing, name: impl ToString, detail: impl Into<String>) -> Self {
+    /// A missing resource.
+    pub fn not_found(what: ResourceKind, name: impl ToString, detail: impl Into<String>) -> Self {
         Self::new(Cause::NotFound { what, name: name.to_string() }, detail)
     }
 
-    /// Something that only a session may do.
+    /// A missing session.
     pub fn no_session() -> Self {
         Self::new(Cause::NoSession, "this needs a session, and yours is not known")
             .remedy("open one with POST /api/v1/session, with the token that the server shows in its terminal")
     }
 
-    /// A token that is none of ours.
+    /// An unknown token.
     pub fn bad_token() -> Self {
         Self::new(Cause::BadToken, "this token is not one of this server's")
             .remedy("copy the whole address from the server's terminal")
     }
 
-    /// One more token after too many wrong ones.
+    /// A token from an address that has sent too many wrong ones.
     pub fn tokens_slowed(wait: std::time::Duration) -> Self {
         let wait_s = wait.as_secs().max(1);
         Self::new(Cause::TokensSlowed { wait_s }, "too many wrong tokens came from this address")
             .remedy(format!("wait {wait_s} s, then copy the whole address from the server's terminal"))
     }
 
-    /// Something that viewers may not do.
+    /// A request that viewers may not make.
     pub fn viewer() -> Self {
         Self::new(Cause::Role, "this session may look but not command")
             .remedy("open a session with the operator's token")
     }
 
-    /// Something that needs control, which another session has or nobody.
+    /// A request that needs control, which is free or held by another session.
     pub fn no_control(holder: Option<&str>) -> Self {
         let cause = Cause::Control { holder: holder.map(str::to_owned) };
         match holder {
@@ -136,12 +136,12 @@ impl Problem {
         }
     }
 
-    /// Too much at once.
+    /// An exceeded limit.
     pub fn too_many(what: Crowd, limit: usize, detail: impl Into<String>) -> Self {
         Self::new(Cause::TooMany { what, limit: limit as u64 }, detail)
     }
 
-    /// The server is on its way down, or a task of it has died.
+    /// The server is shutting down, or one of its tasks has died.
     pub fn closed() -> Self {
         Self::new(Cause::Closed, StationError::Closed.to_string())
     }
@@ -165,7 +165,7 @@ fn unreadable(status: StatusCode, text: String) -> Problem {
         }
         _ => {
             let mut problem = Problem::invalid(text);
-            // Not even JSON is another status, for whoever looks at that alone.
+            // Invalid JSON keeps its own status, for clients that look at the status only.
             problem.0.status = status.as_u16();
             problem
         }

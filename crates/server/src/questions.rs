@@ -1,21 +1,22 @@
-//! A client's questions about plans: of each kind one is answered at a time, and of those that come meanwhile the newest.
+//! A client's requests about plans: one of each kind is processed at a time, and of those that arrive meanwhile only
+//! the newest is kept.
 
 use std::future::{Future, pending};
 use std::pin::Pin;
 
 use axum::extract::ws::Utf8Bytes;
 
-/// The making of an answer.
+/// Computation of an answer.
 type Answer = Pin<Box<dyn Future<Output = Utf8Bytes> + Send + Sync>>;
 
-/// Questions of one kind.
+/// A queue for one kind of request that keeps only the newest waiting one.
 #[derive(Default)]
-struct Lane {
+struct LatestWins {
     under_way: Option<Answer>,
     next: Option<Answer>,
 }
 
-impl Lane {
+impl LatestWins {
     fn ask(&mut self, answer: Answer) {
         if self.under_way.is_none() {
             self.under_way = Some(answer);
@@ -24,7 +25,7 @@ impl Lane {
         }
     }
 
-    /// The next answer; waits for ever while nothing is asked. Nothing is lost when it is given up and called again.
+    /// Next answer; pending while there is no request. Cancellation safe.
     async fn answered(&mut self) -> Utf8Bytes {
         let Some(answer) = &mut self.under_way else { return pending().await };
         let text = answer.await;
@@ -33,25 +34,25 @@ impl Lane {
     }
 }
 
-/// Questions of one client.
+/// Requests of one client.
 #[derive(Default)]
 pub struct Questions {
-    assessments: Lane,
-    ways: Lane,
+    assessments: LatestWins,
+    ways: LatestWins,
 }
 
 impl Questions {
-    /// Asks for an assessment, which may take a while.
+    /// Queues an assessment, which may take a while.
     pub fn ask_assessment(&mut self, answer: impl Future<Output = Utf8Bytes> + Send + Sync + 'static) {
         self.assessments.ask(Box::pin(answer));
     }
 
-    /// Asks for a way, which waits for no assessment.
+    /// Queues a route, which does not wait for assessments.
     pub fn ask_way(&mut self, answer: impl Future<Output = Utf8Bytes> + Send + Sync + 'static) {
         self.ways.ask(Box::pin(answer));
     }
 
-    /// The next answer of either kind; waits for ever while nothing is asked.
+    /// Next answer of either kind; pending while there is no request.
     pub async fn answered(&mut self) -> Utf8Bytes {
         tokio::select! {
             text = self.ways.answered() => text,

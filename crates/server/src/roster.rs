@@ -1,4 +1,4 @@
-//! The list of many vehicles: made once a second for all who look at it, and told to each as far as it changed.
+//! The fleet list: built once a second, sent to each client as a delta.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -14,13 +14,13 @@ use vencejo_vehicle::telemetry::Severity;
 use crate::convert;
 use crate::dto::roster::{RosterChange, RosterRow, RosterText};
 
-/// How long a text that warns stays in the list.
+/// How long a warning text stays in the list.
 const ALARM_FOR: Duration = Duration::from_secs(60);
 
-/// Rows as they are told, by id.
+/// Rows as sent, by id.
 type Rows = BTreeMap<u16, Arc<Map<String, Value>>>;
 
-/// The rows of all vehicles at one moment.
+/// The rows of all vehicles at one time.
 #[derive(Debug, Clone, Default)]
 pub struct Roster {
     /// Seconds on the station's clock.
@@ -29,18 +29,18 @@ pub struct Roster {
 }
 
 impl Roster {
-    /// As it is now.
+    /// The present rows.
     pub fn now(station: &Station) -> Self {
         let rows = station.vehicles().iter().map(row).collect();
         Self { time_s: convert::seconds(station.now()), rows }
     }
 
-    /// Whether no vehicle is in it: none is there, or it was never made.
+    /// Whether it has no rows: there are no vehicles, or it was never built.
     pub fn is_empty(&self) -> bool {
         self.rows.is_empty()
     }
 
-    /// The same with those that have come since, and without those that went; nothing else is looked at.
+    /// The same rows, with those of new vehicles added and those of missing ones removed; the others are not rebuilt.
     pub fn with_newcomers(&self, vehicles: &[VehicleHandle], now: MonoTime) -> Self {
         let kept = |vehicle: &VehicleHandle| {
             let id = vehicle.id().number();
@@ -50,12 +50,12 @@ impl Roster {
     }
 }
 
-/// What one client was told of it.
+/// The rows that one client has.
 #[derive(Debug, Default)]
-pub struct Told(Rows);
+pub struct SentRows(Rows);
 
-impl Told {
-    /// What it is to be told now: changed rows, and ids of those that went.
+impl SentRows {
+    /// The difference to the client's rows: changed rows, and ids of removed ones.
     pub fn changes(&mut self, roster: &Roster) -> (Vec<RosterChange>, Vec<u16>) {
         let changed = roster.rows.iter().filter_map(|(id, row)| {
             let Some(before) = self.0.get(id) else { return Some(RosterChange(row.as_ref().clone())) };
@@ -87,7 +87,7 @@ fn row(vehicle: &VehicleHandle) -> (u16, Arc<Map<String, Value>>) {
     }
 }
 
-/// Rounded, so that a row is told only where it shows something else.
+/// Rounds a value, so that a row is sent only when it would be displayed differently.
 fn rounded(value: Option<f64>, parts: f64) -> Option<f64> {
     value.map(|value| (value * parts).round() / parts)
 }
@@ -151,22 +151,22 @@ mod tests {
         Roster { time_s: 1.0, rows: rows.collect() }
     }
 
-    fn told(told: &mut Told, roster: &Roster) -> (Value, Vec<u16>) {
-        let (rows, gone) = told.changes(roster);
+    fn sent(sent: &mut SentRows, roster: &Roster) -> (Value, Vec<u16>) {
+        let (rows, gone) = sent.changes(roster);
         (json!(rows), gone)
     }
 
     #[test]
-    fn each_row_is_told_whole_once_and_then_what_changed_of_it() {
-        let mut client = Told::default();
+    fn each_row_is_sent_whole_once_and_then_its_changes() {
+        let mut client = SentRows::default();
         let one = json!({"id": 1, "mode": "AUTO", "lat_deg": 40.1, "holder": "Ana"});
         let two = json!({"id": 300, "mode": "RTL", "lat_deg": null});
         let first = roster(&[(1, one.clone()), (300, two.clone())]);
-        assert_eq!(told(&mut client, &first), (json!([one, two]), vec![]));
-        assert_eq!(told(&mut client, &first), (json!([]), vec![]), "the same again");
+        assert_eq!(sent(&mut client, &first), (json!([one, two]), vec![]));
+        assert_eq!(sent(&mut client, &first), (json!([]), vec![]), "the same again");
         let moved = json!({"id": 1, "mode": "AUTO", "lat_deg": 40.2, "holder": null});
         let second = roster(&[(1, moved), (300, two)]);
-        assert_eq!(told(&mut client, &second), (json!([{"id": 1, "lat_deg": 40.2, "holder": null}]), vec![]));
-        assert_eq!(told(&mut client, &roster(&[])), (json!([]), vec![1, 300]));
+        assert_eq!(sent(&mut client, &second), (json!([{"id": 1, "lat_deg": 40.2, "holder": null}]), vec![]));
+        assert_eq!(sent(&mut client, &roster(&[])), (json!([]), vec![1, 300]));
     }
 }

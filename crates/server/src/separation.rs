@@ -1,4 +1,4 @@
-//! Rehearses planned flights and holds them against each other.
+//! Rehearses planned flights and checks their separation.
 
 use vencejo_flight::checks::{CLEARANCE_M, rehearse_and_check};
 use vencejo_flight::landing::Wind;
@@ -17,16 +17,16 @@ use crate::problem::Problem;
 use crate::state::App;
 use crate::turns::in_turn;
 
-/// Flights that are held against each other at most: each is rehearsed, and each pair compared.
+/// Largest number of flights in a check: each is rehearsed, and each pair compared.
 const MOST_FLIGHTS: usize = 32;
-/// How far a compared track may lie from the rehearsed one, m.
+/// Largest distance between the compared and the rehearsed track, m.
 const TRACK_WITHIN_M: f64 = 1.0;
-/// The latest start, s.
+/// Latest start time, s.
 const LATEST_S: f64 = 86_400.0;
 
 /// # Errors
-/// For fewer than two flights or too many, limits, starts and plans that are none, a plan on board that is not known, and where no home is
-/// known.
+/// For fewer than two flights or too many, invalid limits, start times and plans, an unknown plan on board, and when no
+/// home is known.
 pub(crate) async fn separated(app: &App, asked: SeparationRequest) -> Result<Separation, Problem> {
     let count = asked.flights.len();
     if !(2..=MOST_FLIGHTS).contains(&count) {

@@ -1,4 +1,4 @@
-//! Sessions: who is connected, and what each may do. Which one commands is the station's lease. Pure: time comes in.
+//! Sessions: who is connected, and their roles. Control is the station's lease. Pure: time is passed in.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -9,17 +9,18 @@ use vencejo_station::{Control, GRACE, NotTaken, Operator};
 
 use crate::dto::{Role, SessionInfo};
 
-/// Sessions kept at most; the one idle for longest makes room, viewers before operators, and never an operator for a viewer.
+/// Largest number of sessions; the one idle for longest makes room, viewers before operators, and never an operator for
+/// a viewer.
 pub const MAX_SESSIONS: usize = 256;
-/// Those of viewers among them.
+/// Largest number of viewer sessions.
 const MAX_VIEWER_SESSIONS: usize = 192;
-/// A session that nobody uses is forgotten after this.
+/// Idle time after which a session is dropped.
 pub const IDLE: Duration = Duration::from_secs(12 * 3600);
-/// WebSockets of all sessions.
+/// Largest number of WebSockets, over all sessions.
 pub const MAX_SOCKETS: usize = 128;
-/// Those of viewers among them.
+/// Largest number of WebSockets of viewers.
 const MAX_VIEWER_SOCKETS: usize = 96;
-/// WebSockets that one session may have open: tabs of one browser.
+/// Largest number of WebSockets of one session: tabs of one browser.
 const MAX_SOCKETS_OF_ONE: u32 = 16;
 
 /// The public id of a session.
@@ -37,14 +38,14 @@ struct Session {
     id: SessionId,
     name: String,
     role: Role,
-    /// WebSockets that it has open.
+    /// Number of open WebSockets.
     sockets: u32,
-    /// Whether it is this program's own.
+    /// Whether it belongs to this program itself.
     is_inside: bool,
     last_used: MonoTime,
-    /// When its last WebSocket ended.
+    /// Time when its last WebSocket closed.
     left: Option<MonoTime>,
-    /// Who it is to the station, for an operator's.
+    /// Identity for the station, of an operator's session.
     operator: Option<Arc<Operator>>,
 }
 
@@ -53,13 +54,14 @@ impl Session {
         self.sockets > 0 || now.since(self.last_used) <= GRACE
     }
 
-    /// Whether somebody stays, or has just gone and may come back. A request by itself is nobody's who stays.
+    /// Whether a user is present, or has just left and may come back. A request without a WebSocket does not make one
+    /// present.
     fn is_there(&self, now: MonoTime) -> bool {
         self.sockets > 0 || self.left.is_some_and(|left| now.since(left) <= GRACE)
     }
 }
 
-/// However it ends, whatever of it is still under way (a request whose body trickles in) may do nothing more.
+/// However a session ends, its requests in progress (such as a body that trickles in) may do nothing more.
 impl Drop for Session {
     fn drop(&mut self) {
         if let Some(operator) = &self.operator {
@@ -68,7 +70,7 @@ impl Drop for Session {
     }
 }
 
-/// All sessions, by the secret that proves each.
+/// All sessions, by their secrets.
 #[derive(Debug, Default)]
 pub struct Sessions {
     by_secret: HashMap<String, Session>,
@@ -76,24 +78,25 @@ pub struct Sessions {
     control: Control,
 }
 
-/// Why control was not given.
+/// Why control was not granted.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum NotGiven {
-    /// The session is not known any more.
+    /// The session has ended.
     NoSession,
-    /// The role does not allow it.
+    /// The role does not permit it.
     Viewer,
     /// Another session, with this name, holds it.
     Held(String),
 }
 
 impl Sessions {
-    /// Sessions that take part in this lease.
+    /// Sessions with this control lease.
     pub fn new(control: Control) -> Self {
         Self { control, ..Self::default() }
     }
 
-    /// Opens a session. An operator gets control when nobody has it. `None` when all places are taken by sessions in use.
+    /// Opens a session. An operator receives control when it is free. `None` when all slots are taken by sessions in
+    /// use.
     pub fn open(&mut self, secret: String, role: Role, name: Option<&str>, now: MonoTime) -> Option<SessionInfo> {
         self.expire(now);
         let viewers = self.by_secret.values().filter(|session| session.role == Role::Viewer).count();
@@ -105,12 +108,12 @@ impl Sessions {
         }
         self.opened += 1;
         let id = SessionId(self.opened);
-        // A viewer is nobody to the station, but has a name by the same rules.
+        // A viewer is unknown to the station, but its name follows the same rules.
         let operator = self.control.enlist(name.unwrap_or_default(), now);
         let name = operator.name();
         let operator = (role == Role::Operator).then(|| Arc::new(operator));
         if let Some(operator) = &operator {
-            // Held by another, it is theirs until a person asks for it.
+            // If another session holds it, it keeps it until a user requests it.
             let _ = operator.take(now);
         }
         self.by_secret.insert(
@@ -120,7 +123,7 @@ impl Sessions {
         self.info(id)
     }
 
-    /// The session that a secret proves; counts as use.
+    /// The session of a secret; counts as use.
     pub fn find(&mut self, secret: &str, now: MonoTime) -> Option<(SessionId, Role)> {
         let session = self.by_secret.get_mut(secret)?;
         if session.sockets == 0 && now.since(session.last_used) > IDLE {
@@ -134,36 +137,36 @@ impl Sessions {
         Some((session.id, session.role))
     }
 
-    /// Whether a secret proves a session. Is no use of it.
+    /// Whether a secret belongs to a session. Does not count as use.
     pub fn knows(&self, secret: &str) -> bool {
         self.by_secret.contains_key(secret)
     }
 
-    /// Ends all sessions of a role that a token gave, because that token is no longer one.
+    /// Ends all sessions of a role whose token has been revoked.
     pub fn revoke(&mut self, role: Role, now: MonoTime) {
         self.control.expire(now);
         self.by_secret.retain(|_, session| session.role != role || session.is_inside);
     }
 
-    /// How many have ended.
+    /// Number of ended sessions.
     pub fn ended(&self) -> u64 {
         self.opened - self.by_secret.len() as u64
     }
 
-    /// A session of this very program: it needs no token.
+    /// Marks a session as this program's own: it needs no token.
     pub fn keep(&mut self, id: SessionId) {
         if let Some(session) = self.get_mut(id) {
             session.is_inside = true;
         }
     }
 
-    /// Ends a session; whether there was one.
+    /// Ends a session; returns whether it existed.
     pub fn close(&mut self, secret: &str, now: MonoTime) -> bool {
         self.control.expire(now);
         self.by_secret.remove(secret).is_some()
     }
 
-    /// A session wants one more WebSocket; whether it gets it.
+    /// Opens a WebSocket for a session; returns whether the limits allow it.
     pub fn open_socket(&mut self, id: SessionId, now: MonoTime) -> bool {
         let Some(session) = self.get(id) else { return false };
         let sockets = |role: Role| -> usize {
@@ -181,7 +184,7 @@ impl Sessions {
         may
     }
 
-    /// A session opened a WebSocket; an operator gets control when nobody has it.
+    /// Records an opened WebSocket of a session; an operator receives control when it is free.
     pub fn socket_opened(&mut self, id: SessionId, now: MonoTime) {
         self.expire(now);
         let Some(session) = self.get_mut(id) else { return };
@@ -189,12 +192,12 @@ impl Sessions {
         session.last_used = now;
         if let Some(operator) = &session.operator {
             operator.attach(now);
-            // Held by another, it is theirs until a person asks for it.
+            // If another session holds it, it keeps it until a user requests it.
             let _ = operator.take(now);
         }
     }
 
-    /// A WebSocket of a session ended.
+    /// Records a closed WebSocket of a session.
     pub fn socket_closed(&mut self, id: SessionId, now: MonoTime) {
         if let Some(session) = self.get_mut(id) {
             session.sockets = session.sockets.saturating_sub(1);
@@ -205,12 +208,12 @@ impl Sessions {
         }
     }
 
-    /// Who a session is to the station; `None` for a viewer's, and for one that is gone.
+    /// Identity of a session for the station; `None` for viewers and ended sessions.
     pub fn operator(&self, id: SessionId) -> Option<Arc<Operator>> {
         self.get(id)?.operator.clone()
     }
 
-    /// Takes control if it is free, or held by this session already.
+    /// Takes control if it is free, or already held by this session.
     pub fn take(&mut self, id: SessionId, now: MonoTime) -> Result<(), NotGiven> {
         let session = self.get(id).ok_or(NotGiven::NoSession)?;
         let operator = session.operator.as_ref().ok_or(NotGiven::Viewer)?;
@@ -220,21 +223,21 @@ impl Sessions {
         })
     }
 
-    /// Asks the holder for control; takes it when nobody holds it.
+    /// Requests control from the holder; takes it when it is free.
     pub fn request(&mut self, id: SessionId, now: MonoTime) -> Result<(), NotGiven> {
         let session = self.get(id).ok_or(NotGiven::NoSession)?;
         session.operator.as_ref().ok_or(NotGiven::Viewer)?.request(now);
         Ok(())
     }
 
-    /// Gives control up: to whoever asks for it, else to nobody. Whoever asks and does not hold it stops asking.
+    /// Releases control: to a session that requests it, if any. A session that only requests it withdraws its request.
     pub fn release(&mut self, id: SessionId, now: MonoTime) {
         if let Some(operator) = self.operator(id) {
             operator.release(now);
         }
     }
 
-    /// Lets time pass; whether control changed hands.
+    /// Advances time; returns whether control changed hands.
     pub fn expire(&mut self, now: MonoTime) -> bool {
         let before = self.control.version();
         self.control.expire(now);
@@ -242,13 +245,13 @@ impl Sessions {
         before != self.control.version()
     }
 
-    /// Whether an operator's session has a WebSocket: what the vehicle's ground-station failsafe is to be told. One that had heard of a station
-    /// for the sake of a single request would miss it some seconds later.
+    /// Whether an operator's session has a WebSocket, on which the heartbeat for the vehicle's ground-station failsafe
+    /// depends. If a single request started the heartbeat, the vehicle would miss it some seconds later.
     pub fn has_operator(&self, now: MonoTime) -> bool {
         self.by_secret.values().any(|session| session.role == Role::Operator && session.is_there(now))
     }
 
-    /// What a session may know about itself; `None` when it is gone.
+    /// Information about a session for its owner; `None` when it has ended.
     pub fn info(&self, id: SessionId) -> Option<SessionInfo> {
         let session = self.get(id)?;
         Some(SessionInfo {
@@ -266,7 +269,7 @@ impl Sessions {
         self.get(id).and_then(|session| session.operator.as_ref()).is_some_and(|operator| operator.has_control())
     }
 
-    /// Name of whoever holds control.
+    /// Name of the holder of control.
     pub fn holder_name(&self) -> Option<String> {
         self.control.holder()
     }
@@ -366,7 +369,7 @@ mod tests {
             open(&mut sessions, &format!("operator {index}"), Role::Operator, at(0));
         }
         for index in 0..1000 {
-            // They all come at once, and come again: each is in use, or idle and newer than every operator.
+            // They all come at once, and again: each is in use, or idle and newer than every operator.
             sessions.open(format!("viewer {index}"), Role::Viewer, None, at(index / 200 * 10));
         }
         assert_eq!(sessions.by_secret.len(), MAX_SESSIONS);

@@ -1,4 +1,4 @@
-//! What is known of the ground around plans, in squares; who looks them up is another's business.
+//! Cache of terrain squares around plans; loading them is the caller's task.
 
 use std::collections::{HashMap, HashSet};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -8,52 +8,52 @@ use tokio::sync::{Semaphore, watch};
 use tokio::time::Instant;
 use vencejo_flight::ground::{GroundMap, Square, SquareId};
 
-/// Squares that are kept, 8 kB each; those that were used longest ago go first.
-const KEPT: usize = 2048;
-/// After that a square is asked for again, and used meanwhile: a source may be another.
-const OLD: Duration = Duration::from_secs(60);
-/// The same for one that is not known, or not whole: a network may be back.
-const DOUBTED: Duration = Duration::from_secs(10);
-/// Squares that are looked up at once.
-const AT_ONCE: usize = 4;
+/// Largest number of squares, 8 kB each; the least recently used are evicted.
+const MAX_SQUARES: usize = 2048;
+/// Age at which a square is loaded again, and used meanwhile: its source may have changed.
+const REFRESH_AFTER: Duration = Duration::from_secs(60);
+/// The same for a missing or incomplete one: a network may be back.
+const RETRY_AFTER: Duration = Duration::from_secs(10);
+/// Number of squares loaded at once.
+const MAX_LOADING: usize = 4;
 
-/// What is known of the ground.
+/// The cache.
 #[derive(Debug)]
 pub struct Grounds {
-    known: Mutex<Known>,
-    /// Turns for those that are looked up.
+    known: Mutex<Inner>,
+    /// Permits for loading squares.
     pub turns: Arc<Semaphore>,
-    /// Changes with every square that comes.
+    /// Changes with every square that arrives.
     pub arrived: watch::Sender<u64>,
 }
 
 impl Default for Grounds {
     fn default() -> Self {
-        let turns = Arc::new(Semaphore::new(AT_ONCE));
+        let turns = Arc::new(Semaphore::new(MAX_LOADING));
         Self { known: Mutex::default(), turns, arrived: watch::channel(0).0 }
     }
 }
 
 #[derive(Debug, Default)]
-struct Known {
-    squares: HashMap<SquareId, Kept>,
-    /// Those that are being looked up.
+struct Inner {
+    squares: HashMap<SquareId, CachedSquare>,
+    /// Squares being loaded.
     asked: HashSet<SquareId>,
 }
 
 #[derive(Debug)]
-struct Kept {
+struct CachedSquare {
     square: Arc<Square>,
     from: Instant,
     used: Instant,
 }
 
 impl Grounds {
-    fn lock(&self) -> MutexGuard<'_, Known> {
+    fn lock(&self) -> MutexGuard<'_, Inner> {
         self.known.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// What is known of these squares, and those that are to be looked up, which then count as asked for.
+    /// The cached ones of these squares, and those to load, which are then marked as being loaded.
     pub fn take(&self, ids: &[SquareId]) -> (GroundMap, Vec<SquareId>) {
         let now = Instant::now();
         let mut known = self.lock();
@@ -62,30 +62,31 @@ impl Grounds {
             kept.used = now;
             Some(kept.square.clone())
         });
-        let is_fresh = |kept: &Kept| now - kept.from < if kept.square.is_whole() { OLD } else { DOUBTED };
+        let is_fresh =
+            |kept: &CachedSquare| now - kept.from < if kept.square.is_whole() { REFRESH_AFTER } else { RETRY_AFTER };
         let open: Vec<_> = ids.iter().filter(|id| !known.squares.get(id).is_some_and(is_fresh)).copied().collect();
         (map, open.into_iter().filter(|id| known.asked.insert(*id)).collect())
     }
 
-    /// Whether squares that are not wholly known are being looked up.
+    /// Whether missing or incomplete squares are being loaded.
     pub fn is_pending(&self, ids: &[SquareId]) -> bool {
         let known = self.lock();
-        let is_whole = |id| known.squares.get(id).is_some_and(|kept: &Kept| kept.square.is_whole());
+        let is_whole = |id| known.squares.get(id).is_some_and(|kept: &CachedSquare| kept.square.is_whole());
         ids.iter().any(|id| known.asked.contains(id) && !is_whole(id))
     }
 
-    /// Keeps what was found of a square that was asked for; `None`: it was not looked up.
+    /// Stores the result for a requested square; `None` if it was not loaded.
     pub fn keep(&self, id: SquareId, square: Option<Square>) {
         let now = Instant::now();
         let mut known = self.lock();
         known.asked.remove(&id);
         if let Some(square) = square {
-            known.squares.insert(id, Kept { square: Arc::new(square), from: now, used: now });
+            known.squares.insert(id, CachedSquare { square: Arc::new(square), from: now, used: now });
         }
-        if known.squares.len() > KEPT {
+        if known.squares.len() > MAX_SQUARES {
             let mut used: Vec<_> = known.squares.iter().map(|(id, kept)| (kept.used, *id)).collect();
             used.sort_unstable();
-            used.truncate(KEPT / 8);
+            used.truncate(MAX_SQUARES / 8);
             for (_, id) in used {
                 known.squares.remove(&id);
             }

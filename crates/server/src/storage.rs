@@ -1,4 +1,4 @@
-//! What of the server's disk does not work, said once for all front doors.
+//! Storage faults, collected once for all interfaces.
 
 use std::time::Duration;
 
@@ -13,11 +13,11 @@ use crate::drafts::DraftFault;
 use crate::dto::storage::{StorageClass, StorageFault, StorageProblem};
 use crate::state::{Alive, App, closed};
 
-/// How often folders are looked at: whether there is room, and whether they can be written.
+/// Interval at which folders are checked for free space and writability.
 const LOOK_AT_DISK: Duration = Duration::from_secs(2);
 
-/// Tells the clients what of the disk does not work, until the server is closed. The flight recorder is told of as soon as
-/// its state changes; folders are looked at off the runtime's threads, since a disk may not answer.
+/// Reports storage faults to the clients until the server is closed. Those of the flight recorder are reported as soon
+/// as its state changes; folders are checked off the async threads, since a disk may not respond.
 pub async fn tell(app: App, _alive: Alive) {
     let (mut recorder, mut closing) = (app.station().recorder_changes(), app.closing());
     let mut ticks = interval(LOOK_AT_DISK);
@@ -37,11 +37,11 @@ pub async fn tell(app: App, _alive: Alive) {
         };
         tokio::select! {
             () = closed(&mut closing) => return,
-            // An error means that the station is gone, which is an end as well.
+            // An error means that the station is gone, which also ends this task.
             changed = recorder.changed() => if changed.is_err() { return },
             found = looked => (folders, looking) = (found, None),
             _ = ticks.tick() => match since {
-                // It was looked at a tick ago, and the disk has not answered since.
+                // The check of the last tick has not returned: the disk does not respond.
                 Some(since) => folders = vec![stalled(convert::seconds(since))],
                 None => {
                     let since = app.now();
@@ -54,7 +54,7 @@ pub async fn tell(app: App, _alive: Alive) {
     }
 }
 
-/// Why no telemetry is recorded.
+/// Why telemetry is not recorded.
 fn recorder_problem(status: &RecorderStatus) -> Option<StorageProblem> {
     let fault = match &status.state {
         RecorderState::Starting | RecorderState::Recording { .. } | RecorderState::Closed => return None,
@@ -72,13 +72,14 @@ fn recorder_problem(status: &RecorderStatus) -> Option<StorageProblem> {
     })
 }
 
-/// What is said when looking at the folders takes too long.
+/// The fault reported when checking the folders takes too long.
 fn stalled(since_s: f64) -> StorageProblem {
     let text = "maps are shown, but none are kept: the disk does not answer".to_owned();
     StorageProblem { since_s, ..of(StorageClass::Maps, StorageFault::Stalled, text) }
 }
 
-/// What is wrong with the folders of maps, missions, drafts and cameras, and since when as far as `known` tells. Looks at the disk.
+/// Faults of the folders of maps, missions, drafts and cameras, with their start times as far as `known` has them.
+/// Accesses the disk.
 fn folder_problems(app: &App, known: &[StorageProblem]) -> Vec<StorageProblem> {
     let now_s = convert::seconds(app.now());
     let since = |mut problem: StorageProblem| {
@@ -160,7 +161,7 @@ const fn low_space(free_bytes: u64, floor_bytes: u64) -> StorageFault {
     StorageFault::LowSpace { free_mb: free_bytes / 1_000_000, floor_mb: floor_bytes / 1_000_000 }
 }
 
-/// Clients learn the name, not the folder.
+/// Clients learn the file name, not the folder.
 fn file_name(path: &str) -> String {
     std::path::Path::new(path).file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned())
 }

@@ -1,5 +1,6 @@
-//! JSON in which an object is an object. Serde's derived readers also take a list for a structure, its values by place: an empty
-//! list would then stand for all defaults, and `[]` for "nothing given". Here that is refused, at every depth.
+//! Strict JSON: a structure must be an object. Serde's derived readers also accept a list with the values in order, so
+//! that an empty list would stand for all defaults, and `[]` for "nothing given". This reader refuses lists at every
+//! depth.
 
 use std::fmt;
 
@@ -9,10 +10,10 @@ use serde::de::{
 };
 use vencejo_vehicle::misread;
 
-/// Reads JSON this way.
+/// Reads JSON strictly.
 ///
 /// # Errors
-/// Which value is wrong, what it is and what is taken.
+/// The wrong value, what it is, and what is expected.
 pub fn read<T: DeserializeOwned>(text: &str) -> Result<T, String> {
     let mut json = serde_json::Deserializer::from_str(text);
     let read = serde_path_to_error::deserialize(&mut json).map(|Strict(value)| value);
@@ -23,7 +24,7 @@ pub fn read<T: DeserializeOwned>(text: &str) -> Result<T, String> {
     })
 }
 
-/// A value that is read this way.
+/// A value that is read strictly.
 struct Strict<T>(T);
 
 impl<'de, T: Deserialize<'de>> Deserialize<'de> for Strict<T> {
@@ -32,7 +33,7 @@ impl<'de, T: Deserialize<'de>> Deserialize<'de> for Strict<T> {
     }
 }
 
-/// Whatever reads, gives or visits, kept strict.
+/// Adapter that makes any deserializer, seed or visitor strict.
 struct Objects<T>(T);
 
 macro_rules! forward {
@@ -59,7 +60,7 @@ impl<'de, D: Deserializer<'de>> Deserializer<'de> for Objects<D> {
         _: &'static [&'static str],
         visitor: V,
     ) -> Result<V::Value, D::Error> {
-        // This is all: a structure is read as a map is.
+        // The essential step: a structure is read like a map.
         self.0.deserialize_map(Objects(visitor))
     }
 

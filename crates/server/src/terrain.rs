@@ -1,4 +1,4 @@
-//! Answers a vehicle that asks for the ground's heights, from the maps. What no map knows stays unanswered.
+//! Answers a vehicle's terrain requests from the maps. Requests for unknown terrain stay unanswered.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -10,19 +10,21 @@ use vencejo_maps::geo::Corner;
 use vencejo_station::{DropOldest, Received, Taken, VehicleHandle};
 use vencejo_vehicle::{TERRAIN_REQUEST, TerrainBlock, TerrainRequests};
 
-/// Requests that wait at most; the oldest are dropped, and the vehicle repeats them.
+/// Largest number of waiting requests; the oldest are dropped, and the vehicle repeats them.
 const REQUESTS: usize = 16;
-/// Between two answers over a serial port or a radio: an answer's 55 bytes are then less than 8 % of a 57,600 baud line.
+/// Interval between answers over a serial port or a radio: an answer's 55 bytes are then less than 8 % of a 57,600 baud
+/// line.
 const SLOW_PACE: Duration = Duration::from_millis(125);
-/// Between two answers over a network. A grid's 56 are there in about the 2 s after which ArduPilot asks for the next.
+/// Interval between answers over a network. A grid's 56 are sent in about the 2 s after which ArduPilot requests the
+/// next.
 const PACE: Duration = Duration::from_millis(40);
 
-/// What a vehicle asks for from now on.
+/// Subscribes to a vehicle's terrain requests.
 pub fn listen(vehicle: &VehicleHandle) -> Arc<DropOldest<Received>> {
     vehicle.subscribe_messages(Some(BTreeSet::from([TERRAIN_REQUEST])), REQUESTS)
 }
 
-/// Answers what a vehicle asks for from these maps until it is gone; without maps nothing is known.
+/// Answers a vehicle's requests until it is gone; without maps all terrain is unknown.
 pub async fn serve(maps: Option<&Maps>, vehicle: &VehicleHandle, queue: &DropOldest<Received>) {
     let mut requests = TerrainRequests::default();
     while let Some(received) = queue.take().await {
@@ -30,7 +32,7 @@ pub async fn serve(maps: Option<&Maps>, vehicle: &VehicleHandle, queue: &DropOld
         let mut all_known = true;
         loop {
             while let Some(received) = next {
-                // A message that cannot be read asks for nothing.
+                // Undecodable messages are ignored.
                 if let Ok(message) = received.frame.decode() {
                     requests.ask(&message);
                     all_known = true;
@@ -51,7 +53,7 @@ pub async fn serve(maps: Option<&Maps>, vehicle: &VehicleHandle, queue: &DropOld
     }
 }
 
-/// The ground's heights at a block's places, as far as a map knows them.
+/// Ground elevations at a block's positions, as far as a map contains them.
 async fn heights(maps: Option<&Maps>, block: &TerrainBlock) -> Vec<Option<f64>> {
     let Some(maps) = maps else { return vec![None] };
     let places = block.places().map(|(lat_deg, lon_deg)| Corner { lat_deg, lon_deg });

@@ -1,4 +1,4 @@
-//! The API as a whole: by plain calls, and over real sockets, with a vehicle that answers over UDP.
+//! The whole API: by plain calls, and over real sockets, with a vehicle that answers over UDP.
 
 mod authority;
 mod bodies;
@@ -37,7 +37,7 @@ use crate::outbox::MAX_EVENTS;
 use crate::state::{App, AppParts};
 use crate::{Server, ServerConfig, ServerError, routes};
 
-/// A hang is a failure.
+/// Time limit of a step; a hang fails the test.
 pub const PATIENCE: Duration = Duration::from_secs(20);
 
 pub fn station(heartbeat: bool) -> Station {
@@ -92,12 +92,12 @@ impl Plain {
         }
     }
 
-    /// A request as a browser's own page makes it; `body` as JSON when there is one.
+    /// A request as a browser's own page makes it; with `body` as JSON, if any.
     pub async fn ask(&self, method: &str, path: &str, cookie: Option<&str>, body: Option<Value>) -> Answer {
         self.ask_confirmed(method, path, cookie, body, None).await
     }
 
-    /// The same, with a confirmation that the station gave out for it.
+    /// The same, with a confirmation issued by the station.
     pub async fn ask_confirmed(
         &self,
         method: &str,
@@ -127,11 +127,11 @@ impl Plain {
     }
 }
 
-/// A vehicle that says heartbeats and refuses to arm with a reason.
+/// A vehicle that sends heartbeats and refuses to arm, with a reason.
 struct Double {
-    /// Heartbeats of ours that it heard.
+    /// Our heartbeats that it received.
     heartbeats: Arc<AtomicU32>,
-    /// What else it heard that could change something.
+    /// Other messages received that could change something.
     heard: Arc<Mutex<Vec<String>>>,
     task: JoinHandle<()>,
 }
@@ -146,7 +146,7 @@ async fn double(station: &Station) -> Double {
     double_of(station, 1).await
 }
 
-/// The same, with so many components that all say heartbeats.
+/// The same, with several components that all send heartbeats.
 async fn double_of(station: &Station, components: u8) -> Double {
     let link = station.open_link("udpin:127.0.0.1:0", LinkOptions::default()).expect("a link");
     let local = loop {
@@ -239,7 +239,7 @@ async fn an_operation_is_given_up_by_whoever_began_it_or_has_control() {
     let taken = server.ask("POST", "/control/take", Some(&pilot), None).await;
     assert!(taken.status < 300, "{}", taken.status);
     for who in [&reader, &pilot] {
-        // The vehicle answers no question: it is under way until it is given up.
+        // The vehicle does not answer, so the operation runs until it is cancelled.
         let begun = server.ask("GET", "/vehicles/1/params", Some(&reader), None).await.json();
         let path = format!("/operations/{}", begun["id"]);
         assert_eq!(server.ask("DELETE", &path, Some(&other), None).await.status, 423);
@@ -271,7 +271,7 @@ async fn operations_are_numbered_above_those_of_an_earlier_run() {
     station.close().await;
 }
 
-// fault 44: nobody, viewer, operator with and without control at 15 routes
+// fault 44: no session, viewer, operator with and without control at 15 routes
 #[tokio::test]
 async fn who_may_do_what() {
     let station = station(true);
@@ -371,7 +371,7 @@ async fn requests_from_elsewhere_are_refused_whatever_they_want() {
     }
 }
 
-// fault 46: Content-Security-Policy: own scripts alone, no eval, no frames
+// fault 46: Content-Security-Policy: own scripts only, no eval, no frames
 #[tokio::test]
 async fn every_answer_keeps_the_page_to_itself() {
     let server = Plain::new(station(true), None);
@@ -394,7 +394,7 @@ async fn a_mission_that_may_be_mixed_is_flown_only_by_name() {
     let server = Plain::new(station.clone(), None);
     let cookie = server.session(json!({"name": "Ana"})).await;
     let cookie = Some(cookie.as_str());
-    // An upload that begins and never ends.
+    // An upload that starts and never ends.
     let begins = json!({"name": "MISSION_COUNT", "fields": {"count": 9}});
     let asked = server.ask("POST", "/vehicles/1/messages", cookie, Some(begins.clone())).await.json();
     let confirmation = asked["cause"]["confirmation"].as_str();
@@ -426,7 +426,8 @@ async fn a_mission_that_may_be_mixed_is_flown_only_by_name() {
             "{path} {body:?}: {problem}"
         );
     }
-    // By name it reaches the vehicle, which has its own reason; and that is written down.
+    // With the parameter, the command reaches the vehicle, which refuses it for its own reason; the override is
+    // recorded as an event.
     let path = "/vehicles/1/arm?despite_mixed_plan=";
     let answer = server.ask("POST", &format!("{path}true"), cookie, None).await;
     assert_eq!(answer.json()["type"], "urn:vencejo:command-refused");
@@ -541,7 +542,7 @@ async fn plans_in_files_and_on_the_wire_are_the_same() {
         assert_eq!(written.status, 200);
         assert_eq!(server.send(parse(written.body)).await.json()["items"], plan["items"], "{kind}");
     }
-    // what a file does not keep, or does not say, is said beside it
+    // The notes contain what a file does not preserve or state.
     let route = server.ask("POST", "/plan/format?as=gpx", None, Some(plan.clone())).await;
     assert_eq!(route.kind, "application/gpx+xml");
     let notes = |answer: &Answer| serde_json::from_str::<Value>(answer.notes.as_deref().expect("notes")).expect("JSON");
@@ -581,7 +582,7 @@ async fn a_landing_is_designed_as_the_core_does() {
     assert_eq!(commands, [&json!(31), &json!(21)], "a circle down, and the landing");
     assert_eq!((&landing["direction"], &landing["final_m"]), (&json!("coming-from"), &json!(500.0)));
     assert_eq!(landing["cautions"][0]["code"], "ground-not-known");
-    // the same from the plan that it is to end, but for a wind that is worth it
+    // The same from the plan that it is to end, without a significant wind.
     let waypoint = json!({"command": 16, "frame": 3, "params": [0, 0, 0, 0, 40.3332, -3.82, 80]});
     let ending = json!({"at": at, "plan": {"items": [waypoint]}, "has_land_start": false});
     assert_eq!(ask(ending.clone()).await.json()["items"], landing["items"]);
@@ -652,7 +653,7 @@ async fn a_survey_is_laid_out_as_the_core_does_and_goes_into_a_file() {
         survey["flown"]["footprints"].as_array().map(Vec::len)
     );
     assert_eq!(survey["cautions"][0]["code"], "ground-not-known");
-    // As a plan it goes into a file as one item, and comes back with it.
+    // In a plan file it is one complex item, and is read back as such.
     let plan = json!({"items": survey["items"], "complex_items": [survey["complex_item"]]});
     let file = server.ask("POST", "/plan/format?as=plan", None, Some(plan.clone())).await.body;
     let written: Value = serde_json::from_slice(&file).expect("JSON");
@@ -661,7 +662,7 @@ async fn a_survey_is_laid_out_as_the_core_does_and_goes_into_a_file() {
     let read = server.send(request.body(Body::from(file)).expect("a request")).await.json();
     assert_eq!(read["items"], plan["items"]);
     assert_eq!(read["complex_items"][0]["kind"], "survey");
-    // From there it is laid out again; edited by hand it is no survey any more.
+    // It can be designed again from this part; after editing its items by hand, it is no longer a survey.
     let parts_of = async |plan: &Value| {
         let plan = json!({"items": plan["items"], "complex_items": plan["complex_items"]});
         server.ask("POST", "/plan/complex-items", None, Some(plan)).await.json()[0].clone()
@@ -750,7 +751,7 @@ async fn planned_flights_are_held_against_each_other() {
 
 pub type Ws = WebSocketStream<TcpStream>;
 
-/// What a WebSocket may run over.
+/// A stream that a WebSocket can use.
 pub trait Stream: AsyncRead + AsyncWrite + Unpin {}
 
 impl<S: AsyncRead + AsyncWrite + Unpin> Stream for S {}
@@ -776,7 +777,7 @@ pub async fn connect_to(server: &Server, path: &str, cookie: &str, origin: Optio
     }
 }
 
-/// The next message of a type; `None` when the connection ended.
+/// Next message of a type; `None` when the connection ended.
 async fn next<S: Stream>(socket: &mut WebSocketStream<S>, kind: &str) -> Option<Value> {
     let find = async {
         loop {
@@ -830,7 +831,7 @@ pub async fn serve(station: &Station, config: ServerConfig) -> Server {
     Server::start(station.clone(), config, &Handle::current()).await.expect("a server")
 }
 
-/// A session as the server's own state makes it, without HTTP.
+/// A session created in the server's own state, without HTTP.
 pub fn cookie(server: &Server, name: &str) -> String {
     cookie_of(server.app(), name)
 }
@@ -871,7 +872,7 @@ async fn the_websocket_tells_what_a_client_subscribed_to() {
     station.close().await;
 }
 
-/// An aircraft far away that does all that it is asked.
+/// A remote aircraft that carries out all requests.
 struct Willing;
 
 impl vencejo_station::Remote for Willing {
@@ -909,7 +910,7 @@ async fn the_roster_is_told_whole_once_and_then_as_it_changes() {
     assert_eq!((&row["holder"], &row["is_held_here"], &row["lat_deg"]), (&json!("Luis"), &json!(false), &Value::Null));
     assert_eq!(first["followed"], json!([]));
     say(&mut socket, json!({"type": "subscribe", "vehicle": id, "rate_hz": 1})).await;
-    // Once telemetry comes, the aircraft is one of those that are followed.
+    // Once subscribed to its telemetry, the aircraft is among the followed ones.
     next(&mut socket, "telemetry").await.expect("telemetry");
     station.on_remote(far, &heartbeat(11));
     let changed = loop {
@@ -923,7 +924,7 @@ async fn the_roster_is_told_whole_once_and_then_as_it_changes() {
         "what is followed comes with all that the list of vehicles says"
     );
     assert!(changed["rows"][0].get("remote_name").is_none(), "what is as before is not told: {changed}");
-    // Who looks at the roster is told no list any more, and again as soon as it does not.
+    // A client subscribed to the roster no longer receives the list, and receives it again after unsubscribing.
     say(&mut socket, json!({"type": "unsubscribe_roster"})).await;
     let vehicles = next(&mut socket, "vehicles").await.expect("vehicles");
     assert_eq!(vehicles["vehicles"][0]["system_id"], id);
@@ -931,7 +932,7 @@ async fn the_roster_is_told_whole_once_and_then_as_it_changes() {
     station.close().await;
 }
 
-// fault 47: 10,240 events: the others hear each, the slow one is let go
+// fault 47: 10,240 events: the other clients receive each, the slow one is disconnected
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_slow_reader_is_let_go_and_the_others_hear_everything() {
     let station = station(true);
@@ -998,7 +999,7 @@ async fn on_board_heartbeats_need_an_operator() {
     station.close().await;
 }
 
-// fault 40: 0.0.0.0 without tokens, or without TLS that nobody did without by name: refused
+// fault 40: 0.0.0.0 without tokens, or without TLS unless explicitly waived: refused
 #[tokio::test]
 async fn others_are_let_in_with_tokens_and_tls_only() {
     let station = station(true);
@@ -1060,7 +1061,7 @@ async fn raw_messages_are_told_by_name_the_newest_of_each() {
     station.close().await;
 }
 
-/// Ways out of a folder to a file, as they have been tried elsewhere: each step up and each separator written in many ways.
+/// Known attempts to escape from a folder to a file: each parent step and separator in many encodings.
 fn ways_out(file: &str) -> Vec<String> {
     let ups =
         ["..", "%2e%2e", "%2E.", ".%2e", "%252e%252e", "..;", "..%00", "....", "%c0%ae%c0%ae", "%uff0e%uff0e", ".%20."];
@@ -1108,7 +1109,7 @@ async fn a_thousand_ways_out_of_the_folders_lead_nowhere() {
             ("GET", format!("/{way}")),
             ("GET", format!("/assets/{way}")),
         ] {
-            // What no address may hold is refused before it is an address.
+            // Paths that a URI cannot contain are rejected before sending.
             let request = Request::builder().method(method).uri(&path).header(header::HOST, "localhost");
             let Ok(request) = request.header(header::COOKIE, &operator).body(Body::empty()) else { continue };
             let answer = server.send(request).await;

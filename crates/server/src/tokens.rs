@@ -1,5 +1,5 @@
-//! The tokens of a server: made once, kept in a file for their owner alone, and looked at again and again, so that whoever
-//! replaces or removes the file revokes what it held. Beside them, what slows those down who guess.
+//! Access tokens: generated once, kept in a file that only their owner can read, and reloaded regularly, so that
+//! replacing or removing the file revokes them. Also rate limiting of wrong tokens.
 
 use std::collections::HashMap;
 use std::io;
@@ -18,33 +18,33 @@ use crate::dto::storage::StorageFault;
 /// Random bytes of a token or session secret: 128 bits.
 const SECRET_BYTES: usize = 16;
 
-/// How often the file is looked at.
+/// Interval at which the file is checked.
 pub const LOOK_INTERVAL: Duration = Duration::from_secs(1);
-/// Hexadecimal digits of a token at least.
+/// Least number of hexadecimal digits of a token.
 const LEAST_DIGITS: usize = 32;
 
 /// A random secret in hexadecimal digits.
 ///
 /// # Errors
-/// When the system has no random numbers.
+/// When the system cannot provide random numbers.
 pub fn random_secret() -> io::Result<String> {
     let mut bytes = [0_u8; SECRET_BYTES];
     getrandom::fill(&mut bytes).map_err(|error| io::Error::other(error.to_string()))?;
     Ok(bytes.iter().map(|byte| format!("{byte:02x}")).collect())
 }
 
-/// Whether two texts are the same, in a time that does not depend on where they differ.
+/// Whether two texts are equal, in constant time.
 pub fn same(left: &str, right: &str) -> bool {
     let (left, right) = (left.as_bytes(), right.as_bytes());
     left.len() == right.len() && left.iter().zip(right).fold(0, |sum, (a, b)| sum | (a ^ b)) == 0
 }
 
-/// The tokens of a server, one for each role.
+/// Tokens of a server, one for each role.
 #[derive(Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Tokens {
-    /// For those who look.
+    /// Token of viewers.
     pub viewer: String,
-    /// For those who command.
+    /// Token of operators.
     pub operator: String,
 }
 
@@ -55,23 +55,23 @@ impl std::fmt::Debug for Tokens {
 }
 
 impl Tokens {
-    /// New random ones.
+    /// New random tokens.
     ///
     /// # Errors
-    /// When the system has no random numbers.
+    /// When the system cannot provide random numbers.
     pub fn random() -> io::Result<Self> {
         Ok(Self { viewer: random_secret()?, operator: random_secret()? })
     }
 
-    /// Those of a file; it is made, readable by its owner alone, when it is not there.
+    /// Tokens from a file; a missing file is created, readable by its owner only.
     ///
     /// # Errors
-    /// When the file cannot be read or written, or holds something else.
+    /// When the file cannot be read or written, or has other content.
     pub fn load_or_create(path: &Path) -> io::Result<Self> {
         match Self::load(path) {
             Err(error) if error.kind() == io::ErrorKind::NotFound => {
                 let tokens = Self::random()?;
-                // Another process may have made them meanwhile: then those hold.
+                // Another process may have created it meanwhile; then its tokens are used.
                 let is_ours = vencejo_store::create(path, &tokens.bytes()?, Access::Owner)?;
                 if is_ours { Ok(tokens) } else { Self::load(path) }
             }
@@ -79,11 +79,11 @@ impl Tokens {
         }
     }
 
-    /// Those of a file, as [`Self::load_or_create`]. A damaged file is set aside and new ones are made; where nothing can be
-    /// read or written, they are made for this run. What was wrong comes with them.
+    /// Tokens from a file, as [`Self::load_or_create`]. A damaged file is renamed and a new one created; where the file
+    /// cannot be read or written, the tokens are for this run only. Returns the fault, if any.
     ///
     /// # Errors
-    /// When the file holds tokens that are none, or the system has no random numbers.
+    /// When the file contains invalid tokens, or the system cannot provide random numbers.
     pub fn load_or_make(path: &Path) -> io::Result<(Self, Option<StorageFault>)> {
         let unwritable = |error: &io::Error| StorageFault::Unwritable { reason: error.to_string() };
         let error = match Self::load_or_create(path) {
@@ -98,14 +98,14 @@ impl Tokens {
                 }
                 Err(error) => Ok((Self::random()?, Some(unwritable(&error)))),
             },
-            // These are about what the file says, not about the disk.
+            // These errors concern the file's content, not the disk.
             io::ErrorKind::Other => Err(error),
             _ => Ok((Self::random()?, Some(unwritable(&error)))),
         }
     }
 
-    /// Makes new ones for some roles. A server that uses the file takes them within seconds, and ends the sessions that the
-    /// old ones opened.
+    /// Replaces the tokens of some roles. A server that uses the file reloads them within seconds, and ends the
+    /// sessions opened with the old ones.
     ///
     /// # Errors
     /// As [`Self::load_or_create`].
@@ -137,20 +137,20 @@ impl Tokens {
         serde_json::to_vec_pretty(self).map_err(io::Error::other)
     }
 
-    /// The role that a token gives.
+    /// Role of a token.
     pub fn role(&self, token: &str) -> Option<Role> {
-        // Both are compared, whole, so that the time tells nothing.
+        // Both are always compared, so that the time reveals nothing.
         let (operator, viewer) = (same(token, &self.operator), same(token, &self.viewer));
         if operator { Some(Role::Operator) } else { viewer.then_some(Role::Viewer) }
     }
 }
 
-/// Takes a file away from everybody but its owner.
+/// Restricts a file's permissions to its owner.
 fn restrict(path: &Path) -> io::Result<()> {
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt;
-        // On a disk that cannot be written it may be so already.
+        // On a read-only disk they may be right already.
         if std::fs::metadata(path)?.permissions().mode() & 0o077 != 0 {
             std::fs::set_permissions(path, PermissionsExt::from_mode(0o600))?;
         }
@@ -160,7 +160,7 @@ fn restrict(path: &Path) -> io::Result<()> {
     Ok(())
 }
 
-/// The tokens that hold now. Clones are handles to the same.
+/// The tokens in effect. Clones share the same state.
 #[derive(Debug, Clone)]
 pub struct TokenStore {
     now: Arc<RwLock<Tokens>>,
@@ -174,26 +174,26 @@ impl From<Tokens> for TokenStore {
 }
 
 impl TokenStore {
-    /// Those of a file, as [`Tokens::load_or_make`]: what was wrong with it comes with them. Tokens that could not be kept are
-    /// for this run, and no file is looked at.
+    /// Tokens from a file, as [`Tokens::load_or_make`], with the fault, if any. Tokens that could not be stored are for
+    /// this run, and no file is checked.
     ///
     /// # Errors
-    /// The same.
+    /// As for [`Tokens::load_or_make`].
     pub fn open(path: &Path) -> io::Result<(Self, Option<StorageFault>)> {
         let (tokens, fault) = Tokens::load_or_make(path)?;
         let is_kept = !matches!(fault, Some(StorageFault::Unwritable { .. }));
         Ok((Self { now: Arc::new(RwLock::new(tokens)), file: is_kept.then(|| path.to_owned()) }, fault))
     }
 
-    /// The tokens that hold now.
+    /// The tokens in effect.
     pub fn now(&self) -> Tokens {
         self.now.read().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    /// Looks at the file again; the roles whose token is another one now. Waits for the disk.
+    /// Reloads the file; returns the roles whose tokens have changed. Blocks on disk access.
     ///
     /// # Errors
-    /// When the file cannot be used: the tokens stay as they are.
+    /// When the file cannot be used; the tokens stay in effect.
     pub fn look(&self) -> io::Result<Vec<Role>> {
         let Some(path) = &self.file else { return Ok(Vec::new()) };
         let read = Tokens::load_or_create(path)?;
@@ -204,26 +204,26 @@ impl TokenStore {
     }
 }
 
-/// Wrong tokens of one address that cost it nothing.
+/// Wrong tokens of one address without a delay.
 const FREE_TRIES: u32 = 10;
-/// The first wait after those; it doubles with each further one …
+/// First delay after those; it doubles with each further one …
 const FIRST_WAIT: Duration = Duration::from_secs(1);
 /// … up to this.
 const LONGEST_WAIT: Duration = Duration::from_secs(60);
-/// An address without a wrong token for so long is forgiven.
+/// Time without a wrong token after which an address is forgiven.
 const FORGIVEN_AFTER: Duration = Duration::from_secs(15 * 60);
-/// Addresses that are remembered; the one that was wrong longest ago makes room.
+/// Largest number of remembered addresses; the one whose last wrong token is oldest makes room.
 const MAX_ADDRESSES: usize = 1024;
 
-/// Slows those down who send wrong tokens, by address. While one waits, no token of it is looked at, right or wrong: else it
-/// could go on guessing. Sessions that are open already are not touched.
+/// Rate limit for wrong tokens, by address. During a delay, no token of the address is checked, right or wrong;
+/// otherwise it could go on guessing. Open sessions are not affected.
 #[derive(Debug, Default)]
 pub struct Throttle {
     wrong: Mutex<HashMap<IpAddr, (u32, MonoTime)>>,
 }
 
 impl Throttle {
-    /// How long an address has to wait before its next token is looked at; `None` for not at all.
+    /// Delay until the next token of an address is checked; `None` without a delay.
     pub fn wait(&self, from: IpAddr, now: MonoTime) -> Option<Duration> {
         let wrong = self.wrong.lock().unwrap_or_else(PoisonError::into_inner);
         let (count, last) = wrong.get(&from)?;
@@ -232,7 +232,7 @@ impl Throttle {
         wait.checked_sub(now.since(*last)).filter(|wait| !wait.is_zero())
     }
 
-    /// An address sent a wrong token.
+    /// Records a wrong token of an address.
     pub fn wrong(&self, from: IpAddr, now: MonoTime) {
         let mut wrong = self.wrong.lock().unwrap_or_else(PoisonError::into_inner);
         wrong.retain(|_, (_, last)| now.since(*last) < FORGIVEN_AFTER);
@@ -246,7 +246,7 @@ impl Throttle {
         (*count, *last) = (count.saturating_add(1), now);
     }
 
-    /// An address sent a right one.
+    /// Records a right token of an address.
     pub fn right(&self, from: IpAddr) {
         self.wrong.lock().unwrap_or_else(PoisonError::into_inner).remove(&from);
     }

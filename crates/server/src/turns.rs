@@ -1,4 +1,4 @@
-//! Work that takes a while, off the runtime's threads, few at once.
+//! Execution of long work off the async threads, with limited concurrency.
 
 use std::time::Duration;
 
@@ -10,58 +10,58 @@ use crate::dto::Role;
 use crate::dto::cause::Crowd;
 use crate::problem::Problem;
 
-/// How far work that takes a while stands behind: half as far as there is (nice(2)).
+/// Niceness of long work: half of the possible range (nice(2)).
 #[cfg(target_os = "linux")]
 const BEHIND: i32 = 10;
 
-/// Files that are read and plans that are looked through at once; a file may take some tens of megabytes.
+/// Files parsed and plans checked at once; a file may need some tens of megabytes.
 static TURNS: Semaphore = Semaphore::const_new(2);
 
-/// Work of a millisecond that somebody sees the outcome of while dragging: it waits for nothing longer.
+/// Work of about a millisecond, whose result a user sees while dragging: it never waits for longer work.
 static QUICK: Semaphore = Semaphore::const_new(2);
 
-/// Work that takes all processors but one, for seconds.
+/// Work that uses all processors but one, for seconds.
 static ALONE: Semaphore = Semaphore::const_new(1);
 
-/// Bodies that are worked on as they come, at once; each may come slowly, and the work hold tens of megabytes meanwhile.
+/// Bodies processed at once while they arrive; each may arrive slowly, and hold tens of megabytes meanwhile.
 const MAX_BODIES: usize = 2;
-/// How many of them viewers may send: whoever only looks keeps no place from whoever commands.
+/// Those that viewers may send, so that viewers cannot lock out operators.
 const MAX_VIEWER_BODIES: usize = 1;
-/// How long a body that has begun to come waits for a place.
+/// Time that an arriving body waits for a permit.
 const BODY_WAIT: Duration = Duration::from_secs(10);
 static BODIES: Bodies = Bodies::new();
 
-/// Does it when it is its turn, and behind all else that wants the processor: telemetry, orders, and the line under a pointer.
+/// Runs work in its turn, at a lower priority than everything else: telemetry, commands, and interactive requests.
 ///
 /// # Errors
-/// Its own; and when the server is closed.
+/// Those of `work`; and when the server is closed.
 pub async fn in_turn<T: Send + 'static>(
     work: impl FnOnce() -> Result<T, Problem> + Send + 'static,
 ) -> Result<T, Problem> {
     behind_of(&TURNS, work).await
 }
 
-/// The same for work of a millisecond, which waits for none that takes longer.
+/// Runs work of about a millisecond, which never waits for longer work.
 ///
 /// # Errors
-/// Likewise.
+/// As for [`in_turn`].
 pub async fn quickly<T: Send + 'static>(
     work: impl FnOnce() -> Result<T, Problem> + Send + 'static,
 ) -> Result<T, Problem> {
     in_turn_of(&QUICK, work).await
 }
 
-/// The same, and no other of its kind beside it.
+/// Runs heavy work, one at a time.
 ///
 /// # Errors
-/// Likewise.
+/// As for [`in_turn`].
 pub async fn alone<T: Send + 'static>(
     work: impl FnOnce() -> Result<T, Problem> + Send + 'static,
 ) -> Result<T, Problem> {
     behind_of(&ALONE, work).await
 }
 
-/// The places of those bodies: they keep nobody else from a turn.
+/// Permits for bodies; separate, so that they never delay other work.
 struct Bodies {
     all: Semaphore,
     viewers: Semaphore,
@@ -91,26 +91,26 @@ impl Bodies {
     }
 }
 
-/// A place for work that goes on as a body comes.
+/// Permit to process a body while it arrives.
 pub struct BodyPlace<'a> {
     _of_all: SemaphorePermit<'a>,
     _of_viewers: Option<SemaphorePermit<'a>>,
 }
 
 impl BodyPlace<'static> {
-    /// Waits for one, but not as long as others may keep theirs. To be asked for when something of the body has come: whoever
-    /// sends nothing holds none.
+    /// Waits for a permit, but less long than others may hold theirs. Call it once part of the body has arrived, so
+    /// that clients that send nothing hold none.
     ///
     /// # Errors
-    /// When there is none in time, and when the server is closed.
+    /// When none is free in time, and when the server is closed.
     pub async fn wait(role: Role) -> Result<Self, Problem> {
         BODIES.place(role).await
     }
 
-    /// Does it there.
+    /// Runs work with this permit.
     ///
     /// # Errors
-    /// Its own; and when the server is closed.
+    /// Those of `work`; and when the server is closed.
     pub async fn work<T: Send + 'static>(
         self,
         work: impl FnOnce() -> Result<T, Problem> + Send + 'static,
@@ -137,7 +137,7 @@ async fn on_a_thread<T: Send + 'static>(
     done.await.map_err(|_| Problem::closed())?
 }
 
-/// A thread of its own each time: whoever is not root cannot raise a priority again, and the runtime's threads are used for all.
+/// Uses a new thread each time: only root can raise a priority again, and the runtime's threads are shared.
 async fn behind_of<T: Send + 'static>(
     turns: &'static Semaphore,
     work: impl FnOnce() -> Result<T, Problem> + Send + 'static,
@@ -148,12 +148,12 @@ async fn behind_of<T: Send + 'static>(
     let begun = std::thread::Builder::new().name("vencejo-behind".into()).spawn(move || {
         let _turn = turn;
         let _runtime = runtime.enter();
-        // On Linux a thread's alone (setpriority(2)); elsewhere it would be the whole program's.
+        // On Linux, setpriority(2) affects the thread only; elsewhere the whole process.
         #[cfg(target_os = "linux")]
         if let Err(error) = rustix::process::setpriority_process(None, BEHIND) {
             tracing::debug!(%error, "long work has no lower priority");
         }
-        // Nobody waits any more: the work was for him.
+        // Fails if the caller is gone, which does not matter.
         let _ = tell.send(work());
     });
     if let Err(error) = begun {

@@ -1,5 +1,5 @@
-//! The WebSocket of one camera's viewer, so that a big picture never stands before telemetry: pictures as binary messages, and as
-//! text the camera's state and the server's time.
+//! WebSocket of a camera viewer, separate so that large images never delay telemetry: images as binary messages; the
+//! camera's state and the server's time as text.
 
 use std::sync::Arc;
 
@@ -12,23 +12,23 @@ use crate::dto::camera::{CameraInfo, CameraMessage};
 use crate::sessions::SessionId;
 use crate::state::{App, closed, now_unix_us};
 
-/// Bytes of a viewer's message at most: it has nothing to say.
+/// Largest message of a viewer, bytes: viewers have nothing to send.
 pub const MAX_MESSAGE_BYTES: usize = 1024;
-/// How long one picture may take to leave. Longer, and the connection is taken for dead.
+/// Time limit for sending one image; after it, the connection counts as dead.
 const SEND_TIMEOUT: Duration = Duration::from_secs(10);
-/// How often the viewer hears how the camera is, is told the time, and is asked whether it is there.
+/// Interval of the camera's state, the time, and a ping.
 const TICK: Duration = Duration::from_secs(1);
-/// Ticks without a sign of the viewer after which it is taken for gone.
+/// Ticks without a sign of life after which a viewer counts as gone.
 const MAX_SILENT_TICKS: u32 = 6;
 
-/// Why a stream ends.
+/// Why a stream ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum End {
-    /// The viewer went, or does not answer any more.
+    /// The viewer disconnected, or does not answer.
     Gone,
-    /// The session is not known any more.
+    /// The session has ended.
     NoSession,
-    /// The camera is not there any more.
+    /// The camera was removed.
     CameraGone,
     /// The server is being closed.
     Closing,
@@ -46,11 +46,11 @@ impl End {
     }
 }
 
-/// Serves one viewer until it goes, the camera does, or the server is closed.
+/// Serves one viewer until it disconnects, the camera is removed, or the server is closed.
 pub async fn serve(app: App, session: SessionId, camera: Arc<Camera>, accepts: Accepts, mut socket: WebSocket) {
     let queue = camera.watch(accepts);
     let mut closing = app.closing();
-    // Also while a picture leaves, which takes long on a thin line.
+    // Also while an image is being sent, which takes long on a slow connection.
     let end = tokio::select! {
         biased;
         () = closed(&mut closing) => End::Closing,
@@ -59,12 +59,12 @@ pub async fn serve(app: App, session: SessionId, camera: Arc<Camera>, accepts: A
     };
     tracing::debug!(%session, camera = camera.name(), dropped = queue.dropped(), ?end, "a viewer went");
     if let Some(frame) = end.frame() {
-        // Whoever does not read does not hear why either.
+        // A client that does not read misses the reason, too.
         let _ = timeout(Duration::from_secs(1), socket.send(Message::Close(Some(frame)))).await;
     }
 }
 
-/// Waits until a session is not known any more.
+/// Waits until a session has ended.
 async fn over(app: &App, session: SessionId) {
     let mut ticks = interval(TICK);
     loop {
@@ -80,7 +80,7 @@ async fn run(camera: &Camera, queue: &ViewerQueue, socket: &mut WebSocket) -> Re
     ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
     let mut silent_ticks = 0;
     loop {
-        // One picture a turn: on a thin line the next one waits already, always.
+        // One image per iteration: on a slow connection the next one is always waiting already.
         tokio::select! {
             biased;
             _ = ticks.tick() => {
@@ -105,7 +105,7 @@ async fn run(camera: &Camera, queue: &ViewerQueue, socket: &mut WebSocket) -> Re
     }
 }
 
-/// The next thing to send. Who drops this loses nothing.
+/// Next message to send. Cancellation safe.
 async fn next(queue: &ViewerQueue) -> Outgoing {
     loop {
         match queue.take() {

@@ -1,7 +1,8 @@
-//! The WebSocket: one task for each client, which sends what waits for it and each subscribed vehicle's newest values.
+//! The WebSocket: one task for each client, which sends its waiting messages and the newest values of subscribed
+//! vehicles.
 //!
-//! A client that reads slowly waits for itself alone: its telemetry is made when it can be sent, and nothing else of it
-//! is kept than its [`Outbox`].
+//! A slow client delays only itself: its telemetry is composed when it can be sent, and only its [`Outbox`] is kept for
+//! it.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -22,50 +23,52 @@ use crate::dto::{self, ClientMessage, MissionProgress, ServerMessage};
 use crate::outbox::{Outbox, Outgoing, json};
 use crate::problem::Problem;
 use crate::questions::Questions;
-use crate::roster::{Roster, Told};
+use crate::roster::{Roster, SentRows};
 use crate::routes::message_id;
 use crate::sessions::SessionId;
 use crate::state::{App, closed};
 use crate::turns::{in_turn, quickly};
 
-/// Bytes of a client's message at most: a plan of a thousand items has a quarter of that.
+/// Largest message of a client, bytes: a plan of a thousand items needs a quarter of that.
 pub const MAX_MESSAGE_BYTES: usize = 512 * 1024;
-/// Vehicles that one client follows at most.
+/// Largest number of vehicles that one client subscribes to.
 const MAX_SUBSCRIPTIONS: usize = 64;
-/// Raw messages of one vehicle that wait to be looked at, and how long at most: 10,000 a second fit.
+/// Capacity and polling interval of the queue of a vehicle's raw messages: enough for 10,000 a second.
 const MESSAGE_QUEUE: usize = 1024;
 const LOOK_INTERVAL: Duration = Duration::from_millis(100);
-/// Kinds of raw messages, by sender, of which the newest is kept; further ones, which only noise brings, are not told.
+/// Most (sender, message id) pairs kept per client; more only come from noise and are dropped.
 const MAX_MESSAGE_KINDS: usize = 1024;
-/// Raw messages that one client follows by name.
+/// Largest number of raw messages that one client subscribes to by name.
 const MAX_MESSAGE_NAMES: usize = 64;
-/// Rates that a client may ask for, Hz.
+/// Permitted rates, Hz.
 const RATES_HZ: std::ops::RangeInclusive<f64> = 1.0..=50.0;
-/// How long one message may take to leave. Longer, and the connection is taken for dead.
+/// Time limit for sending one message; after it, the connection counts as dead.
 const SEND_TIMEOUT: Duration = Duration::from_secs(10);
-/// How often the client is asked whether it is there; it must have answered before the third time.
+/// Ping interval; a client must answer before the third ping.
 const PING_INTERVAL: Duration = Duration::from_secs(2);
 const MAX_UNANSWERED: u32 = 2;
-/// Bytes that may wait for one client below us: the answers to pings of one that reads nothing. More ends its connection.
+/// Largest number of bytes waiting in the socket for one client: the answers to pings of one that does not read. More
+/// closes its connection.
 const MAX_WAITING_BYTES: usize = 1024 * 1024;
-/// Messages that a client may send in a second, pings and answers to ours included: a page asks for a way in each frame of a drag.
+/// Largest number of messages from a client per second, pings and pongs included: a page requests a route in each frame
+/// of a drag.
 const MAX_MESSAGES_PER_S: u32 = 200;
 
 /// Code of a close frame for a client that was too slow ("try again later").
 const TOO_SLOW: u16 = close_code::AGAIN;
 
-/// Why a connection ends.
+/// Why a connection ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum End {
-    /// The client went.
+    /// The client disconnected.
     Gone,
     /// The client did not read its events, or nothing at all.
     TooSlow,
-    /// The client does not answer any more.
+    /// The client no longer answers.
     Silent,
-    /// The client says what makes no sense, or too much.
+    /// The client sends invalid or too many messages.
     Rude(&'static str),
-    /// Its session is over.
+    /// Its session has ended.
     NoSession,
     /// The server is being closed.
     Closing,
@@ -85,7 +88,7 @@ impl End {
     }
 }
 
-/// What a client wants of a vehicle, and what it was told.
+/// A client's subscription to a vehicle, and the values sent last.
 struct Subscription {
     period: Duration,
     due: Instant,
@@ -93,23 +96,23 @@ struct Subscription {
     progress: Option<MissionProgress>,
 }
 
-/// Which raw messages of a vehicle a client wants, and what has come of them.
+/// A client's subscription to raw messages of a vehicle, and the newest ones.
 struct MessageSubscription {
-    /// Only these ids; all when absent.
+    /// Message ids; all when absent.
     ids: Option<BTreeSet<u32>>,
     period: Duration,
-    /// When the queue is emptied next.
+    /// Time when the queue is emptied next.
     look: Instant,
-    /// When the newest are told next.
+    /// Time when the newest messages are sent next.
     due: Instant,
     /// Absent until the vehicle has been heard.
     queue: Option<Arc<DropOldest<Received>>>,
-    /// By sender and id: the newest, how many came, and whether it was told.
+    /// By sender and id: the newest message, the number received, and whether it was sent.
     newest: BTreeMap<(u8, u32), (Received, u64, bool)>,
 }
 
 impl MessageSubscription {
-    /// Takes what has come: of each message the newest is kept.
+    /// Takes the received messages, and keeps the newest of each.
     fn look(&mut self, app: &App, vehicle: u16) {
         if self.queue.as_ref().is_none_or(|queue| queue.is_closed()) {
             let Some(handle) = app.station().vehicle(VehicleId::new(vehicle)) else { return };
@@ -121,7 +124,7 @@ impl MessageSubscription {
             let key = (received.frame.source().component.0, received.frame.message_id());
             let has_room = self.newest.len() < MAX_MESSAGE_KINDS;
             match self.newest.get_mut(&key) {
-                Some((newest, count, is_told)) => (*newest, *count, *is_told) = (received, *count + 1, false),
+                Some((newest, count, is_sent)) => (*newest, *count, *is_sent) = (received, *count + 1, false),
                 None if has_room => {
                     self.newest.insert(key, (received, 1, false));
                 }
@@ -139,19 +142,19 @@ struct Client {
     subscriptions: BTreeMap<u16, Subscription>,
     messages: BTreeMap<u16, MessageSubscription>,
     questions: Questions,
-    /// The roster, and what was told of it.
-    roster: Option<(watch::Receiver<Arc<Roster>>, Told)>,
+    /// The roster, and the rows that the client has.
+    roster: Option<(watch::Receiver<Arc<Roster>>, SentRows)>,
     unanswered: u32,
     messages_in_interval: u32,
 }
 
-/// Sets limits for what comes and what waits: a client that reads nothing costs no more than that.
+/// Sets limits for received and waiting bytes, which bound the memory for a client that does not read.
 pub fn bounded(upgrade: WebSocketUpgrade, message_bytes: usize, sent_bytes: usize) -> WebSocketUpgrade {
     let upgrade = upgrade.max_message_size(message_bytes).max_frame_size(message_bytes);
     upgrade.max_write_buffer_size(MAX_WAITING_BYTES + sent_bytes)
 }
 
-/// Serves one client until it goes, is too slow, its session is over, or the server is closed.
+/// Serves one client until it disconnects, is too slow, its session has ended, or the server is closed.
 pub async fn serve(guard: SocketGuard, mut socket: WebSocket) {
     let SocketGuard(app, session) = &guard;
     let (app, session) = (app.clone(), *session);
@@ -168,20 +171,20 @@ pub async fn serve(guard: SocketGuard, mut socket: WebSocket) {
         messages_in_interval: 0,
     };
     let end = client.run(&mut socket).await.unwrap_or_else(|end| end);
-    // The lease's grace begins now, not when a dead connection has been given up.
+    // The grace period of the lease begins now, not when the closing handshake has timed out.
     drop(guard);
     tracing::debug!(%session, ?end, "a WebSocket ended");
     if let Some(frame) = end.frame() {
-        // Whoever does not read does not hear why either.
+        // A client that does not read misses the reason, too.
         let _ = timeout(Duration::from_secs(1), socket.send(Message::Close(Some(frame)))).await;
     }
 }
 
-/// Counts a WebSocket as its session's for as long as it lives.
+/// Counts a WebSocket towards its session's for as long as this lives.
 pub struct SocketGuard(App, SessionId);
 
 impl SocketGuard {
-    /// Takes a place for one more; `None` when the session, or all of its role, have as many as they may.
+    /// Registers one more; `None` when the session, or all sessions of its role, are at their limit.
     pub fn open(app: App, session: SessionId) -> Option<Self> {
         let now = app.now();
         app.change_sessions(|sessions| sessions.open_socket(session, now)).then_some(Self(app, session))
@@ -242,7 +245,7 @@ impl Client {
         Ok(())
     }
 
-    /// Sends telemetry, of which nothing goes before what waits by then.
+    /// Sends telemetry, after everything that is waiting by then.
     async fn send_after_waiting(&self, socket: &mut WebSocket, texts: Vec<Utf8Bytes>) -> Result<(), End> {
         for text in texts {
             self.send_waiting(socket).await?;
@@ -275,7 +278,7 @@ impl Client {
         Some(ServerMessage::Control { has_control, holder, requested_by })
     }
 
-    /// Sends one message; gives up when the client does not take it, or has been too slow for its events meanwhile.
+    /// Sends one message; fails when the client does not take it, or has become too slow for its events.
     async fn send(&self, socket: &mut WebSocket, message: Message) -> Result<(), End> {
         tokio::select! {
             sent = timeout(SEND_TIMEOUT, socket.send(message)) => match sent {
@@ -287,7 +290,7 @@ impl Client {
         }
     }
 
-    /// Counts what the client sent. A ping costs us an answer, so it counts like everything else.
+    /// Counts messages of the client. A ping makes us answer, so it counts too.
     fn count_message(&mut self) -> Result<(), End> {
         self.messages_in_interval += 1;
         if self.messages_in_interval > MAX_MESSAGES_PER_S * PING_INTERVAL.as_secs() as u32 {
@@ -314,7 +317,7 @@ impl Client {
             Ok(ClientMessage::SubscribeRoster) => {
                 if self.roster.is_none() {
                     self.outbox.set_has_roster(true);
-                    self.roster = Some((self.app.roster(), Told::default()));
+                    self.roster = Some((self.app.roster(), SentRows::default()));
                 }
                 Ok(())
             }
@@ -357,12 +360,12 @@ impl Client {
         }
     }
 
-    /// Begins to follow a vehicle, or follows it at another rate.
+    /// Subscribes to a vehicle, or changes the rate.
     fn subscribe(&mut self, vehicle: u16, rate_hz: f64) -> Result<(), Problem> {
         let period = period_of(rate_hz)?;
         let is_new = !self.subscriptions.contains_key(&vehicle);
         if is_new && self.subscriptions.len() >= MAX_SUBSCRIPTIONS {
-            let detail = format!("{MAX_SUBSCRIPTIONS} vehicles are followed already; unsubscribe from one first");
+            let detail = format!("{MAX_SUBSCRIPTIONS} vehicles are subscribed to already; unsubscribe from one first");
             return Err(Problem::too_many(Crowd::Subscriptions, MAX_SUBSCRIPTIONS, detail));
         }
         let due = Instant::now();
@@ -376,7 +379,7 @@ impl Client {
         Ok(())
     }
 
-    /// Begins to follow raw messages of a vehicle, or follows others.
+    /// Subscribes to raw messages of a vehicle, or changes the subscription.
     fn subscribe_messages(&mut self, vehicle: u16, names: Option<&[String]>, rate_hz: f64) -> Result<(), Problem> {
         let period = period_of(rate_hz)?;
         if !self.messages.contains_key(&vehicle) && self.messages.len() >= MAX_SUBSCRIPTIONS {
@@ -396,11 +399,11 @@ impl Client {
         Ok(())
     }
 
-    /// Sends what changed of the roster.
+    /// Sends the changes of the roster.
     async fn send_roster(&mut self, socket: &mut WebSocket) -> Result<(), End> {
-        let Some((newest, told)) = &mut self.roster else { return Ok(()) };
+        let Some((newest, sent)) = &mut self.roster else { return Ok(()) };
         let roster = newest.borrow_and_update().clone();
-        let (rows, gone) = told.changes(&roster);
+        let (rows, gone) = sent.changes(&roster);
         let station = self.app.station();
         let followed = self.subscriptions.keys().filter_map(|id| station.vehicle(VehicleId::new(*id)));
         let followed = followed.map(|vehicle| convert::vehicle_summary(&vehicle)).collect();
@@ -408,7 +411,7 @@ impl Client {
         self.send_after_waiting(socket, vec![json(&message)]).await
     }
 
-    /// Takes the raw messages that have come, and sends the newest of those that are due.
+    /// Takes the received raw messages, and sends the newest of those that are due.
     async fn send_messages(&mut self, socket: &mut WebSocket) -> Result<(), End> {
         let now = Instant::now();
         let mut texts = Vec::new();
@@ -419,8 +422,8 @@ impl Client {
             subscription.look(&self.app, *vehicle);
             if subscription.due <= now {
                 subscription.due = (subscription.due + subscription.period).max(now + subscription.period / 2);
-                for (received, count, is_told) in subscription.newest.values_mut().filter(|(_, _, is_told)| !is_told) {
-                    *is_told = true;
+                for (received, count, is_sent) in subscription.newest.values_mut().filter(|(_, _, is_sent)| !is_sent) {
+                    *is_sent = true;
                     let message = convert::raw_message(&received.frame, received.at);
                     texts.push(json(&ServerMessage::Message { vehicle: *vehicle, count: *count, message }));
                 }
@@ -430,7 +433,7 @@ impl Client {
         self.send_after_waiting(socket, texts).await
     }
 
-    /// Sends what changed of every vehicle that is due.
+    /// Sends the changes of every vehicle that is due.
     async fn send_telemetry(&mut self, socket: &mut WebSocket) -> Result<(), End> {
         let now = Instant::now();
         let mut texts = Vec::new();
@@ -438,7 +441,7 @@ impl Client {
             if subscription.due > now {
                 continue;
             }
-            // In step while that is possible; a client that was too slow for a turn misses it.
+            // Keeps the phase if possible; a client that was too slow misses a turn.
             subscription.due = (subscription.due + subscription.period).max(now + subscription.period / 2);
             let Some(handle) = self.app.station().vehicle(VehicleId::new(*vehicle)) else { continue };
             let (telemetry, taken_at) = handle.telemetry();
@@ -457,7 +460,7 @@ impl Client {
     }
 }
 
-/// The answer to a question.
+/// Answer to a request.
 fn answer(seq: u64, done: Result<ServerMessage, Problem>) -> Utf8Bytes {
     json(&done.unwrap_or_else(|problem| refusal(problem, Some(seq))))
 }
@@ -467,7 +470,7 @@ fn refusal(problem: Problem, seq: Option<u64>) -> ServerMessage {
     ServerMessage::Error { detail, cause, seq }
 }
 
-/// Time between two messages at a rate that a client may ask for.
+/// Interval of a requested rate.
 fn period_of(rate_hz: f64) -> Result<Duration, Problem> {
     if RATES_HZ.contains(&rate_hz) {
         return Ok(Duration::from_secs_f64(rate_hz.recip()));
@@ -475,18 +478,18 @@ fn period_of(rate_hz: f64) -> Result<Duration, Problem> {
     Err(Problem::out_of_range("rate_hz", rate_hz, *RATES_HZ.start(), *RATES_HZ.end()))
 }
 
-/// Waits until the roster is another; for ever where none is looked at.
-async fn changed(roster: Option<&mut (watch::Receiver<Arc<Roster>>, Told)>) {
+/// Waits until the roster changes; pending without a subscription to it.
+async fn changed(roster: Option<&mut (watch::Receiver<Arc<Roster>>, SentRows)>) {
     if let Some((newest, _)) = roster
         && newest.changed().await.is_ok()
     {
         return;
     }
-    // An error means that the server is gone, of which others in that loop tell.
+    // An error means that the server is gone, which the main loop notices elsewhere.
     std::future::pending().await
 }
 
-/// A moment that does not come.
+/// A time that is never reached.
 fn far() -> Instant {
     Instant::now() + Duration::from_secs(3600)
 }

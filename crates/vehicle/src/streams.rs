@@ -486,7 +486,7 @@ mod tests {
                                 };
                                 self.commands.on_ack(PLANE, &ack, self.now);
                                 let is_granted = result == CommandResult::ACCEPTED;
-                                match (long.command == cmd::REQUEST_MESSAGE && is_granted, self.loses) {
+                                match (long.command == Command::REQUEST_MESSAGE.0 && is_granted, self.loses) {
                                     (true, 0) => self.streams.on_received(long.params[0] as u32),
                                     (true, _) => self.loses -= 1,
                                     (false, _) => {}
@@ -557,7 +557,7 @@ mod tests {
     #[test]
     fn a_message_that_does_not_come_is_requested_again_and_not_without_end() {
         let requests = |bench: &Bench, wanted: u32| {
-            let is_request = |message: &&Message| matches!(message, Message::CommandLong(long) if (long.command, long.params[0] as u32) == (cmd::REQUEST_MESSAGE, wanted));
+            let is_request = |message: &&Message| matches!(message, Message::CommandLong(long) if (long.command, long.params[0] as u32) == (Command::REQUEST_MESSAGE.0, wanted));
             bench.sent.iter().filter(is_request).count()
         };
         // Of each the first answer gets lost.

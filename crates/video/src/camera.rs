@@ -1,4 +1,4 @@
-//! One camera, as its viewers see it: its state, the newest pictures for whoever comes next, and the queue of each viewer.
+//! One camera, as its viewers see it: its state, the newest images for new viewers, and the queue of each viewer.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 
@@ -10,12 +10,12 @@ use crate::queue::ViewerQueue;
 use crate::request::{CameraRequest, PendingRequest};
 use crate::status::CameraStatus;
 
-/// How many viewers want what.
+/// Number of viewers by codec.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Demand {
-    /// Those who are sent H.264.
+    /// Viewers that are sent H.264.
     pub h264: usize,
-    /// Those who are sent JPEG.
+    /// Viewers that are sent JPEG.
     pub jpeg: usize,
 }
 
@@ -26,7 +26,7 @@ pub struct Camera {
     source: String,
     state: Mutex<State>,
     requests: mpsc::Sender<PendingRequest>,
-    /// The viewers, or what they want, changed.
+    /// Notified when viewers or their codecs change.
     demand_changed: Notify,
 }
 
@@ -34,9 +34,9 @@ pub struct Camera {
 struct State {
     status: CameraStatus,
     viewers: Vec<(Accepts, Weak<ViewerQueue>)>,
-    /// H.264 for the next viewer.
+    /// H.264 images for the next viewer.
     group: Group,
-    /// The newest JPEG picture, likewise.
+    /// Newest JPEG image for the next viewer.
     still: Option<WireFrame>,
     newest_unix_us: Option<u64>,
     pictures: u32,
@@ -60,9 +60,9 @@ impl State {
         }
     }
 
-    /// Forgets what cannot be shown before pictures of another encoding.
+    /// Drops what cannot be shown before images of another codec.
     fn begin_codec(&mut self, codec: Option<VideoCodec>) {
-        // The first pictures may have come before their encoding was reported.
+        // The first images may have arrived before their codec was reported.
         if codec != Some(VideoCodec::H264) {
             self.group.clear();
         }
@@ -80,32 +80,32 @@ impl State {
 }
 
 impl Camera {
-    /// Its name.
+    /// Name of the camera.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// Where its pictures come from.
+    /// Source of its images.
     pub fn source(&self) -> &str {
         &self.source
     }
 
-    /// Its state, as last reported by its feeder.
+    /// State, as last reported by its feeder.
     pub fn status(&self) -> CameraStatus {
         self.lock().status.clone()
     }
 
-    /// When the newest picture was taken: microseconds since 1970.
+    /// Time of capture of the newest image: microseconds since 1970.
     pub fn newest_unix_us(&self) -> Option<u64> {
         self.lock().newest_unix_us
     }
 
-    /// How many viewers it has.
+    /// Number of viewers.
     pub fn viewers(&self) -> usize {
         self.lock().viewers().len()
     }
 
-    /// How many of them want what.
+    /// Number of viewers by codec.
     pub fn demand(&self) -> Demand {
         let mut state = self.lock();
         let mut demand = Demand::default();
@@ -118,7 +118,8 @@ impl Camera {
         demand
     }
 
-    /// Adds a viewer: what can be shown at once is in its queue. It ends when the queue is dropped.
+    /// Adds a viewer, whose queue contains everything that can be shown at once. The viewer leaves when the queue is
+    /// dropped.
     pub fn watch(&self, accepts: Accepts) -> Arc<ViewerQueue> {
         let mut state = self.lock();
         let queue = Arc::new(ViewerQueue::default());
@@ -135,7 +136,7 @@ impl Camera {
         queue
     }
 
-    /// Asks the feeder for something.
+    /// Sends a request to the feeder.
     ///
     /// # Errors
     /// [`CameraError::Gone`], [`CameraError::Busy`], and the feeder's own reason: [`CameraError::Refused`].
@@ -154,7 +155,7 @@ impl Camera {
         }
     }
 
-    /// A camera without pictures, whose requests go there.
+    /// A camera without images, whose requests are sent to `requests`.
     pub(crate) fn new(name: &str, source: &str, requests: mpsc::Sender<PendingRequest>) -> Self {
         Self {
             name: name.to_owned(),
@@ -165,7 +166,7 @@ impl Camera {
         }
     }
 
-    /// Hands a picture to all viewers that take it so encoded.
+    /// Distributes an image to all viewers of its codec.
     pub(crate) fn publish(&self, picture: &Picture<'_>) -> Result<(), CameraError> {
         if picture.data.is_empty() || picture.data.len() > MAX_FRAME_BYTES {
             return Err(CameraError::BadPicture(picture.data.len()));
@@ -186,7 +187,7 @@ impl Camera {
         Ok(())
     }
 
-    /// Takes the state that its feeder reports; viewers hear of it when it changed.
+    /// Sets the state reported by its feeder; viewers are notified if it changed.
     pub(crate) fn set_status(&self, status: CameraStatus) {
         let mut state = self.lock();
         if state.status == status {
@@ -203,12 +204,12 @@ impl Camera {
         self.demand_changed.notify_one();
     }
 
-    /// Waits until viewers came, or what they are sent changed.
+    /// Waits until viewers or their codecs change.
     pub(crate) async fn demand_changed(&self) {
         self.demand_changed.notified().await;
     }
 
-    /// There will be no more pictures.
+    /// Marks the end of the images.
     pub(crate) fn end(&self) {
         let mut state = self.lock();
         state.is_gone = true;

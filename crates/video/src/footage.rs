@@ -1,5 +1,5 @@
-//! Footage: recordings and pictures of cameras that are kept in a folder. Their names tell camera and time; nothing else in the
-//! folder is shown, and what a client names is compared with what is there, never made a path of.
+//! Footage: camera recordings and images in a folder. File names contain camera and time; other files are not shown.
+//! Names from clients are compared with existing ones, never used as paths.
 
 use std::fs::File;
 use std::io::{self, Read};
@@ -8,44 +8,44 @@ use std::path::{Path, PathBuf};
 use crate::hub::VideoHub;
 use crate::name::is_name;
 
-/// Files that are listed at most, the newest.
+/// Limit of listed files; the newest are listed.
 const MAX_LISTED: usize = 1000;
-/// Bytes of a file's beginning in which its length stands, if it was ended in order.
+/// Size of the beginning of a file that contains its duration, if it was closed properly, bytes.
 const HEAD: u64 = 4096;
 
-/// What a file of footage holds.
+/// Kind of a footage file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "describe", derive(serde::Serialize, utoipa::ToSchema))]
 #[cfg_attr(feature = "describe", serde(rename_all = "snake_case"))]
 pub enum FootageKind {
-    /// A recording: Matroska.
+    /// A recording (Matroska).
     Video,
-    /// A still picture: JPEG.
+    /// A still image (JPEG).
     Picture,
 }
 
-/// A recording or picture of a camera on the server's disk.
+/// A camera recording or image on the server's disk.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "describe", derive(serde::Serialize, utoipa::ToSchema))]
 pub struct Footage {
-    /// The file's name.
+    /// File name.
     pub name: String,
-    /// What it holds.
+    /// Kind of the file.
     pub kind: FootageKind,
-    /// The camera's name.
+    /// Name of the camera.
     pub camera: String,
-    /// When it was begun or taken, to the second: seconds since 1970, UTC.
+    /// Start of the recording, or time of capture, to the second: seconds since 1970, UTC.
     pub begin_unix_s: u64,
-    /// How long a recording is; null for pictures, while it is being written, and when it was not ended in order.
+    /// Duration of a recording; null for images, while it is being recorded, and when it was not closed properly.
     #[cfg_attr(feature = "describe", schema(required = true))]
     pub duration_s: Option<f64>,
-    /// How large it is.
+    /// File size.
     pub bytes: u64,
-    /// Whether it is being written.
+    /// Whether it is being recorded.
     pub is_current: bool,
 }
 
-/// The files of a folder, the newest first; none when there is no such folder yet. Reads the disk.
+/// Files of a folder, newest first; empty if the folder does not exist yet. Reads the disk.
 ///
 /// # Errors
 /// When the folder cannot be read.
@@ -62,7 +62,7 @@ pub fn list(folder: &Path, hub: &VideoHub) -> io::Result<Vec<Footage>> {
     Ok(found)
 }
 
-/// The same by the folder alone: no file is opened, and no length known.
+/// The same without opening files, hence without durations.
 fn scan(folder: &Path, hub: &VideoHub) -> io::Result<Vec<Footage>> {
     let entries = match std::fs::read_dir(folder) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
@@ -74,7 +74,7 @@ fn scan(folder: &Path, hub: &VideoHub) -> io::Result<Vec<Footage>> {
         let entry = entry?;
         let Ok(name) = entry.file_name().into_string() else { continue };
         let Some(mut footage) = read_name(&name) else { continue };
-        // One that was deleted meanwhile is not there; a link is not one of our files.
+        // Skips files deleted meanwhile, and symbolic links, which are not ours.
         let Ok(metadata) = entry.metadata() else { continue };
         if metadata.is_file() {
             footage.bytes = metadata.len();
@@ -87,7 +87,7 @@ fn scan(folder: &Path, hub: &VideoHub) -> io::Result<Vec<Footage>> {
     Ok(found)
 }
 
-/// The file of that name in a folder, if it is footage, without its length. Reads the disk.
+/// A footage file by name, if it exists, without its duration. Reads the disk.
 ///
 /// # Errors
 /// When the folder cannot be read.
@@ -96,7 +96,7 @@ pub fn find(folder: &Path, hub: &VideoHub, name: &str) -> io::Result<Option<(Pat
     Ok(found.map(|footage| (folder.join(&footage.name), footage)))
 }
 
-/// What a name like `2026-11-21_16-00-00_nose.mkv` says, or `…_nose.2.mkv` for the second of that second.
+/// Parses a name like `2026-11-21_16-00-00_nose.mkv`, or `…_nose.2.mkv` for the second file of that second.
 fn read_name(name: &str) -> Option<Footage> {
     let (stem, extension) = name.rsplit_once('.')?;
     let kind = match extension {
@@ -146,7 +146,7 @@ fn unix_s(date: &str, time: &str) -> Option<u64> {
     Some(((days * 24 + hour) * 60 + minute) * 60 + second)
 }
 
-/// How long a Matroska file (RFC 9559) says it is, of whose beginning these are the bytes.
+/// Duration according to the beginning of a Matroska file (RFC 9559).
 fn matroska_duration_s(bytes: &[u8]) -> Option<f64> {
     const SEGMENT: u32 = 0x1853_8067;
     const INFO: u32 = 0x1549_A966;
@@ -173,8 +173,8 @@ fn matroska_duration_s(bytes: &[u8]) -> Option<f64> {
     duration.map(|ticks| ticks * scale_ns / 1e9).filter(|duration_s| duration_s.is_finite() && *duration_s >= 0.0)
 }
 
-/// The elements (RFC 8794) one after another in some bytes: identity and payload. The payload of one without a size, or that is
-/// not all there, is what there is.
+/// Consecutive EBML elements (RFC 8794): id and payload. An element of unknown size, or a truncated one, has the
+/// remaining bytes as its payload.
 fn elements(mut bytes: &[u8]) -> impl Iterator<Item = (u32, &[u8])> {
     std::iter::from_fn(move || {
         let id_length = bytes.first()?.leading_zeros() as usize + 1;
@@ -218,7 +218,7 @@ mod tests {
         }
     }
 
-    /// An element with a size of one byte.
+    /// An element with a one-byte size.
     fn element(id: &[u8], payload: &[u8]) -> Vec<u8> {
         [id, &[0x80 | u8::try_from(payload.len()).expect("short")], payload].concat()
     }
@@ -237,7 +237,7 @@ mod tests {
         assert_eq!(matroska_duration_s(&file(element(&[0x44, 0x89], &f64::NAN.to_be_bytes()))), None);
         let whole = file(duration);
         for end in 0..whole.len() {
-            // Whatever is cut off, nothing goes wrong.
+            // No truncation causes a panic.
             let _ = matroska_duration_s(&whole[..end]);
         }
         assert_eq!(matroska_duration_s(&[0; 100]), None);

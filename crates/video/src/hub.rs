@@ -1,4 +1,4 @@
-//! The cameras of this process, by name, and the feed of each.
+//! The cameras of this process, by name, and their feeds.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -12,17 +12,18 @@ use crate::picture::Picture;
 use crate::request::PendingRequest;
 use crate::status::CameraStatus;
 
-/// Requests that wait for one feeder.
+/// Largest number of requests waiting for one feeder.
 const MAX_REQUESTS: usize = 8;
 
-/// The cameras. Clones are handles to the same.
+/// The cameras. Clones share the same state.
 #[derive(Debug, Clone, Default)]
 pub struct VideoHub {
     cameras: Arc<Mutex<BTreeMap<String, Arc<Camera>>>>,
 }
 
 impl VideoHub {
-    /// Adds a camera, until its feed is closed. `source` is shown as the origin of its pictures: no secrets.
+    /// Adds a camera, until its feed is closed. `source` is shown as the origin of its images, so it must not contain
+    /// secrets.
     ///
     /// # Errors
     /// [`CameraError::BadName`], [`CameraError::Taken`] and [`CameraError::TooMany`].
@@ -54,12 +55,12 @@ impl VideoHub {
         self.lock().values().cloned().collect()
     }
 
-    /// How many viewers all cameras have.
+    /// Number of viewers of all cameras.
     pub fn viewers(&self) -> usize {
         self.cameras().iter().map(|camera| camera.viewers()).sum()
     }
 
-    /// Names of the files that are being recorded.
+    /// Names of the files being recorded.
     pub(crate) fn being_recorded(&self) -> Vec<String> {
         let recordings = self.cameras().into_iter().filter_map(|camera| camera.status().recording);
         recordings.filter(|recording| recording.problem.is_none()).map(|recording| recording.file).collect()
@@ -70,7 +71,7 @@ impl VideoHub {
     }
 }
 
-/// Feeds one camera. Closing it, or dropping it, takes the camera away.
+/// Feed of one camera. Closing or dropping it removes the camera.
 #[derive(Debug)]
 pub struct VideoFeed {
     hub: VideoHub,
@@ -80,30 +81,30 @@ pub struct VideoFeed {
 }
 
 impl VideoFeed {
-    /// Its camera.
+    /// The feed's camera.
     pub fn camera(&self) -> &Camera {
         &self.camera
     }
 
-    /// Hands a picture to all viewers that take it so encoded. Never waits.
+    /// Distributes an image to all viewers of its codec. Never blocks.
     ///
     /// # Errors
-    /// [`CameraError::BadPicture`], and [`CameraError::Gone`] when the feed was closed.
+    /// [`CameraError::BadPicture`], and [`CameraError::Gone`] when the feed has been closed.
     pub fn publish(&self, picture: &Picture<'_>) -> Result<(), CameraError> {
         self.camera.publish(picture)
     }
 
-    /// Reports the camera's state; viewers hear of it when it changed.
+    /// Reports the camera's state; viewers are notified if it changed.
     pub fn set_status(&self, status: CameraStatus) {
         self.camera.set_status(status);
     }
 
-    /// How many viewers want what.
+    /// Number of viewers by codec.
     pub fn demand(&self) -> Demand {
         self.camera.demand()
     }
 
-    /// Waits until viewers came, or what they are sent changed; viewers that go are seen by asking now and then.
+    /// Waits until viewers are added or change their codec; check regularly for viewers that leave.
     pub async fn demand_changed(&self) {
         tokio::select! {
             () = self.camera.demand_changed() => {}
@@ -111,7 +112,7 @@ impl VideoFeed {
         }
     }
 
-    /// The next request; `None` once the feed is closed.
+    /// Next request; `None` once the feed is closed.
     pub async fn next_request(&self) -> Option<PendingRequest> {
         let mut waiting = self.waiting.lock().await;
         tokio::select! {
@@ -124,7 +125,7 @@ impl VideoFeed {
         }
     }
 
-    /// Takes the camera away; its viewers are told. May be called again.
+    /// Removes the camera and notifies its viewers. Idempotent.
     pub fn close(&self) {
         let mut cameras = self.hub.lock();
         if cameras.get(self.camera.name()).is_some_and(|camera| Arc::ptr_eq(camera, &self.camera)) {
@@ -133,7 +134,7 @@ impl VideoFeed {
         drop(cameras);
         self.camera.end();
         self.is_closed.send_replace(true);
-        // A caller of `next_request` holds them, and refuses them.
+        // Otherwise a caller of `next_request` holds them, and refuses them.
         if let Ok(mut waiting) = self.waiting.try_lock() {
             refuse_all(&mut waiting);
         }
@@ -145,7 +146,7 @@ impl VideoFeed {
     }
 }
 
-/// Lets the callers know that there will be no answer.
+/// Refuses waiting requests.
 fn refuse_all(waiting: &mut mpsc::Receiver<PendingRequest>) {
     waiting.close();
     while waiting.try_recv().is_ok() {}

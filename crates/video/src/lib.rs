@@ -1,19 +1,21 @@
-//! Cameras: pictures from a feeder, and the viewers who see them. No front door, and no pixels: both ends are others' affair.
+//! Cameras: distribution of images from feeders to viewers. Neither capture, encoding nor the transport to viewers is
+//! part of this crate.
 //!
-//! A feeder adds a camera to the [`VideoHub`] and hands encoded pictures to its [`VideoFeed`]; each viewer takes them from a
-//! bounded [`ViewerQueue`] of its own, and JPEG or H.264 passes as it came. Nothing waits for a viewer, and no viewer for
-//! another. Only the feeder can take a picture with its position, or record: it is asked by a [`CameraRequest`].
+//! A feeder adds a camera to the [`VideoHub`] and hands encoded images to its [`VideoFeed`]; each viewer takes them
+//! from a bounded [`ViewerQueue`] of its own. JPEG and H.264 pass through unchanged. Feeders never wait for viewers,
+//! nor viewers for each other. Only the feeder can take an image with its position, or record: a [`CameraRequest`] asks
+//! it to.
 //!
 //! | module | owns |
 //! |---|---|
-//! | [`hub`] | which cameras there are, and the feed of each |
-//! | [`camera`] | one camera: its state, the newest pictures for the next viewer, its viewers |
-//! | [`queue`] | the pictures that wait for one viewer |
-//! | [`picture`] | a picture, its encoding, and its form on the wire |
-//! | [`status`], [`request`], [`error`], [`name`] | what a feeder reports, what it is asked for, why not, and names |
-//! | [`footage`] | recordings and stills on the disk: which there are, and how long they are |
+//! | [`hub`] | the cameras and their feeds |
+//! | [`camera`] | one camera: its state, the newest images for new viewers, its viewers |
+//! | [`queue`] | images waiting for one viewer |
+//! | [`picture`] | an image, its codec, and its wire format |
+//! | [`status`], [`request`], [`error`], [`name`] | a feeder's reports, requests to it, errors, and names |
+//! | [`footage`] | recordings and images on disk, and their durations |
 //!
-//! With the feature `describe` the reports describe themselves for front doors: their JSON and its schema.
+//! With the feature `describe`, the reports have JSON representations and schemas for the interfaces.
 
 pub mod camera;
 pub mod error;

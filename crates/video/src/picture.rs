@@ -1,23 +1,23 @@
-//! A picture: how it is encoded, and its form on the wire to viewers.
+//! An image: its codec, and its wire format to viewers.
 
 use bytes::Bytes;
 
-/// Bytes of one frame at most: more than any sensible picture.
+/// Largest frame, bytes: more than any sensible image.
 pub const MAX_FRAME_BYTES: usize = 16 * 1024 * 1024;
 
-/// How a camera's pictures are encoded.
+/// Codec of a camera's images.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "describe", derive(serde::Serialize, utoipa::ToSchema))]
 #[cfg_attr(feature = "describe", serde(rename_all = "snake_case"))]
 pub enum VideoCodec {
-    /// H.264 as a byte stream (ITU-T H.264 annex B), one access unit a picture; key frames bring their parameter sets.
+    /// H.264 byte stream (ITU-T H.264 annex B), one access unit per image; key frames contain their parameter sets.
     H264,
-    /// JPEG pictures.
+    /// JPEG images.
     Jpeg,
 }
 
 impl VideoCodec {
-    /// The number that stands for it in a picture's header.
+    /// Code of the codec in an image's header.
     fn number(self) -> u8 {
         match self {
             Self::H264 => 1,
@@ -26,43 +26,43 @@ impl VideoCodec {
     }
 }
 
-/// What a viewer can show.
+/// Codecs that a viewer can decode.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Accepts {
-    /// H.264; without it pictures come as JPEG, which every viewer shows.
+    /// H.264; otherwise images are sent as JPEG, which every viewer can decode.
     pub h264: bool,
 }
 
-/// An encoded picture.
+/// An encoded image.
 #[derive(Debug, Clone, Copy)]
 pub struct Picture<'a> {
-    /// How it is encoded.
+    /// Codec.
     pub codec: VideoCodec,
-    /// Whether it can be shown without those before it.
+    /// Whether it can be decoded without previous images.
     pub is_key: bool,
-    /// Pixels.
+    /// Width, pixels.
     pub width: u16,
-    /// Pixels.
+    /// Height, pixels.
     pub height: u16,
-    /// When it was taken: microseconds since 1970, UTC.
+    /// Time of capture: microseconds since 1970, UTC.
     pub captured_unix_us: u64,
-    /// The code.
+    /// Encoded data.
     pub data: &'a [u8],
 }
 
-/// Bytes of the header before each picture on the wire.
+/// Size of the header before each image, bytes.
 pub const HEADER_BYTES: usize = 20;
 
-/// A picture as it is sent to viewers.
+/// An image in its wire format.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct WireFrame {
-    /// How it is encoded.
+    /// Codec.
     pub codec: VideoCodec,
-    /// Whether it can be shown without those before it.
+    /// Whether it can be decoded without previous images.
     pub is_key: bool,
-    /// Header and code in one. All numbers of the header are little-endian: version (1 byte, is 1), codec (1 byte: 1 H.264, 2
-    /// JPEG), flags (1 byte: bit 0 key), 0, width and height (2 bytes each), time of capture (8 bytes, microseconds since 1970),
-    /// number of the picture (4 bytes).
+    /// Header and encoded data. All numbers of the header are little-endian: version (1 byte, is 1), codec (1 byte: 1
+    /// H.264, 2 JPEG), flags (1 byte: bit 0 key), 0, width and height (2 bytes each), time of capture (8 bytes,
+    /// microseconds since 1970), number of the image (4 bytes).
     pub bytes: Bytes,
 }
 
@@ -80,7 +80,7 @@ impl WireFrame {
     }
 }
 
-/// H.264 pictures since the last key frame, with which the next viewer begins; empty when that was too long ago.
+/// H.264 images since the last key frame, with which the next viewer begins; empty when that is too long ago.
 #[derive(Debug, Default)]
 pub(crate) struct Group {
     frames: Vec<WireFrame>,

@@ -1,5 +1,5 @@
-//! The queue of one viewer: bounded, newest first. A viewer too slow for H.264 goes on at the next key frame; of JPEG
-//! pictures only the newest waits.
+//! Bounded queue of one viewer. A viewer too slow for H.264 continues at the next key frame; of JPEG images, only the
+//! newest is kept.
 
 use std::collections::VecDeque;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -10,19 +10,19 @@ use tokio::time::{Duration, Instant};
 
 use crate::picture::{VideoCodec, WireFrame};
 
-/// Once the oldest picture has waited for this long, those that wait are dropped.
+/// Waiting time of the oldest image after which all waiting ones are dropped.
 pub const MAX_WAIT: Duration = Duration::from_millis(1000);
-/// So many bytes wait at most.
+/// Largest size of the waiting images, bytes.
 pub const MAX_BYTES: usize = 16 * 1024 * 1024;
 
-/// The next thing to send.
+/// Next message for a viewer.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Outgoing {
-    /// The camera's state is another: send the newest.
+    /// The camera's state has changed: send the newest.
     Status,
-    /// A picture.
+    /// An image.
     Picture(Bytes),
-    /// The camera is gone: there is nothing more.
+    /// The camera was removed; this is the last message.
     End,
 }
 
@@ -31,7 +31,7 @@ struct State {
     has_status: bool,
     frames: VecDeque<(Instant, WireFrame)>,
     bytes: usize,
-    /// Pictures that build on others make no sense before the next key frame.
+    /// Images that depend on others are useless before the next key frame.
     needs_key: bool,
     dropped: u64,
     has_ended: bool,
@@ -45,7 +45,7 @@ impl State {
     }
 }
 
-/// The queue of one viewer. Putting something in never waits.
+/// Queue of one viewer. Adding to it never blocks.
 #[derive(Debug, Default)]
 pub struct ViewerQueue {
     state: Mutex<State>,
@@ -53,7 +53,7 @@ pub struct ViewerQueue {
 }
 
 impl ViewerQueue {
-    /// Puts in what can be shown at once: a key frame and what followed it, or nothing.
+    /// Adds what can be shown at once: a key frame and the images after it, or nothing.
     pub fn begin(&self, frames: Vec<WireFrame>) {
         let mut state = self.lock();
         state.needs_key = frames.is_empty();
@@ -64,7 +64,7 @@ impl ViewerQueue {
         self.changed.notify_one();
     }
 
-    /// Adds a picture, and drops what waits when that is too old or too much.
+    /// Adds an image, and drops the waiting ones if they are too old or too large.
     pub fn push(&self, frame: WireFrame) {
         let mut state = self.lock();
         let now = Instant::now();
@@ -89,19 +89,19 @@ impl ViewerQueue {
         self.changed.notify_one();
     }
 
-    /// Notes that the camera's state changed.
+    /// Records that the camera's state changed.
     pub fn note_status(&self) {
         self.lock().has_status = true;
         self.changed.notify_one();
     }
 
-    /// There is nothing more to come.
+    /// Marks the end of the queue.
     pub fn end(&self) {
         self.lock().has_ended = true;
         self.changed.notify_one();
     }
 
-    /// The next thing to send.
+    /// Next message.
     pub fn take(&self) -> Option<Outgoing> {
         let mut state = self.lock();
         if std::mem::take(&mut state.has_status) {
@@ -115,12 +115,12 @@ impl ViewerQueue {
         Some(Outgoing::Picture(frame.bytes))
     }
 
-    /// Waits until there may be something to take.
+    /// Waits until there may be a message to take.
     pub async fn wait(&self) {
         self.changed.notified().await;
     }
 
-    /// Pictures that this viewer was too slow for.
+    /// Number of images dropped because the viewer was too slow.
     pub fn dropped(&self) -> u64 {
         self.lock().dropped
     }

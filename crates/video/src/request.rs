@@ -1,41 +1,41 @@
-//! What only the feeder of a camera can do, on its way to it.
+//! Requests to the feeder of a camera.
 
 use tokio::sync::oneshot;
 
-/// Something that only the feeder can do.
+/// A request that only the feeder can carry out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum CameraRequest {
-    /// A still picture with its position: the answer is a JPEG file.
+    /// Take a still image with its position: the answer is a JPEG file.
     Snapshot,
-    /// The same, and that it is kept beside the recordings.
+    /// The same, and store it beside the recordings.
     KeepSnapshot,
-    /// Begin to record.
+    /// Start recording.
     StartRecording,
-    /// End the recording.
+    /// Stop recording.
     StopRecording,
 }
 
-/// The feeder's answer: a picture for a snapshot, nothing for the others, or why not.
+/// Answer of the feeder: an image for a snapshot, empty for the others, or the reason of its refusal.
 pub type Answer = Result<Vec<u8>, String>;
 
-/// A request on its way to the feeder. Dropped without an answer, it counts as refused.
+/// A request to the feeder. Dropped without an answer, it counts as refused.
 #[derive(Debug)]
 pub struct PendingRequest {
-    /// What is wanted.
+    /// The request.
     pub request: CameraRequest,
     answer: oneshot::Sender<Answer>,
 }
 
 impl PendingRequest {
-    /// A request, and where its answer comes.
+    /// A request, and the receiver of its answer.
     pub(crate) fn new(request: CameraRequest) -> (Self, oneshot::Receiver<Answer>) {
         let (answer, answered) = oneshot::channel();
         (Self { request, answer }, answered)
     }
 
-    /// Answers it: with a picture for a snapshot, with nothing for the others, or why it cannot be.
+    /// Answers the request: with an image for a snapshot, empty for the others, or with the reason of a refusal.
     pub fn answer(self, answer: Answer) {
-        // Whoever asked may have gone.
+        // Fails if the caller is gone, which does not matter.
         let _ = self.answer.send(answer);
     }
 }

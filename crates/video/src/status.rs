@@ -1,23 +1,23 @@
-//! What a feeder reports of its camera.
+//! Reports of a camera's feeder.
 
 use crate::picture::VideoCodec;
 
-/// The state of a camera, as its feeder reports it.
+/// State of a camera, as reported by its feeder.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CameraStatus {
-    /// Whether pictures come.
+    /// State of the image stream.
     pub state: CameraState,
-    /// Why they do not, in English.
+    /// Why no images arrive, in English.
     pub reason: Option<String>,
-    /// How the source itself encodes; `None` before the first picture, and for pictures that are not encoded.
+    /// Codec of the source; `None` before the first image, and for sources without encoding.
     pub codec: Option<VideoCodec>,
-    /// Pixels of the newest picture.
+    /// Size of the newest image, pixels.
     pub size: Option<(u16, u16)>,
-    /// Pictures a second, lately.
+    /// Recent frame rate.
     pub rate_hz: Option<f64>,
-    /// Bits a second, lately.
+    /// Recent bit rate.
     pub bitrate_bit_s: Option<f64>,
-    /// The recording under way, or the one that a fault ended.
+    /// Recording in progress, or the last one if it ended with a fault.
     pub recording: Option<CameraRecording>,
 }
 
@@ -35,20 +35,20 @@ impl Default for CameraStatus {
     }
 }
 
-/// Whether a camera's pictures come.
+/// State of a camera's image stream.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "describe", derive(serde::Serialize, utoipa::ToSchema))]
 #[cfg_attr(feature = "describe", serde(rename_all = "snake_case"))]
 pub enum CameraState {
-    /// The source is read on demand, and nobody looks or records.
+    /// The source is read on demand, and there are no viewers or recordings.
     Standby,
-    /// On the way to the first picture.
+    /// Waiting for the first image.
     Starting,
-    /// They come.
+    /// Images arrive.
     Live,
-    /// The source is there, but nothing comes.
+    /// The source is connected, but no images arrive.
     Stalled,
-    /// The source is not there; it is tried again for ever.
+    /// The source is not available; connecting is retried forever.
     Dead,
 }
 
@@ -56,13 +56,13 @@ pub enum CameraState {
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "describe", derive(serde::Serialize, utoipa::ToSchema))]
 pub struct CameraRecording {
-    /// Name of the file, in the data folder of the machine that the camera is at.
+    /// File name, in the data folder of the machine to which the camera is connected.
     pub file: String,
-    /// How long it is.
+    /// Duration.
     pub duration_s: f64,
-    /// How large it is.
+    /// File size.
     pub bytes: u64,
-    /// Why it ended before it was told to, in English; null while it is being written.
+    /// Why it ended unexpectedly, in English; null while it is being recorded.
     #[cfg_attr(feature = "describe", schema(required = true))]
     pub problem: Option<String>,
 }

@@ -1,4 +1,4 @@
-//! The hub, its feeds and the queues of viewers, by plain calls.
+//! The hub, its feeds and the viewers' queues, by plain calls.
 
 use std::time::Duration;
 
@@ -15,7 +15,7 @@ fn live(codec: VideoCodec) -> CameraStatus {
     CameraStatus { state: CameraState::Live, codec: Some(codec), ..CameraStatus::default() }
 }
 
-/// The first byte of the code of each picture that waits.
+/// First data byte of each waiting image.
 fn waiting(queue: &ViewerQueue) -> Vec<u8> {
     std::iter::from_fn(|| queue.take())
         .filter_map(|outgoing| match outgoing {

@@ -1,4 +1,4 @@
-//! What the core knows once and for all, for whoever asks: commands, kinds of vehicles, limits.
+//! Constants of the core for clients: commands, vehicle types, limits.
 
 use vencejo_flight::checks::CheckContext;
 use vencejo_flight::plan as core;
@@ -10,24 +10,24 @@ use vencejo_vehicle::telemetry::{
 
 use crate::dto;
 
-/// An ArduPlane as it comes, as far as a plan's way depends on it.
+/// A default ArduPlane, as far as the route of a plan depends on it.
 pub(crate) fn usual_plane() -> serde_json::Value {
     let loiter_radius_m = ProgressOptions::default().loiter_radius_m;
     serde_json::json!({"loiter_radius_m": loiter_radius_m, "airspeed_m_s": CheckContext::default().airspeed_m_s})
 }
 
-/// The kind of each `MAV_TYPE` that is one.
+/// Vehicle kind of each known `MAV_TYPE`.
 pub(crate) fn vehicle_kinds() -> serde_json::Value {
     let kind = |mav_type: u8| Some((mav_type.to_string(), vehicle::VehicleKind::of(mav_type)?.as_str().into()));
     serde_json::Value::Object((0..=u8::MAX).filter_map(kind).collect())
 }
 
-/// After how long a value, or a vehicle, counts for less, and for nothing, seconds.
+/// Ages at which a value or a vehicle counts as stale and as lost, seconds.
 pub(crate) fn ages() -> serde_json::Value {
     serde_json::json!({"stale_s": STALE_AFTER.as_secs_f64(), "lost_s": LOST_AFTER.as_secs_f64()})
 }
 
-/// What each `GPS_FIX_TYPE` is worth.
+/// Quality of each `GPS_FIX_TYPE`.
 pub(crate) fn gps_fixes() -> serde_json::Value {
     let row = |number| {
         let fix = vehicle::telemetry::GpsFix(number);
@@ -36,7 +36,7 @@ pub(crate) fn gps_fixes() -> serde_json::Value {
     serde_json::Value::Object(vehicle::telemetry::GpsFix::KNOWN.map(row).collect())
 }
 
-/// From when on a value wants somebody's attention.
+/// Thresholds from which values need attention.
 pub(crate) fn attention() -> serde_json::Value {
     serde_json::json!({
         "battery_low_pct": BATTERY_LOW_PCT, "battery_critical_pct": BATTERY_CRITICAL_PCT,
@@ -44,7 +44,7 @@ pub(crate) fn attention() -> serde_json::Value {
     })
 }
 
-/// The table of commands.
+/// Table of mission commands.
 pub(crate) fn commands() -> Vec<dto::CommandInfo> {
     core::command::COMMANDS.iter().map(command_info).collect()
 }
@@ -94,7 +94,7 @@ mod tests {
         let file = "gcs/src/lib/domain/core.json";
         assert!(
             page == crate::core_facts(),
-            "{file} is old: cargo run -p vencejo-server --example core_facts > {file}"
+            "{file} is out of date: cargo run -p vencejo-server --example core_facts > {file}"
         );
     }
 

@@ -1,4 +1,4 @@
-//! Landings that are asked for and designed, and what mends a finding.
+//! Landing requests, designed landings, and fixes of findings.
 
 use vencejo_flight::FlightError;
 use vencejo_flight::approaches::{Alternative, Flown};
@@ -9,7 +9,7 @@ use super::plan::item;
 use super::units::point;
 use crate::dto;
 
-/// What a landing is designed from; what is not given is as `usual`.
+/// Design options of a landing; missing ones are taken from `usual`.
 pub(crate) fn landing_options(
     asked: &dto::LandingRequest,
     usual: LandingOptions,

@@ -1,4 +1,4 @@
-//! Links, and how a vehicle at one is signed with.
+//! Links, and signing on them.
 
 use vencejo_link::{self as link, LinkStats};
 use vencejo_station::{Station, VehicleHandle};
@@ -83,7 +83,7 @@ pub(crate) fn links(station: &Station) -> Vec<dto::LinkInfo> {
     station.links().iter().map(|(info, stats)| link_info(station, info, stats)).collect()
 }
 
-/// The link to a vehicle, with the vehicle's own figures instead of those of all that speak there.
+/// Link to a vehicle, with the counters of this vehicle alone.
 pub(super) fn vehicle_link(vehicle: &VehicleHandle) -> Option<dto::LinkInfo> {
     let (info, stats, source) = vehicle.link()?;
     let now = vehicle.station().now();

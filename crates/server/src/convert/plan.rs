@@ -1,4 +1,4 @@
-//! Plans and what is on board, both ways.
+//! Plans and their state on board, in both directions.
 
 use vencejo_flight::FlightError;
 use vencejo_flight::formats::PlanFormat;
@@ -44,7 +44,7 @@ pub(crate) fn plan_state(state: Option<vehicle::PlanState>) -> dto::PlanState {
 /// One part of the plan on board, as far as it is known.
 ///
 /// # Errors
-/// For a fence or rally list from the vehicle that cannot be.
+/// For an invalid fence or rally list from the vehicle.
 pub(crate) fn plan_on_board(vehicle: &VehicleHandle, kind: core::PlanKind) -> Result<dto::PlanOnBoard, FlightError> {
     let (state, list) = vehicle.plan_on_board(kind).unzip();
     let read = match (state, list.flatten()) {
@@ -55,7 +55,7 @@ pub(crate) fn plan_on_board(vehicle: &VehicleHandle, kind: core::PlanKind) -> Re
     Ok(dto::PlanOnBoard { state: plan_state(state), plan: read.as_ref().map(plan) })
 }
 
-/// How a plan differs from what a vehicle has on board.
+/// Compares a plan with the one on board.
 pub(crate) fn plan_comparison(vehicle: &VehicleHandle, plan: &core::Plan) -> dto::PlanComparison {
     let part = |kind| {
         let (state, changes) = vehicle.plan_changes(plan, kind)?;
@@ -68,7 +68,7 @@ pub(crate) fn plan_comparison(vehicle: &VehicleHandle, plan: &core::Plan) -> dto
     }
 }
 
-/// Why a plan is not known; `None` when it is.
+/// Why a plan is unknown; `None` when it is known.
 pub(crate) fn uncertainty(state: vehicle::PlanState) -> Option<dto::PlanUncertainty> {
     let why = match state {
         vehicle::PlanState::Unknown(why) => why,
@@ -157,7 +157,7 @@ pub(crate) fn plan(plan: &core::Plan) -> dto::Plan {
     }
 }
 
-/// A plan as a client wrote it.
+/// Converts a plan from a client.
 ///
 /// # Errors
 /// For a position that is not on Earth, a circle without exactly one centre and a radius, or a polygon with a radius, and

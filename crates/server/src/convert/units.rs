@@ -1,4 +1,4 @@
-//! Moments and places.
+//! Times and positions.
 
 use vencejo_flight::FlightError;
 use vencejo_flight::geodesy::GeoPoint;

@@ -1,4 +1,4 @@
-//! Vehicles: their place in the list, and their whole state.
+//! Vehicles: their summary and their state.
 
 use vencejo_flight::plan as core;
 use vencejo_station::{Station, VehicleHandle};
@@ -38,7 +38,7 @@ pub(crate) fn vehicle_summary(vehicle: &VehicleHandle) -> dto::VehicleSummary {
 
 fn flight_parameters(known: vehicle::FlightParameters) -> dto::FlightParameters {
     let vehicle::FlightParameters { loiter_radius_m, airspeed_m_s, finds_landing, .. } = known;
-    // To HTTP it is a length: the sense of circles is told by `POST /plan/way`.
+    // The API gives the absolute radius; `POST /plan/way` returns the direction of circles.
     dto::FlightParameters { loiter_radius_m: loiter_radius_m.map(f64::abs), airspeed_m_s, finds_landing }
 }
 
@@ -67,7 +67,7 @@ pub(crate) fn progress(vehicle: &VehicleHandle) -> dto::MissionProgress {
     }
 }
 
-/// What a flight needs first, while it may be done.
+/// Steps needed before a flight, while it can be prepared.
 fn preparation(vehicle: &VehicleHandle) -> Option<dto::FlightPreparation> {
     let (telemetry, _) = vehicle.telemetry();
     if telemetry.heartbeat.is_none_or(|heartbeat| heartbeat.value.is_armed) || telemetry.is_on_ground() == Some(false) {
@@ -81,7 +81,7 @@ fn preparation(vehicle: &VehicleHandle) -> Option<dto::FlightPreparation> {
     })
 }
 
-/// Which autopilot it is, by its heartbeat; `None` before the first.
+/// Autopilot family according to the heartbeat; `None` before the first.
 fn mode_family(vehicle: &VehicleHandle) -> Option<ModeFamily> {
     let heartbeat = vehicle.telemetry().0.heartbeat?.value;
     Some(ModeFamily::of(heartbeat.autopilot, heartbeat.mav_type))

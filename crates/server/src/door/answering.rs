@@ -1,4 +1,4 @@
-//! A request that is being answered: until then its connection makes room for nobody.
+//! A request in progress; its connection is not closed for another one until the answer has been sent.
 
 use std::pin::Pin;
 use std::sync::Arc;
@@ -10,28 +10,29 @@ use axum::http::StatusCode;
 use axum::response::Response;
 use http_body::{Frame, SizeHint};
 
-use super::places::Connection;
+use super::limits::Connection;
 
-/// How many answers have ended, of all connections.
+/// Number of answers that have ended, over all connections.
 static ENDS: AtomicU64 = AtomicU64::new(1);
 
 impl Connection {
-    /// A whole request has come. `None`: too late, the connection has made room for another, and nothing is to be done for it.
+    /// Registers a complete request. `None` if the connection has already been given up for another; the request is
+    /// then ignored.
     pub fn asked(self: &Arc<Self>) -> Option<Answering> {
         self.has_asked.store(true, Ordering::Relaxed);
-        // ENDED is the number after which there is none.
+        // ENDED marks a connection that accepts no more requests.
         let begun =
             self.under_way.fetch_update(Ordering::SeqCst, Ordering::SeqCst, |count: usize| count.checked_add(1));
         begun.is_ok().then(|| Answering(self.clone()))
     }
 }
 
-/// A request under way. Dropped, it is over.
+/// A request in progress; it ends when this is dropped.
 #[derive(Debug)]
 pub struct Answering(Arc<Connection>);
 
 impl Answering {
-    /// Goes on until the answer has been sent; with a WebSocket for as long as the connection lives.
+    /// Keeps the request in progress until the answer has been sent; for a WebSocket, as long as the connection lives.
     pub fn until_sent(self, response: Response) -> Response {
         if response.status() == StatusCode::SWITCHING_PROTOCOLS {
             self.0.under_way.fetch_add(1, Ordering::SeqCst);
@@ -46,7 +47,7 @@ impl Drop for Answering {
         let Self(connection) = self;
         connection.rests_since.store(ENDS.fetch_add(1, Ordering::Relaxed), Ordering::Relaxed);
         connection.under_way.fetch_sub(1, Ordering::SeqCst);
-        // Somebody may wait for a place.
+        // A connection may be waiting for a slot.
         connection.freed.notify_one();
     }
 }

@@ -1,37 +1,38 @@
-//! File descriptors: how many this process may have, and how many of them are for connections.
+//! File descriptors: the process's limit, and the share of it for connections.
 
 use super::DoorLimits;
 
-/// Kept for what must never wait for a browser: links (64 and their clients), the recorder, databases, cameras.
+/// Reserved for what must never wait for a browser: links (64 and their clients), the recorder, databases, cameras.
 const RESERVED: u64 = 128;
-/// Asked for at most. More costs those dear that go through all numbers, and no connection needs it.
+/// Largest limit requested. A higher one slows down programs that iterate over all descriptors, and connections do not
+/// need it.
 const WANTED: u64 = 4096;
 
-/// How many descriptors there are, and how many were open when we looked.
+/// The limit of open descriptors, and the number open at start.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Descriptors {
-    /// How many there may be; `None` where the system has no limit, or tells none.
+    /// Limit; `None` where the system has none or does not report it.
     pub limit: Option<u64>,
-    /// How many are open.
+    /// Number of open descriptors.
     pub open: u64,
 }
 
 impl Descriptors {
-    /// Raises the process's limit as far as it may go by itself, and looks at it.
+    /// Raises the process's limit as far as is permitted, and returns it.
     pub fn raise() -> Self {
         Self { limit: raise_limit(), open: open_now() }
     }
 
-    /// The limits for connections that leave enough for all else.
+    /// Connection limits that leave enough descriptors for everything else.
     pub fn door(self) -> DoorLimits {
         let Some(limit) = self.limit else { return DoorLimits::of(usize::MAX) };
         let left = limit.saturating_sub(RESERVED.max(self.open + RESERVED / 2));
-        // An answer may hold a file open beside its connection.
+        // An answer may hold a file open in addition to its connection.
         let limits = DoorLimits::of(usize::try_from(left * 3 / 4).unwrap_or(usize::MAX));
         if left < RESERVED {
             tracing::warn!(
                 descriptors = limit,
-                connections = limits.places,
+                connections = limits.connections,
                 "this process may open few files, so it takes few connections; `ulimit -n 1024` before the start gives it more"
             );
         }
@@ -58,7 +59,7 @@ fn raise_limit() -> Option<u64> {
     None
 }
 
-/// Descriptors that are open: what Linux lists. Elsewhere the reserve has to do.
+/// Number of open descriptors, on Linux only. Elsewhere the reserve has to suffice.
 fn open_now() -> u64 {
     std::fs::read_dir("/proc/self/fd").map_or(0, |entries| entries.count() as u64)
 }
@@ -69,15 +70,15 @@ mod tests {
 
     #[test]
     fn connections_leave_enough_for_links_and_recorder() {
-        let places = |limit, open| Descriptors { limit, open }.door().places;
-        assert_eq!(places(None, 20), 512);
-        assert_eq!(places(Some(4096), 20), 512);
-        assert_eq!(places(Some(1024), 20), 512, "the usual limit");
-        assert_eq!(places(Some(256), 20), 96);
-        assert_eq!(places(Some(256), 150), 31, "what is open already counts");
-        assert_eq!(places(Some(100), 20), 16, "some always");
+        let connections = |limit, open| Descriptors { limit, open }.door().connections;
+        assert_eq!(connections(None, 20), 512);
+        assert_eq!(connections(Some(4096), 20), 512);
+        assert_eq!(connections(Some(1024), 20), 512, "the usual limit");
+        assert_eq!(connections(Some(256), 20), 96);
+        assert_eq!(connections(Some(256), 150), 31, "what is open already counts");
+        assert_eq!(connections(Some(100), 20), 16, "some always");
         for limit in [200, 256, 400, 700, 1024] {
-            assert!(limit - places(Some(limit), 20) as u64 >= RESERVED, "{limit}");
+            assert!(limit - connections(Some(limit), 20) as u64 >= RESERVED, "{limit}");
         }
     }
 

@@ -1,4 +1,4 @@
-//! The places of a server's connections: how many there are, whose they are, and who makes room for a newcomer.
+//! Limits of a server's connections, and the slots in use: who holds them, and who makes room for a new connection.
 
 use std::net::IpAddr;
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
@@ -7,44 +7,44 @@ use std::time::Duration;
 
 use tokio::sync::Notify;
 
-/// Connections at once at most, when there are descriptors for them.
+/// Largest number of connections, if there are enough file descriptors.
 const MOST_CONNECTIONS: usize = 512;
-/// Connections at once that there is always room for.
+/// Number of connections that is always permitted.
 const LEAST_CONNECTIONS: usize = 16;
-/// Share of all places that one other machine may take.
+/// Share of all slots that one remote address may use.
 const ADDRESS_SHARE: f64 = 0.25;
-/// The same for this machine: a proxy here stands for many people.
+/// Share of all slots that this machine may use: a proxy here stands for many clients.
 const LOOPBACK_SHARE: f64 = 0.75;
-/// How long a connection may take from its beginning to its first whole request, the TLS handshake included.
+/// Time from the start of a connection, TLS handshake included, to its first complete request.
 const ASK_WITHIN: Duration = Duration::from_secs(10);
-/// How long a client may take nothing of what is sent to it. What the system holds back for it comes on top.
+/// Time for which a client may read nothing of what is sent to it, in addition to what the system buffers for it.
 const STALL: Duration = Duration::from_secs(20);
 
-/// In place of a number of requests: none is begun any more.
+/// In place of the number of requests: no more are accepted.
 const ENDED: usize = usize::MAX;
 
-/// How many connections, and how patient we are with each.
+/// Limits of connections and time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DoorLimits {
-    /// Connections at once.
-    pub places: usize,
-    /// Connections at once of one other address (of IPv6 the network, /64).
+    /// Largest number of connections.
+    pub connections: usize,
+    /// Largest number of connections of one remote address (for IPv6, of its /64 network).
     pub per_address: usize,
-    /// Connections at once of this machine.
+    /// Largest number of connections of this machine.
     pub of_loopback: usize,
-    /// Until the first whole request.
+    /// Time to the first complete request.
     pub ask_within: Duration,
-    /// While nothing is taken.
+    /// Time for which a client may read nothing.
     pub stall: Duration,
 }
 
 impl DoorLimits {
-    /// Limits for so many connections.
-    pub fn of(places: usize) -> Self {
-        let places = places.clamp(LEAST_CONNECTIONS, MOST_CONNECTIONS);
-        let share = |share: f64| ((places as f64 * share) as usize).max(LEAST_CONNECTIONS / 2);
+    /// Limits for a number of connections.
+    pub fn of(connections: usize) -> Self {
+        let connections = connections.clamp(LEAST_CONNECTIONS, MOST_CONNECTIONS);
+        let share = |share: f64| ((connections as f64 * share) as usize).max(LEAST_CONNECTIONS / 2);
         Self {
-            places,
+            connections,
             per_address: share(ADDRESS_SHARE),
             of_loopback: share(LOOPBACK_SHARE),
             ask_within: ASK_WITHIN,
@@ -53,36 +53,37 @@ impl DoorLimits {
     }
 }
 
-/// One connection, as its stream, its requests and the door see it.
+/// A connection, shared by its stream, its requests and the listener.
 #[derive(Debug)]
 pub struct Connection {
-    /// Where it comes from: of IPv6 the network.
+    /// Remote address; for IPv6, its network.
     from: IpAddr,
     pub(super) has_asked: AtomicBool,
     has_session: AtomicBool,
-    /// Requests that are being answered, of which a WebSocket is one without an end; or [`ENDED`].
+    /// Requests in progress, of which a WebSocket is one without an end; or [`ENDED`].
     pub(super) under_way: AtomicUsize,
-    /// When the last of them was over: of two connections the one with the smaller number has rested for longer.
+    /// Sequence number of the end of its last request: of two connections, the one with the smaller number has been
+    /// idle for longer.
     pub(super) rests_since: AtomicU64,
-    /// Told when it could make room.
+    /// Notified when it could make room.
     pub(super) freed: Arc<Notify>,
-    /// It is to end: told once, to its stream.
+    /// Notifies its stream, once, that it is to end.
     pub(super) end: Notify,
     is_ending: AtomicBool,
 }
 
 impl Connection {
-    /// Where it comes from: of IPv6 the network.
+    /// Remote address; for IPv6, its network.
     pub fn from(&self) -> IpAddr {
         self.from
     }
 
-    /// A request has shown a session: this connection makes room for nobody while it is served.
+    /// Records that a request had a session: the connection is not closed while its requests are in progress.
     pub fn showed_session(&self) {
         self.has_session.store(true, Ordering::Relaxed);
     }
 
-    /// Whether a session was shown.
+    /// Whether a request had a session.
     pub fn has_session(&self) -> bool {
         self.has_session.load(Ordering::Relaxed)
     }
@@ -95,7 +96,8 @@ impl Connection {
         self.under_way.load(Ordering::SeqCst) == 0 && !self.is_ending.load(Ordering::Relaxed)
     }
 
-    /// Ends it if it rests; whether it did. A request that comes at the same moment is either answered or not begun.
+    /// Ends the connection if it is idle; returns whether it did. A request that arrives at the same moment is either
+    /// answered or not started.
     fn make_room_at_rest(&self) -> bool {
         let is_ended = self.under_way.compare_exchange(0, ENDED, Ordering::SeqCst, Ordering::SeqCst).is_ok();
         if is_ended {
@@ -110,36 +112,36 @@ impl Connection {
     }
 }
 
-/// Why a newcomer has no place.
+/// Why a new connection gets no slot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum NoPlace {
-    /// All places are taken by people who are being served: it waits.
+pub(super) enum NoSlot {
+    /// All slots are used by connections with requests in progress: it waits.
     Full,
-    /// Its address has too many that are all being served.
+    /// Its address has too many, all with requests in progress.
     TooMany,
 }
 
-/// The connections there are, oldest first.
+/// The open connections, oldest first.
 #[derive(Debug, Default)]
-pub(super) struct Places {
+pub(super) struct Slots {
     taken: Mutex<Vec<Arc<Connection>>>,
     freed: Arc<Notify>,
 }
 
-impl Places {
+impl Slots {
     fn taken(&self) -> MutexGuard<'_, Vec<Arc<Connection>>> {
         self.taken.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Waits until one more may be accepted: because there is room, or because somebody makes room.
+    /// Waits until another connection may be accepted: because there is a free slot, or because one can be closed.
     pub(super) async fn wait_for_room(&self, limits: &DoorLimits) {
         loop {
             let freed = self.freed.notified();
             {
                 let taken = self.taken();
-                // One over the limit is on its way out already while its successor comes in.
-                if taken.len() < limits.places
-                    || (taken.len() == limits.places
+                // One over the limit is already being closed while its successor is accepted.
+                if taken.len() < limits.connections
+                    || (taken.len() == limits.connections
                         && taken.iter().any(|taken| taken.may_make_room() || taken.rests()))
                 {
                     return;
@@ -149,15 +151,16 @@ impl Places {
         }
     }
 
-    /// Gives a newcomer its place, if need be that of the oldest that has shown no session, or has rested for longest.
-    pub(super) fn enter(&self, address: IpAddr, limits: &DoorLimits) -> Result<Arc<Connection>, NoPlace> {
+    /// Gives a new connection a slot, if necessary that of the oldest one without a session, or of the one idle for
+    /// longest.
+    pub(super) fn enter(&self, address: IpAddr, limits: &DoorLimits) -> Result<Arc<Connection>, NoSlot> {
         let from = network_of(address);
         let most = if address.to_canonical().is_loopback() { limits.of_loopback } else { limits.per_address };
         let mut taken = self.taken();
         let staying = |connection: &&Arc<Connection>| !connection.is_ending.load(Ordering::Relaxed);
         let all = taken.iter().filter(staying).count();
         let own = taken.iter().filter(staying).filter(|connection| connection.from == from).count();
-        if own >= most || all >= limits.places {
+        if own >= most || all >= limits.connections {
             let may = |connection: &&Arc<Connection>| own < most || connection.from == from;
             let made_room = match taken.iter().filter(may).find(|connection| connection.may_make_room()) {
                 Some(oldest) => {
@@ -172,9 +175,9 @@ impl Places {
                 }
             };
             if !made_room {
-                // With others here it has its share; alone, it waits for a place like anybody.
-                let has_its_share = own >= most && (own < all || all < limits.places);
-                return Err(if has_its_share { NoPlace::TooMany } else { NoPlace::Full });
+                // An address that competes with others has used up its share; a single one waits for a slot.
+                let has_its_share = own >= most && (own < all || all < limits.connections);
+                return Err(if has_its_share { NoSlot::TooMany } else { NoSlot::Full });
             }
         }
         let connection = Arc::new(Connection {
@@ -197,7 +200,7 @@ impl Places {
     }
 }
 
-/// Whoever has one IPv6 address has its whole network.
+/// A client with one IPv6 address can use the whole network.
 pub(super) fn network_of(address: IpAddr) -> IpAddr {
     match address.to_canonical() {
         IpAddr::V6(address) => {
@@ -208,15 +211,15 @@ pub(super) fn network_of(address: IpAddr) -> IpAddr {
     }
 }
 
-/// A place that is taken until this is dropped.
+/// A slot that is in use until this is dropped.
 #[derive(Debug)]
-pub struct Place {
-    pub(super) places: Arc<Places>,
+pub struct Slot {
+    pub(super) slots: Arc<Slots>,
     pub(super) connection: Arc<Connection>,
 }
 
-impl Drop for Place {
+impl Drop for Slot {
     fn drop(&mut self) {
-        self.places.leave(&self.connection);
+        self.slots.leave(&self.connection);
     }
 }

@@ -1,5 +1,5 @@
-//! The stream of one connection: it ends when it does not come to its first request, takes nothing of what is sent to it, or
-//! has to make room.
+//! The stream of one connection. It ends when no first request arrives in time, when the peer stops reading, or when
+//! the connection has to make room for another.
 
 use std::future::Future;
 use std::io::{self, IoSlice};
@@ -12,17 +12,17 @@ use std::time::Duration;
 use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 use tokio::time::{Sleep, sleep, timeout};
 
-use super::places::{Connection, DoorLimits, Place};
+use super::limits::{Connection, DoorLimits, Slot};
 
-/// A stream with its place and its limits.
+/// A stream with its slot and its limits.
 pub struct Guarded<S> {
     stream: S,
     stall: Duration,
-    /// Runs while the other side takes nothing.
+    /// Runs while the peer does not read.
     stalled: Option<Pin<Box<Sleep>>>,
     /// Becomes ready when the connection is to end.
     end: Pin<Box<dyn Future<Output = io::Error> + Send>>,
-    _place: Place,
+    _slot: Slot,
 }
 
 impl<S> std::fmt::Debug for Guarded<S> {
@@ -31,7 +31,7 @@ impl<S> std::fmt::Debug for Guarded<S> {
     }
 }
 
-/// Why a connection is to end, once it is.
+/// Waits until the connection is to end, and returns the reason.
 async fn end_of(connection: Arc<Connection>, ask_within: Duration) -> io::Error {
     let in_time = timeout(ask_within, connection.end.notified()).await;
     if in_time.is_err() {
@@ -44,16 +44,16 @@ async fn end_of(connection: Arc<Connection>, ask_within: Duration) -> io::Error 
 }
 
 impl<S> Guarded<S> {
-    pub(super) fn new(stream: S, place: Place, limits: &DoorLimits) -> Self {
-        let end = Box::pin(end_of(place.connection.clone(), limits.ask_within));
-        Self { stream, stall: limits.stall, stalled: None, end, _place: place }
+    pub(super) fn new(stream: S, slot: Slot, limits: &DoorLimits) -> Self {
+        let end = Box::pin(end_of(slot.connection.clone(), limits.ask_within));
+        Self { stream, stall: limits.stall, stalled: None, end, _slot: slot }
     }
 
-    /// Whether it is to end now.
+    /// Returns an error if the connection is to end now.
     fn look(&mut self, context: &mut Context<'_>) -> io::Result<()> {
         match self.end.as_mut().poll(context) {
             Poll::Ready(why) => {
-                // Whoever asks again gets the same answer, and no future is polled after its end.
+                // Further polls get the same answer, and no future is polled after its completion.
                 self.end = Box::pin(std::future::ready(io::Error::from(why.kind())));
                 Err(why)
             }
@@ -61,7 +61,7 @@ impl<S> Guarded<S> {
         }
     }
 
-    /// Takes in what a write came to.
+    /// Updates the stall timer with the result of a write.
     fn wrote<T>(&mut self, context: &mut Context<'_>, wrote: Poll<io::Result<T>>) -> Poll<io::Result<T>> {
         if wrote.is_ready() {
             self.stalled = None;

@@ -1,4 +1,4 @@
-//! The door over real sockets: many who say nothing, half of something, or more than they read.
+//! Connection limits over real sockets: many clients that send nothing, incomplete requests, or more than they read.
 
 use std::net::{IpAddr, SocketAddr};
 use std::time::Duration;
@@ -10,12 +10,12 @@ use tokio::runtime::Handle;
 use tokio::time::{Instant, timeout};
 use tokio_tungstenite::tungstenite::Message;
 
-use super::places::network_of;
+use super::limits::network_of;
 use super::*;
 use crate::tests::{PATIENCE, Plain, Ws, connect_to, cookie, futures_next, put, station};
 use crate::{Server, ServerConfig, Tokens};
 
-/// A server with few places and little patience.
+/// A server with few slots and short time limits.
 async fn serve(limits: DoorLimits) -> (vencejo_station::Station, Server) {
     let station = station(true);
     let config = ServerConfig { bind: SocketAddr::from(([127, 0, 0, 1], 0)), ..ServerConfig::default() };
@@ -23,16 +23,16 @@ async fn serve(limits: DoorLimits) -> (vencejo_station::Station, Server) {
     (station, server)
 }
 
-fn limits(places: usize) -> DoorLimits {
-    // Nothing ends by its time here unless a test says so.
+fn limits(connections: usize) -> DoorLimits {
+    // No time limit applies here unless a test sets it.
     let (ask_within, stall) = (Duration::from_secs(3600), Duration::from_secs(3600));
-    DoorLimits { places, per_address: places, of_loopback: places, ask_within, stall }
+    DoorLimits { connections, per_address: connections, of_loopback: connections, ask_within, stall }
 }
 
-/// Everything that the server says until it hangs up.
+/// Everything that the server sends until it disconnects.
 async fn rest(stream: &mut TcpStream) -> Vec<u8> {
     let mut all = Vec::new();
-    // A connection that is reset is at its end too.
+    // A reset connection has ended, too.
     let _ = timeout(PATIENCE, stream.read_to_end(&mut all)).await.expect("it ends");
     all
 }
@@ -51,7 +51,7 @@ async fn is_answered(server: &Server) -> bool {
 const HALF_A_BODY: &str =
     "POST /api/v1/session HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\nContent-Length: 50\r\n\r\n{";
 
-// fault 47: 40 halves of requests at 8 places: others are answered
+// fault 47: 40 incomplete requests at 8 slots: other clients are answered
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn half_a_request_from_each_of_many_shuts_nobody_out() {
     let (station, server) = serve(limits(8)).await;
@@ -60,7 +60,7 @@ async fn half_a_request_from_each_of_many_shuts_nobody_out() {
         halves.push(says(&server, ["", "GET /api/v1/in", HALF_A_BODY][number % 3]).await);
     }
     assert!(is_answered(&server).await);
-    // The oldest made room.
+    // The oldest one was closed.
     assert_eq!(rest(&mut halves[0]).await, b"");
     server.close().await;
     station.close().await;
@@ -72,7 +72,7 @@ async fn those_who_are_served_make_room_for_nobody() {
     let (ana, luis) = (cookie(&server, "ana"), cookie(&server, "luis"));
     let mut first = connect_to(&server, "/api/v1/ws", &ana, None).await.expect("a WebSocket");
     let second = connect_to(&server, "/api/v1/ws", &luis, None).await.expect("a WebSocket");
-    // With all places taken a newcomer waits outside, and comes in when one goes.
+    // With all slots in use, a new connection waits in the backlog, and is accepted when one closes.
     let newcomer = tokio::spawn({
         let address = server.address();
         async move {
@@ -92,7 +92,7 @@ async fn those_who_are_served_make_room_for_nobody() {
     station.close().await;
 }
 
-// fault 47: connections with a session that ask for nothing more make room
+// fault 47: idle connections with a session make room
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn whoever_has_been_answered_makes_room_for_a_newcomer() {
     let (station, server) = serve(limits(3)).await;
@@ -122,19 +122,19 @@ async fn whoever_does_not_come_to_a_request_is_let_go() {
     for stream in [&mut silent, &mut half, &mut preface] {
         assert_eq!(rest(stream).await, b"");
     }
-    // One that has asked may stay.
+    // One with a request may stay.
     let mut asked = says(&server, "GET /api/v1/info HTTP/1.1\r\nHost: localhost\r\n\r\n").await;
     assert!(timeout(Duration::from_millis(300), rest_of_one(&mut asked)).await.is_err(), "it stays open");
     server.close().await;
     station.close().await;
 }
 
-/// Reads until the server hangs up.
+/// Reads until the server disconnects.
 async fn rest_of_one(stream: &mut TcpStream) {
     while stream.read(&mut [0; 4096]).await.is_ok_and(|count| count > 0) {}
 }
 
-// fault 47: who takes no answers is let go
+// fault 47: a client that does not read answers is disconnected
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn whoever_reads_nothing_of_its_answers_is_let_go() {
     let (station, server) = serve(DoorLimits { stall: Duration::from_millis(200), ..limits(8) }).await;
@@ -147,7 +147,8 @@ async fn whoever_reads_nothing_of_its_answers_is_let_go() {
     }
     let mut answer = [0; 12];
     stream.read_exact(&mut answer).await.expect("it is served");
-    // Nothing more is read before the server has hung up, however long that takes it: whoever reads is not let go.
+    // Nothing is read until the server has disconnected, however long that takes: a client that reads is not
+    // disconnected.
     let let_go = async {
         while server.connections() > 0 {
             tokio::time::sleep(Duration::from_millis(10)).await;
@@ -174,13 +175,13 @@ async fn half_an_upgrade_is_no_upgrade() {
     station.close().await;
 }
 
-// fault 47: who only asks for pongs is let go
+// fault 47: a client that only requests pongs is disconnected
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn pings_count_as_messages_do() {
     let (station, server) = serve(limits(8)).await;
     let ana = cookie(&server, "ana");
     let mut socket = connect_to(&server, "/api/v1/ws", &ana, None).await.expect("a WebSocket");
-    // It reads nothing, and asks for an answer of 125 bytes again and again.
+    // It reads nothing, and repeatedly requests a pong of 125 bytes.
     let flood = async {
         let ping = Message::Ping(vec![0; 125].into());
         for sent in 0_u64.. {
@@ -256,12 +257,12 @@ async fn a_token_that_is_replaced_ends_its_sessions_and_their_websockets() {
 
 #[test]
 fn one_address_takes_no_more_than_its_share() {
-    let places = Arc::new(Places::default());
+    let slots = Arc::new(Slots::default());
     let limits = DoorLimits::of(64);
     let address = |last: u8| IpAddr::from([192, 0, 2, last]);
     let (mut taken, mut served) = (Vec::new(), Vec::new());
     for _ in 0..1000 {
-        let connection = places.enter(address(1), &limits).expect("the oldest makes room");
+        let connection = slots.enter(address(1), &limits).expect("the oldest makes room");
         connection.showed_session();
         served.push(connection.asked());
         taken.push(connection);
@@ -269,17 +270,17 @@ fn one_address_takes_no_more_than_its_share() {
             break;
         }
     }
-    assert!(places.enter(address(1), &limits).is_err(), "all of them are being served");
-    assert!(places.enter("::ffff:192.0.2.1".parse().expect("an address"), &limits).is_err(), "the same in IPv6");
-    assert!(places.enter(address(2), &limits).is_ok());
-    places.leave(&taken[0]);
-    let newcomer = places.enter(address(1), &limits).expect("a free place");
+    assert!(slots.enter(address(1), &limits).is_err(), "all of them are being served");
+    assert!(slots.enter("::ffff:192.0.2.1".parse().expect("an address"), &limits).is_err(), "the same in IPv6");
+    assert!(slots.enter(address(2), &limits).is_ok());
+    slots.leave(&taken[0]);
+    let newcomer = slots.enter(address(1), &limits).expect("a free place");
     newcomer.showed_session();
     served.push(newcomer.asked());
-    assert!(places.enter(address(1), &limits).is_err());
-    // Of those that rest the one makes room that has rested for longest, and begins nothing more.
+    assert!(slots.enter(address(1), &limits).is_err());
+    // Of the idle ones, the one idle for longest is closed and accepts no more requests.
     (served[5], served[3]) = (None, None);
-    assert!(places.enter(address(1), &limits).is_ok());
+    assert!(slots.enter(address(1), &limits).is_ok());
     assert!(taken[5].asked().is_none() && taken[3].asked().is_some());
     let v6 = |text: &str| network_of(text.parse().expect("an address"));
     assert_eq!(v6("2001:db8:1:2:3:4:5:6"), v6("2001:db8:1:2::1"));

@@ -1,4 +1,4 @@
-//! Cameras on the wire.
+//! Cameras.
 
 use serde::Serialize;
 use utoipa::ToSchema;
@@ -8,42 +8,42 @@ use vencejo_video::{Camera, CameraRecording, CameraState, VideoCodec};
 /// A camera.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct CameraInfo {
-    /// Its name, which its paths hold.
+    /// Name, as used in the camera's paths.
     pub name: String,
-    /// Where its pictures come from, without passwords.
+    /// Source of its images, without passwords.
     pub source: String,
-    /// Whether they come.
+    /// State of the image stream.
     pub state: CameraState,
-    /// Why they do not, in English.
+    /// Why no images arrive, in English; null when they do.
     #[schema(required = true)]
     pub reason: Option<String>,
-    /// How the source encodes; null when that is not known yet, or when its pictures are encoded here.
+    /// Codec of the source; null when unknown, or when the images are encoded by this server.
     #[schema(required = true)]
     pub codec: Option<VideoCodec>,
-    /// Pixels.
+    /// Image width, pixels.
     #[schema(required = true)]
     pub width: Option<u16>,
-    /// Pixels.
+    /// Image height, pixels.
     #[schema(required = true)]
     pub height: Option<u16>,
-    /// Pictures a second, lately.
+    /// Recent frame rate.
     #[schema(required = true)]
     pub rate_hz: Option<f64>,
-    /// Bits a second from the source, lately.
+    /// Recent bit rate of the source.
     #[schema(required = true)]
     pub bitrate_bit_s: Option<f64>,
-    /// Age of the newest picture.
+    /// Age of the newest image.
     #[schema(required = true)]
     pub age_s: Option<f64>,
-    /// How many look.
+    /// Number of viewers.
     pub viewers: u32,
-    /// The recording under way, or the last if a fault ended it.
+    /// Recording in progress, or the last one if it ended with a fault.
     #[schema(required = true)]
     pub recording: Option<CameraRecording>,
 }
 
 impl CameraInfo {
-    /// What a camera is at a time of day.
+    /// State of a camera at a time of day, microseconds since 1970.
     pub fn of(camera: &Camera, now_unix_us: u64) -> Self {
         let status = camera.status();
         let finite = |value: Option<f64>| value.filter(|value| value.is_finite());
@@ -67,13 +67,13 @@ impl CameraInfo {
     }
 }
 
-/// What the server says on a camera's stream, beside its pictures.
+/// Text messages on a camera's stream, beside the images.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 #[serde(tag = "type", rename_all = "snake_case")]
 pub enum CameraMessage {
-    /// How the camera is: when that changes, and each second.
+    /// State of the camera: on change, and once a second.
     Camera(CameraInfo),
-    /// What the time is at the server, so that the age of a picture can be told: each second.
+    /// Server time, once a second, from which clients compute the age of an image.
     Clock {
         /// Microseconds since 1970, UTC.
         unix_us: u64,

@@ -1,14 +1,15 @@
-//! What went wrong, for programs: a stable code, and what a sentence about it needs in any language.
+//! Machine-readable causes of errors: a stable code, and the values that a sentence about it needs in any language.
 
 use serde::Serialize;
 use utoipa::ToSchema;
 
 use super::{PlanKind, PlanUncertainty};
 
-/// Something that a request may name and that is not there.
+/// Kind of a resource that a request named and that does not exist.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
-pub enum Thing {
+#[schema(as = Thing)]
+pub enum ResourceKind {
     /// A path of the API.
     Path,
     /// A file of the web app.
@@ -31,517 +32,518 @@ pub enum Thing {
     Area,
 }
 
-/// Of what there is too much at once.
+/// Kind of a limit that was exceeded.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Crowd {
-    /// Sessions in use.
+    /// Sessions.
     Sessions,
-    /// WebSockets of this session, or of all.
+    /// WebSockets of this session, or of all sessions.
     Sockets,
-    /// Viewers of cameras.
+    /// Camera viewers.
     Viewers,
-    /// Operations under way.
+    /// Running operations.
     Operations,
-    /// Requests that wait for one vehicle.
+    /// Requests waiting for one vehicle.
     Requests,
     /// Open links.
     Links,
-    /// Vehicles or messages that one client follows.
+    /// Vehicles or messages that one client is subscribed to.
     Subscriptions,
-    /// Files that are worked on as they come.
+    /// Uploads that are processed while they arrive.
     Bodies,
 }
 
-/// Why a vehicle takes its mission only.
+/// Why a vehicle accepts only missions, and neither fences nor rally points.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum OnlyMissionReason {
     /// Its firmware is too old.
     OldFirmware,
-    /// It speaks MAVLink 1.
+    /// It uses MAVLink 1.
     Mavlink1,
 }
 
-/// What went wrong. `code` is stable, and is the end of the problem's `type`; the other fields hold what the English `detail`
-/// says, so that it can be said in another language. A field in English words says so.
+/// Cause of an error. `code` is stable and is the last part of the problem's `type`; the other fields hold the values
+/// of the English `detail`, so that clients can show it in another language. Fields that contain English text say so.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 #[serde(tag = "code", rename_all = "kebab-case", rename_all_fields = "snake_case")]
 pub enum Cause {
-    // Who asks -------------------------------------------------------------------------------------------------------
-    /// `Host` names another server.
+    // Access ----------------------------------------------------------------------------------------------------------
+    /// The `Host` header names another server.
     Host {
-        /// What it says; null when it cannot be read.
+        /// The host in the header; null when it cannot be read.
         #[schema(required = true)]
         host: Option<String>,
     },
-    /// The request comes from another site's page.
+    /// The request comes from a page of another site.
     Origin {
-        /// That site.
+        /// Origin of that page.
         origin: String,
     },
-    /// There is no session, or it is not known any more.
+    /// There is no session, or it has expired.
     NoSession,
-    /// This token is none of the server's.
+    /// The token is not valid.
     BadToken,
-    /// A viewer may not do that.
+    /// A session with the role viewer may not do this.
     Role,
-    /// Only the session that holds control may do that.
+    /// Only the session that holds control may do this.
     Control {
-        /// Name of the session that holds it; null when nobody does.
+        /// Name of the session that holds control; null when there is none.
         #[schema(required = true)]
         holder: Option<String>,
     },
-    /// A dangerous act: the same request again, with `confirmation` in the header `Vencejo-Confirmation`, does it.
+    /// A dangerous action. It is carried out when the same request is repeated with `confirmation` in the header
+    /// `Vencejo-Confirmation`.
     NeedsConfirmation {
-        /// What is dangerous: `force-arm`, `force-disarm`, `disarm-in-flight`, `terminate`, `clear-mission`, `clear-fence`,
-        /// `clear-rally`, `clear-all`, `reboot`, `fence-off`, `erase` or `write-files`.
+        /// The dangerous action: `force-arm`, `force-disarm`, `disarm-in-flight`, `terminate`, `clear-mission`,
+        /// `clear-fence`, `clear-rally`, `clear-all`, `reboot`, `fence-off`, `erase` or `write-files`.
         act: String,
-        /// Id of the vehicle that it would be done to.
+        /// Id of the vehicle concerned.
         vehicle: u16,
-        /// What to send; good once, for this session, this vehicle and this very act.
+        /// Value to send; valid once, for this session, this vehicle and this action.
         confirmation: String,
-        /// For how long it is good.
+        /// Validity of the confirmation.
         valid_s: f64,
     },
-    /// The confirmation was given out for another act, was used, or ran out. Nothing was sent.
+    /// The confirmation belongs to another action, was already used, or has expired. Nothing was sent.
     BadConfirmation,
-    /// Too much at once.
+    /// A limit was exceeded.
     TooMany {
-        /// Of what.
+        /// Kind of the limit.
         what: Crowd,
-        /// How many are taken.
+        /// The limit.
         limit: u64,
     },
-    /// The server or its station is being closed.
+    /// The server or its station is shutting down.
     Closed,
 
     // Signing ---------------------------------------------------------------------------------------------------------
-    /// The server keeps no signing keys.
+    /// The server has no store for signing keys.
     SigningNoKeys,
     /// The file of the signing keys cannot be used.
     SigningStorage {
-        /// What is wrong, in English.
+        /// The reason, in English.
         problem: String,
     },
-    /// The name of a signing key is wrong, taken, unknown or in use.
+    /// The name of a signing key is invalid, taken, unknown or in use.
     SigningKeyName {
-        /// The name.
+        /// Name of the key.
         name: String,
     },
-    /// The vehicle signs already, or does not yet.
+    /// The vehicle already signs, or does not sign yet.
     SigningState {
-        /// Whether it signs.
+        /// Whether the vehicle signs.
         signs: bool,
     },
-    /// The vehicle is armed, or not heard.
+    /// The vehicle is armed, or its state is not known.
     SigningNotDisarmed {
-        /// Whether it is; null when it is not known.
+        /// Whether the vehicle is armed; null when unknown.
         #[schema(required = true)]
         armed: Option<bool>,
     },
-    /// Others can listen to the link that the key would go over.
+    /// The key would be sent over a link that others can listen to.
     SigningNotPrivate {
-        /// The link.
+        /// Name of the link.
         link: String,
     },
-    /// A change of the vehicle's signing is under way.
+    /// Another change of the vehicle's signing is in progress.
     SigningBusy,
     /// The vehicle refused the key.
     SigningRefused {
-        /// In its own words.
+        /// The vehicle's own text.
         text: String,
     },
-    /// The vehicle did not show the change in time.
+    /// The vehicle's frames did not confirm the change in time.
     SigningUnproven,
 
-    // What is asked --------------------------------------------------------------------------------------------------
-    /// The request is not of the API's form: a fault of the program that made it.
+    // Requests --------------------------------------------------------------------------------------------------------
+    /// The request does not conform to the API: a fault of the client program.
     InvalidRequest {
-        /// What is wrong, in English.
+        /// The reason, in English.
         problem: String,
     },
     /// The body is not JSON.
     MediaType,
-    /// The body is larger than this path takes.
+    /// The body is larger than this path accepts.
     BodyTooLarge,
-    /// The request's body came too slowly.
+    /// The body of the request arrived too slowly.
     BodyTooSlow,
-    /// Too many wrong tokens came from this address; the next is looked at after a while.
+    /// Too many wrong tokens came from this address; the next is checked after `wait_s`.
     TokensSlowed {
-        /// How long that is.
+        /// Time until the next token is checked.
         wait_s: u64,
     },
-    /// The path is not used with this method.
+    /// The path does not support this method.
     Method,
-    /// There is no such thing.
+    /// The named resource does not exist.
     NotFound {
-        /// What was looked for.
-        what: Thing,
-        /// What it was called.
+        /// Kind of the resource.
+        what: ResourceKind,
+        /// Its name or id.
         name: String,
     },
-    /// A value that may not be sent.
+    /// An invalid value.
     InvalidValue {
-        /// Which.
+        /// Name of the field.
         field: String,
-        /// What it was.
+        /// The value.
         value: String,
-        /// What it must be, in English.
+        /// What is accepted, in English.
         expected: String,
     },
-    /// Recordings are opened on the server's own command line, not over the network.
+    /// Recordings can be opened only on the server's own command line, not over the network.
     RecordingAsLink,
-    /// On board a vehicle our heartbeat follows the operators' WebSockets.
+    /// On board a vehicle, the heartbeat follows the operators' WebSockets and cannot be switched.
     HeartbeatFollowsOperator,
-    /// Something unforeseen.
+    /// An internal error.
     Internal,
 
-    // Links, recordings ----------------------------------------------------------------------------------------------
-    /// A camera cannot do what it was asked for.
+    // Links and recordings --------------------------------------------------------------------------------------------
+    /// A camera could not carry out the request.
     Camera {
-        /// Its name.
+        /// Name of the camera.
         name: String,
-        /// Why, in English.
+        /// The reason, in English.
         reason: String,
     },
-    /// A link string that cannot be read.
+    /// An invalid link string.
     LinkAddress {
-        /// What is wrong, in English.
+        /// The reason, in English.
         problem: String,
     },
-    /// Nothing can be recorded.
+    /// Recording is not possible.
     Recorder {
-        /// What the system said.
+        /// The operating system's message.
         reason: String,
     },
     /// No vehicle was heard in time.
     NoVehicle {
-        /// For how long it was waited.
+        /// Time waited.
         waited_s: f64,
     },
-    /// A message was not sent: no link to the vehicle is open.
+    /// A message was not sent because no link to the vehicle is open.
     NotSent {
-        /// Which.
+        /// Name of the message.
         message: String,
     },
 
-    // What the vehicle answers ---------------------------------------------------------------------------------------
-    /// The vehicle refused a command; its own words are the problem's `reasons`.
+    // Answers of the vehicle ------------------------------------------------------------------------------------------
+    /// The vehicle refused a command; its own texts are the problem's `reasons`.
     CommandRefused {
         /// Name of the command without `MAV_CMD_`, else its number.
         command: String,
         /// Name of the `MAV_RESULT` without that prefix, such as `DENIED`.
         result: String,
-        /// Name of the mode that cures a refusal to arm, where a mode does.
+        /// Name of the mode that permits arming, where another mode would; otherwise null.
         #[schema(required = true)]
         cure_mode: Option<String>,
     },
-    /// The station on board of a vehicle far away did not do it; nothing was sent to the autopilot.
+    /// The onboard station of a remote vehicle refused the request; nothing was sent to the autopilot.
     RemoteRefused {
         /// Name of the vehicle.
         vehicle: String,
-        /// Why, in English.
+        /// The reason, in English.
         why: String,
     },
-    /// The vehicle is played from a recording, and takes no orders; nothing was sent.
+    /// The vehicle is played back from a recording and accepts no commands; nothing was sent.
     Replayed {
-        /// Its id or name.
+        /// Id or name of the vehicle.
         vehicle: String,
     },
-    /// The vehicle did not answer a command. It may have done it.
+    /// The vehicle did not answer a command. It may have carried it out.
     CommandTimeout {
         /// Name of the command without `MAV_CMD_`, else its number.
         command: String,
-        /// How often it was sent.
+        /// Number of times that it was sent.
         attempts: u32,
     },
-    /// The vehicle agreed, but does not show the effect.
+    /// The vehicle accepted a command, but its telemetry does not show the effect.
     NotConfirmed {
         /// Name of the command without `MAV_CMD_`, else its number.
         command: String,
-        /// What should be seen, in English.
+        /// Expected state, in English.
         wanted: String,
-        /// What is seen, in English.
+        /// Observed state, in English.
         observed: String,
-        /// How long it was waited for.
+        /// Time waited for the effect.
         within_s: f64,
     },
-    /// A message that was asked for did not come.
+    /// A requested message was not received.
     MessageNotReceived {
-        /// Its name, else its id.
+        /// Name of the message, else its id.
         message: String,
     },
-    /// Nothing was heard of the vehicle for too long to act on what it said.
+    /// The vehicle has been silent for too long to act on its last known state.
     VehicleLost {
-        /// For how long.
+        /// Time since the vehicle was last heard.
         age_s: f64,
     },
-    /// The same command is on its way already.
+    /// The same command is already in progress.
     CommandBusy {
         /// Name of the command without `MAV_CMD_`, else its number.
         command: String,
     },
-    /// Another transfer with this vehicle runs.
+    /// Another transfer with this vehicle is in progress.
     TransferBusy {
-        /// Which, in English.
+        /// The running transfer, in English.
         running: String,
     },
     /// The vehicle has no such mode.
     UnknownMode {
-        /// What was asked for.
+        /// Name of the requested mode.
         mode: String,
-        /// Names that come near.
+        /// Names of similar modes.
         suggestions: Vec<String>,
     },
-    /// The vehicle has no mode for this.
+    /// The vehicle has no mode for this action.
     NoModeFor {
-        /// For what, in English.
+        /// The action, in English.
         action: String,
     },
-    /// The plan on board may be a mixture of two.
+    /// The plan on board may be a mixture of two plans.
     PlanUnknown {
-        /// Which plan.
+        /// The plan concerned.
         plan: PlanKind,
-        /// Why it is not known; null when it is not for a reason of this list.
+        /// Why it is unknown; null when the reason is not in this list.
         #[schema(required = true)]
         reason: Option<PlanUncertainty>,
     },
-    /// The vehicle's firmware is too old for this.
+    /// The vehicle's firmware does not support this.
     TooOld {
-        /// For what, in English.
+        /// The unsupported function, in English.
         what: String,
     },
-    /// Only possible when disarmed.
+    /// The action requires a disarmed vehicle.
     Armed {
-        /// What is, in English.
+        /// The action, in English.
         action: String,
     },
-    /// Only possible on the ground.
+    /// The action requires a vehicle on the ground.
     InTheAir {
-        /// What is, in English.
+        /// The action, in English.
         action: String,
     },
-    /// The vehicle lands, or may land in a mission that was not read.
+    /// The vehicle is landing, or may be landing in a mission that was not read.
     Landing {
-        /// What is not possible then, in English.
+        /// The action that is not possible meanwhile, in English.
         action: String,
-        /// Whether it is known to land.
+        /// Whether it is known to be landing.
         is_known: bool,
     },
-    /// Home is needed and not known.
+    /// The home position is needed but unknown.
     HomeUnknown,
-    /// The vehicle restarted meanwhile.
+    /// The vehicle rebooted in the meantime.
     Rebooted,
-    /// Given up on request.
+    /// Cancelled on request.
     Cancelled,
 
     // Transfers ------------------------------------------------------------------------------------------------------
-    /// The vehicle fell silent.
+    /// The vehicle stopped answering during a transfer.
     TransferTimeout {
-        /// What it was asked, in English.
+        /// The unanswered step, in English.
         step: String,
-        /// For how long.
+        /// Time waited.
         waited_s: f64,
     },
     /// The vehicle is heard, but does not hear us.
     Unreached {
-        /// For how long nothing was answered.
+        /// Time without an answer.
         waited_s: f64,
     },
-    /// The vehicle answers, but the transfer gets nowhere.
+    /// The vehicle answers, but the transfer makes no progress.
     NoProgress {
-        /// What was being done, in English.
+        /// The current step, in English.
         step: String,
-        /// How often it was begun.
+        /// Number of attempts.
         attempts: u32,
     },
     /// The vehicle refused a plan.
     PlanRefused {
-        /// Which plan.
+        /// The plan concerned.
         plan: PlanKind,
         /// Name of the `MAV_MISSION_RESULT` without `MAV_MISSION_`.
         result: String,
-        /// Number on the wire of the item that it most likely refused.
+        /// MAVLink sequence number of the item that was most likely refused; null when unknown.
         #[schema(required = true)]
         seq: Option<u16>,
     },
-    /// What the vehicle holds is not what was sent; the differences are the problem's `reasons`.
+    /// The vehicle holds something other than what was sent; the differences are the problem's `reasons`.
     PlanMismatch {
-        /// Which plan.
+        /// The plan concerned.
         plan: PlanKind,
-        /// How many differences there are.
+        /// Number of differences.
         differences: u64,
     },
     /// A plan was sent but could not be read back: what the vehicle holds is unknown.
     Unverified {
-        /// Which plan.
+        /// The plan concerned.
         plan: PlanKind,
     },
-    /// The vehicle takes its mission only.
+    /// The vehicle accepts only missions.
     OnlyMission {
-        /// Which plan was wanted.
+        /// The requested plan.
         plan: PlanKind,
-        /// Why not.
+        /// Why it is not accepted.
         reason: OnlyMissionReason,
     },
-    /// A plan was cleared, but items are left.
+    /// A plan was cleared, but some items remain.
     NotCleared {
-        /// Which plan.
+        /// The plan concerned.
         plan: PlanKind,
-        /// How many.
+        /// Number of remaining items.
         count: u16,
     },
-    /// More than a transfer takes.
+    /// More than is accepted.
     TooLarge {
-        /// Of what, in English.
+        /// What is too large, in English.
         what: String,
-        /// How many.
+        /// Its size or number of items.
         count: u64,
-        /// How many are taken.
+        /// Largest number accepted.
         limit: u64,
     },
-    /// A file of the vehicle cannot be read or written.
+    /// A file on the vehicle cannot be read or written.
     VehicleFile {
-        /// Which.
+        /// Path of the file.
         path: String,
     },
-    /// Another station uses the vehicle's files.
+    /// Another station is using the vehicle's file transfer (MAVLink FTP).
     FilesBusy {
-        /// The file that was wanted.
+        /// Path of the requested file.
         path: String,
     },
-    /// The vehicle does not have this parameter, or does not answer for it.
+    /// The vehicle does not have this parameter, or does not answer a request for it.
     UnknownParam {
-        /// Its name.
+        /// Name of the parameter.
         name: String,
-        /// Whether the vehicle said so; otherwise it was silent.
+        /// Whether the vehicle said so; otherwise it did not answer.
         told: bool,
     },
     /// The vehicle refused a parameter's value.
     ParamRefused {
-        /// Its name.
+        /// Name of the parameter.
         name: String,
-        /// Why, in English.
+        /// The reason, in English.
         reason: String,
     },
-    /// The vehicle keeps another value than the one that was sent.
+    /// The vehicle stored a value other than the one that was sent.
     ParamNotKept {
-        /// Its name.
+        /// Name of the parameter.
         name: String,
-        /// What was sent.
+        /// Value that was sent.
         asked: f64,
-        /// What it has.
+        /// Value that the vehicle has.
         kept: f64,
     },
-    /// A parameter's name or value that may not be sent.
+    /// An invalid parameter name or value.
     InvalidParam {
-        /// What is wrong, in English.
+        /// The reason, in English.
         problem: String,
     },
 
     // Plans ----------------------------------------------------------------------------------------------------------
-    /// The checks found errors; nothing was sent.
+    /// The plan checks found errors; nothing was sent.
     PlanUnsound {
-        /// How many errors.
+        /// Number of errors.
         errors: u64,
     },
-    /// A latitude or longitude that is not on the globe.
+    /// An invalid latitude or longitude.
     NotOnEarth {
-        /// Latitude given; null when it is not a number.
+        /// Given latitude; null when it is not a number.
         #[schema(required = true)]
         lat_deg: Option<f64>,
-        /// Longitude given; null when it is not a number.
+        /// Given longitude; null when it is not a number.
         #[schema(required = true)]
         lon_deg: Option<f64>,
     },
-    /// Nothing says in which direction to land: no course, no place that the plane comes from, no wind.
+    /// The landing direction cannot be determined: no course, no preceding position and no wind was given.
     LandingDirection {
-        /// How far away that place must lie at least.
+        /// Smallest distance at which a preceding position gives a direction.
         nearest_m: f64,
     },
-    /// A survey that cannot be laid out as it is asked for.
+    /// A survey that cannot be laid out as requested.
     BadSurvey {
-        /// What is wrong, in English.
+        /// The reason, in English.
         problem: String,
     },
-    /// Two sides of an area cross.
+    /// Two sides of a survey area cross.
     SurveyCrosses {
-        /// The corner that one begins at, counted from 1.
+        /// Corner at which one side begins, counted from 1.
         one: u64,
-        /// The corner that the other begins at.
+        /// Corner at which the other side begins, counted from 1.
         other: u64,
     },
-    /// A survey of more items than the vehicle holds.
+    /// A survey with more items than the vehicle can store.
     SurveyItems {
-        /// How many, at least.
+        /// Smallest number of items needed.
         count: u64,
-        /// The most.
+        /// Largest number that the vehicle can store.
         max: u64,
     },
-    /// The wind is too strong for the plane to get along the lines of a survey.
+    /// The wind is too strong for the plane to follow the lines of a survey.
     SurveyWind {
-        /// The wind's speed.
+        /// Wind speed.
         wind_m_s: f64,
-        /// The plane's airspeed.
+        /// Airspeed of the plane.
         airspeed_m_s: f64,
-        /// Course of the lines from true north.
+        /// Course of the lines, from true north.
         course_deg: f64,
     },
-    /// The wind is too strong for the plane to come in on this course.
+    /// The wind is too strong for the plane to approach on this course.
     LandingWind {
-        /// The wind's speed.
+        /// Wind speed.
         wind_m_s: f64,
-        /// The plane's airspeed.
+        /// Airspeed of the plane.
         airspeed_m_s: f64,
-        /// Course of the final leg from true north.
+        /// Course of the final leg, from true north.
         course_deg: f64,
     },
-    /// An item of a mission holds a value that cannot be sent.
+    /// A mission item holds a value that cannot be sent.
     BadItem {
-        /// The item's number on the wire.
+        /// Sequence number of the item, with home as 0.
         seq: u16,
-        /// Its command without `MAV_CMD_`.
+        /// Name of its command without `MAV_CMD_`.
         command: String,
-        /// Which field.
+        /// Name of the field.
         field: String,
-        /// Its value; null when it is not a number.
+        /// Value of the field; null when it is not a number.
         #[schema(required = true)]
         value: Option<f64>,
-        /// Why it is wrong, in English.
+        /// The reason, in English.
         problem: String,
     },
-    /// A plan that cannot be one.
+    /// An invalid plan.
     BadPlan {
-        /// Which plan; null when it is none of the known kinds.
+        /// The plan concerned; null when it is not of a known kind.
         #[schema(required = true)]
         plan: Option<PlanKind>,
-        /// The item or zone, counted from 1; null when it is about the whole.
+        /// The item or zone, counted from 1; null when the problem concerns the whole plan.
         #[schema(required = true)]
         item: Option<u64>,
-        /// What is wrong, in English.
+        /// The reason, in English.
         problem: String,
     },
     /// A file that cannot be read.
     BadFile {
-        /// Where: `line 4`, or a path in JSON; null when it is about the whole.
+        /// Position in the file: `line 4`, or a path in JSON; null when the problem concerns the whole file.
         #[schema(required = true)]
         place: Option<String>,
-        /// What is wrong, in English.
+        /// The reason, in English.
         problem: String,
     },
 
     // Maps -----------------------------------------------------------------------------------------------------------
-    /// The server was started without a folder for maps.
+    /// The server was started without a maps folder.
     NoMaps,
-    /// No source of that id is configured.
+    /// There is no map source with that id.
     NoSource {
-        /// The id.
+        /// Id of the source.
         source: String,
     },
-    /// Nothing is to be drawn there.
+    /// The source has no tile at that position.
     NoTile,
-    /// The source's service demands the user's key.
+    /// The map service requires a key.
     SourceKey {
         /// Id of the source.
         source: String,
@@ -550,87 +552,87 @@ pub enum Cause {
     SourceInvalid {
         /// Id of the source.
         source: String,
-        /// Why, in English.
+        /// The reason, in English.
         problem: String,
     },
-    /// Settings of a source that cannot be.
+    /// Invalid settings of a map source.
     SourceSettings {
         /// Id of the source.
         source: String,
-        /// Each names its field, in English.
+        /// One problem per faulty field, in English; each names the field.
         problems: Vec<String>,
     },
-    /// The file of the sources is wrong.
+    /// The configuration file of the map sources is invalid.
     SourceFile {
-        /// What is wrong with its line, in English.
+        /// The problem, with its line, in English.
         problem: String,
     },
-    /// The map service answered with something else.
+    /// The map service returned an error or an unexpected answer.
     SourceFailed {
-        /// Its host.
+        /// Host of the service.
         service: String,
-        /// The HTTP status, where that is what was wrong.
+        /// HTTP status; null when the status was not the problem.
         #[schema(required = true)]
         status: Option<u16>,
-        /// In its own words where it gave some.
+        /// The service's own text where it sent one.
         problem: String,
     },
     /// The map service did not answer in time.
     SourceTimeout {
-        /// Its host.
+        /// Host of the service.
         service: String,
-        /// How long it was given.
+        /// Time waited.
         waited_s: u64,
     },
-    /// The map service is not reached.
+    /// The map service cannot be reached.
     SourceOffline {
-        /// Its host.
+        /// Host of the service.
         service: String,
-        /// Why, as far as that is known.
+        /// The reason, as far as it is known.
         why: vencejo_maps::Unreached,
-        /// Why, in English.
+        /// The reason, in English.
         problem: String,
-        /// When it is tried again.
+        /// Time until the next attempt.
         retry_s: u64,
     },
     /// Too many tiles are being fetched.
     SourceBusy,
-    /// No offline areas may be made of the source.
+    /// Offline areas of this source are not permitted.
     OfflineRefused {
         /// Id of the source.
         source: String,
-        /// Why, in English.
+        /// The reason, in English.
         problem: String,
     },
-    /// An offline area of more tiles than are taken.
+    /// An offline area with too many tiles.
     AreaTooLarge {
-        /// Of the area.
+        /// Tiles in the area.
         tiles: u64,
-        /// Taken at most.
+        /// Largest number accepted.
         limit: u64,
     },
-    /// A map file that was handed in is not what it should be.
+    /// An uploaded map file is invalid.
     MapFile {
-        /// Its name.
+        /// Name of the file.
         name: String,
-        /// What is wrong, in English.
+        /// The reason, in English.
         problem: String,
     },
     /// The disk or a database of the maps failed.
     MapStorage {
-        /// What it said, in English.
+        /// The error message, in English.
         problem: String,
     },
-    /// The server's disk is too full for that.
+    /// The server's disk does not have enough free space.
     LowSpace {
         /// Free megabytes.
         free_mb: u64,
-        /// Megabytes that stay free.
+        /// Megabytes that must stay free.
         floor_mb: u64,
     },
-    /// The draft of the plan was changed by somebody else meanwhile. Both are kept.
+    /// Another client changed the draft of the plan in the meantime. Both versions are kept.
     DraftConflict {
-        /// The revision that it has now.
+        /// Current revision of the draft.
         revision: u64,
         /// Name of the session that changed it.
         by: String,
@@ -638,14 +640,14 @@ pub enum Cause {
 }
 
 impl Cause {
-    /// The stable code.
+    /// Stable code of the cause.
     pub fn code(&self) -> String {
         let value = serde_json::to_value(self).expect("invariant: the API's types are JSON");
         value["code"].as_str().expect("invariant: the tag is a text").to_owned()
     }
 }
 
-/// A number as JSON can say it.
+/// The value, or `None` when JSON cannot represent it (NaN or infinity).
 pub fn finite(value: f64) -> Option<f64> {
     value.is_finite().then_some(value)
 }

@@ -1,8 +1,8 @@
-//! What a vehicle that was asked for something answers.
+//! Answer to a completed request.
 
 use serde::Serialize;
 use utoipa::ToSchema;
 
-/// Nothing more to say: the vehicle did it, and shows it where that can be seen.
+/// Empty answer: the vehicle accepted the request, and its telemetry shows the effect where it can be observed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, ToSchema)]
 pub struct Done {}

@@ -1,56 +1,56 @@
-//! The commands that a plan can be made of.
+//! Table of the mission commands.
 
 use serde::Serialize;
 use utoipa::ToSchema;
 use vencejo_flight::plan::Choice;
 
-/// What a command is for.
+/// Category of a command.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum CommandCategory {
-    /// Flown until done; one at a time.
+    /// Navigation command: flown until completed, one at a time.
     Nav,
-    /// Holds back the actions that follow it.
+    /// Delays the commands that follow it.
     Condition,
-    /// Done at once, beside the flying.
+    /// Carried out at once, while the navigation command continues.
     Do,
-    /// Part of a fence list.
+    /// Belongs to a fence.
     Fence,
-    /// Part of a rally list.
+    /// Belongs to a rally list.
     Rally,
 }
 
-/// What an ArduPlane does with a command.
+/// How ArduPlane handles a command.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum CommandSupport {
-    /// Stored and done.
+    /// Stored and carried out.
     Flown,
-    /// Done by a plane that can hover; skipped by others.
+    /// Carried out by VTOL planes; skipped by others.
     NeedsVtol,
     /// Stored, but skipped in flight.
     Ignored,
-    /// Taken in fence or rally lists only.
+    /// Accepted only in fence or rally lists.
     List,
 }
 
-/// What one parameter of a command means.
+/// One parameter of a command.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct CommandParam {
-    /// Name to show, English; empty when the command does not use the parameter.
+    /// Display name in English; empty when the command does not use the parameter.
     pub label: String,
-    /// Symbol to show after a value; empty when there is none.
+    /// Unit symbol; empty when there is none.
     pub unit: String,
-    /// Smallest value that makes sense.
+    /// Smallest sensible value.
     #[schema(required = true)]
     pub min: Option<f64>,
-    /// Largest value that makes sense.
+    /// Largest sensible value.
     #[schema(required = true)]
     pub max: Option<f64>,
-    /// Value to offer for a new item.
+    /// Default for a new item.
     #[schema(required = true)]
     pub default: Option<f64>,
-    /// Its values, where it is one of a few with a meaning each; empty where it is a number, or no list of them is known.
+    /// Named values, when the parameter is an enumeration; empty when it is a number or its values are not known.
     pub choices: &'static [Choice],
 }
 
@@ -61,13 +61,13 @@ pub struct CommandInfo {
     pub number: u16,
     /// Name without `MAV_CMD_`.
     pub name: String,
-    /// Name to show, English.
+    /// Display name in English.
     pub title: String,
-    /// What it is for.
+    /// Category of the command.
     pub category: CommandCategory,
-    /// What an ArduPlane does with it.
+    /// How ArduPlane handles it.
     pub support: CommandSupport,
-    /// Whether parameters 5 to 7 are latitude, longitude and height.
+    /// Whether parameters 5 to 7 are latitude, longitude and altitude.
     pub has_position: bool,
     /// Whether a plane flies to that position.
     pub is_destination: bool,

@@ -1,4 +1,4 @@
-//! Links, and what went over them.
+//! Links and their traffic counters.
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -7,13 +7,13 @@ use utoipa::ToSchema;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum LinkState {
-    /// On its way up.
+    /// Being opened.
     Connecting,
-    /// Open; nobody needs to have spoken yet.
+    /// Open; data may not have arrived yet.
     Up,
     /// Closed.
     Down,
-    /// A recording that was played to its end.
+    /// A recording that has been played to its end.
     Ended,
 }
 
@@ -21,85 +21,85 @@ pub enum LinkState {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum LinkFault {
-    /// Another program listens at that place.
+    /// Another program already listens on that address.
     AddressInUse,
-    /// To listen there, the server's machine would have to have that address.
+    /// The server's machine does not have that address, so it cannot listen there.
     NotOurAddress,
-    /// The system does not let the server.
+    /// The operating system denies access.
     NoPermission,
     /// There is no such serial port.
     NoSerialPort,
     /// Another program uses the serial port.
     SerialPortInUse,
-    /// The serial port does not have that baud rate.
+    /// The serial port does not support that baud rate.
     NoBaudRate,
-    /// Nothing has that name.
+    /// The host name cannot be resolved.
     NoHost,
-    /// That machine is there, and nothing listens at the port.
+    /// The host is reachable, but nothing listens on the port.
     Refused,
-    /// No answer came in time.
+    /// The host did not answer in time.
     NoAnswer,
     /// The other end closed the connection.
     ClosedByPeer,
-    /// Another one, which the detail alone tells.
+    /// Another fault, described by `detail` only.
     Other,
 }
 
-/// A link and what went over it.
+/// A link and its traffic counters.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct LinkInfo {
-    /// Its id.
+    /// Id of the link.
     pub id: u32,
-    /// Its name.
+    /// Name of the link.
     pub name: String,
     /// Its link string.
     pub address: String,
-    /// Address and port of its own socket while it is up.
+    /// Address and port of its own socket; null while it is not up.
     #[schema(required = true)]
     pub local_address: Option<String>,
-    /// Its state.
+    /// State of the link.
     pub state: LinkState,
-    /// Why it is not up, where something went wrong.
+    /// Why it is not up; null when there is no fault.
     #[schema(required = true)]
     pub fault: Option<LinkFault>,
-    /// The same in words.
+    /// The fault in English.
     #[schema(required = true)]
     pub detail: Option<String>,
-    /// Whether frames between it and the other links are passed on.
+    /// Whether frames are forwarded between this link and the others.
     pub forward: bool,
-    /// Frames that came in.
+    /// Frames received.
     pub frames_received: u64,
-    /// Frames that went out.
+    /// Frames sent.
     pub frames_sent: u64,
-    /// Bytes that came in.
+    /// Bytes received.
     pub bytes_received: u64,
-    /// Bytes that went out.
+    /// Bytes sent.
     pub bytes_sent: u64,
     /// Frames with a wrong checksum.
     pub bad_crc: u64,
-    /// Bytes that belonged to no frame.
+    /// Bytes outside of any frame.
     pub garbage_bytes: u64,
-    /// Frames that went nowhere because their signature was missing, wrong or not new.
+    /// Frames discarded because their signature was missing, wrong or not newer than the last.
     pub frames_refused: u64,
-    /// Whether frames that should be signed and are not are believed there.
+    /// Whether unsigned frames of vehicles that must sign are accepted on this link.
     pub accepts_unsigned: bool,
-    /// Frames missing by the senders' counters.
+    /// Frames missing according to the senders' sequence numbers.
     pub frames_lost: u64,
-    /// Share of all frames that were lost.
+    /// Share of all frames that were lost, percent.
     #[schema(required = true)]
     pub loss_pct: Option<f64>,
-    /// Round trip of the newest TIMESYNC exchange.
+    /// Round-trip time of the newest TIMESYNC exchange.
     #[schema(required = true)]
     pub round_trip_ms: Option<f64>,
     /// Time since the newest frame.
     #[schema(required = true)]
     pub age_s: Option<f64>,
-    /// Frames per second lately.
+    /// Recent rate of received frames.
     pub frames_per_s: f64,
-    /// Where on this link another station is heard that uses our own MAVLink address.
+    /// Where on this link another station with our own MAVLink address is heard; null when there is none.
     #[schema(required = true)]
     pub namesake: Option<String>,
-    /// Share of the frames that were lost lately.
+    /// Share of recent frames that were lost, percent.
     #[schema(required = true)]
     pub recent_loss_pct: Option<f64>,
 }
@@ -111,12 +111,13 @@ pub struct NewLink {
     /// Link string, such as `udpin:0.0.0.0:14550`.
     #[schema(max_length = 256)]
     pub address: String,
-    /// Whether to pass frames on between it and the other links, for another ground station.
+    /// Whether frames are forwarded between this link and the others, for another ground station.
     #[serde(default)]
     pub forward: bool,
-    /// Name to show; the link string when absent.
+    /// Display name; the link string when absent.
     #[serde(default)]
     pub name: Option<String>,
-    /// Whether a vehicle that has to sign is believed there without; by its address when absent: USB and this machine are.
+    /// Whether unsigned frames of a vehicle that must sign are accepted. When absent, the address decides: yes for USB
+    /// and loopback.
     pub accept_unsigned: Option<bool>,
 }

@@ -1,5 +1,5 @@
-//! What goes over the wire about maps and heights. Most of it is said by the maps themselves ([`vencejo_maps`]): a source's
-//! settings are one thing in the file, in the dialog and here. This file adds what only requests hold.
+//! Requests and answers about maps and terrain. Most of the types are those of [`vencejo_maps`] itself, since the
+//! settings of a source are the same in the file, in the dialog and here. This file adds those that only the API uses.
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -8,103 +8,103 @@ use vencejo_maps::settings::{Attribution, SourceKind, SourceSettings};
 
 use super::{LatLon, Plan};
 
-/// Ids of sources in drawing order.
+/// Ids of map sources in drawing order.
 #[derive(Debug, Clone, PartialEq, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MapOrder {
-    /// All or some; the others keep their places.
+    /// All ids or some of them; the others keep their positions.
     #[schema(max_items = 200)]
     pub ids: Vec<String>,
 }
 
-/// A service to ask what it offers.
+/// A map service whose capabilities are wanted.
 #[derive(Debug, Clone, PartialEq, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CapabilitiesRequest {
     /// `wms` or `wmts`.
     pub kind: SourceKind,
-    /// Its address, or any address of it that somebody copied.
+    /// Address of the service, or any of its request addresses.
     #[schema(max_length = 2000)]
     pub url: String,
-    /// For `{key}` in the address.
+    /// Key that replaces `{key}` in the address.
     #[serde(default)]
     pub key: Option<String>,
-    /// Whether the service is in this network; without it no private address is asked.
+    /// Whether the service is in the local network; otherwise private addresses are refused.
     #[serde(default)]
     #[schema(required = false)]
     pub local_network: bool,
 }
 
-/// Whom to name for a view.
+/// Attributions for a view of the map.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct MapAttributions {
-    /// Plain text with links.
+    /// Plain texts with links.
     pub attribution: Vec<Attribution>,
-    /// Zoom up to which there are pictures in the view.
+    /// Highest zoom at which the view has images.
     #[schema(required = true)]
     pub max_zoom: Option<u8>,
 }
 
-/// A file of the maps folder.
+/// A file in the maps folder.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct MapFileInfo {
-    /// For a source's `path`.
+    /// Path, as used in a source's `path`.
     pub path: String,
-    /// Its size.
+    /// Size of the file.
     pub bytes: u64,
-    /// What it can be; null for what is not known.
+    /// Source kind that can read it; null when unknown.
     #[schema(required = true)]
     pub kind: Option<SourceKind>,
 }
 
-/// A file that was taken, with settings that fit it.
+/// An imported file and settings for a source that reads it.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct MapFileTaken {
-    /// For a source's `path`.
+    /// Path, as used in a source's `path`.
     pub path: String,
-    /// Its size.
+    /// Size of the file.
     pub bytes: u64,
-    /// To be put, changed or not.
+    /// Proposed settings; the client sends them back, changed or not, to create the source.
     pub settings: SourceSettings,
 }
 
-/// Where an offline area is to be.
+/// Shape of an offline area.
 #[derive(Debug, Clone, PartialEq, Deserialize, ToSchema)]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
 pub enum AreaShape {
-    /// Between parallels and meridians; west greater than east: over the date line.
+    /// Between parallels and meridians; a west greater than the east crosses the antimeridian.
     Box(vencejo_maps::geo::Bounds),
-    /// Three or more corners.
+    /// A polygon of three or more corners.
     Polygon {
-        /// In order.
+        /// Corners in order.
         points: Vec<LatLon>,
     },
-    /// What is near a line.
+    /// A buffer around a line.
     Route {
-        /// In order.
+        /// Points in order.
         points: Vec<LatLon>,
-        /// How near.
+        /// Width of the buffer on each side.
         buffer_m: f64,
     },
-    /// What is near a plan: its home, and its mission's positions and legs.
+    /// A buffer around a plan: its home, and its mission's positions and legs.
     Plan {
         /// The plan.
         plan: Box<Plan>,
-        /// How near.
+        /// Width of the buffer on each side.
         buffer_m: f64,
     },
 }
 
-/// An offline area to make or to reckon.
+/// An offline area to create or to estimate.
 #[derive(Debug, Clone, PartialEq, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct AreaRequest {
-    /// Id of the source.
+    /// Id of the map source.
     pub source: String,
-    /// What people call it.
+    /// Display name.
     #[schema(max_length = 100)]
     pub name: String,
-    /// Where.
+    /// Area to cover.
     pub shape: AreaShape,
     /// Coarsest level of the source's grid; for XYZ the zoom.
     pub min_level: u8,
@@ -112,36 +112,36 @@ pub struct AreaRequest {
     pub max_level: u8,
 }
 
-/// Places whose heights are wanted.
+/// Positions whose ground elevations are wanted.
 #[derive(Debug, Clone, PartialEq, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ElevationRequest {
-    /// The places.
+    /// Positions.
     #[schema(max_items = 2000)]
     pub points: Vec<LatLon>,
 }
 
-/// Heights of places.
+/// Ground elevations of positions.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct Elevations {
-    /// In the order that was asked.
+    /// Elevations in the order of the request.
     pub points: Vec<ElevationPoint>,
-    /// Why a source failed.
+    /// Why a source failed; null when none did.
     #[schema(required = true)]
     pub error: Option<String>,
 }
 
-/// A line whose ground is wanted: points, or a plan's.
+/// A line whose terrain profile is wanted: points, or a plan.
 #[derive(Debug, Clone, PartialEq, Default, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ProfileRequest {
-    /// The line.
+    /// Points of the line.
     #[serde(default)]
     pub points: Vec<LatLon>,
-    /// Instead of it.
+    /// A plan, in place of `points`.
     #[serde(default)]
     pub plan: Option<Plan>,
-    /// Between samples at most; 30 when absent. More samples than 2000 are not made.
+    /// Largest distance between samples; 30 when absent. At most 2000 samples are returned.
     #[serde(default)]
     pub spacing_m: Option<f64>,
 }

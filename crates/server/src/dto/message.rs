@@ -1,4 +1,4 @@
-//! Raw commands and messages: what is sent and told by the names and in the units of the MAVLink definitions.
+//! Raw MAVLink commands and messages, with the names and units of the MAVLink definitions.
 
 use std::collections::BTreeMap;
 
@@ -8,7 +8,7 @@ use vencejo_proto::FieldValue;
 use vencejo_vehicle::RateChoice;
 use vencejo_vehicle::several::Kinds;
 
-/// A command of MAVLink: its number, or its name with or without `MAV_CMD_`.
+/// A MAVLink command: its number, or its name with or without `MAV_CMD_`.
 #[derive(Debug, Clone, PartialEq, Eq, ToSchema)]
 #[serde(untagged)]
 pub enum CommandChoice {
@@ -30,23 +30,23 @@ impl<'de> Deserialize<'de> for CommandChoice {
 #[derive(Debug, Clone, PartialEq, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RawCommandLong {
-    /// Which command.
+    /// Command.
     pub command: CommandChoice,
-    /// Parameters 1 to 7; those not given are 0, null leaves one to the vehicle (NaN).
+    /// Parameters 1 to 7. Missing ones are 0; null is sent as NaN, which lets the vehicle choose.
     #[serde(default)]
     #[schema(max_items = 7)]
     pub params: Vec<Option<f64>>,
 }
 
-/// A COMMAND_INT: its position as scaled integers of its frame.
+/// A COMMAND_INT, whose position is given as scaled integers in its frame.
 #[derive(Debug, Clone, PartialEq, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RawCommandInt {
-    /// Which command.
+    /// Command.
     pub command: CommandChoice,
     /// `MAV_FRAME`.
     pub frame: u8,
-    /// Parameters 1 to 4; those not given are 0, null leaves one to the vehicle (NaN).
+    /// Parameters 1 to 4. Missing ones are 0; null is sent as NaN, which lets the vehicle choose.
     #[serde(default)]
     #[schema(max_items = 4)]
     pub params: Vec<Option<f64>>,
@@ -61,20 +61,20 @@ pub struct RawCommandInt {
     pub z: f64,
 }
 
-/// The vehicle took the command.
+/// Acknowledgement of a command that the vehicle accepted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, ToSchema)]
 pub struct Acknowledged {
-    /// `result_param2` of its COMMAND_ACK; what it means depends on the command.
+    /// `result_param2` of the COMMAND_ACK; its meaning depends on the command.
     pub result_param2: i32,
 }
 
-/// The value of a field, 64-bit numbers without loss. [`MessageFieldShape`] describes it.
+/// Value of a message field; 64-bit numbers are lossless. [`MessageFieldShape`] describes it in the schema.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum MessageField {
     /// A number.
     Number(serde_json::Number),
-    /// Several.
+    /// An array of numbers.
     Numbers(Vec<Option<serde_json::Number>>),
     /// A text.
     Text(String),
@@ -88,7 +88,7 @@ impl<'de> Deserialize<'de> for MessageField {
     }
 }
 
-/// The value of a field; null in place of NaN.
+/// Value of a message field; null stands for NaN.
 #[derive(ToSchema)]
 #[schema(as = MessageField)]
 #[serde(untagged)]
@@ -96,47 +96,48 @@ impl<'de> Deserialize<'de> for MessageField {
 pub enum MessageFieldShape {
     /// A number.
     Number(Option<f64>),
-    /// Several.
+    /// An array of numbers.
     Numbers(Vec<Option<f64>>),
     /// A text.
     Text(String),
 }
 
-/// A raw message of MAVLink.
+/// A raw MAVLink message.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct RawMessage {
-    /// Its name; `UNKNOWN_12345` when the dialect does not have it.
+    /// Message name; `UNKNOWN_12345` when the dialect does not contain it.
     pub name: String,
-    /// Its id.
+    /// Message id.
     pub id: u32,
     /// System id of its sender.
     pub system_id: u8,
     /// Component id of its sender.
     pub component_id: u8,
-    /// When it came, seconds on the station's clock.
+    /// Time of reception, seconds on the station's clock.
     pub time_s: f64,
-    /// Its fields, in the units of the wire; enums and bit masks are numbers. Empty when the dialect does not have it.
+    /// Fields in the units of the MAVLink definition; enums and bit masks are numbers. Empty when the dialect does not
+    /// contain the message.
     #[schema(value_type = BTreeMap<String, MessageFieldShape>)]
     pub fields: BTreeMap<String, Option<MessageField>>,
 }
 
-/// A message to send. There is no answer and no check: it is the escape hatch.
+/// A raw message to send. Nothing checks it, and no answer is awaited.
 #[derive(Debug, Clone, PartialEq, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct NewMessage {
-    /// Its name, such as `SET_POSITION_TARGET_GLOBAL_INT`.
+    /// Message name, such as `SET_POSITION_TARGET_GLOBAL_INT`.
     pub name: String,
-    /// Its fields; those not given are 0, but `target_system` and `target_component` are the vehicle's.
+    /// Fields. Missing ones are 0, except that `target_system` and `target_component` default to the vehicle's.
     #[serde(default)]
     #[schema(value_type = BTreeMap<String, MessageFieldShape>)]
     pub fields: BTreeMap<String, Option<MessageField>>,
 }
 
-/// How often a vehicle is to send a message.
+/// Requested rate of a message.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MessageRate {
-    /// Messages per second, 0.0005 to 50; `"default"`, or 0, for the vehicle's own rate; `"stop"`, or null, for none.
+    /// Messages per second, 0.0005 to 50; `"default"` or 0 for the vehicle's own rate; `"stop"` or null to stop it.
     #[serde(deserialize_with = "Option::deserialize")]
     #[schema(required = true, value_type = Option<RateChoice>)]
     pub rate_hz: Option<vencejo_vehicle::MessageRate>,
@@ -152,7 +153,7 @@ fn number(value: &FieldValue) -> Option<serde_json::Number> {
 }
 
 impl MessageField {
-    /// What the wire has; `None` for a number that is none.
+    /// Converts a decoded field; `None` for a number that is not finite.
     pub fn new(value: &FieldValue) -> Option<Self> {
         match value {
             FieldValue::Text(text) => Some(Self::Text(text.clone())),
@@ -161,7 +162,7 @@ impl MessageField {
         }
     }
 
-    /// What goes to the wire.
+    /// Converts it to a value that can be encoded.
     pub fn to_wire(&self) -> FieldValue {
         let one = |value: &serde_json::Number| {
             let whole = value.as_u64().map(FieldValue::Unsigned).or_else(|| value.as_i64().map(FieldValue::Signed));

@@ -1,25 +1,25 @@
-//! What takes a while: transfers of plans and parameters.
+//! Long-running operations: transfers of plans and parameters.
 
 use serde::Serialize;
 use utoipa::ToSchema;
 
 use super::{Param, Plan, Problem};
 
-/// How an operation stands.
+/// State of an operation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum OperationState {
-    /// Under way.
+    /// In progress.
     Running,
     /// Succeeded.
     Done,
     /// Failed; `error` says why.
     Failed,
-    /// Given up on request.
+    /// Cancelled on request.
     Cancelled,
 }
 
-/// What an operation does.
+/// Kind of an operation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum OperationKind {
@@ -45,7 +45,7 @@ pub enum OperationKind {
     ReadParams,
 }
 
-/// What an operation brought.
+/// Result of an operation.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 #[serde(untagged)]
 pub enum OperationResult {
@@ -55,31 +55,31 @@ pub enum OperationResult {
     Params(Vec<Param>),
 }
 
-/// Something that takes a while.
+/// A long-running operation.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct Operation {
-    /// Its id.
+    /// Id of the operation.
     pub id: u64,
-    /// The vehicle.
+    /// Id of the vehicle.
     pub vehicle: u16,
-    /// What it does.
+    /// Kind of the operation.
     pub kind: OperationKind,
-    /// How it stands.
+    /// State of the operation.
     pub state: OperationState,
-    /// How much is done, in units of `total`.
+    /// Progress, in units of `total`.
     pub done: u32,
-    /// How much there is; 0 when not known yet.
+    /// Total amount of work; 0 when not known yet.
     pub total: u32,
     /// Why it failed.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(nullable = false)]
     pub error: Option<Problem>,
-    /// After an upload to a vehicle that keeps positions as 32-bit floats: how far the farthest place on board is from where it
-    /// was sent to be.
+    /// After an upload to a vehicle that stores positions as 32-bit floats: largest distance between a position on
+    /// board and the one that was sent.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(nullable = false)]
     pub position_error_m: Option<f64>,
-    /// What it brought; only at `GET /operations/{id}`, once done.
+    /// The result; only at `GET /operations/{id}`, once the operation is done.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(nullable = false)]
     pub result: Option<OperationResult>,

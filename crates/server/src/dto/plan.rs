@@ -1,4 +1,4 @@
-//! Plans: what they hold, what is found in them, how they lie on the map, and what is known of those on board.
+//! Plans: their contents, findings, route on the map, and state on board.
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -10,75 +10,75 @@ use vencejo_flight::profile::Profile;
 use vencejo_flight::way::{Jump, Stop};
 use vencejo_vehicle::AltFrame;
 
-/// Which plan.
+/// Part of a plan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum PlanKind {
-    /// What to fly.
+    /// Items to fly.
     Mission,
-    /// Where to stay.
+    /// Geofence.
     Fence,
-    /// Where to return to when home is farther.
+    /// Rally points: where to return to when home is farther.
     Rally,
 }
 
-/// How sure we are of a plan on board.
+/// Certainty about a plan on board.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum PlanCertainty {
-    /// It may be anything.
+    /// Unknown.
     Unknown,
-    /// There is none.
+    /// Empty.
     Empty,
     /// Read back from the vehicle.
     Verified,
 }
 
-/// Why a plan on board is not known.
+/// Why a plan on board is unknown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum PlanUncertainty {
     /// It was never read.
     NeverRead,
-    /// A transfer runs.
+    /// A transfer is in progress.
     Transferring,
-    /// A transfer failed or was given up half-way.
+    /// A transfer failed or was cancelled half-way.
     TransferFailed,
-    /// The vehicle restarted.
+    /// The vehicle rebooted.
     Rebooted,
     /// Another station changed it.
     ChangedElsewhere,
-    /// Another station is sending one, or was not seen to end it; it may be a mixture.
+    /// Another station is uploading one, or the end of its upload was not observed; the plan may be a mixture of two.
     SentElsewhere,
-    /// What was written down of it cannot be read, and may have said that it is a mixture.
+    /// The stored record of it is unreadable, and may have marked it as a mixture.
     RecordDamaged,
-    /// It was read, and is no mission that is known to be whole: neither what was sent last nor what was there before.
+    /// It was read, but matches neither the last uploaded mission nor the one before, so it may not be whole.
     Mixed,
 }
 
-/// What is known of a plan on board.
+/// State of a plan on board.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, ToSchema)]
 pub struct PlanState {
-    /// How sure we are.
+    /// Certainty about the plan.
     pub state: PlanCertainty,
-    /// Items, home not counted.
+    /// Number of items, without home; null when unknown.
     #[schema(required = true)]
     pub count: Option<u16>,
-    /// Fingerprint of the items as the vehicle holds them.
+    /// Fingerprint of the items as the vehicle stores them; null when unknown.
     #[schema(required = true)]
     pub hash: Option<String>,
-    /// Why it is not known; absent when it is.
+    /// Why it is unknown; absent when it is known.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(nullable = false)]
     pub reason: Option<PlanUncertainty>,
-    /// Whether it may be a mixture of two: then the vehicle is not armed, and its mission neither started nor jumped in, unless
-    /// that is asked for despite it (`despite_mixed_plan`).
+    /// Whether it may be a mixture of two plans. If so, the vehicle is not armed, and its mission is neither started
+    /// nor set to another item, unless the request says `despite_mixed_plan`.
     pub may_be_mixed: bool,
-    /// All that in English words.
+    /// Description in English.
     pub detail: String,
 }
 
-/// What is known of the plans on board.
+/// States of the plans on board.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, ToSchema)]
 pub struct PlanStates {
     /// The mission.
@@ -92,20 +92,20 @@ pub struct PlanStates {
 /// One part of the plan on board, as far as it is known.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct PlanOnBoard {
-    /// How far that is.
+    /// State of that part.
     pub state: PlanState,
-    /// That part of it as it was read from the vehicle, with nothing in the others; null while it is not known.
+    /// That part as read from the vehicle, with the other parts empty; null while it is unknown.
     #[schema(required = true)]
     pub plan: Option<Plan>,
 }
 
-/// How a plan differs from what a vehicle has on board, part by part; a part is null while it is not known what is there.
+/// Differences between a plan and the one on board, by part; a part is null while its state on board is unknown.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct PlanComparison {
     /// The mission.
     #[schema(required = true)]
     pub mission: Option<PartComparison>,
-    /// The fence: its items are the corners and circles in order, then the return point.
+    /// The fence; its items are the corners and circles in order, then the return point.
     #[schema(required = true)]
     pub fence: Option<PartComparison>,
     /// The rally points.
@@ -113,13 +113,13 @@ pub struct PlanComparison {
     pub rally: Option<PartComparison>,
 }
 
-/// How one part of a plan differs from the one on board.
+/// Differences in one part of a plan.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct PartComparison {
-    /// What it was compared with: the fingerprint of `PlanState`; null for nothing on board.
+    /// Fingerprint (as in `PlanState`) of the part on board that was compared; null when there is none on board.
     #[schema(required = true)]
     pub hash: Option<String>,
-    /// From what is on board to the plan; empty when the vehicle, as it keeps items, has it as it is.
+    /// Changes from the plan on board to this plan; empty when the vehicle, with its storage precision, already has it.
     pub changes: Vec<Change>,
 }
 
@@ -139,16 +139,16 @@ pub struct LatLon {
 pub struct PlanItem {
     /// `MAV_CMD` number.
     pub command: u16,
-    /// Its name without `MAV_CMD_`. Ignored in a request.
+    /// Name of the command without `MAV_CMD_`. Ignored in requests.
     #[serde(default)]
     #[schema(required = true)]
     pub name: String,
     /// `MAV_FRAME`: 0 above mean sea level, 3 above home, 10 above terrain, 2 no position.
     pub frame: u8,
-    /// Parameters 1 to 4, then latitude, longitude and height of a command that has a position; null where unset.
+    /// Parameters 1 to 4, then latitude, longitude and altitude of a command with a position; null where unset.
     #[schema(value_type = Vec<Option<f64>>, min_items = 7, max_items = 7)]
     pub params: [Option<f64>; 7],
-    /// Whether the mission goes on by itself after it.
+    /// Whether the mission continues with the next item by itself.
     #[serde(default = "yes")]
     #[schema(required = true)]
     pub autocontinue: bool,
@@ -164,7 +164,7 @@ pub(super) fn yes() -> bool {
 pub enum ZoneShape {
     /// Three or more corners in order.
     Polygon,
-    /// One point and a radius.
+    /// Centre and radius.
     Circle,
 }
 
@@ -172,7 +172,7 @@ pub enum ZoneShape {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FenceZone {
-    /// `true`: stay inside; `false`: stay outside.
+    /// True: the vehicle must stay inside; false: it must stay outside.
     pub inclusion: bool,
     /// Its shape.
     pub shape: ZoneShape,
@@ -184,7 +184,7 @@ pub struct FenceZone {
     pub radius_m: Option<f64>,
 }
 
-/// Where to return to after a breach of the fence.
+/// Position to return to after a breach of the fence.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ReturnPoint {
@@ -192,7 +192,7 @@ pub struct ReturnPoint {
     pub lat_deg: f64,
     /// WGS-84 longitude.
     pub lon_deg: f64,
-    /// Height above home.
+    /// Altitude above home.
     pub alt_rel_home_m: f64,
 }
 
@@ -200,15 +200,15 @@ pub struct ReturnPoint {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema, Default)]
 #[serde(deny_unknown_fields)]
 pub struct Fence {
-    /// Zones, all of which apply.
+    /// Zones; all of them apply.
     pub zones: Vec<FenceZone>,
-    /// Where to return to after a breach.
+    /// Position to return to after a breach; null when there is none.
     #[serde(default)]
     #[schema(required = true)]
     pub return_point: Option<ReturnPoint>,
 }
 
-/// A place to return to instead of home.
+/// Rally point: a position to return to instead of home.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RallyPoint {
@@ -216,7 +216,7 @@ pub struct RallyPoint {
     pub lat_deg: f64,
     /// WGS-84 longitude.
     pub lon_deg: f64,
-    /// Height, counted as `frame` says.
+    /// Altitude, in `frame`.
     pub alt_m: f64,
     /// `MAV_FRAME`: 0 above mean sea level, 3 above home, 10 above terrain.
     pub frame: u8,
@@ -226,11 +226,11 @@ pub struct RallyPoint {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema, Default)]
 #[serde(deny_unknown_fields)]
 pub struct Plan {
-    /// What to do, in order, without home.
+    /// Mission items in order, without home.
     #[serde(default)]
     #[schema(required = true)]
     pub items: Vec<PlanItem>,
-    /// Planned home; the vehicle sets its own when it arms.
+    /// Planned home; the vehicle sets its own on arming.
     #[serde(default)]
     #[schema(required = true)]
     pub home: Option<Home>,
@@ -238,16 +238,17 @@ pub struct Plan {
     #[serde(default)]
     #[schema(required = true)]
     pub fence: Fence,
-    /// Where to return to when home is farther.
+    /// Rally points: where to return to when home is farther.
     #[serde(default)]
     #[schema(required = true)]
     pub rally: Vec<RallyPoint>,
-    /// Items of the mission that stand for several in a `.plan` file: kept so that it is written as it was read.
+    /// Groups of mission items that a `.plan` file stores as one complex item, kept so that the file can be written
+    /// unchanged.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub complex_items: Vec<ComplexItem>,
 }
 
-/// How to write a plan to a file.
+/// File format of a plan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum PlanFormat {
@@ -255,103 +256,105 @@ pub enum PlanFormat {
     Plan,
     /// "QGC WPL 110": the mission alone.
     Waypoints,
-    /// Google Earth's XML: everything.
+    /// Google Earth's KML: everything.
     Kml,
-    /// The same in a zip.
+    /// KML in a zip archive: everything.
     Kmz,
-    /// RFC 7946: everything.
+    /// GeoJSON (RFC 7946): everything.
     Geojson,
-    /// The places of the mission as a route, heights above mean sea level.
+    /// Positions of the mission as a GPX route, with altitudes above mean sea level.
     Gpx,
-    /// A table with a row for each item: everything.
+    /// A table with one row per item: everything.
     Csv,
 }
 
-/// Items whose heights are to count from another level.
+/// Items whose altitudes are to be converted to another frame.
 #[derive(Debug, Clone, PartialEq, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FrameChange {
-    /// They, and home; without a home the vehicle's is taken. Nothing else of it is looked at.
+    /// The items, and their home; when it has none, the vehicle's home is used. The rest of the plan is ignored.
     pub plan: Plan,
-    /// What they are to count from.
+    /// New frame.
     pub frame: AltFrame,
-    /// The vehicle that is to fly them.
+    /// Vehicle that is to fly them.
     #[serde(default)]
     pub vehicle: Option<u16>,
 }
 
-/// Items whose heights count from another level.
+/// Items with converted altitudes.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct CountedItems {
-    /// They.
+    /// The items.
     pub items: Vec<PlanItem>,
-    /// Those that are not at the same height in space: they keep their number, since a level is not known.
+    /// Items that were not converted: their altitude value is unchanged, since a reference level is unknown.
     pub unconverted: Vec<Unconverted>,
 }
 
-/// An item whose height could not be converted.
+/// An item whose altitude could not be converted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, ToSchema)]
 pub struct Unconverted {
-    /// It, counted from 1.
+    /// Number of the item, counted from 1.
     pub item: usize,
-    /// What is not known.
+    /// The unknown reference level.
     pub level: UnknownLevel,
 }
 
-/// A plan to look over.
+/// A plan to check.
 #[derive(Debug, Clone, PartialEq, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PlanCheck {
     /// The plan.
     pub plan: Plan,
-    /// The vehicle that is to fly it: its kind, its place and whether it is on the ground are taken into account.
+    /// Vehicle that is to fly it. Its type, its position and whether it is on the ground are considered.
     #[serde(default)]
     pub vehicle: Option<u16>,
 }
 
-/// A plan to lay out.
+/// A plan whose route is wanted.
 #[derive(Debug, Clone, PartialEq, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct WayRequest {
     /// The plan.
     pub plan: Plan,
-    /// The vehicle that is to fly it; an ArduPlane as it comes when absent.
+    /// Vehicle that is to fly it; a default ArduPlane when absent.
     #[serde(default)]
     pub vehicle: Option<u16>,
-    /// Height above the ground that should be kept, 0 to 1000; 30 by default.
+    /// Clearance to keep above the ground, 0 to 1000; 30 by default.
     #[serde(default)]
     pub clearance_m: Option<f64>,
 }
 
-/// A mission as it is drawn.
+/// Route of a mission, as drawn on the map.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct Way {
-    /// The items that the vehicle flies to, in the order of the plan.
+    /// Items that the vehicle flies to, in order.
     pub stops: Vec<Stop>,
-    /// The jumps between them.
+    /// Jumps between them.
     pub jumps: Vec<Jump>,
-    /// How it ends.
+    /// How the mission ends.
     pub end: MissionEnd,
-    /// Its heights along that way, and the ground below, as far as that is at hand.
+    /// Altitude profile along the route, with the terrain below as far as it is loaded.
     pub profile: Profile,
-    /// Whether more of the ground is being looked up: ask again in a moment.
+    /// Whether more terrain is still being loaded: repeat the request a moment later.
     pub is_ground_pending: bool,
 }
 
-/// A finding, and a change that resolves it: with `items` in the place of others it is gone, and no error is there that was not.
+/// A finding and a change that resolves it. With `items` in place of the replaced ones, the finding disappears and no
+/// new error appears.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct FindingFix {
     /// The finding.
     pub finding: Finding,
-    /// What is changed, in English.
+    /// Description of the change, in English.
     pub message: String,
-    /// What is changed.
+    /// Kind of the change.
     #[serde(flatten)]
     pub kind: FixKind,
-    /// The first item that is replaced, counted from 1; one more than there are: what is added stands at the end.
+    /// First replaced item, counted from 1; one past the last item when the new items are appended.
     pub first_item: usize,
-    /// How many are replaced; 0: what is added stands before `first_item`.
+    /// Number of replaced items; 0 when the new items are inserted before `first_item`.
     pub count: usize,
-    /// What stands there then. Jumps to items behind lead there still, and are to be numbered anew.
+    /// New items. The plan's jumps to items after the replaced ones keep their destinations, so their numbers must be
+    /// adapted.
     pub items: Vec<PlanItem>,
 }

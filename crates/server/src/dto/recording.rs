@@ -1,25 +1,25 @@
-//! The recordings of this station, and what is in one.
+//! Recordings of this station, and their contents.
 
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-/// The recording of this session.
+/// State of the flight recorder.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, ToSchema)]
 pub struct Recorder {
-    /// Whether frames are being written.
+    /// Whether frames are being recorded.
     pub is_recording: bool,
-    /// Name of the file that is being written.
+    /// Name of the current file; null when there is none.
     #[schema(required = true)]
     pub file: Option<String>,
-    /// Frames written in this session.
+    /// Frames recorded in this session.
     pub frames: u64,
-    /// Bytes written in this session.
+    /// Bytes recorded in this session.
     pub bytes: u64,
-    /// Frames that the disk was too slow for, or that could not be written.
+    /// Frames lost because the disk was too slow or failed.
     pub dropped: u64,
-    /// Why nothing is written.
+    /// Why nothing is recorded; null when there is no fault.
     #[schema(required = true)]
     pub problem: Option<String>,
 }
@@ -27,92 +27,92 @@ pub struct Recorder {
 /// A recording on the server's disk.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct Recording {
-    /// Name of its file.
+    /// File name.
     pub name: String,
-    /// Its size.
+    /// File size.
     pub bytes: u64,
-    /// When it was written last, seconds since 1970; null when the system does not say.
+    /// Time of the last change, seconds since 1970; null when the file system does not provide it.
     #[schema(required = true)]
     pub modified_unix_s: Option<f64>,
-    /// Whether it is being written now.
+    /// Whether it is being recorded now.
     pub is_current: bool,
-    /// Whether somebody keeps it: it is not deleted to make room for new ones.
+    /// Whether it is protected from deletion when space for new recordings is needed.
     pub is_kept: bool,
 }
 
-/// Whether a recording is to be kept.
+/// Protection of a recording from deletion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct KeepRecording {
-    /// Keep it.
+    /// Whether to protect it.
     pub is_kept: bool,
 }
 
-/// Who spoke in a recording.
+/// A sender in a recording.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, ToSchema)]
 pub struct Sender {
     /// System id.
     pub system_id: u8,
     /// Component id.
     pub component_id: u8,
-    /// Frames.
+    /// Number of frames.
     pub frames: u64,
-    /// `MAV_TYPE` of its heartbeats; null when it sent none.
+    /// `MAV_TYPE` of its heartbeats; null when there were none.
     #[schema(required = true)]
     pub mav_type: Option<u8>,
-    /// `MAV_AUTOPILOT` of its heartbeats; null when it sent none.
+    /// `MAV_AUTOPILOT` of its heartbeats; null when there were none.
     #[schema(required = true)]
     pub autopilot: Option<u8>,
 }
 
-/// Something that happened to a vehicle in a recording.
+/// An event of a vehicle in a recording.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct RecordedEvent {
-    /// Since the first frame.
+    /// Time since the first frame.
     pub time_s: f64,
-    /// The vehicle.
+    /// System id of the vehicle.
     pub system_id: u8,
-    /// Such as `mode`, `armed`, `disarmed`, `text`, `item_reached`, `lost`.
+    /// Kind of the event, such as `mode`, `armed`, `disarmed`, `text`, `item_reached`, `lost`.
     pub kind: String,
-    /// In words; the vehicle's own for `text`.
+    /// Description; for `text`, the vehicle's own text.
     pub text: String,
 }
 
-/// What is in a recording.
+/// Contents of a recording.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct RecordingSummary {
-    /// Whole frames.
+    /// Complete frames.
     pub frames: u64,
-    /// Bytes that belong to no whole frame: damage, or a torn end.
+    /// Bytes outside of complete frames: damage, or a truncated end.
     pub skipped_bytes: u64,
-    /// Time of the first frame, seconds since 1970; null when there is none.
+    /// Time of the first frame, seconds since 1970; null when there is no frame.
     #[schema(required = true)]
     pub start_unix_s: Option<f64>,
-    /// From the first frame to the last.
+    /// Time from the first frame to the last.
     pub duration_s: f64,
-    /// Who spoke.
+    /// Senders.
     pub senders: Vec<Sender>,
-    /// Frames of each message by name.
+    /// Number of frames of each message, by name.
     pub messages: BTreeMap<String, u64>,
-    /// What happened, in order.
+    /// Events in order.
     pub events: Vec<RecordedEvent>,
-    /// Later events for which there was no room.
+    /// Number of later events that are not listed, for lack of space.
     pub events_left_out: u64,
 }
 
-/// Whether our heartbeat is sent.
+/// Switches the station's heartbeat.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SetHeartbeat {
-    /// Send it.
+    /// Whether to send it.
     pub enabled: bool,
 }
 
-/// One parameter of a file.
+/// One parameter of a parameter file.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FileParam {
-    /// Its name: capital letters, digits and underscores, up to 16.
+    /// Name: up to 16 capital letters, digits and underscores.
     pub name: String,
     /// Its value.
     pub value: f64,

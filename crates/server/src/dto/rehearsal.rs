@@ -1,4 +1,5 @@
-//! What is told of a plan before it is flown: findings, and rehearsals, once, many times, and when something happens on the way.
+//! Assessments of a plan before it is flown: findings, and rehearsals of one flight, of many flights, and of
+//! contingencies.
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -12,233 +13,236 @@ use vencejo_flight::rehearsal::{
 
 use super::plan::{LatLon, Plan};
 
-/// What the core says of a plan.
+/// Assessment of a plan.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct Assessment {
-    /// What is wrong or doubtful in it.
+    /// Errors and doubts found in it.
     pub findings: Vec<Finding>,
-    /// Its mission as it is flown.
+    /// Its mission as flown.
     pub trip: Trip,
-    /// The plane's way through it; null where it was not asked for, or no home is known.
+    /// Rehearsal of the mission; null when none was requested, or when no home is known.
     #[schema(required = true)]
     pub rehearsal: Option<Rehearsal>,
 }
 
-/// A plan as the plane would fly it in a wind.
+/// Rehearsal of a plan in a wind: the flight as simulated.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct Rehearsal {
-    /// What is taken for the plane.
+    /// Source of the airframe data.
     pub airframe: Origin,
-    /// Whether the vehicle's own parameters were read; without, it is an ArduPlane as it comes.
+    /// Whether the vehicle's own parameters were read; otherwise a default ArduPlane is assumed.
     pub knows_parameters: bool,
-    /// The wind of it.
+    /// Wind of the rehearsal.
     pub wind: Wind,
-    /// What it shows to be wrong or doubtful; in an assessment these are among the plan's findings too.
+    /// Errors and doubts that the rehearsal shows; in an assessment, they are also among the plan's findings.
     pub findings: Vec<Finding>,
-    /// The track, as many moments as it takes to draw it within a metre.
+    /// Track, with as many points as are needed to draw it within a metre.
     pub track: RehearsedTrack,
-    /// Where each moment of the track stands in the height profile of the plan (`plan_way`), metres: each item is where it is there. After a jump it
-    /// goes back.
+    /// Position of each track point along the altitude profile of the plan (`plan_way`), metres, in which every item
+    /// has its own position. It decreases after a jump.
     pub along_m: Vec<f64>,
-    /// Where it is nearest to the ground, in that profile; take-off, landing and the climb out apart. Null where the ground is nowhere known.
+    /// Smallest clearance above the ground, in that profile, without take-off, landing and climb-out; null when the
+    /// terrain is unknown.
     #[schema(required = true)]
     pub lowest: Option<Clearance>,
-    /// The items in the order flown; jumps repeat them.
+    /// Items in the order flown; jumps repeat them.
     pub passages: Vec<RehearsedPassage>,
-    /// How it ends.
+    /// How the flight ends.
     pub ending: Ending,
-    /// Where the ground is touched; null where it is not.
+    /// Touchdown position; null when the plane does not touch down.
     #[schema(required = true)]
     pub touch_down: Option<LatLon>,
-    /// Until its end, seconds.
+    /// Duration, seconds.
     pub duration_s: f64,
-    /// Way over ground, metres.
+    /// Distance over ground, metres.
     pub distance_m: f64,
-    /// Electrical energy; null where the plane's power is not known.
+    /// Electrical energy; null when the plane's power is unknown.
     #[schema(required = true)]
     pub energy_wh: Option<f64>,
-    /// What is left of the battery; null where that cannot be told.
+    /// Remaining charge of the battery; null when it cannot be computed.
     #[schema(required = true)]
     pub battery: Option<BatteryLeft>,
-    /// What is not known, so that it cannot; else null.
+    /// The missing data because of which it cannot be computed; otherwise null.
     #[schema(required = true)]
     pub battery_unknown: Option<BatteryLack>,
-    /// Whether ground below the plan is still being looked up that this was flown without: ask again a moment later.
+    /// Whether terrain below the plan is still being loaded and was left out: repeat the request a moment later.
     pub is_ground_pending: bool,
 }
 
-/// What a flight leaves of a battery.
+/// Charge of a battery after a flight.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, ToSchema)]
 pub struct BatteryLeft {
-    /// Energy of a full one.
+    /// Energy of a full battery.
     pub capacity_wh: f64,
-    /// Left at the end, of its capacity; below 0 as much more is wanted than it holds.
+    /// Charge at the end, percent of the capacity; negative when the flight needs more than the battery holds.
     pub left_pct: f64,
-    /// What should be left, likewise.
+    /// Charge that should remain, percent of the capacity.
     pub reserve_pct: f64,
-    /// When it is empty, seconds since the rehearsed flight's beginning; null: it is not.
+    /// Time at which it is empty, seconds since the beginning of the rehearsed flight; null when it does not become
+    /// empty.
     #[schema(required = true)]
     pub empty_s: Option<f64>,
 }
 
-/// The airframe and the battery that a plan is rehearsed with in place of the vehicle's.
+/// Airframe and battery for a rehearsal, in place of the vehicle's own.
 #[derive(Debug, Clone, PartialEq, Default, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PlaneProfile {
-    /// As `POST /plan/learn` and `GET /vehicles/{id}/profile` tell it.
+    /// Airframe, as from `POST /plan/learn` or `GET /vehicles/{id}/profile`.
     #[serde(default)]
     pub airframe: Option<Airframe>,
-    /// What is said of the battery.
+    /// Battery.
     #[serde(default)]
     pub battery: Option<BatterySettings>,
 }
 
-/// What a flight taught of the plane that flew it.
+/// Model of a plane, estimated from a flight.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct LearnedPlane {
-    /// It.
+    /// Airframe.
     pub airframe: Airframe,
-    /// The wind of that flight.
+    /// Wind of that flight.
     pub wind: Wind,
-    /// Moments that it rests on.
+    /// Number of samples used.
     pub moments: usize,
-    /// How far measured and modelled airspeeds are apart, metres a second RMS.
+    /// RMS difference between measured and modelled airspeed, metres per second.
     pub airspeed_error_m_s: f64,
 }
 
-/// What a vehicle's plans are rehearsed with.
+/// Data with which a vehicle's plans are rehearsed.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct VehicleProfile {
-    /// The airframe, as its parameters tell it; its power is that of its flight as far as it was followed.
+    /// Airframe according to its parameters; its power is measured in flight, as far as the flight was followed.
     pub airframe: Airframe,
-    /// Whether its parameters were read; without, it is an ArduPlane as it comes.
+    /// Whether its parameters were read; otherwise a default ArduPlane is assumed.
     pub knows_parameters: bool,
-    /// Charge of a full battery, mAh; null where it is not known.
+    /// Charge of a full battery, mAh; null when unknown.
     #[schema(required = true)]
     pub capacity_mah: Option<f64>,
-    /// Its voltage now; null where it is not known.
+    /// Present battery voltage; null when unknown.
     #[schema(required = true)]
     pub voltage_v: Option<f64>,
-    /// What it holds, of its capacity; 100 where nothing is told.
+    /// Present charge, percent of the capacity; 100 when unknown.
     pub charge_pct: f64,
-    /// What should be left at a landing, of its capacity.
+    /// Charge that should remain after landing, percent of the capacity.
     pub reserve_pct: f64,
-    /// What its flight teaches, as far as it was followed and no longer than the last ten minutes in the air; null where that is too little.
+    /// Model estimated from at most the last ten minutes of its flight, as far as they were followed; null when that is
+    /// too little.
     #[schema(required = true)]
     pub learned: Option<LearnedPlane>,
 }
 
-/// A plan to fly many times.
+/// A plan to be flown many times under uncertainty.
 #[derive(Debug, Clone, PartialEq, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SpreadRequest {
-    /// The plan; without a home the vehicle's is taken.
+    /// The plan; without a home, the vehicle's home is used.
     pub plan: Plan,
-    /// The vehicle that is to fly it.
+    /// Vehicle that is to fly it.
     #[serde(default)]
     pub vehicle: Option<u16>,
-    /// The expected wind; calm when absent.
+    /// Expected wind; calm when absent.
     #[serde(default)]
     pub wind: Option<Wind>,
-    /// The plane, in place of the vehicle's.
+    /// Plane, in place of the vehicle's.
     #[serde(default)]
     pub profile: PlaneProfile,
-    /// Flights, 1 to 1000; 200 by default.
+    /// Number of flights, 1 to 1000; 200 by default.
     #[serde(default)]
     pub runs: Option<usize>,
-    /// How much may be otherwise than expected.
+    /// Uncertainty of the wind and the plane.
     #[serde(default)]
     pub doubts: Doubts,
-    /// Which winds and planes; the same seed gives the same answer. 0 by default.
+    /// Random seed; the same seed gives the same result. 0 by default.
     #[serde(default)]
     pub seed: u64,
 }
 
-/// What many flights of one plan show. A range is that of nine flights in ten.
+/// Result of many flights of one plan. Ranges contain nine flights in ten.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct Spread {
-    /// Flights.
+    /// Number of flights.
     pub runs: usize,
-    /// How many ended how, the most first.
+    /// Number of flights by ending, most frequent first.
     pub endings: Vec<EndingCount>,
-    /// Duration of those that ended as the expected one, seconds.
+    /// Duration of the flights that ended like the expected one, seconds.
     pub duration_s: Range,
-    /// Energy of the same, Wh; null where the plane's power is not known.
+    /// Energy of those flights, Wh; null when the plane's power is unknown.
     #[schema(required = true)]
     pub energy_wh: Option<Range>,
-    /// What the same leave of the battery, % of its capacity; null where that cannot be told.
+    /// Charge that they leave, percent of the capacity; null when it cannot be computed.
     #[schema(required = true)]
     pub battery_left_pct: Option<Range>,
-    /// How many of all leave less than its reserve; null likewise.
+    /// Number of all flights that leave less than the reserve; null when it cannot be computed.
     #[schema(required = true)]
     pub below_reserve: Option<usize>,
-    /// Distance of touch-downs from the expected one, metres; null without any.
+    /// Distance of the touchdowns from the expected one, metres; null when there are none.
     #[schema(required = true)]
     pub touch_down_m: Option<Range>,
-    /// Where nine flights in ten pass, a moment every five seconds.
+    /// Corridor of nine flights in ten, with a point every five seconds.
     pub corridor: Corridor,
 }
 
-/// How often a flight ended so.
+/// Number of flights with one ending.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct EndingCount {
-    /// How.
+    /// The ending.
     pub ending: Ending,
-    /// How often.
+    /// Number of flights.
     pub count: usize,
 }
 
-/// Both sides of where flights pass, a list for each value.
+/// Corridor of flights, as lists of equal length.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, ToSchema)]
 pub struct Corridor {
-    /// Moments of the expected flight, seconds, growing.
+    /// Time in the expected flight, seconds, ascending.
     pub time_s: Vec<f64>,
-    /// The left side.
+    /// Left edge.
     pub left: Vec<LatLon>,
-    /// The right side.
+    /// Right edge.
     pub right: Vec<LatLon>,
-    /// Lowest above home, metres.
+    /// Lower edge above home, metres.
     pub low_m: Vec<f64>,
-    /// Highest, likewise.
+    /// Upper edge above home, metres.
     pub high_m: Vec<f64>,
 }
 
-/// Moments of a rehearsed flight, a list for each value.
+/// Track of a rehearsed flight, as lists of equal length.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, ToSchema)]
 pub struct RehearsedTrack {
-    /// Since its beginning, seconds, growing.
+    /// Time since its beginning, seconds, ascending.
     pub time_s: Vec<f64>,
-    /// Degrees.
+    /// Latitude, degrees.
     pub lat_deg: Vec<f64>,
-    /// Degrees.
+    /// Longitude, degrees.
     pub lon_deg: Vec<f64>,
-    /// Above home, metres.
+    /// Altitude above home, metres.
     pub height_m: Vec<f64>,
-    /// Height of the ground below, above home, metres; null where no map knows it.
+    /// Ground elevation below, above home, metres; null when no map contains it.
     pub ground_m: Vec<Option<f64>>,
-    /// Equivalent airspeed, metres a second.
+    /// Equivalent airspeed, metres per second.
     pub airspeed_m_s: Vec<f64>,
-    /// Over ground, metres a second.
+    /// Ground speed, metres per second.
     pub groundspeed_m_s: Vec<f64>,
-    /// Bank, degrees, to the right positive.
+    /// Bank angle, degrees, positive to the right.
     pub bank_deg: Vec<f64>,
     /// Heading of the nose, degrees from true north.
     pub heading_deg: Vec<f64>,
-    /// Item that is flown, counted from 1; null in a return and after the landing.
+    /// Current item, counted from 1; null during a return and after the landing.
     pub item: Vec<Option<u16>>,
 }
 
-/// One item on the way.
+/// Passage of one item.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct RehearsedPassage {
-    /// Counted from 1.
+    /// Number of the item, counted from 1.
     pub item: u16,
-    /// When the plane begins to fly to it, seconds.
+    /// Time at which it becomes the current item, seconds.
     pub begins_s: f64,
-    /// When it is reached or done; null: never.
+    /// Time at which it is reached or completed; null when it never is.
     #[schema(required = true)]
     pub reached_s: Option<f64>,
-    /// How near the plane comes to its place, metres; null for what is no waypoint and no landing.
+    /// Smallest distance to its position, metres; null for items other than waypoints and landings.
     #[schema(required = true)]
     pub nearest_m: Option<f64>,
 }
@@ -247,173 +251,175 @@ pub struct RehearsedPassage {
 #[derive(Debug, Clone, PartialEq, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RehearsalRequest {
-    /// The plan; without a home the vehicle's is taken.
+    /// The plan; without a home, the vehicle's home is used.
     pub plan: Plan,
-    /// The vehicle that is to fly it: its parameters, as far as they were read, are the plane's.
+    /// Vehicle that is to fly it; the plane is modelled by its parameters, as far as they were read.
     #[serde(default)]
     pub vehicle: Option<u16>,
-    /// The wind; calm when absent.
+    /// Wind; calm when absent.
     #[serde(default)]
     pub wind: Option<Wind>,
-    /// Height above the ground that the flight should keep, 0 to 1000; 30 by default.
+    /// Clearance to keep above the ground, 0 to 1000; 30 by default.
     #[serde(default)]
     pub clearance_m: Option<f64>,
-    /// The plane, in place of the vehicle's.
+    /// Plane, in place of the vehicle's.
     #[serde(default)]
     pub profile: PlaneProfile,
 }
 
-/// What may happen at a moment of a plan, and wants to be known.
+/// A contingency at a time in a plan or in the present flight.
 #[derive(Debug, Clone, PartialEq, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct WhatIfRequest {
-    /// The plan, with `at_s`; without a home the vehicle's is taken. Absent both: from now on as the vehicle flies, in its mission, GUIDED,
-    /// LOITER, CIRCLE, RTL, or a mode that a pilot steers.
+    /// The plan, with `at_s`; without a home, the vehicle's home is used. When both are absent, the vehicle's present
+    /// flight is continued: its mission, GUIDED, LOITER, CIRCLE, RTL, or a mode steered by a pilot.
     #[serde(default)]
     pub plan: Option<Plan>,
-    /// A moment of the plan, seconds since the rehearsed flight's beginning.
+    /// Time in the plan, seconds since the beginning of the rehearsed flight.
     #[serde(default)]
     pub at_s: Option<f64>,
-    /// The vehicle that is to fly it: its parameters, as far as they were read, are the plane's.
+    /// Vehicle that is to fly it; the plane is modelled by its parameters, as far as they were read.
     #[serde(default)]
     pub vehicle: Option<u16>,
-    /// The wind; calm when absent.
+    /// Wind; calm when absent.
     #[serde(default)]
     pub wind: Option<Wind>,
-    /// What happens; everything when absent.
+    /// Events to examine; all when absent.
     #[serde(default)]
     pub triggers: Option<Vec<Trigger>>,
-    /// The plane, in place of the vehicle's.
+    /// Plane, in place of the vehicle's.
     #[serde(default)]
     pub profile: PlaneProfile,
-    /// Of a flight that is followed: what was expected of it when that began, beside which it is told how it goes.
+    /// For a flight that is being followed: the forecast made when following began, for comparison.
     #[serde(default)]
     pub begun: Option<Beginning>,
 }
 
-/// A flight as it was expected when somebody began to follow it, of an answer about now.
+/// Forecast of a flight, made when following it began, taken from an answer about the present flight.
 #[derive(Debug, Clone, PartialEq, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Beginning {
     /// `now` of that answer.
     pub now: FlightNow,
-    /// The track of its `ahead`.
+    /// Track of its `ahead`.
     pub track: ExpectedTrack,
 }
 
-/// Of a rehearsed track, what tells whether a flight is late or low: lists of one length.
+/// The part of a rehearsed track that shows whether a flight is late or low, as lists of equal length.
 #[derive(Debug, Clone, PartialEq, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ExpectedTrack {
-    /// Since its beginning, seconds, growing.
+    /// Time since its beginning, seconds, ascending.
     pub time_s: Vec<f64>,
-    /// Degrees.
+    /// Latitude, degrees.
     pub lat_deg: Vec<f64>,
-    /// Degrees.
+    /// Longitude, degrees.
     pub lon_deg: Vec<f64>,
-    /// Above home, metres.
+    /// Altitude above home, metres.
     pub height_m: Vec<f64>,
-    /// Item that is flown, counted from 1; null in a return and after the landing.
+    /// Current item, counted from 1; null during a return and after the landing.
     pub item: Vec<Option<u16>>,
 }
 
-/// A moment of a flight by the vehicle's own clock, which runs faster in some simulators.
+/// Time of a flight on the vehicle's own clock, which runs faster in some simulators.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FlightNow {
-    /// Since the vehicle booted; null while it has not said.
+    /// Time since the vehicle booted; null when unknown.
     #[schema(required = true)]
     pub boot_s: Option<f64>,
-    /// What is left of its battery; null likewise.
+    /// Remaining charge of its battery; null when unknown.
     #[schema(required = true)]
     pub battery_pct: Option<f64>,
 }
 
-/// How a flight goes beside what was expected; null is not known, as away from the expected track.
+/// Comparison of a flight with its forecast; values are null when unknown, for example away from the expected track.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, ToSchema)]
 pub struct Outlook {
-    /// Later than expected; negative: earlier.
+    /// Delay; negative when early.
     #[schema(required = true)]
     pub late_s: Option<f64>,
-    /// Lower than expected, metres; negative: higher.
+    /// Altitude below the forecast, metres; negative when above it.
     #[schema(required = true)]
     pub low_m: Option<f64>,
-    /// What will be left of the battery at the end of `ahead`, if it goes on as since the beginning; null while less than 2 % were used.
+    /// Expected charge at the end of `ahead` if consumption continues as since the beginning; null until 2 % have been
+    /// used.
     #[schema(required = true)]
     pub battery_pct: Option<f64>,
 }
 
-/// What follows from a moment of a plan.
+/// Contingencies at a time in a flight.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct WhatIfs {
-    /// When, seconds since the rehearsed flight's beginning; 0 is now where the vehicle flies it.
+    /// The time, seconds since the beginning of the rehearsed flight; 0 is now for the vehicle's present flight.
     pub at_s: f64,
-    /// Where the plane is then; null on the ground and after the flight, where nothing follows.
+    /// Position of the plane at that time; null on the ground and after the flight, when there are no contingencies.
     #[schema(required = true)]
     pub at: Option<LatLon>,
-    /// Height above home then, metres.
+    /// Altitude above home at that time, metres.
     pub height_m: f64,
-    /// The flight as it goes on when nothing happens; null where the moment is one of the plan's own rehearsal, and where
-    /// a pilot steers.
+    /// Continuation of the flight when nothing happens; null for a time in a plan, whose own rehearsal contains it, and
+    /// while a pilot steers.
     #[schema(required = true)]
     pub ahead: Option<RehearsedFlight>,
-    /// Whether it is known how much was flown of the circle that the vehicle flies now. Where not, as when the station was started
-    /// while it circled, `ahead` flies it whole, and nobody is told whether the flight is late until it goes on to the next item.
+    /// Whether it is known how much of the present circle has been flown. If not, for example when the station was
+    /// started while the vehicle circled, `ahead` includes the whole circle, and whether the flight is late is unknown
+    /// until the vehicle proceeds to the next item.
     pub is_circle_known: bool,
-    /// Of a vehicle as it flies now, by what to know this moment later (`begun`); null for a moment of a plan, and while how much of
-    /// its circle was flown is not known.
+    /// For the vehicle's present flight: time and charge from which later requests compare (`begun`); null for a time
+    /// in a plan, and while it is unknown how much of its circle has been flown.
     #[schema(required = true)]
     pub now: Option<FlightNow>,
-    /// How it goes beside what was expected when it began; null without `begun`, and without `ahead`.
+    /// Comparison with the forecast at the beginning; null without `begun` or `ahead`.
     #[schema(required = true)]
     pub outlook: Option<Outlook>,
-    /// One for each that was asked for.
+    /// One result for each requested event.
     pub what_ifs: Vec<WhatIf>,
-    /// The ground that may be reached without thrust, as a ring of places clockwise from north.
+    /// Area that can be reached without thrust, as a ring of positions clockwise from north.
     pub glide_range: Vec<LatLon>,
 }
 
-/// What follows from one thing that happens.
+/// A contingency: one event and its consequences.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct WhatIf {
-    /// What happens.
+    /// The event.
     pub trigger: Trigger,
-    /// What the vehicle decides, in order of time; none where its settings do not act on it.
+    /// Decisions of the vehicle in order of time; empty when its settings do not act on the event.
     pub decisions: Vec<Decision>,
-    /// What it ends with.
+    /// Final reaction.
     pub reaction: Reaction,
-    /// The flight from there; null where the mission goes on as rehearsed.
+    /// Flight after the event; null when the mission continues as rehearsed.
     #[schema(required = true)]
     pub flown: Option<RehearsedFlight>,
 }
 
-/// One decision of a vehicle.
+/// A decision of a vehicle.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct Decision {
-    /// When, seconds since the rehearsed flight's beginning.
+    /// Time, seconds since the beginning of the rehearsed flight.
     pub time_s: f64,
-    /// What it does.
+    /// Reaction.
     pub reaction: Reaction,
 }
 
-/// A part of a rehearsed flight, to its end.
+/// A rehearsed flight from some time to its end.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct RehearsedFlight {
-    /// The track, as many moments as it takes to draw it within a metre.
+    /// Track, with as many points as are needed to draw it within a metre.
     pub track: RehearsedTrack,
-    /// How it ends.
+    /// How the flight ends.
     pub ending: Ending,
-    /// Where the ground is touched; null where it is not.
+    /// Touchdown position; null when the plane does not touch down.
     #[schema(required = true)]
     pub touch_down: Option<LatLon>,
-    /// Its end, seconds since the rehearsed flight's beginning.
+    /// End time, seconds since the beginning of the rehearsed flight.
     pub ends_s: f64,
-    /// Way over ground since that beginning, metres.
+    /// Distance over ground since that beginning, metres.
     pub distance_m: f64,
-    /// Electrical energy since that beginning; null where the plane's power is not known.
+    /// Electrical energy since that beginning; null when the plane's power is unknown.
     #[schema(required = true)]
     pub energy_wh: Option<f64>,
-    /// What is left of the battery; null where that cannot be told.
+    /// Remaining charge of the battery; null when it cannot be computed.
     #[schema(required = true)]
     pub battery: Option<BatteryLeft>,
 }

@@ -1,74 +1,75 @@
-//! A list of many vehicles: what each row shows, and how a change of it is told.
+//! The fleet list: one row for each vehicle, sent as changes.
 
 use serde::Serialize;
 use serde_json::{Map, Value};
 use utoipa::ToSchema;
 
-/// What a list shows of a vehicle. In a `roster` message a field that is absent is as it was told before; null is not known.
+/// Row of a vehicle in the fleet list. In a `roster` message, an absent field is unchanged and null is unknown.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct RosterRow {
-    /// Its id here.
+    /// Id of the vehicle in this API.
     pub id: u16,
-    /// Its name in a fleet, when it is far away.
+    /// Name of a remote vehicle in its fleet; null for one on a link of this server.
     pub remote_name: Option<String>,
     /// `MAV_TYPE`; 1 is a fixed-wing plane.
     pub mav_type: Option<u8>,
     /// Flight mode by name.
     pub mode: Option<String>,
-    /// Whether the motors can run.
+    /// Whether it is armed.
     pub is_armed: Option<bool>,
-    /// Whether it says that it is on the ground.
+    /// Whether it reports being on the ground.
     pub is_on_ground: Option<bool>,
     /// WGS-84 latitude, to 0.1 m.
     pub lat_deg: Option<f64>,
     /// WGS-84 longitude, to 0.1 m.
     pub lon_deg: Option<f64>,
-    /// Height above home, to 0.1 m.
+    /// Altitude above home, to 0.1 m.
     pub alt_rel_home_m: Option<f64>,
-    /// Where the nose points, 0 to 360, whole degrees.
+    /// Heading of the nose, 0 to 360, whole degrees.
     pub heading_deg: Option<f64>,
-    /// Speed through the air, to 0.1 m/s.
+    /// Airspeed, to 0.1 m/s.
     pub airspeed_m_s: Option<f64>,
-    /// Charge left, 0 to 100.
+    /// Remaining charge, 0 to 100.
     pub battery_pct: Option<f64>,
-    /// When it was heard last, seconds on the station's clock, to 0.1 s.
+    /// Time when it was last heard, seconds on the station's clock, to 0.1 s.
     pub heard_s: Option<f64>,
-    /// Share of its frames that were lost, to 0.1 %; null far away.
+    /// Share of its frames that were lost, to 0.1 %; null for a remote vehicle.
     pub loss_pct: Option<f64>,
-    /// Whether it hears us; null when that is not known.
+    /// Whether it hears us; null when unknown.
     pub is_reached: Option<bool>,
-    /// Whether another vehicle with its system id is heard, or another computer speaks by its name.
+    /// Whether another vehicle with the same system id is heard, or another computer uses its name.
     pub is_contested: Option<bool>,
-    /// Far away: who has control of it; null when nobody has.
+    /// Holder of control of a remote vehicle; null when there is none.
     pub holder: Option<String>,
-    /// Far away: whether that is an operator of this station.
+    /// Whether an operator of this station is the holder of a remote vehicle.
     pub is_held_here: Option<bool>,
-    /// Item of its mission in execution, counted from 1.
+    /// Current mission item, counted from 1.
     pub item: Option<u16>,
-    /// Items in its mission.
+    /// Number of items in its mission.
     pub items: Option<u16>,
-    /// Whether its mission was flown to its end.
+    /// Whether its mission has been completed.
     pub is_complete: Option<bool>,
-    /// An alarm: how far from the current item of its plan it flies to.
+    /// An alarm: distance between the position it flies to and the current item of its plan; null when there is no
+    /// alarm.
     pub target_off_m: Option<f64>,
     /// Whether the mission on board may be a mixture of two.
     pub may_be_mixed: Option<bool>,
-    /// The newest text of the last minute that warns, or is worse.
+    /// Newest text of severity warning or worse in the last minute; null when there is none.
     pub alarm: Option<RosterText>,
 }
 
-/// A text of a vehicle, in a list.
+/// A status text of a vehicle in the fleet list.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct RosterText {
     /// `MAV_SEVERITY`: 0 emergency to 4 warning.
     pub severity: u8,
-    /// What it wrote.
+    /// The text.
     pub text: String,
-    /// When, seconds on the station's clock.
+    /// Time of reception, seconds on the station's clock.
     pub time_s: f64,
 }
 
-/// The fields of a row that are to be told; `id` is always among them.
+/// Changed fields of a row; `id` is always included.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(transparent)]
 pub struct RosterChange(pub Map<String, Value>);

@@ -1,4 +1,4 @@
-//! Planned flights held against each other.
+//! Separation of planned flights.
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -7,108 +7,109 @@ use vencejo_flight::rehearsal::Ending;
 
 use super::Plan;
 
-/// Flights to be held against each other.
+/// Planned flights whose separation is to be checked.
 #[derive(Debug, Clone, PartialEq, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SeparationRequest {
-    /// Two to 32.
+    /// Two to 32 flights.
     #[schema(min_items = 2, max_items = 32)]
     pub flights: Vec<PlannedFlight>,
-    /// The wind that all are rehearsed in; calm when absent.
+    /// Wind in which all flights are rehearsed; calm when absent.
     #[serde(default)]
     pub wind: Option<Wind>,
-    /// Distance over ground below which they are too near, 1 to 10,000; 100 when absent.
+    /// Horizontal limit of separation, 1 to 10,000; 100 when absent. Flights conflict below both limits.
     #[serde(default)]
     pub horizontal_m: Option<f64>,
-    /// Difference in height below which they are too near, 1 to 10,000; 30 when absent.
+    /// Vertical limit of separation, 1 to 10,000; 30 when absent.
     #[serde(default)]
     pub vertical_m: Option<f64>,
-    /// How much earlier or later one may be, against another, than its rehearsal says, 0 to 3,600; 10 when absent.
+    /// Time by which each flight may be earlier or later than rehearsed, relative to another, 0 to 3,600; 10 when
+    /// absent.
     #[serde(default)]
     pub window_s: Option<f64>,
 }
 
-/// A flight that is planned.
+/// A planned flight.
 #[derive(Debug, Clone, PartialEq, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PlannedFlight {
-    /// The vehicle that is to fly it; an ArduPlane as it comes when absent.
+    /// Vehicle that is to fly it; a default ArduPlane when absent.
     #[serde(default)]
     pub vehicle: Option<u16>,
-    /// The plan; the one on board of the vehicle when absent.
+    /// Plan; when absent, the one on board the vehicle.
     #[serde(default)]
     pub plan: Option<Plan>,
-    /// When it starts, on a clock that all have in common, 0 to 86,400; 0 when absent.
+    /// Start time on a clock common to all flights, 0 to 86,400; 0 when absent.
     #[serde(default)]
     pub starts_s: Option<f64>,
 }
 
-/// Where flights come too near to each other.
+/// Result of a separation check.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct Separation {
-    /// What was assumed of each flight, in the order of the request.
+    /// Assumptions about each flight, in the order of the request.
     pub flights: Vec<AssumedFlight>,
-    /// The wind that all were rehearsed in.
+    /// Wind in which all flights were rehearsed.
     pub wind: Wind,
-    /// The limits that were asked for.
+    /// Limits in use.
     pub limits: SeparationLimits,
-    /// Earliest first; none when all are far enough apart.
+    /// Conflicts, earliest first; empty when all flights are separated.
     pub conflicts: Vec<Conflict>,
 }
 
-/// What was assumed of a flight.
+/// Assumptions about a flight.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct AssumedFlight {
     /// The vehicle.
     #[schema(required = true)]
     pub vehicle: Option<u16>,
-    /// When it starts, from the ground at its home.
+    /// Time of its start, on the ground at its home.
     pub starts_s: f64,
-    /// When its rehearsal ends.
+    /// Time at which its rehearsal ends.
     pub ends_s: f64,
-    /// How.
+    /// How its rehearsal ends.
     pub ending: Ending,
 }
 
-/// How far apart flights are to be.
+/// Limits of separation.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, ToSchema)]
 pub struct SeparationLimits {
-    /// Over ground.
+    /// Horizontal distance.
     pub horizontal_m: f64,
-    /// In height.
+    /// Vertical distance.
     pub vertical_m: f64,
-    /// In time.
+    /// Time.
     pub window_s: f64,
 }
 
-/// Two flights that come too near to each other.
+/// A conflict between two flights.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct Conflict {
     /// The two flights, counted from 1 in the order of the request.
     pub flights: [usize; 2],
-    /// Since when the first is too near.
+    /// Time at which the first flight enters the conflict.
     pub begins_s: f64,
-    /// Until when.
+    /// Time at which the conflict ends.
     pub ends_s: f64,
-    /// Where each is where they come nearest over ground.
+    /// Positions of both flights at their smallest horizontal distance.
     pub nearest: [ConflictPlace; 2],
-    /// Distance over ground there.
+    /// Horizontal distance there.
     pub horizontal_m: f64,
-    /// Difference in height there.
+    /// Vertical distance there.
     pub vertical_m: f64,
-    /// The same in English.
+    /// Description in English.
     pub message: String,
 }
 
-/// Where a flight is at a moment.
+/// Position of a flight at a time.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, ToSchema)]
 pub struct ConflictPlace {
-    /// When.
+    /// Time.
     pub time_s: f64,
     /// WGS-84 latitude.
     pub lat_deg: f64,
     /// WGS-84 longitude.
     pub lon_deg: f64,
-    /// Height above mean sea level.
+    /// Altitude above mean sea level.
     pub alt_amsl_m: f64,
 }

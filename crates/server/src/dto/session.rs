@@ -1,45 +1,45 @@
-//! Who is there, and what they may do.
+//! Sessions and their roles.
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-/// What a session may do.
+/// Role of a session.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Role {
-    /// Looks.
+    /// Read only.
     Viewer,
-    /// Commands as well, while it holds control.
+    /// May also command, while it holds control.
     Operator,
 }
 
-/// Who wants a session.
+/// Request for a session.
 #[derive(Debug, Clone, PartialEq, Deserialize, ToSchema, Default)]
 #[serde(deny_unknown_fields)]
 pub struct NewSession {
-    /// The token from the server's terminal; needed when `GET /info` says so.
+    /// Access token, printed on the server's terminal; required when `GET /info` says so.
     #[serde(default)]
     pub token: Option<String>,
-    /// Name to show to others, up to 40 characters.
+    /// Display name, up to 40 characters.
     #[serde(default)]
     pub name: Option<String>,
 }
 
-/// A session as its owner sees it. The secret that proves it is in the cookie.
+/// A session, as its owner sees it. The secret that authenticates it is in the cookie.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, ToSchema)]
 pub struct SessionInfo {
-    /// Public id.
+    /// Public id of the session.
     pub session: String,
-    /// Its name.
+    /// Display name.
     pub name: String,
-    /// What it may do.
+    /// Role of the session.
     pub role: Role,
-    /// Whether it holds control.
+    /// Whether the session holds control.
     pub has_control: bool,
-    /// Name of the session that holds control; null when nobody does.
+    /// Name of the session that holds control; null when there is none.
     #[schema(required = true)]
     pub holder: Option<String>,
-    /// Name of the session that asks for control; null when nobody does.
+    /// Name of the session that requests control; null when there is none.
     #[schema(required = true)]
     pub requested_by: Option<String>,
 }

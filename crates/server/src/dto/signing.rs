@@ -1,35 +1,35 @@
-//! How a vehicle signs, and the change of it. No key ever goes over this interface.
+//! Signing of a vehicle's frames, and how to change it. Keys are never sent over this API.
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-/// How a vehicle signs its frames, counted since the server began.
+/// Signing state of a vehicle; counters start with the server.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct SigningInfo {
-    /// Whether what it does not sign is refused.
+    /// Whether unsigned frames of the vehicle are refused.
     pub must_sign: bool,
-    /// Name of the key that it is talked to with.
+    /// Name of the key in use with the vehicle; null when there is none.
     #[schema(required = true)]
     pub key: Option<String>,
-    /// Whether that key is gone from this machine: nothing of the vehicle is believed then.
+    /// Whether that key is missing on this machine; all frames of the vehicle are refused then.
     pub key_missing: bool,
-    /// Names of keys that were sent to it and that it has not shown.
+    /// Names of keys that were sent to the vehicle but that it has not used yet.
     pub unproven: Vec<String>,
-    /// Whether its link is believed without signatures: USB, loopback, or opened so.
+    /// Whether its link accepts unsigned frames: USB, loopback, or configured so.
     pub link_accepts_unsigned: bool,
-    /// Frames with a right and new signature.
+    /// Frames with a valid signature.
     pub verified: u64,
-    /// Frames without one that were accepted.
+    /// Unsigned frames that were accepted.
     pub unsigned_accepted: u64,
-    /// Refused: not signed.
+    /// Refused: unsigned.
     pub refused_unsigned: u64,
-    /// Refused: signed with another key, or changed on the way.
+    /// Refused: signed with another key, or altered in transit.
     pub refused_wrong_key: u64,
-    /// Refused: not later than what was accepted before.
+    /// Refused: not newer than the last accepted frame.
     pub refused_replayed: u64,
-    /// Refused: the first of its stream, older than a minute.
+    /// Refused: first frame of its stream, older than a minute.
     pub refused_old: u64,
-    /// Refused: its time lies in the future.
+    /// Refused: timestamp in the future.
     pub refused_future: u64,
     /// Time since the newest verified frame.
     #[schema(required = true)]
@@ -39,27 +39,27 @@ pub struct SigningInfo {
     pub refused_age_s: Option<f64>,
 }
 
-/// What is to be done with a vehicle's key.
+/// Action on a vehicle's key.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum SigningAct {
-    /// Give a new key to a vehicle that does not sign.
+    /// Give a key to a vehicle that does not sign.
     SetUp,
-    /// Give another key to a vehicle that signs.
+    /// Replace the key of a vehicle that signs.
     Rotate,
-    /// Take its key away.
+    /// Remove the key.
     Remove,
 }
 
-/// A change of a vehicle's signing.
+/// Request to change a vehicle's signing.
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ChangeSigning {
-    /// What is to be done.
+    /// Action to carry out.
     pub act: SigningAct,
-    /// The vehicle's system id once more: who asks means this vehicle, and means it.
+    /// The vehicle's system id, repeated as a confirmation.
     pub confirm_system_id: u8,
-    /// Whether the key may go over a link that others can listen to.
+    /// Whether the key may be sent over a link that others can listen to.
     #[serde(default)]
     pub any_link: bool,
 }

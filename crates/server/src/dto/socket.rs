@@ -1,4 +1,4 @@
-//! What is said on the WebSocket, both ways.
+//! Messages on the WebSocket, in both directions.
 
 use std::collections::BTreeMap;
 
@@ -14,229 +14,229 @@ use super::{
     SessionInfo, VehicleSummary, Way,
 };
 
-/// What a client says on the WebSocket.
+/// Messages from a client.
 #[derive(Debug, Clone, PartialEq, Deserialize, ToSchema)]
 #[serde(tag = "type", rename_all = "snake_case", deny_unknown_fields)]
 #[allow(clippy::large_enum_variant, reason = "read and answered at once, never kept")]
 pub enum ClientMessage {
-    /// Wants a vehicle's telemetry; again with another rate changes the rate.
+    /// Subscribes to a vehicle's telemetry; repeated with another rate, it changes the rate.
     Subscribe {
-        /// The vehicle's id; it need not have been heard yet.
+        /// Id of the vehicle; it need not have been heard yet.
         vehicle: u16,
         /// Messages per second, 1 to 50.
         #[schema(minimum = 1, maximum = 50)]
         rate_hz: f64,
     },
-    /// Wants it no more.
+    /// Ends the subscription to a vehicle's telemetry.
     Unsubscribe {
-        /// The vehicle's id.
+        /// Id of the vehicle.
         vehicle: u16,
     },
-    /// Wants the list of all vehicles as `roster`, in place of `vehicles`: the whole at once, then what changed, at most once a second
-    /// for each vehicle.
+    /// Subscribes to the fleet list as `roster`, in place of `vehicles`: first all rows, then changes, at most once a
+    /// second for each vehicle.
     SubscribeRoster,
-    /// Wants `vehicles` again.
+    /// Returns to `vehicles`.
     UnsubscribeRoster,
-    /// Wants a vehicle's raw messages, the newest of each sender; again with other names or another rate changes that.
+    /// Subscribes to a vehicle's raw messages, the newest of each sender; repeated with other names or another rate, it
+    /// changes them.
     SubscribeMessages {
-        /// The vehicle's id; it need not have been heard yet.
+        /// Id of the vehicle; it need not have been heard yet.
         vehicle: u16,
-        /// Only these messages, by name; all when absent.
+        /// Names of the messages; all when absent.
         #[serde(default)]
         #[schema(max_items = 64)]
         names: Option<Vec<String>>,
-        /// How often each is told at most, 1 to 50 a second.
+        /// Highest rate of each message, 1 to 50 per second.
         #[schema(minimum = 1, maximum = 50)]
         rate_hz: f64,
     },
-    /// Wants them no more.
+    /// Ends the subscription to a vehicle's raw messages.
     UnsubscribeMessages {
-        /// The vehicle's id.
+        /// Id of the vehicle.
         vehicle: u16,
     },
-    /// Wants to know what the core says of a plan, as while a point of it is dragged. One question at a time is answered, and of those
-    /// that come meanwhile the newest alone.
+    /// Requests the assessment of a plan, for example while one of its points is dragged. One request at a time is
+    /// answered; of those that arrive meanwhile, only the newest is kept.
     AssessPlan {
-        /// Comes back with the answer.
+        /// Request number, repeated in the answer.
         seq: u64,
-        /// The vehicle that is to fly it; an ArduPlane as it comes when absent.
+        /// Vehicle that is to fly the plan; a default ArduPlane when absent.
         #[serde(default)]
         vehicle: Option<u16>,
-        /// It.
+        /// The plan.
         plan: Plan,
-        /// The wind that it is to be rehearsed in; it is not rehearsed when absent.
+        /// Wind of the rehearsal; the plan is not rehearsed when absent.
         #[serde(default)]
         rehearse_in: Option<Wind>,
-        /// Height above the ground that the rehearsed flight should keep, 0 to 1000; 30 by default.
+        /// Clearance that the rehearsed flight should keep above the ground, 0 to 1000; 30 by default.
         #[serde(default)]
         clearance_m: Option<f64>,
-        /// The plane that it is rehearsed with, in place of the vehicle's.
+        /// Plane for the rehearsal, in place of the vehicle's.
         #[serde(default)]
         profile: PlaneProfile,
     },
-    /// Wants the way of a plan's mission as it is drawn, with its heights, as `POST /plan/way` tells it. One question at a time is answered, and of those
-    /// that come meanwhile the newest alone; none waits for an assessment.
+    /// Requests the route of a plan's mission with its altitude profile, as `POST /plan/way` does. One request at a
+    /// time is answered; of those that arrive meanwhile, only the newest is kept. It does not wait for assessments.
     PlanWay {
-        /// Comes back with the answer.
+        /// Request number, repeated in the answer.
         seq: u64,
-        /// The vehicle that is to fly it; an ArduPlane as it comes when absent.
+        /// Vehicle that is to fly the plan; a default ArduPlane when absent.
         #[serde(default)]
         vehicle: Option<u16>,
-        /// Height above the ground that should be kept, 0 to 1000; 30 by default.
+        /// Clearance to keep above the ground, 0 to 1000; 30 by default.
         #[serde(default)]
         clearance_m: Option<f64>,
-        /// It.
+        /// The plan.
         plan: Plan,
     },
 }
 
-/// What the server says on the WebSocket. Telemetry, lists and states are the newest when they are sent: a client that
-/// reads slowly misses older ones. Texts and events are queued; too many of them end the connection with code 1013.
+/// Messages from the server. Telemetry, lists and states are the newest at the time of sending: a slow client misses
+/// intermediate ones. Texts and events are queued; when too many are waiting, the connection is closed with code 1013.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 #[serde(tag = "type", rename_all = "snake_case")]
 #[allow(clippy::large_enum_variant, reason = "made and written at once, never kept")]
 pub enum ServerMessage {
     /// The first message.
     Hello {
-        /// The server's version.
+        /// Version of the server.
         version: String,
-        /// When this was sent, seconds on the station's clock.
+        /// Time of sending, seconds on the station's clock.
         time_s: f64,
-        /// Who we take the client for.
+        /// Session of the client.
         #[serde(flatten)]
         session: SessionInfo,
     },
-    /// The vehicles heard so far: at once, when one comes or goes, and each second.
+    /// The vehicles heard so far: on connection, when one appears or disappears, and once a second.
     Vehicles {
-        /// By id.
+        /// Vehicles by id.
         vehicles: Vec<VehicleSummary>,
     },
-    /// What changed in the list of vehicles, for those who subscribed to it.
+    /// Changes in the fleet list, for subscribers.
     Roster {
-        /// When this was taken, seconds on the station's clock.
+        /// Time of these values, seconds on the station's clock.
         time_s: f64,
-        /// Rows that changed, each with the fields that changed; of a newcomer with all.
+        /// Changed rows, each with its changed fields; new rows with all fields.
         #[schema(value_type = Vec<RosterRow>)]
         rows: Vec<RosterChange>,
-        /// Ids of vehicles that went.
+        /// Ids of vehicles that disappeared.
         gone: Vec<u16>,
-        /// The vehicles that this client is subscribed to, as `vehicles` would list them.
+        /// Vehicles whose telemetry this client is subscribed to, as in `vehicles`.
         followed: Vec<VehicleSummary>,
     },
-    /// A subscribed vehicle's values that changed.
+    /// Changed values of a subscribed vehicle.
     Telemetry {
-        /// The vehicle.
+        /// Id of the vehicle.
         vehicle: u16,
-        /// When they were taken, seconds on the station's clock.
+        /// Time of these values, seconds on the station's clock.
         time_s: f64,
-        /// Only the groups that changed.
+        /// The groups that changed.
         groups: TelemetryGroups,
-        /// Where it stands in its mission; absent when that did not change.
+        /// Mission progress; absent when unchanged.
         #[serde(skip_serializing_if = "Option::is_none")]
         #[schema(nullable = false)]
         progress: Option<MissionProgress>,
     },
-    /// A subscribed raw message: the newest of this name and sender.
+    /// A subscribed raw message: the newest with this name and sender.
     Message {
-        /// The vehicle.
+        /// Id of the vehicle.
         vehicle: u16,
-        /// How many of it have come since it was subscribed to; those between were not told.
+        /// Number of such messages since subscribing, including those that were not sent to the client.
         count: u64,
-        /// It.
+        /// The message.
         message: RawMessage,
     },
-    /// A text that the vehicle wrote.
+    /// A status text from a vehicle.
     Text {
-        /// The vehicle.
+        /// Id of the vehicle.
         vehicle: u16,
         /// `MAV_SEVERITY`: 0 emergency to 7 debug.
         severity: u8,
-        /// What it wrote.
+        /// The text.
         text: String,
-        /// When, seconds on the station's clock.
+        /// Time of reception, seconds on the station's clock.
         time_s: f64,
     },
-    /// Something happened to a vehicle.
+    /// An event of a vehicle.
     Event {
-        /// The vehicle.
+        /// Id of the vehicle.
         vehicle: u16,
-        /// `lost`, `regained`, `unreached` (it is heard, but does not hear us), `reached`, `rebooted`,
-        /// `mode`, `armed`, `disarmed`, `landed`, `item`, `item_reached`, `mission_complete`,
-        /// `target_elsewhere` (it flies to somewhere else than its plan says, an alarm), `target_as_planned`, `home`,
-        /// `streams_fell_back`, `contested`, `uncontested`,
-        /// `terrain_unknown` (it asks for the ground's altitude where no map knows it), `terrain_known`.
+        /// `lost`, `regained`, `unreached` (it is heard, but does not hear us), `reached`, `rebooted`, `mode`, `armed`,
+        /// `disarmed`, `landed`, `item`, `item_reached`, `mission_complete`, `target_elsewhere` (an alarm: it flies to
+        /// a position other than its plan's), `target_as_planned`, `home`, `streams_fell_back`, `contested`,
+        /// `uncontested`, `terrain_unknown` (it requests ground elevations that no map contains), `terrain_known`.
         kind: String,
-        /// What belongs to it: `mode` and `from`, `landed`, or `item`; `distance_m` of `target_elsewhere`.
+        /// Details by name: `mode` and `from`, `landed`, or `item`; `distance_m` for `target_elsewhere`.
         #[schema(value_type = BTreeMap<String, EventDetail>)]
         detail: BTreeMap<&'static str, EventDetail>,
-        /// When, seconds on the station's clock.
+        /// Time of the event, seconds on the station's clock.
         time_s: f64,
     },
-    /// What is known of a plan on board changed.
+    /// The state of a plan on board changed.
     PlanState {
-        /// The vehicle.
+        /// Id of the vehicle.
         vehicle: u16,
-        /// Which plan.
+        /// Part of the plan.
         kind: PlanKind,
-        /// What is known now.
+        /// New state.
         state: PlanState,
     },
-    /// The answer to `assess_plan`.
+    /// Answer to `assess_plan`.
     Assessment {
-        /// The question's.
+        /// Number of the request.
         seq: u64,
-        /// What was found.
+        /// The assessment.
         #[serde(flatten)]
         assessment: Assessment,
     },
-    /// The answer to `plan_way`.
+    /// Answer to `plan_way`.
     Way {
-        /// The question's.
+        /// Number of the request.
         seq: u64,
-        /// The way.
+        /// The route.
         #[serde(flatten)]
         way: Way,
     },
-    /// An operation began, went on or ended; without its result.
+    /// An operation started, progressed or ended; without its result.
     Operation(Operation),
-    /// The links, each second.
+    /// The links, once a second.
     Links {
-        /// By id.
+        /// Links by id.
         links: Vec<LinkInfo>,
     },
-    /// Something of the map sources or offline areas is another than before, or an area went on: at most once a second. Who
-    /// shows them asks for them again.
+    /// Map sources or offline areas have changed, or a download has progressed; at most once a second. Clients fetch
+    /// them again.
     Maps,
-    /// What of the server's disk does not work: at the start, and when it changes. Nothing is in the list when all is well.
+    /// Storage faults: on connection and on change.
     Storage {
-        /// The flight recorder's first.
+        /// Faults, the flight recorder's first; empty when there are none.
         problems: Vec<StorageProblem>,
     },
-    /// The draft of the plan has another revision.
+    /// The draft of the plan has a new revision.
     Draft {
-        /// Which.
+        /// The revision.
         revision: u64,
-        /// Which browser or program it comes from.
+        /// Browser or program that wrote it.
         author: String,
     },
-    /// Who holds control.
+    /// The holder of control has changed.
     Control {
-        /// Whether this session holds it.
+        /// Whether this session holds control.
         has_control: bool,
-        /// Name of the session that holds it; null when nobody does.
+        /// Name of the session that holds control; null when there is none.
         #[schema(required = true)]
         holder: Option<String>,
-        /// Name of the session that asks for it; null when nobody does.
+        /// Name of the session that requests control; null when there is none.
         #[schema(required = true)]
         requested_by: Option<String>,
     },
-    /// What the client said could not be done.
+    /// A message of the client could not be carried out.
     Error {
         /// Why, in English.
         detail: String,
-        /// The same for programs.
+        /// Machine-readable cause.
         cause: Cause,
-        /// The question's, where it was one about a plan; absent otherwise.
+        /// Number of the request about a plan; absent for other messages.
         #[serde(skip_serializing_if = "Option::is_none")]
         #[schema(nullable = false)]
         seq: Option<u64>,

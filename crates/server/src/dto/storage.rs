@@ -1,49 +1,49 @@
-//! What of the server's disk does not work, and the draft of a plan that is kept on it.
+//! Storage faults, and the draft of a plan, which the server keeps on disk.
 
 use serde::de::Error;
 use serde::{Deserialize, Deserializer, Serialize};
 use serde_json::value::RawValue;
 use utoipa::ToSchema;
 
-/// Something that is not being kept.
+/// A storage fault: data that is not being kept.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct StorageProblem {
-    /// What.
+    /// Kind of data.
     pub what: StorageClass,
-    /// Which camera or map source; null where there is one of its kind.
+    /// Name of the camera or map source; null for data that exists once.
     #[schema(required = true)]
     pub name: Option<String>,
-    /// Why.
+    /// The fault.
     pub fault: StorageFault,
-    /// Since when it has been known, seconds on the station's clock.
+    /// Time since which it is known, seconds on the station's clock.
     pub since_s: f64,
-    /// The same in English.
+    /// Description in English.
     pub text: String,
 }
 
-/// What is kept on the server's disk.
+/// Kinds of data on the server's disk.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum StorageClass {
-    /// The flight recorder.
+    /// Recordings of the flight recorder.
     Telemetry,
-    /// Map tiles, offline areas, the list of sources.
+    /// Map tiles, offline areas and the list of map sources.
     Maps,
-    /// What is known of the missions on board.
+    /// Records about the missions on board.
     Missions,
-    /// Recordings of cameras.
+    /// Camera recordings.
     Video,
-    /// The draft of the plan.
+    /// Draft of the plan.
     Draft,
-    /// The tokens by which browsers get in.
+    /// Access tokens.
     Tokens,
-    /// The signing keys.
+    /// Signing keys.
     Signing,
-    /// Until when the signing keys were used.
+    /// Timestamps up to which the signing keys have been used.
     SigningTimes,
 }
 
-/// Why something is not being kept.
+/// Kind of a storage fault.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, ToSchema)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum StorageFault {
@@ -51,56 +51,57 @@ pub enum StorageFault {
     LowSpace {
         /// Free megabytes.
         free_mb: u64,
-        /// Megabytes that stay free.
+        /// Megabytes that must stay free.
         floor_mb: u64,
     },
-    /// The disk cannot be written: what the system says, in English.
+    /// The disk cannot be written.
     Unwritable {
-        /// What it says.
+        /// Message of the operating system, in English.
         reason: String,
     },
-    /// A file cannot be read, and is left as it is: why, in English.
+    /// A file cannot be read; it is left unchanged.
     Unreadable {
-        /// Why.
+        /// The reason, in English.
         reason: String,
     },
-    /// The disk does not answer.
+    /// The disk does not respond.
     Stalled,
-    /// A damaged file was given another name, and a new one begun.
+    /// A damaged file was renamed, and a new one was started.
     SetAside {
-        /// What it is called now.
+        /// New name of the damaged file.
         name: String,
     },
-    /// It ended by itself: why, in English.
+    /// The recording ended by itself.
     Ended {
-        /// Why.
+        /// The reason, in English.
         reason: String,
     },
 }
 
 impl StorageProblem {
-    /// Whether it is the same as another one, of which other figures were told.
+    /// Whether both are the same fault, whatever its figures.
     pub fn is_same(&self, other: &Self) -> bool {
         (self.what, &self.name) == (other.what, &other.name)
             && std::mem::discriminant(&self.fault) == std::mem::discriminant(&other.fault)
     }
 }
 
-/// Levels of lists and objects in a draft at most.
+/// Largest nesting depth of lists and objects in a draft.
 const MAX_DEPTH: usize = 64;
 
-/// A plan as its author wrote it. It is kept as text, which takes no more memory than it has bytes: whoever reads it checks it.
+/// A plan as written by its author. It is kept as text, to need no more memory than it has bytes; its readers validate
+/// it.
 #[derive(Debug, Clone, Serialize)]
 #[serde(transparent)]
 pub struct DraftText(Box<RawValue>);
 
 impl DraftText {
-    /// A plan of nothing.
+    /// A draft without content.
     pub fn empty() -> Self {
         Self(RawValue::from_string("{}".to_owned()).expect("invariant: an object"))
     }
 
-    /// JSON: an object.
+    /// The JSON text, an object.
     pub fn get(&self) -> &str {
         self.0.get()
     }
@@ -125,7 +126,7 @@ impl<'de> Deserialize<'de> for DraftText {
     }
 }
 
-/// Levels of lists and objects in JSON.
+/// Nesting depth of lists and objects in JSON.
 fn depth(text: &str) -> usize {
     let (mut now, mut most, mut is_text, mut is_escaped) = (0_usize, 0, false, false);
     for byte in text.bytes() {
@@ -142,52 +143,52 @@ fn depth(text: &str) -> usize {
     most
 }
 
-/// The draft of a plan, as the server keeps it for all operators.
+/// Draft of a plan, shared by all operators.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PlanDraft {
-    /// Counts the changes.
+    /// Revision number, incremented with each change.
     pub revision: u64,
-    /// Which browser or program it comes from.
+    /// Browser or program that wrote it.
     pub author: String,
-    /// Name of the session that it comes from.
+    /// Name of the session that wrote it.
     pub by: String,
-    /// When it was saved, seconds since 1970 on the server's clock.
+    /// Time of saving, seconds since 1970 on the server's clock.
     pub saved_unix_s: f64,
-    /// The draft, as its author wrote it: whoever reads it checks it.
+    /// The plan as written by its author; readers must validate it.
     #[schema(value_type = Object)]
     pub plan: DraftText,
 }
 
-/// The draft, and those that it did not take the place of with their author's knowledge.
+/// The current draft and conflicting drafts.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PlanDrafts {
-    /// The draft; null when there is none.
+    /// The current draft; null when there is none.
     #[schema(required = true)]
     pub current: Option<PlanDraft>,
-    /// Drafts that lost a race or were overwritten by somebody else, the newest first, one for each author.
+    /// Drafts that lost a race or were overwritten by another author, newest first, at most one per author.
     pub others: Vec<PlanDraft>,
 }
 
-/// A change of the draft.
+/// A new version of the draft.
 #[derive(Debug, Clone, PartialEq, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct NewPlanDraft {
-    /// The revision that it is a change of; 0 when there was none.
+    /// Revision on which it is based; 0 when there was none.
     pub base: u64,
-    /// Which browser or program it comes from: up to 64 letters, digits, `-` and `_` of its own choice.
+    /// Browser or program that wrote it: an identifier of its choice, up to 64 letters, digits, `-` and `_`.
     pub author: String,
-    /// The draft.
+    /// The plan.
     #[schema(value_type = Object)]
     pub plan: DraftText,
 }
 
-/// Which draft is to go.
+/// Draft to delete.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, utoipa::IntoParams)]
 #[into_params(parameter_in = Query)]
 pub struct DraftBase {
-    /// Its revision.
+    /// Revision of the draft.
     pub base: u64,
 }
 

@@ -1,4 +1,4 @@
-//! Surveys: what is asked for, what is laid out, and what its pictures show.
+//! Surveys: design request, layout, and coverage by their images.
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -10,208 +10,211 @@ use vencejo_flight::survey::{Camera, LineCourse};
 
 use super::plan::{LatLon, PlanItem};
 
-/// A camera by name.
+/// A named camera model.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct NamedCamera {
-    /// The name that QGroundControl has for it, where it has one.
+    /// Name, as QGroundControl has it where it knows the camera.
     pub name: String,
-    /// What it is.
+    /// Camera data.
     pub camera: Camera,
 }
 
-/// What a survey is laid out from. Either `gsd_m` or `height_m` is given, and a camera; or without one `height_m` and `spacing_m`.
+/// Design request for a survey. It needs a camera and either `gsd_m` or `height_m`; or, without a camera, `height_m`
+/// and `spacing_m`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SurveyRequest {
-    /// Corners of the area in order, 3 to 1,000, or points of the line of a corridor, 2 to 1,000.
+    /// Corners of the area in order, 3 to 1,000; or points of the line of a corridor, 2 to 1,000.
     pub places: Vec<LatLon>,
-    /// Width of a corridor, 0 to 5,000 (0: one pass); absent or null: an area.
+    /// Width of a corridor, 0 to 5,000 (0: a single pass); absent or null for an area.
     #[serde(default)]
     pub width_m: Option<f64>,
     /// The camera.
     #[serde(default)]
     pub camera: Option<Camera>,
-    /// Whether the wide side of the picture lies across the track; so by default.
+    /// Whether the wide side of the image is across the track; true by default.
     #[serde(default = "super::plan::yes")]
     pub is_landscape: bool,
-    /// Ground that a pixel is to cover, 0.0005 to 10.
+    /// Ground sample distance, 0.0005 to 10.
     #[serde(default)]
     pub gsd_m: Option<f64>,
     /// Height above the ground, 5 to 10,000.
     #[serde(default)]
     pub height_m: Option<f64>,
-    /// Part of a picture that the next on the line shows too, 0 to 0.95; 0.75 by default.
+    /// Overlap with the next image on the line, 0 to 0.95; 0.75 by default.
     #[serde(default)]
     pub front_overlap: Option<f64>,
-    /// Part of a picture that those of the next line show too, 0 to 0.95; 0.65 by default.
+    /// Overlap with the images of the next line, 0 to 0.95; 0.65 by default.
     #[serde(default)]
     pub side_overlap: Option<f64>,
-    /// Distance between lines, in place of the one that the overlap gives.
+    /// Distance between lines, in place of the one derived from the overlap.
     #[serde(default)]
     pub spacing_m: Option<f64>,
-    /// Distance between pictures, in place of the one that the overlap gives.
+    /// Distance between images, in place of the one derived from the overlap.
     #[serde(default)]
     pub trigger_m: Option<f64>,
-    /// Course of the lines of an area from true north; across the wind by default, in calm air along the area.
+    /// Course of an area's lines, from true north; by default across the wind, or along the area in calm air.
     #[serde(default)]
     pub course_deg: Option<f64>,
-    /// Wind that is expected.
+    /// Expected wind.
     #[serde(default)]
     pub wind: Option<Wind>,
-    /// How far beyond the edge pictures reach; by default so far that the overlap holds up to the edge.
+    /// Distance by which images extend beyond the edge; by default as much as keeps the overlap up to the edge.
     #[serde(default)]
     pub margin_m: Option<f64>,
-    /// Straight way before a line; by default until the plane is settled on it.
+    /// Straight distance before a line; by default as much as the plane needs to settle on it.
     #[serde(default)]
     pub lead_in_m: Option<f64>,
-    /// Whether heights count from the ground below, which the vehicle has to know, and not from home.
+    /// Whether altitudes are relative to the terrain, which must be known to the vehicle, and not to home.
     #[serde(default)]
     pub is_above_terrain: bool,
-    /// Height of the ground above home; home's is taken when it is not known.
+    /// Ground elevation above home; 0 when unknown.
     #[serde(default)]
     pub ground_rel_home_m: Option<f64>,
-    /// Airspeed, set by an item, 5 to 60; the plane's cruise by default.
+    /// Airspeed, set by a mission item, 5 to 60; the plane's cruise airspeed by default.
     #[serde(default)]
     pub airspeed_m_s: Option<f64>,
-    /// Where heights count from; the vehicle's home by default.
+    /// Reference of the altitudes; the vehicle's home by default.
     #[serde(default)]
     pub home: Option<Home>,
-    /// The survey begins at the end that is nearest; downwind by default, and goes on against the wind.
+    /// Position near which the survey begins, at the nearest of its corners; by default it begins downwind and proceeds
+    /// upwind.
     #[serde(default)]
     pub coming_from: Option<LatLon>,
-    /// The vehicle that is to fly it, which has parameters of its own; an ArduPlane as it comes by default.
+    /// Vehicle that is to fly it, whose parameters are used; a default ArduPlane when absent.
     #[serde(default)]
     pub vehicle: Option<u16>,
 }
 
-/// Where the items of a complex item are in the mission of its plan.
+/// Position of a complex item's items in the mission of its plan.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct ComplexPart {
     /// `survey`, `CorridorScan`, `fwLandingPattern`, `StructureScan`….
     pub kind: String,
-    /// The first, counted from 1; null when they are no longer there as it made them: they were edited, and are items like others.
+    /// First item, counted from 1; null when its items were edited and are now ordinary items.
     #[schema(required = true)]
     pub first_item: Option<usize>,
-    /// How many items it made.
+    /// Number of items that it generated.
     pub count: usize,
-    /// What a survey or corridor was laid out from, to be laid out again with changes; null for what is none.
+    /// Design request of a survey or corridor, to be changed and repeated; null for other kinds.
     #[schema(required = true)]
     pub survey: Option<SurveyRequest>,
 }
 
-/// A survey, ready to be placed in a mission, and rehearsed.
+/// A survey, ready to be inserted in a mission, with its rehearsal.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct Survey {
-    /// Waypoints and camera; the first waypoint leads to the first line, the last one away from the last.
+    /// Waypoints and camera commands; the first waypoint leads to the first line, the last one away from the last line.
     pub items: Vec<PlanItem>,
-    /// What is photographed without a stop, in the order flown.
+    /// Lines photographed without interruption, in the order flown.
     pub lines: Vec<Vec<LatLon>>,
-    /// Where it can begin in place of where it does, at the next of its corners: as `coming_from` of another request it begins there.
+    /// Next corner at which it can begin instead; as `coming_from` of another request, it makes the survey begin there.
     #[schema(required = true)]
     pub next_entry: Option<LatLon>,
-    /// Course of the first line from true north.
+    /// Course of the first line, from true north.
     pub course_deg: f64,
-    /// What gave it.
+    /// What determined the course.
     pub course_from: LineCourse,
     /// Height above the ground.
     pub height_m: f64,
-    /// Ground that a pixel covers; null without a camera.
+    /// Ground sample distance; null without a camera.
     #[schema(required = true)]
     pub gsd_m: Option<f64>,
-    /// Ground that a picture shows across the track; null without a camera.
+    /// Width of an image on the ground across the track; null without a camera.
     #[schema(required = true)]
     pub footprint_across_m: Option<f64>,
-    /// Ground that a picture shows along the track; null without a camera.
+    /// Length of an image on the ground along the track; null without a camera.
     #[schema(required = true)]
     pub footprint_along_m: Option<f64>,
-    /// Distance between two lines.
+    /// Distance between lines.
     pub spacing_m: f64,
-    /// Distance between two pictures; null when the camera is not triggered.
+    /// Distance between images; null when the camera is not triggered.
     #[schema(required = true)]
     pub trigger_m: Option<f64>,
     /// Radius of the turns.
     pub turn_radius_m: f64,
-    /// Straight way before the first picture of a line.
+    /// Straight distance before the first image of a line.
     pub lead_in_m: f64,
-    /// Straight way after the last.
+    /// Straight distance after the last image of a line.
     pub lead_out_m: f64,
-    /// Slowest speed over ground on the lines.
+    /// Lowest ground speed on the lines.
     pub groundspeed_min_m_s: f64,
-    /// Fastest speed over ground on the lines.
+    /// Highest ground speed on the lines.
     pub groundspeed_max_m_s: f64,
-    /// Angle between heading and course on the lines, at the most.
+    /// Largest crab angle on the lines (between heading and course).
     pub crab_deg: f64,
-    /// Size of the area, or of the strip.
+    /// Size of the area or corridor.
     pub area_m2: f64,
-    /// Length of all that is photographed.
+    /// Total length photographed.
     pub line_m: f64,
-    /// Length of the whole way.
+    /// Total length flown.
     pub length_m: f64,
-    /// Time for it in this wind.
+    /// Duration in this wind.
     pub duration_s: f64,
-    /// Pictures.
+    /// Number of images.
     pub photos: u64,
-    /// What the pilot should know.
+    /// Cautions for the pilot.
     pub cautions: Vec<SurveyCaution>,
-    /// It as QGroundControl's own survey or corridor, to go with its items in `complex_items` of a plan.
+    /// The survey as a complex item of QGroundControl, to be put in the plan's `complex_items` along with its items.
     pub complex_item: ComplexItem,
-    /// It, rehearsed.
+    /// Its rehearsal.
     pub flown: FlownSurvey,
 }
 
-/// What the pilot should know of a survey before it is flown.
+/// A caution for the pilot before a survey is flown.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct SurveyCaution {
     /// `ground-not-known`, `camera-too-slow`, `along-wind`, `tight-turns` or `gaps`.
     pub code: String,
-    /// It in English.
+    /// The caution in English.
     pub message: String,
 }
 
-/// What the pictures of a survey show when it is flown as rehearsed.
+/// Coverage by the images of a survey flown as rehearsed.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct FlownSurvey {
-    /// Whether the plane's own parameters were known, or those of an ArduPlane as it comes were taken.
+    /// Whether the plane's own parameters were known; otherwise a default ArduPlane is assumed.
     pub knows_parameters: bool,
-    /// Where the plane is when it takes each picture.
+    /// Position of the plane at each image.
     pub photos: Vec<LatLon>,
-    /// Corners of the ground that each shows, in order around it; null for one that looks beyond the horizon, and without a camera.
+    /// Ground corners of each image, in order around it; null for an image that includes the horizon, and without a
+    /// camera.
     pub footprints: Vec<Option<Vec<LatLon>>>,
-    /// Part of the area that one picture or more show, 0 to 1; null without a camera.
+    /// Fraction of the area that at least one image covers, 0 to 1; null without a camera.
     #[schema(required = true)]
     pub covered: Option<f64>,
-    /// Part of the area that as many pictures show as the overlap promises, 0 to 1; null without a camera.
+    /// Fraction of the area covered by as many images as the overlap promises, 0 to 1; null without a camera.
     #[schema(required = true)]
     pub overlapped: Option<f64>,
-    /// How many that is.
+    /// That number of images.
     pub views_promised: u64,
-    /// The largest places that no picture shows, at most 20.
+    /// Largest uncovered places, at most 20.
     pub holes: Vec<SurveyHole>,
-    /// The lines, as `lines`.
+    /// Lines as flown, in the order of `lines`.
     pub lines: Vec<FlownLine>,
-    /// Time for it.
+    /// Duration.
     pub duration_s: f64,
-    /// What is wrong or doubtful.
+    /// Errors and doubts found.
     pub findings: Vec<Finding>,
 }
 
-/// Ground that no picture shows.
+/// An uncovered place.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, ToSchema)]
 pub struct SurveyHole {
-    /// Its middle.
+    /// Its centre.
     pub at: LatLon,
     /// Its size.
     pub area_m2: f64,
 }
 
-/// A line as it was flown.
+/// A survey line as flown.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, ToSchema)]
 pub struct FlownLine {
-    /// Farthest from the line while pictures are taken; null when it is not flown.
+    /// Largest distance from the line while images are taken; null when it is not flown.
     #[schema(required = true)]
     pub off_m: Option<f64>,
-    /// Pictures on it.
+    /// Number of images on it.
     pub photos: u64,
-    /// Whether it is not flown, or so far aside that nothing is left of the overlap with the next.
+    /// Whether it is not flown, or so far off that no overlap with the next line remains.
     pub is_missed: bool,
 }

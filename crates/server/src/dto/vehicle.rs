@@ -1,4 +1,4 @@
-//! What is known of a vehicle, and its parameters.
+//! State and parameters of a vehicle.
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -6,10 +6,10 @@ use vencejo_vehicle::telemetry::TelemetryGroups;
 
 use super::{LinkInfo, PlanStates};
 
-/// A vehicle in the list of vehicles.
+/// Summary of a vehicle.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct VehicleSummary {
-    /// Its id here: the MAVLink system id of one at a link, 256 to 65,535 for one far away.
+    /// Id of the vehicle in this API: the MAVLink system id of one on a link, 256 to 65,535 for a remote one.
     pub system_id: u16,
     /// `MAV_TYPE`; 1 is a fixed-wing plane.
     #[schema(required = true)]
@@ -20,154 +20,159 @@ pub struct VehicleSummary {
     /// Flight mode by name.
     #[schema(required = true)]
     pub mode: Option<String>,
-    /// Whether the motors can run.
+    /// Whether it is armed.
     #[schema(required = true)]
     pub is_armed: Option<bool>,
-    /// Time since the vehicle was heard; stale after 3.5 s, lost after 5 s.
+    /// Time since it was last heard; stale after 3.5 s, lost after 5 s.
     #[schema(required = true)]
     pub age_s: Option<f64>,
-    /// Its name in a fleet, when it is far away: no link of this server reaches it, a station on board does.
+    /// Name of a remote vehicle in its fleet: it is reached through a station on board, not over a link of this server.
     #[schema(required = true)]
     pub remote_name: Option<String>,
-    /// The link that it is reached over.
+    /// Id of the link over which it is reached.
     #[schema(required = true)]
     pub link: Option<u32>,
-    /// Share of its frames that were lost.
+    /// Share of its frames that were lost, percent.
     #[schema(required = true)]
     pub loss_pct: Option<f64>,
-    /// Round trip of the newest TIMESYNC exchange.
+    /// Round-trip time of the newest TIMESYNC exchange.
     #[schema(required = true)]
     pub round_trip_ms: Option<f64>,
-    /// Whether it hears us: false when it is heard but answers nothing of ours, so that the link works in one direction only; null
-    /// when that is not known.
+    /// Whether it hears us: false when it is heard but answers nothing of ours, so that the link works in one direction
+    /// only; null when unknown.
     #[schema(required = true)]
     pub is_reached: Option<bool>,
-    /// Where another vehicle with the same system id is heard, to which nothing is sent; far away, one with the same name: nothing is sent to either.
+    /// Where another vehicle with the same system id is heard, to which nothing is sent; for a remote vehicle, another
+    /// one with the same name, in which case nothing is sent to either. Null when there is none.
     #[schema(required = true)]
     pub rival: Option<String>,
-    /// Whether it asks for the ground's altitude at places where no map of this server knows it.
+    /// Whether it requests ground elevations at positions that no map of this server contains.
     pub lacks_terrain: bool,
-    /// What its parameters say of how it flies, as far as they were read.
+    /// Flight characteristics according to its parameters, as far as they were read.
     pub flight_parameters: FlightParameters,
 }
 
-/// What an ArduPlane's parameters say of how it flies; null is not read. The station reads them by itself.
+/// Flight characteristics according to an ArduPlane's parameters, which the station reads by itself; null where not
+/// read.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, ToSchema)]
 pub struct FlightParameters {
-    /// Radius of circles that give none (`WP_LOITER_RAD`).
+    /// Radius of circles without a radius of their own (`WP_LOITER_RAD`).
     #[schema(required = true)]
     pub loiter_radius_m: Option<f64>,
-    /// Airspeed that it flies by itself (`AIRSPEED_CRUISE`, before 4.5 `TRIM_ARSPD_CM`).
+    /// Airspeed in automatic flight (`AIRSPEED_CRUISE`, before 4.5 `TRIM_ARSPD_CM`).
     #[schema(required = true)]
     pub airspeed_m_s: Option<f64>,
-    /// Whether a return looks for the mission's landing (`RTL_AUTOLAND` is not 0); where it does not, it does not arm with a
-    /// `DO_LAND_START`.
+    /// Whether a return uses the mission's landing (`RTL_AUTOLAND` is not 0); otherwise the vehicle refuses to arm with
+    /// a `DO_LAND_START`.
     #[schema(required = true)]
     pub finds_landing: Option<bool>,
 }
 
-/// What a flight needs first: `POST /vehicles/{id}/prepare-flight` does it.
+/// Steps needed before a flight, which `POST /vehicles/{id}/prepare-flight` carries out.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, ToSchema)]
 pub struct FlightPreparation {
-    /// The mode that it is in.
+    /// Present mode.
     pub from_mode: String,
-    /// The mode to change to; null when it arms as it is.
+    /// Mode to change to; null when it arms in the present one.
     #[schema(required = true)]
     pub mode: Option<String>,
-    /// Whether the mission is set back to its beginning; false when there is none.
+    /// Whether the mission is reset to its beginning; false when there is none.
     pub rewinds_mission: bool,
 }
 
-/// What the vehicle does by itself, and where it stands in its mission.
+/// Automatic flight and mission progress of a vehicle.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema, Default)]
 pub struct MissionProgress {
-    /// Whether its mode flies the mission; null while its mode is not known.
+    /// Whether its mode flies the mission; null while its mode is unknown.
     #[schema(required = true)]
     pub follows_mission: Option<bool>,
-    /// Whether it is on its way down to land, so that this can be aborted; null when that is not known, as in a mission that was not read.
+    /// Whether it is descending to land, so that the landing can be aborted; null when unknown, as in a mission that
+    /// was not read.
     #[schema(required = true)]
     pub is_landing: Option<bool>,
-    /// How fast its course turns while it circles by itself, clockwise positive; null in other modes, and where that is not known.
+    /// Turn rate of its course while it circles by itself, clockwise positive; null in other modes, and when unknown.
     #[schema(required = true)]
     pub turn_rate_deg_s: Option<f64>,
-    /// Item in execution, counted from 1.
+    /// Current item, counted from 1.
     #[schema(required = true)]
     pub item: Option<u16>,
-    /// Items in the mission.
+    /// Number of items in the mission.
     #[schema(required = true)]
     pub total: Option<u16>,
-    /// Items reached, ascending.
+    /// Reached items, ascending.
     pub reached: Vec<u16>,
-    /// Whether it was flown to its end.
+    /// Whether the mission has been completed.
     pub is_complete: bool,
-    /// Distance over ground to the mission's end.
+    /// Distance over ground to the end of the mission.
     #[schema(required = true)]
     pub distance_m: Option<f64>,
-    /// Time for that at the present speed.
+    /// Time for that distance at the present speed.
     #[schema(required = true)]
     pub time_s: Option<f64>,
-    /// Distance to the item in execution.
+    /// Distance to the current item.
     #[schema(required = true)]
     pub leg_distance_m: Option<f64>,
-    /// Turns that were flown of the circle at the item in execution; null while it circles at none, and where its beginning was not heard.
+    /// Turns flown of the circle at the current item; null while it circles at none, and when the beginning of the
+    /// circle was not heard.
     #[schema(required = true)]
     pub circled_turns: Option<f64>,
-    /// Time on that circle by the vehicle's clock; null likewise.
+    /// Time on that circle by the vehicle's clock; null in the same cases.
     #[schema(required = true)]
     pub circled_s: Option<f64>,
-    /// An alarm: it flies to somewhere that is this far from the current item of the plan that was read from it; null while not.
+    /// An alarm: distance between the position it flies to and the current item of the plan that was read from it; null
+    /// when there is no alarm.
     #[schema(required = true)]
     pub target_off_m: Option<f64>,
-    /// What a flight needs first; null when nothing, and while it is armed or in the air.
+    /// Steps needed before a flight; null when there are none, and while it is armed or in the air.
     #[schema(required = true)]
     pub preparation: Option<FlightPreparation>,
 }
 
-/// Everything that is known of a vehicle.
+/// State of a vehicle.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct VehicleState {
-    /// Its id here: the MAVLink system id of one at a link, 256 to 65,535 for one far away.
+    /// Id of the vehicle in this API: the MAVLink system id of one on a link, 256 to 65,535 for a remote one.
     pub system_id: u16,
-    /// When this was taken, seconds on the station's clock.
+    /// Time of this snapshot, seconds on the station's clock.
     pub time_s: f64,
-    /// The newest values by group.
+    /// Newest telemetry values by group.
     pub telemetry: TelemetryGroups,
-    /// Where it stands in its mission.
+    /// Mission progress.
     pub progress: MissionProgress,
-    /// What is known of the plans on board.
+    /// States of the plans on board.
     pub plan_states: PlanStates,
-    /// Flight modes that it has, by name.
+    /// Names of its flight modes.
     pub mode_names: Vec<String>,
-    /// Whether it flies the arcs of `NAV_ARC_WAYPOINT`; a plane passes straight over such an item.
+    /// Whether it flies the arcs of `NAV_ARC_WAYPOINT`; a plane passes straight over such items.
     pub flies_arcs: bool,
-    /// The link that it is reached over, with the vehicle's own counters.
+    /// Link over which it is reached, with counters of this vehicle alone.
     #[schema(required = true)]
     pub link: Option<LinkInfo>,
 }
 
-/// A text that the vehicle wrote (STATUSTEXT).
+/// A status text from the vehicle (STATUSTEXT).
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct Text {
-    /// When, seconds on the station's clock.
+    /// Time of reception, seconds on the station's clock.
     pub time_s: f64,
     /// `MAV_SEVERITY`: 0 emergency to 7 debug.
     pub severity: u8,
-    /// What it wrote.
+    /// The text.
     pub text: String,
 }
 
 /// A parameter of the vehicle.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct Param {
-    /// Its name.
+    /// Name.
     pub name: String,
-    /// Its value.
+    /// Value.
     pub value: f64,
-    /// Its type on the wire: `int8` … `real32`.
+    /// MAVLink type: `int8` … `real32`.
     pub kind: String,
 }
 
-/// A parameter's new value.
+/// New value of a parameter.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct NewParam {

@@ -1,4 +1,4 @@
-//! The one table from the core's errors to problems: their causes for programs, the core's own words for people.
+//! Maps the core's errors to problems: causes for programs, and the core's own texts for people.
 
 use vencejo_flight::plan::{Command, PlanKind};
 use vencejo_flight::{FlightError, LandingProblem, Plain, SurveyProblem};
@@ -13,14 +13,16 @@ use vencejo_vehicle::transfer::{FTP_OPEN, NoPlanKinds, TransferError};
 use super::Problem;
 use crate::convert;
 use crate::dto;
-use crate::dto::cause::{Cause, Crowd, OnlyMissionReason, Thing, finite};
+use crate::dto::cause::{Cause, Crowd, OnlyMissionReason, ResourceKind, finite};
 
-/// The problem for an error of the station.
+/// Problem for an error of the station.
 pub fn from_station(error: &StationError) -> Problem {
     let cause = match error {
         StationError::Vehicle(error) => return from_vehicle(error),
         StationError::Address(error) => Cause::LinkAddress { problem: error.to_string() },
-        StationError::Link(LinkError::UnknownLink(id)) => Cause::NotFound { what: Thing::Link, name: id.0.to_string() },
+        StationError::Link(LinkError::UnknownLink(id)) => {
+            Cause::NotFound { what: ResourceKind::Link, name: id.0.to_string() }
+        }
         StationError::Link(LinkError::TooManyLinks) => Cause::TooMany { what: Crowd::Links, limit: MAX_LINKS as u64 },
         StationError::NoVehicle { waited, .. } => Cause::NoVehicle { waited_s: waited.as_secs_f64() },
         StationError::Control { holder } => return Problem::no_control(Some(holder)),
@@ -64,12 +66,12 @@ fn signing_cause(error: &SigningError) -> Cause {
     }
 }
 
-/// A command by its name, else by its number.
+/// Name of a command, else its number.
 fn name_of(command: Command) -> String {
     if command.name().is_some() { command.to_string() } else { command.0.to_string() }
 }
 
-/// The problem for an error of a vehicle.
+/// Problem for an error of a vehicle.
 pub(super) fn from_vehicle(error: &VehicleError) -> Problem {
     let cause = match error {
         VehicleError::Transfer(error) => return from_transfer(error),
@@ -126,7 +128,7 @@ pub(super) fn from_vehicle(error: &VehicleError) -> Problem {
     }
 }
 
-/// The problem for an error of a transfer.
+/// Problem for an error of a transfer.
 pub(super) fn from_transfer(error: &TransferError) -> Problem {
     let plan = |kind: &PlanKind| convert::plan_kind(*kind);
     let cause = match error {
@@ -184,7 +186,7 @@ pub(super) fn from_transfer(error: &TransferError) -> Problem {
     Problem::new(cause, error.to_string())
 }
 
-/// The problem for a plan or file that is none.
+/// Problem for an invalid plan or file.
 pub fn from_flight(error: &FlightError) -> Problem {
     let bad_plan = |plan, index: &usize, problem: &String| Cause::BadPlan {
         plan: Some(plan),
@@ -241,7 +243,7 @@ pub fn from_flight(error: &FlightError) -> Problem {
     Problem::new(cause, error.to_string())
 }
 
-/// The problem for an error of the maps.
+/// Problem for an error of the maps.
 pub fn from_maps(error: &MapError) -> Problem {
     let text = error.to_string();
     let cause = match error.clone() {
@@ -267,7 +269,7 @@ pub fn from_maps(error: &MapError) -> Problem {
         MapError::Busy => Cause::SourceBusy,
         MapError::OfflineRefused { source_id: source, reason: problem } => Cause::OfflineRefused { source, problem },
         MapError::AreaTooLarge { tiles, most: limit } => Cause::AreaTooLarge { tiles, limit },
-        MapError::NoArea(name) => Cause::NotFound { what: Thing::Area, name },
+        MapError::NoArea(name) => Cause::NotFound { what: ResourceKind::Area, name },
         MapError::MapFile { name, reason: problem } => Cause::MapFile { name, problem },
         MapError::Request(problem) => Cause::InvalidRequest { problem },
         MapError::LowSpace(LowSpace { free_bytes, floor_bytes, .. }) => {

@@ -1,4 +1,4 @@
-//! The table of errors: every kind has a row of its own, and says what a client needs.
+//! The mapping of errors: every kind has an explicit row with everything that a client needs.
 
 use std::collections::BTreeMap;
 
@@ -14,7 +14,7 @@ use vencejo_vehicle::transfer::TransferError;
 use super::from_core::{from_transfer, from_vehicle};
 use super::*;
 
-/// Name of the kind and its problem, for all that the core can end with.
+/// Name of the kind and its problem, for every error of the core.
 fn all() -> BTreeMap<String, dto::Problem> {
     let kind = |debug: String| debug.split(|c: char| !c.is_alphanumeric()).next().unwrap_or_default().to_owned();
     let station = StationError::examples().into_iter();
@@ -74,7 +74,7 @@ fn each_kind_has_a_code_of_its_own_and_what_a_sentence_needs() {
         kinds.entry(problem.r#type.as_str()).or_default().push(name);
     }
     let shared: Vec<_> = kinds.values().filter(|names| names.len() > 1).map(|names| names.join(" ")).collect();
-    // The same answer to a person, wherever it comes from.
+    // People get the same text, wherever the error comes from.
     assert_eq!(
         shared,
         [
@@ -176,7 +176,7 @@ fn a_refusal_lists_the_reasons_and_the_remedy_where_one_is_known() {
     assert_eq!(codes, serde_json::json!([null, "landing-sequence"]));
     assert_eq!(refused(&["PreArm: something new"]).remedy, None);
     assert_eq!((refused(&[]).reasons, refused(&[]).remedy), (vec![], None));
-    // An ArduPlane says nothing of why it does not switch its fence on.
+    // An ArduPlane does not report why it refuses to enable its fence.
     assert!(refused_command(207, &[]).remedy.expect("known").contains("send a fence"));
 }
 

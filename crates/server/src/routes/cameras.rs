@@ -1,4 +1,4 @@
-//! Cameras: which there are, their pictures, and recording them.
+//! Cameras: list, images and recording.
 
 #![allow(unused_qualifications, reason = "utoipa's query parameters name their type in full")]
 
@@ -18,13 +18,13 @@ use utoipa_axum::routes;
 use vencejo_video::{self as video, Accepts, CameraError, CameraRequest};
 
 use crate::dto::camera::CameraInfo;
-use crate::dto::cause::{Cause, Crowd, Thing};
+use crate::dto::cause::{Cause, Crowd, ResourceKind};
 use crate::extract::{InSession, Name, Operator, Viewer};
 use crate::problem::Problem;
 use crate::state::{App, now_unix_us};
 use crate::{viewer, ws};
 
-/// How long a camera may take for what it is asked for.
+/// Time limit for a camera's answer.
 const PATIENCE: Duration = Duration::from_secs(10);
 
 pub(super) fn router() -> OpenApiRouter<App> {
@@ -36,7 +36,7 @@ pub(super) fn router() -> OpenApiRouter<App> {
         .routes(routes!(watch))
 }
 
-/// The camera that the path names.
+/// Extractor for the camera named in the path.
 struct Camera(Arc<video::Camera>);
 
 impl FromRequestParts<App> for Camera {
@@ -45,8 +45,8 @@ impl FromRequestParts<App> for Camera {
     async fn from_request_parts(parts: &mut Parts, app: &App) -> Result<Self, Problem> {
         let Name(name) = Name::from_request_parts(parts, app).await?;
         app.video().camera(&name).map(Self).ok_or_else(|| {
-            Problem::not_found(Thing::Camera, &name, format!("there is no camera '{name}'"))
-                .remedy("GET /api/v1/cameras lists those that are; `vencejo serve --camera NAME=SOURCE` adds one")
+            Problem::not_found(ResourceKind::Camera, &name, format!("there is no camera '{name}'"))
+                .remedy("GET /api/v1/cameras lists the cameras; `vencejo serve --camera NAME=SOURCE` adds one")
         })
     }
 }
@@ -54,7 +54,7 @@ impl FromRequestParts<App> for Camera {
 fn problem(camera: &video::Camera, error: &CameraError) -> Problem {
     let name = camera.name();
     match error {
-        CameraError::Gone => Problem::not_found(Thing::Camera, name, format!("the camera '{name}' is gone")),
+        CameraError::Gone => Problem::not_found(ResourceKind::Camera, name, format!("the camera '{name}' is gone")),
         _ => Problem::new(Cause::Camera { name: name.to_owned(), reason: error.to_string() }, error.to_string()),
     }
 }
@@ -68,7 +68,7 @@ fn info(camera: &video::Camera) -> Json<CameraInfo> {
     Json(CameraInfo::of(camera, now_unix_us()))
 }
 
-/// The cameras, by name.
+/// Lists the cameras by name.
 #[utoipa::path(get, path = "/cameras", tag = "cameras", responses((status = 200, body = Vec<CameraInfo>), Problem))]
 async fn list_cameras(State(app): State<App>, _: Viewer) -> Json<Vec<CameraInfo>> {
     let now_unix_us = now_unix_us();
@@ -82,7 +82,7 @@ async fn get_camera(_: Viewer, Camera(camera): Camera) -> Json<CameraInfo> {
     info(&camera)
 }
 
-/// A still picture: the newest, with the time, and the vehicle's position, heights and attitude where they are known, in its
+/// Takes a still image: the newest one, with time, position, altitudes and attitude of the vehicle, where known, in its
 /// EXIF and XMP data.
 #[utoipa::path(get, path = "/cameras/{name}/snapshot", tag = "cameras",
     params(("name" = String, Path, description = "The camera's name")),
@@ -92,7 +92,7 @@ async fn snapshot(_: Viewer, Camera(camera): Camera) -> Result<Response, Problem
     Ok(([(header::CONTENT_TYPE, HeaderValue::from_static("image/jpeg"))], jpeg).into_response())
 }
 
-/// A still picture like that of GET, kept beside the recordings as well.
+/// Takes a still image as GET does, and also stores it beside the recordings.
 #[utoipa::path(post, path = "/cameras/{name}/snapshot", tag = "cameras",
     params(("name" = String, Path, description = "The camera's name")),
     responses((status = 200, body = Vec<u8>, content_type = "image/jpeg"), Problem))]
@@ -101,7 +101,7 @@ async fn keep_snapshot(_: Operator, Camera(camera): Camera) -> Result<Response, 
     Ok(([(header::CONTENT_TYPE, HeaderValue::from_static("image/jpeg"))], jpeg).into_response())
 }
 
-/// Begins to record the camera to a file on the machine that it is at. Tells the vehicle nothing.
+/// Starts recording the camera to a file on the machine to which it is connected. Sends nothing to the vehicle.
 #[utoipa::path(post, path = "/cameras/{name}/recording", tag = "cameras",
     params(("name" = String, Path, description = "The camera's name")), responses((status = 200, body = CameraInfo), Problem))]
 async fn start_recording(_: Operator, Camera(camera): Camera) -> Result<Json<CameraInfo>, Problem> {
@@ -109,7 +109,7 @@ async fn start_recording(_: Operator, Camera(camera): Camera) -> Result<Json<Cam
     Ok(info(&camera))
 }
 
-/// Ends the recording.
+/// Stops the recording.
 #[utoipa::path(delete, path = "/cameras/{name}/recording", tag = "cameras",
     params(("name" = String, Path, description = "The camera's name")), responses((status = 200, body = CameraInfo), Problem))]
 async fn stop_recording(_: Operator, Camera(camera): Camera) -> Result<Json<CameraInfo>, Problem> {
@@ -117,19 +117,19 @@ async fn stop_recording(_: Operator, Camera(camera): Camera) -> Result<Json<Came
     Ok(info(&camera))
 }
 
-/// What a viewer can show.
+/// Capabilities of a viewer.
 #[derive(Debug, Deserialize, IntoParams)]
 #[into_params(parameter_in = Query)]
 struct Shows {
-    /// `h264` for those who can decode it; without, all pictures come as JPEG.
+    /// `h264` if the viewer can decode it; otherwise, all images are sent as JPEG.
     accept: Option<String>,
 }
 
-/// The pictures, over a WebSocket of their own. Text messages are `CameraMessage`. Binary messages are pictures: a header of
-/// 20 bytes, all numbers little-endian, then the code. Header: version (u8, is 1); codec (u8: 1 H.264 byte stream, one access
-/// unit, key frames with their parameter sets; 2 JPEG); flags (u8: bit 0 key frame); 0 (u8); width, height (u16 each); time of
-/// capture (u64, microseconds since 1970); number of the picture (u32). A viewer that reads slowly misses pictures, and goes
-/// on at a key frame.
+/// The camera's images, on a WebSocket of their own. Text messages are `CameraMessage`. Binary messages are images: a
+/// header of 20 bytes, all numbers little-endian, then the encoded image. Header: version (u8, is 1); codec (u8: 1
+/// H.264 byte stream, one access unit, key frames with their parameter sets; 2 JPEG); flags (u8: bit 0 key frame); 0
+/// (u8); width, height (u16 each); time of capture (u64, microseconds since 1970); number of the image (u32). A slow
+/// viewer misses images and continues at a key frame.
 #[utoipa::path(get, path = "/cameras/{name}/stream", tag = "cameras",
     params(Shows, ("name" = String, Path, description = "The camera's name")),
     responses((status = 101, description = "The WebSocket"), Problem))]

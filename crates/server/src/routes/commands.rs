@@ -1,7 +1,7 @@
-//! Commands to a vehicle. Each answers when the vehicle did it, and shows it where that can be seen. None does another as
-//! a side effect.
+//! Commands to a vehicle. Each is answered when the vehicle has carried it out and its telemetry shows the effect,
+//! where that can be observed. None causes another as a side effect.
 //!
-//! A request that describes itself ([`Request::described`]) is a path here by its name, with its values as the body.
+//! Each request that describes itself ([`Request::described`]) becomes a path with its name and a body with its values.
 
 use std::fmt;
 
@@ -29,7 +29,7 @@ pub(super) fn router() -> OpenApiRouter<App> {
     Request::described().into_iter().fold(OpenApiRouter::new(), |router, request| router.routes(path_of(request)))
 }
 
-/// The path of a request.
+/// Path of a request.
 fn path_of(Described { name, text, values, brings_message }: Described) -> UtoipaMethodRouter<App> {
     let parameter = |name: &str, place, required, text: &str, schema| {
         let parameter = ParameterBuilder::new().name(name).parameter_in(place).required(required);
@@ -77,7 +77,7 @@ fn path_of(Described { name, text, values, brings_message }: Described) -> Utoip
     (schemas, paths.build(), handler)
 }
 
-/// Values by their names, each given once. Null is what is not given.
+/// Values by name, without duplicates. Null counts as absent.
 #[derive(Default)]
 struct Values(Map<String, Value>);
 

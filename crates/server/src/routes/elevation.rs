@@ -1,4 +1,4 @@
-//! Heights of the ground: at places, and along a line or a plan.
+//! Ground elevations: at positions, and along a line or a plan.
 
 #![allow(unused_qualifications, reason = "utoipa's query parameters name their type in full")]
 
@@ -22,7 +22,7 @@ pub(super) fn router() -> OpenApiRouter<App> {
     OpenApiRouter::new().routes(routes!(get_elevation, get_elevations))
 }
 
-/// Those that take a plan.
+/// Routes that accept a plan.
 pub(super) fn plan_router() -> OpenApiRouter<App> {
     OpenApiRouter::new().routes(routes!(get_elevation_profile))
 }
@@ -36,7 +36,7 @@ struct Place {
     lon_deg: f64,
 }
 
-/// The ground's height at a place. Null where it is not known; a source that fails says so in the list of sources.
+/// Ground elevation at a position; null when unknown. The list of map sources shows which of them fail.
 #[utoipa::path(get, path = "/elevation", tag = "elevation", params(Place),
     responses((status = 200, body = ElevationPoint), Problem))]
 async fn get_elevation(
@@ -49,7 +49,7 @@ async fn get_elevation(
     Ok(Json(points.into_iter().next().unwrap_or_default()))
 }
 
-/// The ground's heights at up to 2000 places.
+/// Ground elevations at up to 2000 positions.
 #[utoipa::path(post, path = "/elevation", tag = "elevation", request_body = ElevationRequest,
     responses((status = 200, body = Elevations), Problem))]
 async fn get_elevations(
@@ -61,7 +61,7 @@ async fn get_elevations(
     Ok(Json(Elevations { points, error }))
 }
 
-/// The ground under a line, or under a plan's legs from its home.
+/// Terrain profile along a line, or along a plan's legs from its home.
 #[utoipa::path(post, path = "/elevation/profile", tag = "elevation", request_body = ProfileRequest,
     responses((status = 200, body = Profile), Problem))]
 async fn get_elevation_profile(

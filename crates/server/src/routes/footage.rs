@@ -1,4 +1,4 @@
-//! Footage: the recordings and pictures of cameras that are kept on the server's disk.
+//! Footage: camera recordings and images on the server's disk.
 
 use std::io;
 use std::path::PathBuf;
@@ -14,7 +14,7 @@ use utoipa_axum::routes;
 use vencejo_video::footage::{self, Footage, FootageKind};
 
 use crate::dto::Done;
-use crate::dto::cause::{Cause, Thing};
+use crate::dto::cause::{Cause, ResourceKind};
 use crate::extract::{Name, Operator, Viewer};
 use crate::problem::Problem;
 use crate::state::App;
@@ -23,14 +23,14 @@ pub(super) fn router() -> OpenApiRouter<App> {
     OpenApiRouter::new().routes(routes!(list_footage)).routes(routes!(get_footage, delete_footage))
 }
 
-/// What cannot be read, where a folder cannot.
+/// Name of the folder's content, for errors about reading it.
 const KEPT: &str = "the cameras' recordings";
 
 fn failed(what: &str, error: &io::Error) -> Problem {
     Problem::new(Cause::Recorder { reason: error.to_string() }, format!("{what}: {error}"))
 }
 
-/// Reads the disk beside everything else.
+/// Runs blocking disk access off the async threads.
 pub(super) async fn read<T: Send + 'static>(
     what: &str,
     work: impl FnOnce() -> io::Result<T> + Send + 'static,
@@ -40,14 +40,14 @@ pub(super) async fn read<T: Send + 'static>(
 }
 
 async fn find(app: &App, name: String) -> Result<(PathBuf, Footage), Problem> {
-    let none = Problem::not_found(Thing::Recording, &name, "there is no such recording or picture")
-        .remedy("GET /api/v1/footage lists those that are");
+    let none = Problem::not_found(ResourceKind::Recording, &name, "there is no such recording or picture")
+        .remedy("GET /api/v1/footage lists them");
     let Some(folder) = app.video_folder().map(ToOwned::to_owned) else { return Err(none) };
     let hub = app.video().clone();
     read(KEPT, move || footage::find(&folder, &hub, &name)).await?.ok_or(none)
 }
 
-/// The recordings and pictures of cameras on the server's disk, the newest first, 1000 at most.
+/// Lists camera recordings and images on the server's disk, newest first, at most 1000.
 #[utoipa::path(get, path = "/footage", tag = "cameras", responses((status = 200, body = Vec<Footage>), Problem))]
 async fn list_footage(State(app): State<App>, _: Viewer) -> Result<Json<Vec<Footage>>, Problem> {
     let Some(folder) = app.video_folder().map(ToOwned::to_owned) else { return Ok(Json(Vec::new())) };
@@ -55,11 +55,11 @@ async fn list_footage(State(app): State<App>, _: Viewer) -> Result<Json<Vec<Foot
     read(KEPT, move || footage::list(&folder, &hub)).await.map(Json)
 }
 
-/// A recording (Matroska) or picture (JPEG) as it is on the disk. Parts of it are given to those who ask for a range, so that a
-/// player can jump. One that is being written ends where it was when the request came.
+/// Returns a recording (Matroska) or image (JPEG), or the requested range of it, so that a player can seek. A file that
+/// is still being recorded ends where it ended when the request arrived.
 #[utoipa::path(get, path = "/footage/{name}", tag = "cameras", params(("name" = String, Path, description = "Its file")),
     responses((status = 200, content_type = "video/x-matroska", body = Vec<u8>),
-        (status = 206, description = "The range that was asked for"), Problem))]
+        (status = 206, description = "The requested range"), Problem))]
 async fn get_footage(
     State(app): State<App>,
     _: Viewer,
@@ -74,7 +74,7 @@ async fn get_footage(
     served(path, &found.name, kind, request).await
 }
 
-/// A file that is to be kept under its name, or the range of it that is asked for.
+/// Serves a file for download under its name, or the requested range of it.
 pub(super) async fn served(
     path: PathBuf,
     name: &str,
@@ -93,7 +93,7 @@ pub(super) async fn served(
     Ok(response)
 }
 
-/// Deletes a recording or picture from the server's disk. One that is being written is not deleted.
+/// Deletes a recording or image from the server's disk. A file that is being recorded is not deleted.
 #[utoipa::path(delete, path = "/footage/{name}", tag = "cameras", params(("name" = String, Path, description = "Its file")),
     responses((status = 200, body = Done), Problem))]
 async fn delete_footage(State(app): State<App>, _: Operator, Name(name): Name) -> Result<Json<Done>, Problem> {

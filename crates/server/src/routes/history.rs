@@ -1,4 +1,4 @@
-//! The history of aircraft far away: what is kept on the server's disk, and its files.
+//! Flight history of remote aircraft: files on the server's disk.
 
 use axum::Json;
 use axum::extract::{Request, State};
@@ -7,32 +7,32 @@ use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 
 use super::footage::{read, served};
-use crate::dto::cause::Thing;
+use crate::dto::cause::ResourceKind;
 use crate::extract::{Name, Place, Viewer};
 use crate::history::{self, AircraftHistory};
 use crate::problem::Problem;
 use crate::state::App;
 
-/// What cannot be read, where a folder cannot.
-const KEPT: &str = "the history of aircraft far away";
+/// Name of the folder's content, for errors about reading it.
+const KEPT: &str = "the history of remote aircraft";
 
 pub(super) fn router() -> OpenApiRouter<App> {
     OpenApiRouter::new().routes(routes!(list_history)).routes(routes!(get_history_file))
 }
 
-/// What is kept of each aircraft of each fleet, far away and on board: its files, and what is missing in them.
+/// Lists the stored history of each aircraft of each fleet, remote or on board: its files, and their gaps.
 #[utoipa::path(get, path = "/history", tag = "recordings", responses((status = 200, body = Vec<AircraftHistory>), Problem))]
 async fn list_history(State(app): State<App>, _: Viewer) -> Result<Json<Vec<AircraftHistory>>, Problem> {
     let Some(folder) = app.history_folder().map(ToOwned::to_owned) else { return Ok(Json(Vec::new())) };
     read(KEPT, move || history::list(&folder)).await.map(Json)
 }
 
-/// A file of a history (MCAP) as it is on the disk. Parts of it are given to those who ask for a range. One that is being written ends
-/// where it was when the request came.
+/// Returns a history file (MCAP), or the requested range of it. A file that is still being written ends where it ended
+/// when the request arrived.
 #[utoipa::path(get, path = "/history/{place}/{name}", tag = "recordings",
     params(("place" = String, Path, description = "The fleet, or `_board`"), ("name" = String, Path, description = "Its file")),
     responses((status = 200, content_type = "application/octet-stream", body = Vec<u8>),
-        (status = 206, description = "The range that was asked for"), Problem))]
+        (status = 206, description = "The requested range"), Problem))]
 async fn get_history_file(
     State(app): State<App>,
     _: Viewer,
@@ -40,8 +40,8 @@ async fn get_history_file(
     Name(name): Name,
     request: Request,
 ) -> Result<Response, Problem> {
-    let none = Problem::not_found(Thing::Recording, &name, "there is no such file of a history")
-        .remedy("GET /api/v1/history lists those that are");
+    let none = Problem::not_found(ResourceKind::Recording, &name, "there is no such file of a history")
+        .remedy("GET /api/v1/history lists them");
     let Some(folder) = app.history_folder().map(ToOwned::to_owned) else { return Err(none) };
     let wanted = name.clone();
     let path = read(KEPT, move || history::find(&folder, &place, &wanted)).await?.ok_or(none)?;

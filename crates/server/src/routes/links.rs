@@ -1,4 +1,4 @@
-//! Links: what they are, opening and closing them.
+//! Links: list, open and close.
 
 use axum::Json;
 use axum::extract::State;
@@ -9,7 +9,7 @@ use vencejo_link::{LinkAddress, LinkId, LinkOptions, UnsignedPolicy};
 use vencejo_station::StationError;
 
 use crate::convert;
-use crate::dto::cause::{Cause, Thing};
+use crate::dto::cause::{Cause, ResourceKind};
 use crate::dto::{LinkInfo, NewLink};
 use crate::extract::{Id, Json as Body, Pilot, Viewer};
 use crate::problem::Problem;
@@ -19,13 +19,13 @@ pub(super) fn router() -> OpenApiRouter<App> {
     OpenApiRouter::new().routes(routes!(list_links, open_link)).routes(routes!(close_link))
 }
 
-/// The links and what went over them.
+/// Lists the links with their traffic counters.
 #[utoipa::path(get, path = "/links", tag = "links", responses((status = 200, body = Vec<LinkInfo>), Problem))]
 async fn list_links(State(app): State<App>, _: Viewer) -> Json<Vec<LinkInfo>> {
     Json(convert::links(app.station()))
 }
 
-/// Opens one more link. It connects, and connects again, by itself.
+/// Opens another link. It connects, and reconnects, by itself.
 #[utoipa::path(post, path = "/links", tag = "links", request_body = NewLink,
     responses((status = 201, body = LinkInfo), Problem))]
 async fn open_link(
@@ -34,7 +34,7 @@ async fn open_link(
     Body(new): Body<NewLink>,
 ) -> Result<(StatusCode, Json<LinkInfo>), Problem> {
     pilot.still_in_control(&app)?;
-    // A recording is a file, however its address is spelt, and a path is not named over the network.
+    // A recording link names a file path, which network clients may not do, however the address is spelt.
     if matches!(new.address.parse(), Ok(LinkAddress::Tlog { .. })) {
         return Err(Problem::new(
             Cause::RecordingAsLink,
@@ -56,7 +56,7 @@ async fn open_link(
 #[utoipa::path(delete, path = "/links/{id}", tag = "links", params(("id" = u32, Path, description = "The link's id")),
     responses((status = 204), Problem))]
 async fn close_link(State(app): State<App>, _: Pilot, Id(id): Id) -> Result<StatusCode, Problem> {
-    let id = u32::try_from(id).map_err(|_| Problem::not_found(Thing::Link, id, "there is no such link"))?;
+    let id = u32::try_from(id).map_err(|_| Problem::not_found(ResourceKind::Link, id, "there is no such link"))?;
     app.station().close_link(LinkId(id)).await.map_err(|error: StationError| Problem::from(error))?;
     Ok(StatusCode::NO_CONTENT)
 }

@@ -1,4 +1,4 @@
-//! Map sources: what there is, how it fares, changing it, and files for it.
+//! Map sources: list, health, configuration, and files for them.
 
 #![allow(unused_qualifications, reason = "utoipa's query parameters name their type in full")]
 
@@ -42,25 +42,27 @@ pub(super) fn router() -> OpenApiRouter<App> {
         .routes(routes!(list_map_files))
 }
 
-/// Those that take whole files.
+/// Routes that accept whole files.
 pub(super) fn file_router() -> OpenApiRouter<App> {
     OpenApiRouter::new().routes(routes!(take_map_file)).layer(DefaultBodyLimit::disable())
 }
 
-/// The map sources in drawing order, with their grids and how they fare. The file is read again when it was edited by hand.
+/// Lists the map sources in drawing order, with their grids and their health. The configuration file is reloaded if it
+/// has been edited.
 #[utoipa::path(get, path = "/maps/sources", tag = "maps", responses((status = 200, body = MapSources), Problem))]
 async fn list_map_sources(State(app): State<App>, ViewerRole(role): ViewerRole) -> Result<Json<MapSources>, Problem> {
     let is_editor = role == crate::dto::Role::Operator;
     Ok(Json(app.maps()?.list(is_editor).await?))
 }
 
-/// All settings as the file has them, without keys.
+/// Returns all settings of the configuration file, without keys.
 #[utoipa::path(get, path = "/maps/config", tag = "maps", responses((status = 200, body = MapConfiguration), Problem))]
 async fn get_map_config(State(app): State<App>, _: Operator) -> Result<Json<MapConfiguration>, Problem> {
     Ok(Json(app.maps()?.configuration().await?))
 }
 
-/// Makes a source, or replaces that of its id. Comments in the file survive. A key that is absent stays, an empty one goes.
+/// Creates a source, or replaces the one with that id. Comments in the file are kept. An absent key keeps the stored
+/// one; an empty key removes it.
 #[utoipa::path(put, path = "/maps/sources/{id}", tag = "maps", params(("id" = String, Path, description = "Its id")),
     request_body = SourceSettings, responses((status = 200, body = MapSource), Problem))]
 async fn put_map_source(
@@ -78,7 +80,7 @@ async fn put_map_source(
 #[derive(Debug, Deserialize, IntoParams)]
 #[into_params(parameter_in = Query)]
 struct Removal {
-    /// Whether all that is cached of it goes too, offline areas included.
+    /// Whether to delete everything cached of it, including offline areas.
     #[serde(default)]
     cache: bool,
 }
@@ -97,7 +99,7 @@ async fn delete_map_source(
     Ok(StatusCode::NO_CONTENT)
 }
 
-/// Forgets what is cached of a source, but for its offline areas.
+/// Clears a source's cache, except for its offline areas.
 #[utoipa::path(delete, path = "/maps/sources/{id}/cache", tag = "maps", params(("id" = String, Path, description = "Its id")),
     responses((status = 204), Problem))]
 async fn clear_map_cache(State(app): State<App>, _: Operator, Text(id): Text) -> Result<StatusCode, Problem> {
@@ -105,14 +107,14 @@ async fn clear_map_cache(State(app): State<App>, _: Operator, Text(id): Text) ->
     Ok(StatusCode::NO_CONTENT)
 }
 
-/// Asks a source for one tile now, past its cache, and says how it fares.
+/// Requests one tile from a source, bypassing its cache, and returns the source's health.
 #[utoipa::path(post, path = "/maps/sources/{id}/check", tag = "maps", params(("id" = String, Path, description = "Its id")),
     responses((status = 200, body = SourceState), Problem))]
 async fn check_map_source(State(app): State<App>, _: Operator, Text(id): Text) -> Result<Json<SourceState>, Problem> {
     Ok(Json(app.maps()?.check(&id).await?))
 }
 
-/// The picture of a source of kind `image`, as its file is.
+/// Returns the image file of a source of kind `image`.
 #[utoipa::path(get, path = "/maps/sources/{id}/image", tag = "maps", params(("id" = String, Path, description = "Its id")),
     responses((status = 200, body = Vec<u8>, content_type = "image/*"), (status = 304), Problem))]
 async fn get_map_image(
@@ -135,11 +137,11 @@ struct View {
     east_deg: f64,
     /// Upper edge.
     north_deg: f64,
-    /// Zoom of Web Mercator.
+    /// Zoom level of Web Mercator.
     zoom: u8,
 }
 
-/// Whom to name for a view of a source; for most the same everywhere.
+/// Attributions for a view of a source; most sources have the same ones everywhere.
 #[utoipa::path(get, path = "/maps/sources/{id}/attribution", tag = "maps",
     params(("id" = String, Path, description = "Its id"), View), responses((status = 200, body = MapAttributions), Problem))]
 async fn get_map_attribution(
@@ -167,19 +169,19 @@ async fn order_map_sources(
     Ok(Json(maps.list(true).await?))
 }
 
-/// Well-known sources, with the terms that each is used under.
+/// Lists well-known sources with their terms of use.
 #[utoipa::path(get, path = "/maps/presets", tag = "maps", responses((status = 200, body = Vec<Preset>), Problem))]
 async fn list_map_presets(_: Viewer) -> Json<Vec<Preset>> {
     Json(vencejo_maps::presets::presets())
 }
 
-/// The kinds of sources: the settings that each takes, what it can be for, the files that are taken for it.
+/// Lists the kinds of sources: their settings, possible roles, and accepted files.
 #[utoipa::path(get, path = "/maps/kinds", tag = "maps", responses((status = 200, body = Vec<KindInfo>), Problem))]
 async fn list_map_kinds(_: Viewer) -> Json<Vec<KindInfo>> {
     Json(vencejo_maps::kinds::infos())
 }
 
-/// What a WMS or WMTS offers. The service is asked though it is no source yet.
+/// Returns the capabilities of a WMS or WMTS, which need not be configured as a source.
 #[utoipa::path(post, path = "/maps/capabilities", tag = "maps", request_body = CapabilitiesRequest,
     responses((status = 200, body = Capabilities), Problem))]
 async fn ask_map_capabilities(
@@ -191,7 +193,7 @@ async fn ask_map_capabilities(
     Ok(Json(app.maps()?.capabilities(kind, &url, key.as_deref(), local_network).await?))
 }
 
-/// The files of the maps folder.
+/// Lists the files in the maps folder.
 #[utoipa::path(get, path = "/maps/files", tag = "maps", responses((status = 200, body = Vec<MapFileInfo>), Problem))]
 async fn list_map_files(State(app): State<App>, _: Operator) -> Result<Json<Vec<MapFileInfo>>, Problem> {
     let files = app.maps()?.files().await?;
@@ -202,11 +204,12 @@ async fn list_map_files(State(app): State<App>, _: Operator) -> Result<Json<Vec<
 #[derive(Debug, Deserialize, IntoParams)]
 #[into_params(parameter_in = Query)]
 struct NewFile {
-    /// The file's name; its end says what it is.
+    /// File name; its extension determines the type.
     name: String,
 }
 
-/// Takes a file into the maps folder, of a name with an end that `GET /maps/kinds` lists. The body is the file, at most 8 GiB. The answer proposes settings; nothing is shown before they are put.
+/// Uploads a file to the maps folder; its name must have an extension that `GET /maps/kinds` lists. The body is the
+/// file, at most 8 GiB. The answer proposes settings; the source exists only once they are sent back.
 #[utoipa::path(post, path = "/maps/files", tag = "maps", params(NewFile),
     request_body(content = Vec<u8>, content_type = "application/octet-stream"),
     responses((status = 201, body = MapFileTaken), Problem))]

@@ -1,4 +1,4 @@
-//! Offline areas: what they take, making, pausing and removing them, and files of them.
+//! Offline areas: estimate, create, pause, remove, export and import.
 
 #![allow(unused_qualifications, reason = "utoipa's query parameters name their type in full")]
 
@@ -34,7 +34,7 @@ pub(super) fn router() -> OpenApiRouter<App> {
         .routes(routes!(export_map_area))
 }
 
-/// Those that take whole files.
+/// Routes that accept whole files.
 pub(super) fn file_router() -> OpenApiRouter<App> {
     OpenApiRouter::new().routes(routes!(import_map_area)).layer(DefaultBodyLimit::disable())
 }
@@ -64,7 +64,7 @@ fn wanted(asked: AreaRequest) -> Result<NewArea, Problem> {
     Ok(NewArea { source, name, shape, min_level, max_level })
 }
 
-/// What an area would take: tiles, and bytes still to come.
+/// Estimates an area: number of tiles, and bytes still to be downloaded.
 #[utoipa::path(post, path = "/maps/areas/estimate", tag = "maps", request_body = AreaRequest,
     responses((status = 200, body = Estimate), Problem))]
 async fn estimate_map_area(
@@ -75,13 +75,13 @@ async fn estimate_map_area(
     Ok(Json(app.maps()?.estimate_area(&wanted(asked)?).await?))
 }
 
-/// The offline areas of all sources, oldest first.
+/// Lists the offline areas of all sources, oldest first.
 #[utoipa::path(get, path = "/maps/areas", tag = "maps", responses((status = 200, body = Vec<Area>), Problem))]
 async fn list_map_areas(State(app): State<App>, _: Viewer) -> Result<Json<Vec<Area>>, Problem> {
     Ok(Json(app.maps()?.areas().await?))
 }
 
-/// Makes an offline area and begins to fetch it. Refused where the source's terms forbid it.
+/// Creates an offline area and starts its download. Refused when the source's terms of use forbid it.
 #[utoipa::path(post, path = "/maps/areas", tag = "maps", request_body = AreaRequest,
     responses((status = 201, body = Area), Problem))]
 async fn add_map_area(
@@ -92,14 +92,14 @@ async fn add_map_area(
     Ok((StatusCode::CREATED, Json(app.maps()?.add_area(wanted(asked)?).await?)))
 }
 
-/// One offline area.
+/// Returns an offline area.
 #[utoipa::path(get, path = "/maps/areas/{id}", tag = "maps", params(("id" = String, Path, description = "Its id")),
     responses((status = 200, body = Area), Problem))]
 async fn get_map_area(State(app): State<App>, _: Viewer, Text(id): Text) -> Result<Json<Area>, Problem> {
     Ok(Json(app.maps()?.area(&id).await?))
 }
 
-/// Removes an offline area. Its tiles stay cached until they are the least recently used.
+/// Removes an offline area. Its tiles stay in the cache until they are evicted as least recently used.
 #[utoipa::path(delete, path = "/maps/areas/{id}", tag = "maps", params(("id" = String, Path, description = "Its id")),
     responses((status = 204), Problem))]
 async fn remove_map_area(State(app): State<App>, _: Operator, Text(id): Text) -> Result<StatusCode, Problem> {
@@ -107,21 +107,21 @@ async fn remove_map_area(State(app): State<App>, _: Operator, Text(id): Text) ->
     Ok(StatusCode::NO_CONTENT)
 }
 
-/// Stops fetching an area until it is resumed.
+/// Pauses the download of an area.
 #[utoipa::path(post, path = "/maps/areas/{id}/pause", tag = "maps", params(("id" = String, Path, description = "Its id")),
     responses((status = 200, body = Area), Problem))]
 async fn pause_map_area(State(app): State<App>, _: Operator, Text(id): Text) -> Result<Json<Area>, Problem> {
     Ok(Json(app.maps()?.pause_area(&id).await?))
 }
 
-/// Goes on with an area, and tries again what failed.
+/// Resumes an area and retries failed tiles.
 #[utoipa::path(post, path = "/maps/areas/{id}/resume", tag = "maps", params(("id" = String, Path, description = "Its id")),
     responses((status = 200, body = Area), Problem))]
 async fn resume_map_area(State(app): State<App>, _: Operator, Text(id): Text) -> Result<Json<Area>, Problem> {
     Ok(Json(app.maps()?.resume_area(&id).await?))
 }
 
-/// What is here of an area, as an MBTiles file.
+/// Exports the downloaded part of an area as an MBTiles file.
 #[utoipa::path(get, path = "/maps/areas/{id}/export", tag = "maps", params(("id" = String, Path, description = "Its id")),
     responses((status = 200, body = Vec<u8>, content_type = "application/x-sqlite3"), Problem))]
 async fn export_map_area(State(app): State<App>, _: Viewer, Text(id): Text) -> Result<Response, Problem> {
@@ -141,14 +141,14 @@ async fn export_map_area(State(app): State<App>, _: Viewer, Text(id): Text) -> R
 #[derive(Debug, Deserialize, IntoParams)]
 #[into_params(parameter_in = Query)]
 struct Import {
-    /// Id of the source that the tiles are of.
+    /// Id of the source to which the tiles belong.
     source: String,
-    /// What people call the area; the file's own name when empty.
+    /// Display name of the area; the file's own name when empty.
     #[serde(default)]
     name: String,
 }
 
-/// Takes an MBTiles file that was exported, here or by another station, into a source's cache, as an area that is done.
+/// Imports an exported MBTiles file, of this or another station, into a source's cache, as a completed area.
 #[utoipa::path(post, path = "/maps/areas/import", tag = "maps", params(Import),
     request_body(content = Vec<u8>, content_type = "application/octet-stream"),
     responses((status = 201, body = Area), Problem))]

@@ -1,4 +1,4 @@
-//! Raw commands and messages, for what has no path of its own.
+//! Raw commands and messages, for everything without a path of its own.
 
 use axum::Json;
 use axum::extract::State;
@@ -12,7 +12,7 @@ use vencejo_vehicle::{MessageId, Reply, Request};
 
 use crate::convert;
 use crate::dto::Done;
-use crate::dto::cause::{Cause, Thing};
+use crate::dto::cause::{Cause, ResourceKind};
 use crate::dto::message::{
     Acknowledged, CommandChoice, MessageRate, NewMessage, RawCommandInt, RawCommandLong, RawMessage,
 };
@@ -29,20 +29,20 @@ pub(super) fn router() -> OpenApiRouter<App> {
         .routes(routes!(set_message_rate))
 }
 
-/// Whom the vehicle is: 0/0 is replaced by it.
+/// Placeholder, replaced by the vehicle's address.
 const THE_VEHICLE: Address = Address::new(0, 0);
 
 fn number_of(command: &CommandChoice) -> Result<u16, Problem> {
     match command {
         CommandChoice::Number(number) => Ok(*number),
         CommandChoice::Name(name) => Command::from_name(name).map(|command| command.0).ok_or_else(|| {
-            let detail = format!("'{name}' is no command; give its name, such as 'DO_CHANGE_SPEED', or its number");
-            Problem::not_found(Thing::Command, name, detail)
+            let detail = format!("'{name}' is not a command; give its name, such as 'DO_CHANGE_SPEED', or its number");
+            Problem::not_found(ResourceKind::Command, name, detail)
         }),
     }
 }
 
-/// Parameters as the wire has them: 32 bits, NaN for one that is left to the vehicle, 0 for one that is not given.
+/// Parameters as sent over MAVLink: 32-bit floats, NaN for null, 0 for missing ones.
 fn params_of<const N: usize>(given: &[Option<f64>]) -> Result<[f32; N], Problem> {
     if given.len() > N {
         return Err(Problem::invalid_value(
@@ -73,24 +73,24 @@ async fn acknowledged(
     }
 }
 
-/// A message by its name or its number.
+/// Id of a message given by name or number.
 pub fn message_id(name: &str) -> Result<MessageId, Problem> {
-    name.parse().map_err(|error: FieldError| Problem::not_found(Thing::Message, name, error.to_string()))
+    name.parse().map_err(|error: FieldError| Problem::not_found(ResourceKind::Message, name, error.to_string()))
 }
 
-/// Where the vehicle sends from.
+/// Address from which the vehicle sends.
 fn address_of(vehicle: &VehicleHandle) -> Address {
     let system = vehicle.system().unwrap_or(SystemId::BROADCAST);
     vehicle.address().unwrap_or(Address { system, ..Address::new(0, 1) })
 }
 
-/// A message that was asked for.
+/// Converts a received message for the answer.
 pub(super) fn told(app: &App, vehicle: &VehicleHandle, message: &Message) -> RawMessage {
     let frame = message.encode(Header { sequence: 0, source: address_of(vehicle), version: MavVersion::V2 });
     convert::raw_message(&frame, app.now())
 }
 
-/// Any command by COMMAND_LONG. It is not repeated unless it is known to be safe to do twice.
+/// Sends any command as COMMAND_LONG. It is retransmitted only if repeating it is known to be safe.
 #[utoipa::path(post, path = "/vehicles/{id}/command/long", tag = "raw", request_body = RawCommandLong,
     params(("id" = u16, Path, description = "The vehicle's id"),
         ("despite_mixed_plan" = Option<bool>, Query, description = "Do it although the mission on board may be mixed")),
@@ -107,7 +107,7 @@ async fn command_long(
     acknowledged(&pilot, &vehicle, despite, Request::RawCommandLong(command)).await
 }
 
-/// Any command by COMMAND_INT, likewise.
+/// Sends any command as COMMAND_INT. It is retransmitted only if repeating it is known to be safe.
 #[utoipa::path(post, path = "/vehicles/{id}/command/int", tag = "raw", request_body = RawCommandInt,
     params(("id" = u16, Path, description = "The vehicle's id"),
         ("despite_mixed_plan" = Option<bool>, Query, description = "Do it although the mission on board may be mixed")),
@@ -129,13 +129,13 @@ async fn command_int(
 
 fn not_a_message(error: &FieldError) -> Problem {
     match error {
-        FieldError::UnknownMessage { name } => Problem::not_found(Thing::Message, name, error.to_string()),
+        FieldError::UnknownMessage { name } => Problem::not_found(ResourceKind::Message, name, error.to_string()),
         _ => Problem::invalid(error.to_string()),
     }
 }
 
-/// Sends any message, as it is: the escape hatch. There is no answer. Refused are numbers that no autopilot can take, and, while
-/// the mission may be mixed, what arms, follows it or jumps in it.
+/// Sends any message as given, without waiting for an answer. Refused are numbers that no autopilot can interpret and,
+/// while the mission may be mixed, messages that arm, start the mission or set its current item.
 #[utoipa::path(post, path = "/vehicles/{id}/messages", tag = "raw", request_body = NewMessage,
     params(("id" = u16, Path, description = "The vehicle's id"),
         ("despite_mixed_plan" = Option<bool>, Query, description = "Do it although the mission on board may be mixed")),
@@ -160,7 +160,8 @@ async fn send_message(
     Err(Problem::new(Cause::NotSent { message: new.name }, detail))
 }
 
-/// Asks the vehicle for one message, once, and gives it back. Needs no control, unlike `POST /vehicles/{id}/request-message`.
+/// Requests one message from the vehicle and returns it. Needs no control, unlike `POST
+/// /vehicles/{id}/request-message`.
 #[utoipa::path(post, path = "/vehicles/{id}/messages/{name}/request", operation_id = "request_named_message", tag = "raw",
     params(("id" = u16, Path, description = "The vehicle's id"), ("name" = String, Path, description = "Such as HOME_POSITION, or its number")),
     responses((status = 200, body = RawMessage), Problem))]
@@ -177,7 +178,7 @@ async fn request_message(
     Ok(Json(told(&app, &vehicle, &message)))
 }
 
-/// Sets how often the vehicle sends a message, as `POST /vehicles/{id}/set-message-rate` does.
+/// Sets the rate of a message, as `POST /vehicles/{id}/set-message-rate` does.
 #[utoipa::path(put, path = "/vehicles/{id}/messages/{name}/rate", operation_id = "set_rate_of_named_message", tag = "raw",
     request_body = MessageRate,
     params(("id" = u16, Path, description = "The vehicle's id"), ("name" = String, Path, description = "Such as RAW_IMU, or its number")),

@@ -1,4 +1,4 @@
-//! The paths of the API, a file for each group of them, and their description.
+//! Routes of the API, one file per group, and their OpenAPI description.
 
 mod cameras;
 mod commands;
@@ -39,18 +39,18 @@ use utoipa_axum::routes;
 use vencejo_flight::FlightError;
 use vencejo_flight::formats::Note;
 
-use crate::dto::cause::{Cause, Thing};
+use crate::dto::cause::{Cause, ResourceKind};
 use crate::problem::Problem;
 use crate::state::App;
 use crate::turns::in_turn;
 use crate::{body, dto, files, guard};
 
-/// Bytes of a request's body where nothing larger is expected.
+/// Default limit of a request body, bytes.
 const MAX_BODY: usize = 64 * 1024;
-/// Bytes of a plan as JSON: 10,000 items fit.
+/// Limit of a plan as JSON, bytes: enough for 10,000 items.
 const MAX_PLAN: usize = 8 * 1024 * 1024;
 
-/// Where all paths begin.
+/// Common prefix of all paths.
 const PREFIX: &str = "/api/v1";
 
 #[derive(OpenApi)]
@@ -97,7 +97,7 @@ fn api() -> OpenApiRouter<App> {
     OpenApiRouter::with_openapi(Base::openapi()).nest(PREFIX, small.merge(large).merge(files))
 }
 
-/// The description of the API (OpenAPI 3.1), as committed in schemas/openapi.json.
+/// OpenAPI 3.1 description of the API, as committed in schemas/openapi.json.
 pub fn description() -> Description {
     let mut description = api().into_openapi();
     description.info.version = crate::VERSION.to_owned();
@@ -106,11 +106,11 @@ pub fn description() -> Description {
     description
 }
 
-/// Everything that the server serves.
+/// Router of everything that the server serves.
 pub fn router(app: App) -> Router {
     let (api, _) = api().split_for_parts();
     let openapi = description();
-    // A small answer, or one that is packed already, only gets slower.
+    // Compression only slows down small answers and those that are already compressed.
     let is_open = NotForContentType::IMAGES
         .and(NotForContentType::const_new("font/"))
         .and(NotForContentType::const_new("video/"));
@@ -127,7 +127,7 @@ pub fn router(app: App) -> Router {
         .with_state(app)
 }
 
-/// What a file of somebody's holds.
+/// Parses an uploaded file off the async threads.
 async fn parsed<T: Send + 'static>(
     body: Bytes,
     read: impl FnOnce(&[u8]) -> Result<T, FlightError> + Send + 'static,
@@ -136,16 +136,16 @@ async fn parsed<T: Send + 'static>(
 }
 
 async fn no_such_path(uri: Uri) -> impl IntoResponse {
-    Problem::not_found(Thing::Path, uri.path(), "there is no such path")
-        .remedy("GET /api/v1/openapi.json describes those that are")
+    Problem::not_found(ResourceKind::Path, uri.path(), "there is no such path")
+        .remedy("GET /api/v1/openapi.json describes the existing ones")
 }
 
 async fn no_such_method() -> impl IntoResponse {
     Problem::new(Cause::Method, "this path is not used with this method")
-        .remedy("GET /api/v1/openapi.json describes how it is")
+        .remedy("GET /api/v1/openapi.json describes the API")
 }
 
-/// What answers, and whether it needs a token. Needs no session.
+/// Returns the server's version, and whether it requires a token. Needs no session.
 #[utoipa::path(get, path = "/info", tag = "server", responses((status = 200, body = dto::Info), Problem))]
 async fn info(State(app): State<App>) -> Json<dto::Info> {
     Json(dto::Info {

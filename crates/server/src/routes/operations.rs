@@ -1,4 +1,4 @@
-//! Operations: how they stand, what they brought, giving them up.
+//! Operations: list, result and cancellation.
 
 use axum::Json;
 use axum::extract::State;
@@ -7,7 +7,7 @@ use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 
 use crate::dto::Operation;
-use crate::dto::cause::Thing;
+use crate::dto::cause::ResourceKind;
 use crate::extract::{Id, Operator, Viewer, in_control};
 use crate::problem::Problem;
 use crate::state::App;
@@ -17,23 +17,24 @@ pub(super) fn router() -> OpenApiRouter<App> {
 }
 
 fn gone(id: u64) -> Problem {
-    Problem::not_found(Thing::Operation, id, format!("there is no operation {id}, or it ended long ago"))
+    Problem::not_found(ResourceKind::Operation, id, format!("there is no operation {id}, or it ended long ago"))
 }
 
-/// The operations under way and those that ended lately, without their results.
+/// Lists running and recently ended operations, without their results.
 #[utoipa::path(get, path = "/operations", tag = "operations", responses((status = 200, body = Vec<Operation>), Problem))]
 async fn list_operations(State(app): State<App>, _: Viewer) -> Json<Vec<Operation>> {
     Json(app.operations().list())
 }
 
-/// An operation, with its result once it is done.
+/// Returns an operation, with its result once it is done.
 #[utoipa::path(get, path = "/operations/{id}", tag = "operations", params(("id" = u64, Path, description = "Its id")),
     responses((status = 200, body = Operation), Problem))]
 async fn get_operation(State(app): State<App>, _: Viewer, Id(id): Id) -> Result<Json<Operation>, Problem> {
     app.operations().get(id).map(Json).ok_or_else(|| gone(id))
 }
 
-/// Gives an operation up: whoever began it may, and whoever has control. What the vehicle then holds of a plan is unknown until it is read.
+/// Cancels an operation; permitted for the session that started it and for the holder of control. The part of the plan
+/// concerned is unknown until it is read again.
 #[utoipa::path(delete, path = "/operations/{id}", tag = "operations", params(("id" = u64, Path, description = "Its id")),
     responses((status = 202, body = Operation), Problem))]
 async fn cancel_operation(

@@ -27,7 +27,7 @@ pub(super) fn router() -> OpenApiRouter<App> {
         .merge(OpenApiRouter::new().routes(routes!(parse_params)).layer(DefaultBodyLimit::max(MAX_FILE_BYTES)))
 }
 
-/// Reads all parameters; the operation's result is the list.
+/// Reads all parameters; they are the result of the operation.
 #[utoipa::path(get, path = "/vehicles/{id}/params", tag = "params", params(("id" = u16, Path, description = "The vehicle's id")),
     responses((status = 202, body = Operation), Problem))]
 async fn read_params(
@@ -55,7 +55,7 @@ async fn get_param(_: Operator, Vehicle(vehicle): Vehicle, Name(name): Name) -> 
     ask(vehicle.request(Request::ParamRead { name })).await
 }
 
-/// Writes one parameter; answers with the value that the vehicle keeps.
+/// Writes one parameter; returns the value that the vehicle stored.
 #[utoipa::path(put, path = "/vehicles/{id}/params/{name}", tag = "params", request_body = NewParam,
     params(("id" = u16, Path, description = "The vehicle's id"), ("name" = String, Path, description = "Up to 16 characters")),
     responses((status = 200, body = Param), Problem))]
@@ -68,7 +68,7 @@ async fn set_param(
     ask(pilot.request(&vehicle, Request::ParamSet { name, value: new.value })).await
 }
 
-/// Reads a parameter file of any known kind (`.param`, `.parm`, `.params`); the body is the file.
+/// Parses a parameter file of any supported format (`.param`, `.parm`, `.params`); the body is the file.
 #[utoipa::path(post, path = "/params/parse", tag = "params",
     request_body(content = Vec<u8>, content_type = "application/octet-stream"),
     responses((status = 200, body = Vec<FileParam>), Problem))]
@@ -77,7 +77,7 @@ async fn parse_params(_: Viewer, body: Result<Bytes, BytesRejection>) -> Result<
     Ok(Json(params.await?))
 }
 
-/// Writes a `.param` file: one `NAME,value` a line, in the order given.
+/// Formats a `.param` file: one `NAME,value` per line, in the given order.
 #[utoipa::path(post, path = "/params/format", tag = "params", request_body = Vec<FileParam>,
     responses((status = 200, content_type = "text/plain", body = String), Problem))]
 async fn format_params(_: Viewer, Body(params): Body<Vec<FileParam>>) -> Response {

@@ -1,4 +1,4 @@
-//! Plans: on board (sent, read, removed, each an operation), in files, and what is doubtful in them.
+//! Plans: on board (upload, download and clear, each as an operation), in files, and their checks.
 
 #![allow(unused_qualifications, reason = "utoipa's query parameters name their type in full")]
 
@@ -82,10 +82,10 @@ fn start(
     Ok((StatusCode::ACCEPTED, Json(operation)))
 }
 
-/// The request that puts one part of a plan on board.
+/// Request that uploads one part of a plan.
 fn upload(kind: PlanKind, plan: &Plan, despite_findings: bool) -> Result<Request, Problem> {
     let (items, home) = convert::core_plan(plan)?.into_list(convert::core_plan_kind(kind))?;
-    // Nothing given is no wish to have nothing on board.
+    // An empty list is not a request to clear the part.
     if items.is_empty() {
         let (part, field) = match kind {
             PlanKind::Mission => ("mission", "items"),
@@ -98,15 +98,15 @@ fn upload(kind: PlanKind, plan: &Plan, despite_findings: bool) -> Result<Request
     Ok(Request::UploadPlan { kind: convert::core_plan_kind(kind), items, home, despite_findings })
 }
 
-/// Whether to look for errors first.
+/// Whether to check for errors first.
 #[derive(Debug, Deserialize, IntoParams)]
 #[into_params(parameter_in = Query)]
 struct Checked {
-    /// `false` sends a mission in spite of errors that the checks find.
+    /// `false` uploads a mission in spite of errors found by the checks.
     check: Option<bool>,
 }
 
-/// Refuses a mission that would fail. A fence or rally points are refused by their own rules.
+/// Refuses a mission that the checks find would fail. Fences and rally points have rules of their own.
 async fn require_sound(app: &App, vehicle: &VehicleHandle, kind: PlanKind, plan: &Plan) -> Result<(), Problem> {
     if kind != PlanKind::Mission || plan.items.is_empty() {
         return Ok(());
@@ -126,21 +126,21 @@ async fn require_sound(app: &App, vehicle: &VehicleHandle, kind: PlanKind, plan:
     Err(Problem::new(Cause::PlanUnsound { errors: errors.len() as u64 }, detail).reasons(errors))
 }
 
-/// What can be done with one kind of plan on board.
+/// Routes for one part of the plan on board.
 macro_rules! plan_routes {
     ($path:tt, $kind:ident, $known:ident, $upload:ident = $upload_kind:ident, $read_path:tt,
      $download:ident = $download_kind:ident, $clear:ident = $clear_kind:ident) => {
-        /// What is known of this part of the plan on board. Nothing is asked of the vehicle: the station itself reads what it
-        /// does not know, and tells by the WebSocket's `plan_state` when that changes.
+        /// Returns this part of the plan on board, as far as it is known. Sends nothing to the vehicle: the station
+        /// reads unknown parts by itself and reports changes with the WebSocket's `plan_state`.
         #[utoipa::path(get, path = $path, tag = "plans", params(("id" = u16, Path, description = "The vehicle's id")),
                                             responses((status = 200, body = PlanOnBoard), Problem))]
         async fn $known(_: Viewer, Vehicle(vehicle): Vehicle) -> Result<Json<PlanOnBoard>, Problem> {
             Ok(Json(convert::plan_on_board(&vehicle, core::PlanKind::$kind)?))
         }
 
-        /// Replaces this part of the plan on board by that of the plan given, and reads it back. Done means that the vehicle
-        /// has it. The operation's result is the plan on board. A mission in which the checks find an error is refused, and so is
-        /// a part with nothing in it: DELETE clears.
+        /// Replaces this part of the plan on board by that of the given plan, and reads it back. Once the operation is
+        /// done, the vehicle has it; the result of the operation is the plan on board. A mission with errors found by
+        /// the checks is refused, and so is an empty part: DELETE clears it.
         #[utoipa::path(put, path = $path, tag = "plans", params(("id" = u16, Path, description = "The vehicle's id"), Checked),
                                             request_body = Plan, responses((status = 202, body = Operation), Problem))]
         async fn $upload(
@@ -158,7 +158,7 @@ macro_rules! plan_routes {
             start(&app, pilot.session, &vehicle, OperationKind::$upload_kind, pending)
         }
 
-        /// Reads this part of the plan on board from the vehicle; it is the operation's result.
+        /// Reads this part of the plan on board; it is the result of the operation.
         #[utoipa::path(post, path = $read_path, tag = "plans", params(("id" = u16, Path, description = "The vehicle's id")),
                                             responses((status = 202, body = Operation), Problem))]
         async fn $download(
@@ -170,7 +170,7 @@ macro_rules! plan_routes {
             start(&app, session, &vehicle, OperationKind::$download_kind, vehicle.request(request))
         }
 
-        /// Removes this part of the plan on board and checks that it is gone.
+        /// Clears this part of the plan on board and verifies that it is empty.
         #[utoipa::path(delete, path = $path, tag = "plans", params(("id" = u16, Path, description = "The vehicle's id")),
                                             responses((status = 202, body = Operation), Problem))]
         async fn $clear(
@@ -212,8 +212,8 @@ plan_routes!(
     clear_rally = ClearRally
 );
 
-/// How a plan differs from what is on board: what was added, removed and changed, by what this vehicle can keep of an item. Nothing is
-/// asked of the vehicle.
+/// Compares a plan with the one on board: items added, removed and changed, at the vehicle's storage precision. Sends
+/// nothing to the vehicle.
 #[utoipa::path(post, path = "/vehicles/{id}/plan/compare", tag = "plans", params(("id" = u16, Path, description = "The vehicle's id")),
     request_body = Plan, responses((status = 200, body = PlanComparison), Problem))]
 async fn compare(
@@ -224,15 +224,15 @@ async fn compare(
     quickly(move || Ok(Json(convert::plan_comparison(&vehicle, &convert::core_plan(&plan)?)))).await
 }
 
-/// The name of a file.
+/// Name of a file.
 #[derive(Debug, Deserialize, IntoParams)]
 #[into_params(parameter_in = Query)]
 struct FileName {
-    /// The file's name, for messages alone: the content decides what it is.
+    /// The file name, for messages only: the content determines the format.
     name: Option<String>,
 }
 
-/// What a reader had to assume or leave out, and what a writer did not keep: JSON, a list of `PlanFileNote`.
+/// Assumptions and omissions in reading or writing a file: JSON, a list of `PlanFileNote`.
 const NOTES: HeaderName = HeaderName::from_static("vencejo-notes");
 
 fn notes_header(notes: &[Note]) -> (HeaderName, HeaderValue) {
@@ -240,8 +240,8 @@ fn notes_header(notes: &[Note]) -> (HeaderName, HeaderValue) {
     (NOTES, HeaderValue::try_from(text).expect("invariant: codes and numbers are ASCII"))
 }
 
-/// Reads a plan file of any known kind; the body is the file. What the file does not say, and what of it a plan cannot hold, is in the
-/// header `Vencejo-Notes`.
+/// Parses a plan file of any supported format; the body is the file. Assumptions and omissions are in the header
+/// `Vencejo-Notes`.
 #[utoipa::path(post, path = "/plan/parse", tag = "plans", params(FileName),
     request_body(content = Vec<u8>, content_type = "application/octet-stream"),
     responses((status = 200, body = Plan, headers(("Vencejo-Notes" = String, description = "JSON: a list of `PlanFileNote`"))), Problem))]
@@ -257,17 +257,17 @@ async fn parse(
     Ok(([notes_header(&read.notes)], Json(plan)).into_response())
 }
 
-/// How to write a file.
+/// Format of a file.
 #[derive(Debug, Deserialize, IntoParams)]
 #[into_params(parameter_in = Query)]
 struct FileKind {
-    /// By the ending of the file's name.
+    /// Format, named by its file extension.
     #[serde(rename = "as")]
     #[param(inline)]
     kind: PlanFormat,
 }
 
-/// Writes a plan to a file. What the file does not keep as it is in the plan is in the header `Vencejo-Notes`.
+/// Formats a plan as a file. Parts of the plan that the file does not preserve are in the header `Vencejo-Notes`.
 #[utoipa::path(post, path = "/plan/format", tag = "plans", params(FileKind), request_body = Plan,
     responses((status = 200, body = Vec<u8>, content_type = "application/octet-stream",
                headers(("Vencejo-Notes" = String, description = "JSON: a list of `PlanFileNote`"))), Problem))]
@@ -290,7 +290,7 @@ async fn format_plan(
     Ok((headers, written.bytes).into_response())
 }
 
-/// Looks for what would make a plan fail.
+/// Checks a plan for anything that would make it fail.
 #[utoipa::path(post, path = "/plan/check", tag = "plans", request_body = PlanCheck,
     responses((status = 200, body = Vec<Finding>), Problem))]
 async fn check(State(app): State<App>, _: Viewer, Body(asked): Body<PlanCheck>) -> Result<Json<Vec<Finding>>, Problem> {
@@ -298,15 +298,15 @@ async fn check(State(app): State<App>, _: Viewer, Body(asked): Body<PlanCheck>) 
     in_turn(move || Ok(Json(assess(&app, asked.vehicle, &asked.plan, None, None, &profile)?.findings))).await
 }
 
-/// The way of a plan's mission as it is drawn: the line from place to place, circles, jumps, lengths and courses; and its heights, with the
-/// ground below. While a point is dragged, ask over the WebSocket (`plan_way`).
+/// Returns the route of a plan's mission as drawn on the map: lines between positions, circles, jumps, lengths and
+/// courses; and its altitude profile with the terrain below. While a point is dragged, use the WebSocket (`plan_way`).
 #[utoipa::path(post, path = "/plan/way", tag = "plans", request_body = WayRequest,
     responses((status = 200, body = Way), Problem))]
 async fn way(State(app): State<App>, _: Viewer, Body(asked): Body<WayRequest>) -> Result<Json<Way>, Problem> {
     quickly(move || assess::laid_out(&app, asked.vehicle, &asked.plan, asked.clearance_m)).await.map(Json)
 }
 
-/// Designs a landing: the items that end a mission, none of their heights tuned by hand.
+/// Designs a landing: the items that end a mission, with computed altitudes.
 #[utoipa::path(post, path = "/plan/landing", tag = "plans", request_body = LandingRequest,
     responses((status = 200, body = Landing), Problem))]
 async fn landing(
@@ -317,8 +317,9 @@ async fn landing(
     landings::designed(&app, &asked).await.map(Json)
 }
 
-/// The landings at a place, the best for this wind first: each direction of a runway, or of a fan of courses, with its circle on either side, and what
-/// speaks for and against it. Each is rehearsed from `coming_from`, else from home.
+/// Proposes landings at a position, the best for this wind first: each direction of a runway, or of a fan of courses,
+/// with its circle on either side, and the reasons for and against it. Each is rehearsed from `coming_from`, else from
+/// home.
 #[utoipa::path(post, path = "/plan/landing/alternatives", tag = "plans", request_body = LandingRequest,
     responses((status = 200, body = Vec<LandingAlternative>), Problem))]
 async fn alternatives(
@@ -329,7 +330,7 @@ async fn alternatives(
     landings::alternatives(app, asked).await.map(Json)
 }
 
-/// A landing of which one part is moved; the rest follows.
+/// Moves one part of a landing and adapts the rest.
 #[utoipa::path(post, path = "/plan/landing/move", tag = "plans", request_body = LandingMove,
     responses((status = 200, body = Landing), Problem))]
 async fn moved_landing(
@@ -340,8 +341,8 @@ async fn moved_landing(
     landings::moved(&app, &asked).map(Json)
 }
 
-/// Items with their heights counted from another level: at the same height in space where both levels are known, else with the same number,
-/// and named in `unconverted`.
+/// Converts altitudes of items to another frame. Where a reference level is unknown, an item keeps its number and is
+/// listed in `unconverted`.
 #[utoipa::path(post, path = "/plan/frame", tag = "plans", request_body = FrameChange,
     responses((status = 200, body = CountedItems), Problem))]
 async fn counted_from(
@@ -352,7 +353,7 @@ async fn counted_from(
     levels::counted(&app, &asked).await.map(Json)
 }
 
-/// Rehearses a plan: the track that the plane would really fly in a wind, when it reaches each item, and where it ends.
+/// Rehearses a plan: the track that the plane would fly in a wind, when it reaches each item, and where it ends.
 #[utoipa::path(post, path = "/plan/rehearse", tag = "plans", request_body = RehearsalRequest,
     responses((status = 200, body = Rehearsal), Problem))]
 async fn rehearse(
@@ -363,8 +364,8 @@ async fn rehearse(
     assess::rehearsal(&app, &asked).await.map(Json)
 }
 
-/// Which findings of a plan a change of its items, or of one parameter of the vehicle, resolves: each is tried, checked and rehearsed before it is
-/// told. That may take seconds.
+/// Finds changes of a plan's items, or of one vehicle parameter, that resolve its findings. Each is applied, checked
+/// and rehearsed first, which can take seconds.
 #[utoipa::path(post, path = "/plan/fixes", tag = "plans", request_body = RehearsalRequest,
     responses((status = 200, body = Vec<FindingFix>), Problem))]
 async fn plan_fixes(
@@ -375,8 +376,8 @@ async fn plan_fixes(
     assess::fixed(&app, &asked).await.map(Json)
 }
 
-/// Flies a plan many times in winds and with planes that are not quite those expected: where it may pass, and what the odds are. One is flown
-/// after the other; who ends his request ends the flying.
+/// Flies a plan many times in winds and with planes that differ from the expected ones: the corridor of the flights and
+/// the frequency of their endings. Such requests are processed one at a time; closing the connection cancels one.
 #[utoipa::path(post, path = "/plan/rehearse/spread", tag = "plans", request_body = SpreadRequest,
     responses((status = 200, body = Spread), Problem))]
 async fn rehearse_many(
@@ -384,7 +385,7 @@ async fn rehearse_many(
     _: Viewer,
     Body(asked): Body<SpreadRequest>,
 ) -> Result<Json<Spread>, Problem> {
-    // Whoever goes away drops this.
+    // Dropped when the client disconnects.
     let asks = Arc::new(());
     let asking = Arc::downgrade(&asks);
     let spread = assess::spread(&app, asked, move || asking.strong_count() > 0).await;
@@ -392,27 +393,29 @@ async fn rehearse_many(
     spread.map(Json)
 }
 
-/// What this vehicle's plans are rehearsed with, and what its flight teaches of it: that may be handed to a rehearsal as its `profile`.
+/// Returns the data with which this vehicle's plans are rehearsed, and the model estimated from its flight, which can
+/// be given to a rehearsal as its `profile`.
 #[utoipa::path(get, path = "/vehicles/{id}/profile", tag = "plans", params(("id" = u16, Path, description = "The vehicle's id")),
     responses((status = 200, body = VehicleProfile), Problem))]
 async fn profile(_: Viewer, Vehicle(vehicle): Vehicle) -> Result<Json<VehicleProfile>, Problem> {
     in_turn(move || Ok(assess::vehicle_profile(&vehicle))).await.map(Json)
 }
 
-/// What to learn a plane from.
+/// Source of the flight to learn from.
 #[derive(Debug, Deserialize, IntoParams)]
 #[into_params(parameter_in = Query)]
 struct LearnFrom {
-    /// The name of a recording on the server's disk, in place of a body.
+    /// Name of a recording on the server's disk, in place of a body.
     recording: Option<String>,
-    /// The vehicle whose parameters, as far as they were read, are the plane's.
+    /// Vehicle whose parameters, as far as they were read, describe the plane.
     vehicle: Option<u16>,
-    /// Which vehicle of the recording; the first that tells its position when absent.
+    /// System id of the vehicle in the recording; the first that reports its position when absent.
     system: Option<u8>,
 }
 
-/// Learns a plane from a recording of its flight, a `.tlog`: the body, or one on the server's disk. It takes a minute or two in the air, with
-/// position, attitude and airspeed, in more than one direction. What the flight does not show keeps the value of the parameters.
+/// Estimates the model of a plane from a recording of its flight, a `.tlog`: the body, or a file on the server's disk.
+/// It needs a minute or two in the air, with position, attitude and airspeed, in more than one direction. Values that
+/// the flight does not show are taken from the parameters.
 #[utoipa::path(post, path = "/plan/learn", tag = "plans", params(LearnFrom),
     request_body(content = Vec<u8>, content_type = "application/octet-stream"),
     responses((status = 200, body = LearnedPlane), Problem))]
@@ -448,8 +451,8 @@ fn learned(flight: io::Result<Learner>, plane: &Aircraft) -> Result<Json<Learned
     Ok(Json(assess::learned_plane(&learned)))
 }
 
-/// What follows when the link, the battery or the engine fails at a moment of a plan, or a return is asked for; of a vehicle in its
-/// mission also from now on.
+/// Simulates what follows when the link, the battery or the engine fails, or a return is commanded, at a time in a plan
+/// or, for a vehicle in flight, from now on.
 #[utoipa::path(post, path = "/plan/what-if", tag = "plans", request_body = WhatIfRequest,
     responses((status = 200, body = WhatIfs), Problem))]
 async fn what_if(
@@ -460,7 +463,7 @@ async fn what_if(
     assess::what_if(app, asked).await.map(Json)
 }
 
-/// The commands that a plan may hold.
+/// Lists the commands that a plan may contain.
 #[utoipa::path(get, path = "/commands", tag = "plans", responses((status = 200, body = Vec<CommandInfo>), Problem))]
 async fn list_commands(_: Viewer) -> Json<Vec<CommandInfo>> {
     Json(convert::commands())

@@ -1,4 +1,4 @@
-//! The station itself: its recorder, the recordings on its disk, and its heartbeat.
+//! The station's flight recorder, its recordings, and its heartbeat.
 
 use std::fs::File;
 use std::io;
@@ -21,7 +21,7 @@ use vencejo_link::RecorderState;
 use vencejo_station::summarize_recording;
 
 use crate::dto::Done;
-use crate::dto::cause::{Cause, Thing};
+use crate::dto::cause::{Cause, ResourceKind};
 use crate::dto::recording::{
     KeepRecording, RecordedEvent, Recorder, Recording, RecordingSummary, Sender, SetHeartbeat,
 };
@@ -30,10 +30,10 @@ use crate::problem::Problem;
 use crate::state::App;
 use crate::turns::in_turn;
 
-/// Bytes that are read ahead of a client at once, and how many such pieces.
+/// Size of a chunk read ahead of the client, and number of such chunks.
 const CHUNK: usize = 64 * 1024;
 const AHEAD: usize = 4;
-/// Recordings that are listed at most, the newest.
+/// Limit of listed recordings; the newest are listed.
 const MAX_LISTED: usize = 1000;
 const EXTENSION: &str = "tlog";
 
@@ -47,7 +47,7 @@ pub(super) fn router() -> OpenApiRouter<App> {
         .routes(routes!(set_heartbeat))
 }
 
-/// The recording of this session; null when it is off.
+/// Returns the state of the flight recorder; null when it is off.
 #[utoipa::path(get, path = "/recorder", tag = "recordings", responses((status = 200, body = Option<Recorder>), Problem))]
 async fn recorder(State(app): State<App>, _: Viewer) -> Json<Option<Recorder>> {
     Json(app.station().recorder().map(|(_, status)| {
@@ -65,7 +65,7 @@ fn failed(error: &io::Error) -> Problem {
     Problem::new(Cause::Recorder { reason: error.to_string() }, format!("the recordings cannot be read: {error}"))
 }
 
-/// The recordings in the recorder's folder, the newest first. Nothing is listed while nothing is recorded.
+/// Recordings in the recorder's folder, newest first. Empty while the recorder is off.
 async fn listed(app: &App) -> Result<(PathBuf, Vec<Recording>), Problem> {
     let Some((folder, status)) = app.station().recorder() else { return Ok((PathBuf::new(), Vec::new())) };
     let current = match status.state {
@@ -76,13 +76,13 @@ async fn listed(app: &App) -> Result<(PathBuf, Vec<Recording>), Problem> {
         let mut found = Vec::new();
         let entries = match std::fs::read_dir(&folder) {
             Ok(entries) => entries,
-            // The recorder makes it with its first file.
+            // The recorder creates the folder with its first file.
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok((folder, found)),
             Err(error) => return Err(error),
         };
         for entry in entries {
             let entry = entry?;
-            // One that the recorder has just deleted is none.
+            // The recorder may have just deleted it.
             let Ok(metadata) = entry.metadata() else { continue };
             let Ok(name) = entry.file_name().into_string() else { continue };
             if !metadata.is_file() || std::path::Path::new(&name).extension().is_none_or(|kind| kind != EXTENSION) {
@@ -102,21 +102,21 @@ async fn listed(app: &App) -> Result<(PathBuf, Vec<Recording>), Problem> {
     read.map_err(|error| failed(&error))
 }
 
-/// The recordings on the server's disk, the newest first; empty when this session is not recorded.
+/// Lists the recordings on the server's disk, newest first; empty when this session is not recorded.
 #[utoipa::path(get, path = "/recordings", tag = "recordings", responses((status = 200, body = Vec<Recording>), Problem))]
 async fn list_recordings(State(app): State<App>, _: Viewer) -> Result<Json<Vec<Recording>>, Problem> {
     listed(&app).await.map(|(_, recordings)| Json(recordings))
 }
 
-/// The path of a recording that is listed: what a client names is compared, never made a path of.
+/// Path of a listed recording. A client's name is only compared with the listed ones, never used as a path.
 pub(super) async fn find(app: &App, name: &str) -> Result<(PathBuf, Recording), Problem> {
     let (folder, recordings) = listed(app).await?;
     let found = recordings.into_iter().find(|recording| recording.name == name);
-    let found = found.ok_or_else(|| Problem::not_found(Thing::Recording, name, "there is no such recording"))?;
+    let found = found.ok_or_else(|| Problem::not_found(ResourceKind::Recording, name, "there is no such recording"))?;
     Ok((folder.join(&found.name), found))
 }
 
-/// A file's bytes as they are read, no faster than the client takes them.
+/// Body stream of a file, read no faster than the client takes it.
 struct Chunks(mpsc::Receiver<io::Result<Bytes>>);
 
 impl Stream for Chunks {
@@ -127,8 +127,8 @@ impl Stream for Chunks {
     }
 }
 
-/// A recording as it is on the disk: 8 bytes of big-endian microseconds since 1970 before each frame. One that is being
-/// written ends where it was when the request came.
+/// Returns a recording: before each frame, 8 bytes of big-endian microseconds since 1970. A file that is still being
+/// recorded ends where it ended when the request arrived.
 #[utoipa::path(get, path = "/recordings/{name}", tag = "recordings", params(("name" = String, Path, description = "Its file")),
     responses((status = 200, content_type = "application/octet-stream", body = Vec<u8>), Problem))]
 async fn get_recording(State(app): State<App>, _: Viewer, Name(name): Name) -> Result<Response, Problem> {
@@ -169,7 +169,7 @@ async fn get_recording(State(app): State<App>, _: Viewer, Name(name): Name) -> R
     Ok((headers, Body::from_stream(Chunks(receiver))).into_response())
 }
 
-/// Keeps a recording, so that it is not deleted to make room for new ones; or lets it go again.
+/// Protects a recording from being deleted to make room for new ones, or ends the protection.
 #[utoipa::path(put, path = "/recordings/{name}/keep", tag = "recordings", request_body = KeepRecording,
     params(("name" = String, Path, description = "Its file")), responses((status = 200, body = Done), Problem))]
 async fn keep(
@@ -182,7 +182,7 @@ async fn keep(
     let keep = move || {
         let folder = path.parent().unwrap_or_else(|| std::path::Path::new("."));
         vencejo_link::keep_recording(folder, &name, is_kept).map_err(|error| match error.kind() {
-            io::ErrorKind::NotFound => Problem::not_found(Thing::Recording, &name, "it is no recording of ours"),
+            io::ErrorKind::NotFound => Problem::not_found(ResourceKind::Recording, &name, "it is no recording of ours"),
             _ => failed(&error),
         })
     };
@@ -190,7 +190,7 @@ async fn keep(
     Ok(Json(Done {}))
 }
 
-/// What is in a recording: who spoke, which messages, and what happened to the vehicles.
+/// Summarizes a recording: its senders, its messages, and the events of its vehicles.
 #[utoipa::path(get, path = "/recordings/{name}/summary", tag = "recordings",
     params(("name" = String, Path, description = "Its file")), responses((status = 200, body = RecordingSummary), Problem))]
 async fn summarize(State(app): State<App>, _: Viewer, Name(name): Name) -> Result<Json<RecordingSummary>, Problem> {
@@ -228,8 +228,8 @@ async fn summarize(State(app): State<App>, _: Viewer, Name(name): Name) -> Resul
     }))
 }
 
-/// Starts or stops our heartbeat, which the vehicles' ground-station failsafe counts. On board a vehicle it is sent while an
-/// operator's page or program has its WebSocket open, and 5 s longer.
+/// Starts or stops the station's heartbeat, on which the vehicles' ground-station failsafe depends. On board a vehicle, it
+/// is sent while an operator's page or program has its WebSocket open, and 5 s longer.
 #[utoipa::path(put, path = "/heartbeat", tag = "station", request_body = SetHeartbeat,
     responses((status = 200, body = Done), Problem))]
 async fn set_heartbeat(

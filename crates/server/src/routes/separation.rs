@@ -1,4 +1,4 @@
-//! Planned flights held against each other.
+//! Separation of planned flights.
 
 use axum::Json;
 use axum::extract::State;
@@ -15,8 +15,8 @@ pub(super) fn router() -> OpenApiRouter<App> {
     OpenApiRouter::new().routes(routes!(separate))
 }
 
-/// Where planned flights come too near to each other. Each is rehearsed as its vehicle would fly it, from the ground at its home and from its
-/// start on; that is an assumption, and said in the answer. It tells: nothing is flown differently for it.
+/// Finds conflicts between planned flights. Each is rehearsed as its vehicle would fly it, starting from the ground at
+/// its home; the answer states these assumptions. Advisory only: no flight is changed.
 #[utoipa::path(post, path = "/plan/separation", tag = "plans", request_body = SeparationRequest,
     responses((status = 200, body = Separation), Problem))]
 async fn separate(

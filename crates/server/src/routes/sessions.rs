@@ -1,4 +1,4 @@
-//! Sessions, control, and the way to the WebSocket.
+//! Sessions, control, and the WebSocket handshake.
 
 use std::net::{IpAddr, Ipv4Addr};
 
@@ -31,7 +31,7 @@ fn info(app: &App, id: SessionId) -> Result<Json<SessionInfo>, Problem> {
     app.sessions().info(id).map(Json).ok_or_else(Problem::no_session)
 }
 
-/// Opens a session, or finds the one that the cookie proves. An operator gets control when nobody has it.
+/// Opens a session, or returns the one of the cookie. An operator receives control when no session holds it.
 #[utoipa::path(post, path = "/session", tag = "session", request_body = Option<NewSession>,
     responses((status = 200, body = SessionInfo, description = "Sets the session's cookie"), Problem))]
 async fn open_session(
@@ -63,14 +63,14 @@ async fn open_session(
     Ok((AppendHeaders([(header::SET_COOKIE, cookie)]), Json(opened)).into_response())
 }
 
-/// Where a request comes from: of IPv6 the network, for whoever has one address there has all.
+/// Client address for rate limiting; for IPv6 its network, in which a client can use any address.
 fn caller_of(extensions: &Extensions) -> IpAddr {
-    // Without a connection there is nobody but ourselves: a test.
+    // Without a connection, the request is our own: a test.
     let caller = extensions.get::<ConnectInfo<Caller>>();
     caller.map_or(IpAddr::V4(Ipv4Addr::LOCALHOST), |ConnectInfo(caller)| caller.connection.from())
 }
 
-/// The role that a token gives, unless too many wrong ones came from there.
+/// Role of a token, unless too many wrong tokens came from that address.
 fn role_of(app: &App, tokens: &TokenStore, token: &str, from: IpAddr) -> Result<Role, Problem> {
     let now = app.now();
     if let Some(wait) = app.throttle().wait(from, now) {
@@ -84,13 +84,13 @@ fn role_of(app: &App, tokens: &TokenStore, token: &str, from: IpAddr) -> Result<
     Ok(role)
 }
 
-/// The session that the cookie proves.
+/// Returns the session of the cookie.
 #[utoipa::path(get, path = "/session", tag = "session", responses((status = 200, body = SessionInfo), Problem))]
 async fn get_session(State(app): State<App>, InSession(id): InSession) -> Result<Json<SessionInfo>, Problem> {
     info(&app, id)
 }
 
-/// Ends the session, and gives control up if it holds it.
+/// Ends the session and releases control.
 #[utoipa::path(delete, path = "/session", tag = "session", responses((status = 204), Problem))]
 async fn close_session(State(app): State<App>, headers: HeaderMap, _: InSession) -> Response {
     let now = app.now();
@@ -109,7 +109,7 @@ fn not_given(reason: NotGiven) -> Problem {
     }
 }
 
-/// Takes control, if nobody else has it.
+/// Takes control, if no other session holds it.
 #[utoipa::path(post, path = "/control/take", tag = "session", responses((status = 200, body = SessionInfo), Problem))]
 async fn take_control(State(app): State<App>, Operator(id): Operator) -> Result<Json<SessionInfo>, Problem> {
     let now = app.now();
@@ -117,7 +117,7 @@ async fn take_control(State(app): State<App>, Operator(id): Operator) -> Result<
     info(&app, id)
 }
 
-/// Gives control up: to the session that asks for it, else to nobody. Also takes a request back.
+/// Releases control: to the session that requests it, if any. Also withdraws a request of this session.
 #[utoipa::path(post, path = "/control/release", tag = "session", responses((status = 200, body = SessionInfo), Problem))]
 async fn release_control(State(app): State<App>, Operator(id): Operator) -> Result<Json<SessionInfo>, Problem> {
     let now = app.now();
@@ -125,7 +125,7 @@ async fn release_control(State(app): State<App>, Operator(id): Operator) -> Resu
     info(&app, id)
 }
 
-/// Asks the session that holds control for it; takes it when nobody holds it.
+/// Requests control from the session that holds it; takes it when none does.
 #[utoipa::path(post, path = "/control/request", tag = "session", responses((status = 200, body = SessionInfo), Problem))]
 async fn request_control(State(app): State<App>, Operator(id): Operator) -> Result<Json<SessionInfo>, Problem> {
     let now = app.now();
@@ -133,14 +133,14 @@ async fn request_control(State(app): State<App>, Operator(id): Operator) -> Resu
     info(&app, id)
 }
 
-/// The WebSocket. Not in the description, which knows no WebSockets; its messages are.
+/// WebSocket handshake. OpenAPI cannot describe the WebSocket itself; its messages are in the schema.
 pub(super) async fn websocket(
     State(app): State<App>,
     InSession(id): InSession,
     upgrade: WebSocketUpgrade,
 ) -> Result<Response, Problem> {
     let Some(alive) = app.alive() else { return Err(Problem::closed()) };
-    // From here on, so that not even many at once are more than there may be.
+    // Counted before the upgrade, so that simultaneous requests cannot exceed the limit.
     let Some(place) = SocketGuard::open(app, id) else {
         let detail = "all places for WebSockets are taken; close one";
         return Err(Problem::too_many(Crowd::Sockets, MAX_SOCKETS, detail));

@@ -1,4 +1,4 @@
-//! How a vehicle signs, and the change of it. Keys themselves never come here.
+//! State and change of a vehicle's signing. Keys never pass through here.
 
 use axum::Json;
 use utoipa_axum::router::OpenApiRouter;
@@ -15,15 +15,15 @@ pub(super) fn router() -> OpenApiRouter<App> {
     OpenApiRouter::new().routes(routes!(get_signing, change_signing))
 }
 
-/// How a vehicle signs.
+/// Returns the signing state of a vehicle.
 #[utoipa::path(get, path = "/vehicles/{id}/signing", tag = "signing",
     params(("id" = u16, Path, description = "The vehicle's id")), responses((status = 200, body = SigningInfo), Problem))]
 async fn get_signing(_: Viewer, Vehicle(vehicle): Vehicle) -> Json<SigningInfo> {
     Json(convert::signing(&vehicle))
 }
 
-/// Gives a vehicle a signing key, another one, or takes its key away, and waits until it shows that, at most 5 s. Only while it is
-/// disarmed. Until it shows it, it is talked to as before.
+/// Sets, replaces or removes a vehicle's signing key, and waits up to 5 s for its frames to confirm the change.
+/// Permitted only while it is disarmed. Until the confirmation, frames to it are signed as before.
 #[utoipa::path(post, path = "/vehicles/{id}/signing", tag = "signing",
     params(("id" = u16, Path, description = "The vehicle's id")), request_body = ChangeSigning,
     responses((status = 200, body = SigningInfo), Problem))]

@@ -1,4 +1,4 @@
-//! What of the server's disk does not work, and the draft of the plan.
+//! Storage faults, and the draft of the plan.
 
 use axum::Json;
 use axum::extract::{DefaultBodyLimit, Query, State};
@@ -20,23 +20,24 @@ pub(super) fn router() -> OpenApiRouter<App> {
 
 pub(super) fn draft_router() -> OpenApiRouter<App> {
     let router = OpenApiRouter::new().routes(routes!(get_draft, put_draft, delete_draft));
-    // With what is around it.
+    // Allowance for the JSON around the draft.
     router.layer(DefaultBodyLimit::max(MAX_DRAFT + 4096))
 }
 
-/// What of the server's disk does not work, the flight recorder first; nothing when all is well.
+/// Lists storage faults, the flight recorder's first; empty when there are none.
 #[utoipa::path(get, path = "/storage", tag = "station", responses((status = 200, body = Vec<StorageProblem>), Problem))]
 async fn storage_problems(State(app): State<App>, _: Viewer) -> Json<Vec<StorageProblem>> {
     Json(app.storage_problems())
 }
 
-/// The draft of the plan that operators edit, with those that lost against it.
+/// Returns the draft of the plan that operators edit, and conflicting drafts.
 #[utoipa::path(get, path = "/draft", tag = "plans", responses((status = 200, body = PlanDrafts), Problem))]
 async fn get_draft(State(app): State<App>, _: Viewer) -> Result<Json<PlanDrafts>, Problem> {
     app.with_drafts(Drafts::get).await.map(Json)
 }
 
-/// Saves the draft as a change of the revision `base`. When somebody else changed it meanwhile it is refused, and kept beside.
+/// Saves the draft as a change of revision `base`. If another author has changed it since, the request is refused, and
+/// the draft is kept as a conflicting one.
 #[utoipa::path(put, path = "/draft", tag = "plans", request_body = NewPlanDraft,
     responses((status = 200, body = PlanDraft), Problem))]
 async fn put_draft(
@@ -50,7 +51,7 @@ async fn put_draft(
     Ok(Json(draft))
 }
 
-/// Removes the draft and those beside it.
+/// Deletes the draft and conflicting drafts.
 #[utoipa::path(delete, path = "/draft", tag = "plans", params(DraftBase), responses((status = 204), Problem))]
 async fn delete_draft(
     State(app): State<App>,

@@ -1,4 +1,4 @@
-//! Files over the wire, a piece at a time: memory stays small whatever their size.
+//! Streaming of request and response bodies in chunks, so that memory stays small whatever their size.
 
 use std::io::Read;
 use std::path::PathBuf;
@@ -18,12 +18,12 @@ use crate::dto::cause::Cause;
 use crate::problem::Problem;
 use crate::turns::BodyPlace;
 
-/// Bytes of a piece.
+/// Size of a chunk.
 const PIECE: usize = 64 * 1024;
-/// Pieces that wait to be read.
+/// Chunks waiting to be read.
 const PIECES: usize = 4;
 
-/// A request's body, a piece at a time.
+/// Request body as a stream of chunks.
 struct Pieces {
     body: Body,
     bytes: u64,
@@ -35,7 +35,7 @@ impl Pieces {
         Self { body, bytes: 0, most }
     }
 
-    /// The next one; `None` at the end.
+    /// Next chunk; `None` at the end.
     async fn next(&mut self) -> Result<Option<Bytes>, Problem> {
         while let Some(frame) = std::future::poll_fn(|context| Pin::new(&mut self.body).poll_frame(context)).await {
             let frame = frame.map_err(|error| Problem::invalid(format!("the file did not come whole: {error}")))?;
@@ -51,7 +51,7 @@ impl Pieces {
     }
 }
 
-/// Writes a request's body to a file.
+/// Writes a request body to a file.
 pub(super) async fn take(body: Body, upload: &mut Upload, most: u64) -> Result<(), Problem> {
     let mut pieces = Pieces::of(body, most);
     while let Some(data) = pieces.next().await? {
@@ -60,7 +60,7 @@ pub(super) async fn take(body: Body, upload: &mut Upload, most: u64) -> Result<(
     Ok(())
 }
 
-/// Reads a request's body as it comes, off the runtime's threads, in a place of the sender's role.
+/// Processes a request body while it arrives, off the async threads, limited per role.
 pub(super) async fn read<T: Send + 'static>(
     body: Body,
     role: Role,
@@ -73,7 +73,7 @@ pub(super) async fn read<T: Send + 'static>(
     let (come, pieces) = mpsc::channel(PIECES);
     let feeding = async move {
         while let Some(data) = piece {
-            // What is read no further is let go.
+            // When the reader has stopped, the rest is discarded.
             let _ = come.send(data).await;
             piece = body.next().await?;
         }
@@ -84,7 +84,7 @@ pub(super) async fn read<T: Send + 'static>(
     done
 }
 
-/// A body that is coming.
+/// Reader of an arriving body.
 pub(super) struct Coming {
     pieces: mpsc::Receiver<Bytes>,
     rest: Bytes,
@@ -104,7 +104,8 @@ impl Read for Coming {
     }
 }
 
-/// A temporary file as a body, and its length; the file is gone when it was sent, or nobody wants it any more.
+/// Returns a temporary file as a body, and its length; the file is deleted after sending, or when the client
+/// disconnects.
 pub(super) async fn give(path: PathBuf) -> Result<(Body, u64), Problem> {
     let failed = |error: std::io::Error| Problem::from(MapError::storage(error));
     let file = File::open(&path).await.map_err(failed)?;

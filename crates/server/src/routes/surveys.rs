@@ -1,4 +1,4 @@
-//! Surveys: laid out and rehearsed at once, for a page that asks while an area is drawn.
+//! Surveys: designed and rehearsed in one request, while a user draws an area.
 
 use axum::Json;
 use axum::extract::State;
@@ -26,14 +26,15 @@ pub(super) fn router() -> OpenApiRouter<App> {
     OpenApiRouter::new().routes(routes!(survey)).routes(routes!(cameras)).routes(routes!(complex_parts))
 }
 
-/// Cameras that are flown on small planes.
+/// Lists cameras in use on small planes.
 #[utoipa::path(get, path = "/plan/cameras", tag = "plans", responses((status = 200, body = Vec<NamedCamera>), Problem))]
 async fn cameras(_: Viewer) -> Json<Vec<NamedCamera>> {
     let named = |known: &core::KnownCamera| NamedCamera { name: known.name.to_owned(), camera: known.camera };
     Json(CAMERAS.iter().map(named).collect())
 }
 
-/// Where the items of each complex item are in the mission, in the order of `complex_items`, and what surveys among them were laid out from.
+/// Locates the items of each complex item in the mission, in the order of `complex_items`, with the design requests of
+/// surveys among them.
 #[utoipa::path(post, path = "/plan/complex-items", tag = "plans", request_body = Plan,
     responses((status = 200, body = Vec<ComplexPart>), Problem))]
 async fn complex_parts(_: Viewer, Body(plan): Body<Plan>) -> Result<Json<Vec<ComplexPart>>, Problem> {
@@ -52,7 +53,7 @@ fn parts_of(plan: &CorePlan, settings: PlanSettings) -> Result<Vec<ComplexPart>,
     Ok(told.collect())
 }
 
-/// What would be asked for to lay a survey out again.
+/// Design request that would produce this survey.
 fn request(shape: &SurveyShape, options: &SurveyOptions) -> SurveyRequest {
     let (points, width_m) = match shape {
         SurveyShape::Area(corners) => (corners, None),
@@ -86,7 +87,7 @@ fn place(point: &GeoPoint) -> LatLon {
     LatLon { lat_deg: point.lat_deg(), lon_deg: point.lon_deg() }
 }
 
-/// Lays out a survey of an area or a corridor, and rehearses it: the items, where each picture is taken, and what they show.
+/// Designs and rehearses a survey of an area or a corridor: the items, the position of each image, and the coverage.
 #[utoipa::path(post, path = "/plan/survey", tag = "plans", request_body = SurveyRequest,
     responses((status = 200, body = Survey), Problem))]
 async fn survey(State(app): State<App>, _: Viewer, Body(asked): Body<SurveyRequest>) -> Result<Json<Survey>, Problem> {

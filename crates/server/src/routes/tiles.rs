@@ -1,4 +1,4 @@
-//! Tiles of maps, from the sources' files, caches and services.
+//! Map tiles, from the sources' files, caches and services.
 
 use axum::extract::rejection::PathRejection;
 use axum::extract::{Path, State};
@@ -9,7 +9,7 @@ use utoipa_axum::routes;
 use vencejo_maps::Tile;
 use vencejo_maps::grid::TileId;
 
-use crate::dto::cause::Thing;
+use crate::dto::cause::ResourceKind;
 use crate::extract::Viewer;
 use crate::problem::Problem;
 use crate::state::App;
@@ -18,8 +18,8 @@ pub(super) fn router() -> OpenApiRouter<App> {
     OpenApiRouter::new().routes(routes!(tile))
 }
 
-/// A tile of a source's grid: level, column from the left, row from the top. `Vencejo-Tile` says where it came from: `hit` and
-/// `stale` (the source fails, this is what was seen before), `fetched`, `revalidated`, `file`.
+/// Returns a tile of a source's grid: level, column from the left, row from the top. `Vencejo-Tile` names its origin:
+/// `hit`, `stale` (from the cache because the source fails), `fetched`, `revalidated` or `file`.
 #[utoipa::path(get, path = "/tiles/{source}/{z}/{x}/{y}", tag = "maps",
     params(("source" = String, Path, description = "Id of a source"), ("z" = u8, Path, description = "Level of its grid"),
            ("x" = u32, Path, description = "Column"), ("y" = u32, Path, description = "Row")),
@@ -33,13 +33,13 @@ async fn tile(
     let Path((source, level, column, row)) = path.map_err(|error| Problem::invalid(error.body_text()))?;
     let numbers = (level.parse(), column.parse(), row.parse());
     let (Ok(level), Ok(column), Ok(row)) = numbers else {
-        return Err(Problem::not_found(Thing::Path, format!("{level}/{column}/{row}"), "tiles are numbered"));
+        return Err(Problem::not_found(ResourceKind::Path, format!("{level}/{column}/{row}"), "tiles are numbered"));
     };
     let tile = app.maps()?.tile(&source, TileId { level, column, row }).await?;
     Ok(picture(tile, &headers))
 }
 
-/// A picture as an answer, or that the browser has it already.
+/// Answer with an image, or "not modified" when the browser has it already.
 pub(super) fn picture(tile: Tile, headers: &HeaderMap) -> Response {
     let tag = format!("\"{:016x}\"", tile.hash);
     let known = headers.get(header::IF_NONE_MATCH).and_then(|tags| tags.to_str().ok());

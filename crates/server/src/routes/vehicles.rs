@@ -1,4 +1,4 @@
-//! What is known of the vehicles.
+//! State of the vehicles.
 
 use axum::Json;
 use axum::extract::State;
@@ -7,7 +7,7 @@ use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 
 use crate::convert;
-use crate::dto::cause::Thing;
+use crate::dto::cause::ResourceKind;
 use crate::dto::{Text, VehicleState, VehicleSummary};
 use crate::extract::{Pilot, Vehicle, Viewer};
 use crate::problem::Problem;
@@ -21,7 +21,8 @@ pub(super) fn router() -> OpenApiRouter<App> {
         .routes(routes!(follow_rival))
 }
 
-/// Follows and commands from now on the other vehicle that uses this system id, and no more the one that was followed.
+/// Switches to the other vehicle that uses this system id: it is followed and commanded from now on, in place of the
+/// present one.
 #[utoipa::path(post, path = "/vehicles/{id}/rival/follow", tag = "vehicles",
     params(("id" = u16, Path, description = "The vehicle's id")), responses((status = 204), Problem))]
 async fn follow_rival(pilot: Pilot, Vehicle(vehicle): Vehicle) -> Result<StatusCode, Problem> {
@@ -30,23 +31,23 @@ async fn follow_rival(pilot: Pilot, Vehicle(vehicle): Vehicle) -> Result<StatusC
     }
     let id = vehicle.id();
     let detail = format!("no other vehicle with system id {id} is heard");
-    Err(Problem::not_found(Thing::Vehicle, id, detail))
+    Err(Problem::not_found(ResourceKind::Vehicle, id, detail))
 }
 
-/// The vehicles heard so far.
+/// Lists the vehicles heard so far.
 #[utoipa::path(get, path = "/vehicles", tag = "vehicles", responses((status = 200, body = Vec<VehicleSummary>), Problem))]
 async fn list_vehicles(State(app): State<App>, _: Viewer) -> Json<Vec<VehicleSummary>> {
     Json(convert::vehicle_summaries(app.station()))
 }
 
-/// Everything that is known of a vehicle.
+/// Returns the state of a vehicle.
 #[utoipa::path(get, path = "/vehicles/{id}", tag = "vehicles", params(("id" = u16, Path, description = "The vehicle's id")),
     responses((status = 200, body = VehicleState), Problem))]
 async fn get_vehicle(_: Viewer, Vehicle(vehicle): Vehicle) -> Json<VehicleState> {
     Json(convert::vehicle_state(&vehicle))
 }
 
-/// The newest texts that a vehicle wrote, oldest first.
+/// Returns the newest status texts of a vehicle, oldest first.
 #[utoipa::path(get, path = "/vehicles/{id}/texts", tag = "vehicles",
     params(("id" = u16, Path, description = "The vehicle's id")), responses((status = 200, body = Vec<Text>), Problem))]
 async fn list_texts(_: Viewer, Vehicle(vehicle): Vehicle) -> Json<Vec<Text>> {

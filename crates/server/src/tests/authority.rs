@@ -1,5 +1,4 @@
-//! Who may act: every route of the description for every role, confirmations of dangerous acts, and bodies that are not what they
-//! should be.
+//! Permissions: every route for every role, confirmations of dangerous actions, and invalid bodies.
 
 use std::collections::BTreeSet;
 use std::pin::Pin;
@@ -12,23 +11,23 @@ use tokio::sync::oneshot;
 use super::bodies::{described, filled};
 use super::*;
 
-/// What a route asks of whoever calls it.
+/// What a route requires of a client.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Needs {
     /// Nothing.
     Nothing,
-    /// A token, or the session that it gave.
+    /// A token, or a session.
     Token,
     /// A session.
     Session,
-    /// An operator's.
+    /// An operator's session.
     Operator,
-    /// An operator's that holds control.
+    /// An operator's session that holds control.
     Control,
 }
 
-/// Every route but those of the requests that describe themselves, all of which need control. One that is not here fails the test: whoever
-/// adds a route says here who may use it.
+/// Every route except those of self-describing requests, all of which need control. A route that is missing here fails
+/// the test: a new route must state who may use it.
 const ROUTES: &[(Needs, &[&str])] = &[
     (Needs::Nothing, &["GET /info"]),
     (Needs::Token, &["POST /session"]),
@@ -141,7 +140,7 @@ const ROUTES: &[(Needs, &[&str])] = &[
             "DELETE /vehicles/{id}/plan/fence",
             "DELETE /vehicles/{id}/plan/mission",
             "DELETE /vehicles/{id}/plan/rally",
-            // Refused to whoever does not get it.
+            // Refused to clients without that permission.
             "POST /control/take",
             "POST /links",
             "POST /vehicles/{id}/command/int",
@@ -159,7 +158,7 @@ const ROUTES: &[(Needs, &[&str])] = &[
     ),
 ];
 
-// fault 44: nobody, viewer, operator without and with control at every route, the WebSocket among them
+// fault 44: no session, viewer, operator without and with control at every route, the WebSocket included
 #[tokio::test]
 async fn every_role_at_every_route() {
     let station = station(true);
@@ -171,7 +170,7 @@ async fn every_role_at_every_route() {
     let all = ROUTES.iter().copied().chain([(Needs::Control, requests.as_slice())]);
     let listed: BTreeSet<&str> = all.clone().flat_map(|(_, routes)| routes).copied().collect();
     let mut there: BTreeSet<String> = described().iter().map(|(method, path, _)| format!("{method} {path}")).collect();
-    // The description knows no WebSockets.
+    // OpenAPI does not describe WebSockets.
     there.insert("GET /ws".to_owned());
     assert_eq!(there.iter().map(String::as_str).collect::<BTreeSet<_>>(), listed, "each route has its row above");
     let viewer = server.session(json!({"token": tokens.viewer})).await;
@@ -182,7 +181,7 @@ async fn every_role_at_every_route() {
         for route in routes {
             let (method, path) = route.split_once(' ').expect("method and path");
             let path = filled(path, "7");
-            // Whatever the route before did, Ana has control and nobody asks for it.
+            // Whatever the previous route did, Ana has control and no session requests it.
             server.ask("POST", "/control/release", Some(&other), None).await;
             server.ask("POST", "/control/take", Some(&pilot), None).await;
             for (who, cookie, expected) in [
@@ -192,7 +191,7 @@ async fn every_role_at_every_route() {
                 ("operator with control", Some(&pilot), None),
             ] {
                 let cookie = match cookie {
-                    // It ends the session.
+                    // This ends the session.
                     Some(_) if *route == "DELETE /session" => Some(
                         server
                             .session(json!({"token": if who == "viewer" { &tokens.viewer } else { &tokens.operator }}))
@@ -213,7 +212,8 @@ async fn every_role_at_every_route() {
     station.close().await;
 }
 
-// fault 28: 13 dangerous acts: a wrong, used or other act's confirmation is refused, with the right one the act is done once
+// fault 28: 13 dangerous actions: a wrong, used or other action's confirmation is refused; with the right one, the
+// action is carried out once
 #[tokio::test]
 async fn what_is_dangerous_is_done_once_and_only_confirmed() {
     let station = station(true);
@@ -258,12 +258,12 @@ async fn what_is_dangerous_is_done_once_and_only_confirmed() {
         assert_eq!(send(act, Some(&given)).await.status, 412, "{act:?}: it was used");
         refused += 2;
     }
-    // Harmless acts take no wrong confirmation either.
+    // A harmless action does not accept a wrong confirmation either.
     assert_eq!(send(&("POST", "/arm", json!({})), Some("0")).await.status, 412);
     assert_eq!(refused, acts.len() * 6);
     let (code, arm) = &acts[0];
     let given = challenge(arm, code).await;
-    // The double refuses it, which it can only do when it comes.
+    // The simulated vehicle refuses it, which shows that it was sent.
     assert_eq!(send(arm, Some(&given)).await.status, 409);
     assert_eq!(send(arm, Some(&given)).await.status, 412, "once");
     let heard = double.heard.lock().expect("no panic").clone();
@@ -271,9 +271,9 @@ async fn what_is_dangerous_is_done_once_and_only_confirmed() {
     station.close().await;
 }
 
-/// A body of which nothing comes until the test says so.
+/// A body that does not arrive until the test lets it.
 struct Halted {
-    /// Told when somebody waits for the body.
+    /// Notified when the body is awaited.
     asked: Option<oneshot::Sender<()>>,
     rest: Option<oneshot::Receiver<String>>,
 }
@@ -325,7 +325,7 @@ async fn a_request_ends_with_its_session() {
         server.app.change_sessions(|sessions| sessions.revoke(crate::dto::Role::Operator, now));
         assert_eq!(end(request, body).await, 401, "{method} {path}");
         assert_eq!(server.app.sessions().holder_name(), None, "{method} {path}");
-        // Control went to somebody else.
+        // Control went to another session.
         let ana = server.session(json!({"name": "Ana"})).await;
         let request = begin(&ana, method, path).await;
         station.operator().take_over("Ana", station.now()).expect("by name");
@@ -360,7 +360,7 @@ async fn a_program_and_a_browser_share_one_lease() {
     let given = server.ask("POST", "/control/request", Some(&ana), None).await.json();
     assert_eq!(given["has_control"], true, "a program that does not look who asks gives way");
     server.ask("POST", "/control/release", Some(&ana), None).await;
-    // Nobody has it: the first who acts takes it.
+    // Control is free: the first session that acts takes it.
     assert_eq!(server.ask("POST", "/vehicles/1/arm", Some(&ana), None).await.status, 409);
     assert_eq!(server.ask("GET", "/session", Some(&ana), None).await.json()["has_control"], true);
     station.close().await;

@@ -1,4 +1,4 @@
-//! Bodies that are not what they should be, at every route, and bodies that do not come.
+//! Invalid bodies at every route, and bodies that do not arrive.
 
 use std::convert::Infallible;
 use std::pin::Pin;
@@ -11,7 +11,7 @@ use tokio::time::{Instant, advance};
 
 use super::*;
 
-/// Method, path and what is said of it, for all that the description has.
+/// Method, path and description of every operation.
 pub fn described() -> Vec<(String, String, Value)> {
     let description: Value = serde_json::from_str(&crate::openapi()).expect("JSON");
     let paths = description["paths"].as_object().expect("paths");
@@ -23,13 +23,13 @@ pub fn described() -> Vec<(String, String, Value)> {
     paths.iter().flat_map(of_path).collect()
 }
 
-/// A path in which everything is called like this.
+/// The path with this value for all of its parameters.
 pub fn filled(path: &str, with: &str) -> String {
     let parts = path.split('/').map(|part| if part.starts_with('{') { with } else { part });
     parts.collect::<Vec<_>>().join("/")
 }
 
-/// The names of a body's values.
+/// Names of a body's values.
 fn properties(schema: &Value) -> Vec<String> {
     let description: Value = serde_json::from_str(&crate::openapi()).expect("JSON");
     let one_of = schema["oneOf"].as_array().and_then(|choices| choices.last()).unwrap_or(schema);
@@ -55,7 +55,7 @@ async fn a_list_is_no_body_of_any_route() {
     };
     for (method, path, route) in described() {
         let schema = &route["requestBody"]["content"]["application/json"]["schema"];
-        // Some bodies are lists, some files.
+        // Some bodies are lists, some are files.
         if schema.is_null() || schema["type"] == "array" {
             continue;
         }
@@ -94,7 +94,7 @@ async fn a_list_is_no_body_of_any_route() {
     station.close().await;
 }
 
-// fault 43: simple requests of another site, of three types, at every write: 403
+// fault 43: simple requests from another site, of three types, at every write: 403
 #[tokio::test]
 async fn simple_requests_of_another_site_are_refused_at_every_write() {
     let server = Plain::new(station(true), None);
@@ -118,7 +118,7 @@ async fn simple_requests_of_another_site_are_refused_at_every_write() {
     assert!(checked >= 150, "{checked}");
 }
 
-/// So much of a body, and nothing more of it.
+/// Part of a body, and nothing after it.
 pub struct Begun(pub Option<Bytes>);
 
 impl Stream for Begun {
@@ -129,13 +129,13 @@ impl Stream for Begun {
     }
 }
 
-/// A request of a type of its own, with a body.
+/// A request with a content type and a body.
 fn posted(path: &str, kind: &str, body: Body) -> Request<Body> {
     let request = Request::builder().method("POST").uri(format!("/api/v1{path}")).header(header::HOST, "localhost");
     request.header(header::CONTENT_TYPE, kind).body(body).expect("a request")
 }
 
-/// What earns a body two minutes.
+/// Enough bytes to earn a body two minutes.
 fn much() -> Begun {
     Begun(Some(vec![0; 1 << 20].into()))
 }
@@ -170,7 +170,7 @@ async fn a_recording_that_does_not_come_keeps_nobody_from_learning() {
     let (status, cause) = learn(Body::from("no recording")).await;
     assert_eq!((status, cause["code"].clone(), begun.elapsed()), (422, json!("invalid-request"), Duration::ZERO));
     drop(silent);
-    // Threads work on what came of these, so that time does not pass by itself.
+    // Real threads process these bodies, so the paused clock must not advance by itself.
     let mut begun: JoinSet<_> = (0..3).map(|_| learn(Body::from_stream(much()))).collect();
     let mut ended = Vec::new();
     while ended.len() < 3 {

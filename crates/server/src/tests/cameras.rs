@@ -14,7 +14,7 @@ use vencejo_video::{CameraRecording, CameraState, CameraStatus, HEADER_BYTES, Pi
 use super::{Ws, connect_to, cookie, futures_next, serve, station};
 use crate::{Server, ServerConfig, routes};
 
-/// A hang is a failure.
+/// Time limit of a step; a hang fails the test.
 const PATIENCE: Duration = Duration::from_secs(20);
 
 fn picture(codec: VideoCodec, is_key: bool, data: &[u8]) -> Picture<'_> {
@@ -25,7 +25,7 @@ fn live(codec: VideoCodec) -> CameraStatus {
     CameraStatus { state: CameraState::Live, codec: Some(codec), ..CameraStatus::default() }
 }
 
-/// The next text message of a kind.
+/// Next text message of a kind.
 async fn text(socket: &mut Ws, kind: &str) -> Value {
     let find = async {
         loop {
@@ -44,7 +44,7 @@ async fn text(socket: &mut Ws, kind: &str) -> Value {
     timeout(PATIENCE, find).await.unwrap_or_else(|_| panic!("no {kind}"))
 }
 
-/// The code of the next picture; `None` at the end.
+/// Data of the next image; `None` at the end.
 async fn code(socket: &mut Ws) -> Option<Vec<u8>> {
     let find = async {
         loop {

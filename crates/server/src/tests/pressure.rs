@@ -1,4 +1,4 @@
-//! More to tell than a browser takes: over a pipe of known size, under a clock that the test moves.
+//! Backpressure: more messages than a browser reads, over a pipe of known size, with a clock controlled by the test.
 
 use std::future::pending;
 use std::io;
@@ -11,10 +11,10 @@ use vencejo_video::{CameraStatus, Picture, VideoCodec};
 
 use super::*;
 
-/// Bytes on the way to a browser that stopped reading: three or four messages.
+/// Bytes in transit to a browser that has stopped reading: three or four messages.
 const PIPE: usize = 1024;
 
-/// One connection, and nobody after it.
+/// Accepts one connection, and no others.
 struct Once(Option<DuplexStream>);
 
 impl Listener for Once {
@@ -42,7 +42,8 @@ async fn browser(server: &Plain, path: &str) -> WebSocketStream<DuplexStream> {
     client_async(request, far).await.expect("a WebSocket").0
 }
 
-// fault 63: 300 texts to a browser that stalls for 7 s: each arrives, before all but what was on the way; 2,800 messages are dropped
+// fault 63: 300 texts to a browser that stalls for 7 s: each arrives, before everything not yet in transit; 2,800
+// messages are dropped
 #[tokio::test(start_paused = true)]
 async fn telemetry_is_dropped_first() {
     const COMPONENTS: u8 = 40;
@@ -55,7 +56,7 @@ async fn telemetry_is_dropped_first() {
     for _ in 0..2 * COMPONENTS {
         next(&mut socket, "message").await.expect("telemetry");
     }
-    // It stops reading in the middle of a round, and things happen.
+    // It stops reading in the middle of a round, while events occur.
     sleep(Duration::from_secs(2)).await;
     for number in 0..TEXTS {
         let text = format!("{number} {}", "x".repeat(100));
@@ -93,7 +94,7 @@ async fn a_viewer_on_a_thin_line_is_told_the_time_and_when_its_session_is_over()
         let picture = Picture { codec, is_key: true, width: 640, height: 480, captured_unix_us, data: &data };
         feed.publish(&picture).expect("never waits");
     };
-    // Whenever one leaves, the next one waits.
+    // Whenever one has been sent, the next is waiting.
     (0..3).for_each(|_| publish());
     let (mut pictures, mut revoked) = (0, None);
     let frame = loop {

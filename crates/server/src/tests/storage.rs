@@ -1,4 +1,4 @@
-//! What becomes of a full disk, one that cannot be written, and a draft that two people change.
+//! A full disk, a read-only disk, and a draft that two people change.
 
 use std::path::PathBuf;
 use std::sync::atomic::AtomicU64;
@@ -29,7 +29,7 @@ impl Drop for Folder {
     }
 }
 
-/// What is told to be in want of, with the kind of fault.
+/// Reported data classes, with the kind of fault.
 fn told(message: &Value) -> Vec<(String, String)> {
     let problems = message["problems"].as_array().expect("a list");
     let text = |value: &Value| value.as_str().expect("a text").to_owned();
@@ -46,7 +46,7 @@ async fn next_told(socket: &mut Ws, wanted: &[(String, String)]) -> Duration {
     began.elapsed()
 }
 
-// fault 58: told on the WebSocket within 5 s, maps first, the recorder last; heartbeats go on
+// fault 58: reported on the WebSocket within 5 s, maps first, the recorder last; heartbeats go on
 #[tokio::test]
 async fn a_disk_that_fills_up_is_told_within_five_seconds_and_the_flight_recorder_stops_last() {
     let (folder, free_mb) = (Folder::new(), Arc::new(AtomicU64::new(10_000)));
@@ -72,7 +72,7 @@ async fn a_disk_that_fills_up_is_told_within_five_seconds_and_the_flight_recorde
         let waited = next_told(&mut socket, &expected).await;
         slowest = slowest.max(waited);
         assert!(waited < Duration::from_secs(5), "{mb} MB free: told after {waited:?}");
-        // Whatever the disk does, the vehicle is commanded.
+        // Whatever the disk does, the vehicle can be commanded.
         let before = double.heartbeats.load(Ordering::SeqCst);
         timeout(PATIENCE, async {
             while double.heartbeats.load(Ordering::SeqCst) == before {
@@ -87,7 +87,7 @@ async fn a_disk_that_fills_up_is_told_within_five_seconds_and_the_flight_recorde
     station.close().await;
 }
 
-// fault 58: a disk that does not answer is told within 5 s
+// fault 58: a disk that does not respond is reported within 5 s
 #[tokio::test]
 async fn a_disk_that_does_not_answer_is_told_and_so_is_that_it_does_again() {
     let (folder, answers) = (Folder::new(), Arc::new((Mutex::new(false), Condvar::new())));
@@ -110,13 +110,13 @@ async fn a_disk_that_does_not_answer_is_told_and_so_is_that_it_does_again() {
     station.close().await;
 }
 
-// fault 58: a server starts without a disk, says so, and shows maps
+// fault 58: a server starts without a disk, reports it, and shows maps
 #[tokio::test]
 async fn a_server_starts_where_nothing_can_be_written_and_says_so() {
     let folder = Folder::new();
     std::fs::write(folder.0.join("no-folder"), "a file in its place").expect("written");
     let data = folder.0.join("no-folder/data");
-    // Keys that can be read, and no place for their times.
+    // The keys can be read, but their timestamps cannot be stored.
     let signing = folder.0.join("signing");
     std::fs::create_dir_all(signing.join("times.json/in the way")).expect("a folder");
     let key = json!({"id": 1, "name": "one", "made_unix_s": 0, "key": "7".repeat(64)});
@@ -148,7 +148,7 @@ async fn a_server_starts_where_nothing_can_be_written_and_says_so() {
         told.iter().all(|(_, kind)| kind == "unwritable")
             && told.iter().map(|(what, _)| what.as_str()).collect::<Vec<_>>() == wanted
     };
-    // The draft is told of once somebody has one.
+    // The draft is reported once there is one.
     let draft = json!({"base": 0, "author": "a", "plan": {"items": []}});
     let draft = serde_json::from_value(draft).expect("a draft");
     server.app().drafts().put(draft, "ana".to_owned()).expect("in memory");

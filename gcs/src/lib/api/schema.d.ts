@@ -8,7 +8,7 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** The cameras, by name. */
+        /** Lists the cameras by name. */
         get: operations["list_cameras"];
         put?: never;
         post?: never;
@@ -44,9 +44,9 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** Begins to record the camera to a file on the machine that it is at. Tells the vehicle nothing. */
+        /** Starts recording the camera to a file on the machine to which it is connected. Sends nothing to the vehicle. */
         post: operations["start_recording"];
-        /** Ends the recording. */
+        /** Stops the recording. */
         delete: operations["stop_recording"];
         options?: never;
         head?: never;
@@ -61,12 +61,12 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * A still picture: the newest, with the time, and the vehicle's position, heights and attitude where they are known, in its
+         * Takes a still image: the newest one, with time, position, altitudes and attitude of the vehicle, where known, in its
          *     EXIF and XMP data.
          */
         get: operations["snapshot"];
         put?: never;
-        /** A still picture like that of GET, kept beside the recordings as well. */
+        /** Takes a still image as GET does, and also stores it beside the recordings. */
         post: operations["keep_snapshot"];
         delete?: never;
         options?: never;
@@ -82,11 +82,11 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * The pictures, over a WebSocket of their own. Text messages are `CameraMessage`. Binary messages are pictures: a header of
-         *     20 bytes, all numbers little-endian, then the code. Header: version (u8, is 1); codec (u8: 1 H.264 byte stream, one access
-         *     unit, key frames with their parameter sets; 2 JPEG); flags (u8: bit 0 key frame); 0 (u8); width, height (u16 each); time of
-         *     capture (u64, microseconds since 1970); number of the picture (u32). A viewer that reads slowly misses pictures, and goes
-         *     on at a key frame.
+         * The camera's images, on a WebSocket of their own. Text messages are `CameraMessage`. Binary messages are images: a
+         *     header of 20 bytes, all numbers little-endian, then the encoded image. Header: version (u8, is 1); codec (u8: 1
+         *     H.264 byte stream, one access unit, key frames with their parameter sets; 2 JPEG); flags (u8: bit 0 key frame); 0
+         *     (u8); width, height (u16 each); time of capture (u64, microseconds since 1970); number of the image (u32). A slow
+         *     viewer misses images and continues at a key frame.
          */
         get: operations["watch"];
         put?: never;
@@ -104,7 +104,7 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** The commands that a plan may hold. */
+        /** Lists the commands that a plan may contain. */
         get: operations["list_commands"];
         put?: never;
         post?: never;
@@ -123,7 +123,7 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** Gives control up: to the session that asks for it, else to nobody. Also takes a request back. */
+        /** Releases control: to the session that requests it, if any. Also withdraws a request of this session. */
         post: operations["release_control"];
         delete?: never;
         options?: never;
@@ -140,7 +140,7 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** Asks the session that holds control for it; takes it when nobody holds it. */
+        /** Requests control from the session that holds it; takes it when none does. */
         post: operations["request_control"];
         delete?: never;
         options?: never;
@@ -157,7 +157,7 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** Takes control, if nobody else has it. */
+        /** Takes control, if no other session holds it. */
         post: operations["take_control"];
         delete?: never;
         options?: never;
@@ -172,12 +172,15 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** The draft of the plan that operators edit, with those that lost against it. */
+        /** Returns the draft of the plan that operators edit, and conflicting drafts. */
         get: operations["get_draft"];
-        /** Saves the draft as a change of the revision `base`. When somebody else changed it meanwhile it is refused, and kept beside. */
+        /**
+         * Saves the draft as a change of revision `base`. If another author has changed it since, the request is refused, and
+         *     the draft is kept as a conflicting one.
+         */
         put: operations["put_draft"];
         post?: never;
-        /** Removes the draft and those beside it. */
+        /** Deletes the draft and conflicting drafts. */
         delete: operations["delete_draft"];
         options?: never;
         head?: never;
@@ -191,10 +194,10 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** The ground's height at a place. Null where it is not known; a source that fails says so in the list of sources. */
+        /** Ground elevation at a position; null when unknown. The list of map sources shows which of them fail. */
         get: operations["get_elevation"];
         put?: never;
-        /** The ground's heights at up to 2000 places. */
+        /** Ground elevations at up to 2000 positions. */
         post: operations["get_elevations"];
         delete?: never;
         options?: never;
@@ -211,7 +214,7 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** The ground under a line, or under a plan's legs from its home. */
+        /** Terrain profile along a line, or along a plan's legs from its home. */
         post: operations["get_elevation_profile"];
         delete?: never;
         options?: never;
@@ -226,7 +229,7 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** The recordings and pictures of cameras on the server's disk, the newest first, 1000 at most. */
+        /** Lists camera recordings and images on the server's disk, newest first, at most 1000. */
         get: operations["list_footage"];
         put?: never;
         post?: never;
@@ -244,13 +247,13 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * A recording (Matroska) or picture (JPEG) as it is on the disk. Parts of it are given to those who ask for a range, so that a
-         *     player can jump. One that is being written ends where it was when the request came.
+         * Returns a recording (Matroska) or image (JPEG), or the requested range of it, so that a player can seek. A file that
+         *     is still being recorded ends where it ended when the request arrived.
          */
         get: operations["get_footage"];
         put?: never;
         post?: never;
-        /** Deletes a recording or picture from the server's disk. One that is being written is not deleted. */
+        /** Deletes a recording or image from the server's disk. A file that is being recorded is not deleted. */
         delete: operations["delete_footage"];
         options?: never;
         head?: never;
@@ -284,7 +287,7 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** What is kept of each aircraft of each fleet, far away and on board: its files, and what is missing in them. */
+        /** Lists the stored history of each aircraft of each fleet, remote or on board: its files, and their gaps. */
         get: operations["list_history"];
         put?: never;
         post?: never;
@@ -302,8 +305,8 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * A file of a history (MCAP) as it is on the disk. Parts of it are given to those who ask for a range. One that is being written ends
-         *     where it was when the request came.
+         * Returns a history file (MCAP), or the requested range of it. A file that is still being written ends where it ended
+         *     when the request arrived.
          */
         get: operations["get_history_file"];
         put?: never;
@@ -321,7 +324,7 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** What answers, and whether it needs a token. Needs no session. */
+        /** Returns the server's version, and whether it requires a token. Needs no session. */
         get: operations["info"];
         put?: never;
         post?: never;
@@ -338,10 +341,10 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** The links and what went over them. */
+        /** Lists the links with their traffic counters. */
         get: operations["list_links"];
         put?: never;
-        /** Opens one more link. It connects, and connects again, by itself. */
+        /** Opens another link. It connects, and reconnects, by itself. */
         post: operations["open_link"];
         delete?: never;
         options?: never;
@@ -373,10 +376,10 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** The offline areas of all sources, oldest first. */
+        /** Lists the offline areas of all sources, oldest first. */
         get: operations["list_map_areas"];
         put?: never;
-        /** Makes an offline area and begins to fetch it. Refused where the source's terms forbid it. */
+        /** Creates an offline area and starts its download. Refused when the source's terms of use forbid it. */
         post: operations["add_map_area"];
         delete?: never;
         options?: never;
@@ -393,7 +396,7 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** What an area would take: tiles, and bytes still to come. */
+        /** Estimates an area: number of tiles, and bytes still to be downloaded. */
         post: operations["estimate_map_area"];
         delete?: never;
         options?: never;
@@ -410,7 +413,7 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** Takes an MBTiles file that was exported, here or by another station, into a source's cache, as an area that is done. */
+        /** Imports an exported MBTiles file, of this or another station, into a source's cache, as a completed area. */
         post: operations["import_map_area"];
         delete?: never;
         options?: never;
@@ -425,11 +428,11 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** One offline area. */
+        /** Returns an offline area. */
         get: operations["get_map_area"];
         put?: never;
         post?: never;
-        /** Removes an offline area. Its tiles stay cached until they are the least recently used. */
+        /** Removes an offline area. Its tiles stay in the cache until they are evicted as least recently used. */
         delete: operations["remove_map_area"];
         options?: never;
         head?: never;
@@ -443,7 +446,7 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** What is here of an area, as an MBTiles file. */
+        /** Exports the downloaded part of an area as an MBTiles file. */
         get: operations["export_map_area"];
         put?: never;
         post?: never;
@@ -462,7 +465,7 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** Stops fetching an area until it is resumed. */
+        /** Pauses the download of an area. */
         post: operations["pause_map_area"];
         delete?: never;
         options?: never;
@@ -479,7 +482,7 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** Goes on with an area, and tries again what failed. */
+        /** Resumes an area and retries failed tiles. */
         post: operations["resume_map_area"];
         delete?: never;
         options?: never;
@@ -496,7 +499,7 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** What a WMS or WMTS offers. The service is asked though it is no source yet. */
+        /** Returns the capabilities of a WMS or WMTS, which need not be configured as a source. */
         post: operations["ask_map_capabilities"];
         delete?: never;
         options?: never;
@@ -511,7 +514,7 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** All settings as the file has them, without keys. */
+        /** Returns all settings of the configuration file, without keys. */
         get: operations["get_map_config"];
         put?: never;
         post?: never;
@@ -528,10 +531,13 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** The files of the maps folder. */
+        /** Lists the files in the maps folder. */
         get: operations["list_map_files"];
         put?: never;
-        /** Takes a file into the maps folder, of a name with an end that `GET /maps/kinds` lists. The body is the file, at most 8 GiB. The answer proposes settings; nothing is shown before they are put. */
+        /**
+         * Uploads a file to the maps folder; its name must have an extension that `GET /maps/kinds` lists. The body is the
+         *     file, at most 8 GiB. The answer proposes settings; the source exists only once they are sent back.
+         */
         post: operations["take_map_file"];
         delete?: never;
         options?: never;
@@ -546,7 +552,7 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** The kinds of sources: the settings that each takes, what it can be for, the files that are taken for it. */
+        /** Lists the kinds of sources: their settings, possible roles, and accepted files. */
         get: operations["list_map_kinds"];
         put?: never;
         post?: never;
@@ -580,7 +586,7 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** Well-known sources, with the terms that each is used under. */
+        /** Lists well-known sources with their terms of use. */
         get: operations["list_map_presets"];
         put?: never;
         post?: never;
@@ -597,7 +603,10 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** The map sources in drawing order, with their grids and how they fare. The file is read again when it was edited by hand. */
+        /**
+         * Lists the map sources in drawing order, with their grids and their health. The configuration file is reloaded if it
+         *     has been edited.
+         */
         get: operations["list_map_sources"];
         put?: never;
         post?: never;
@@ -615,7 +624,10 @@ export interface paths {
             cookie?: never;
         };
         get?: never;
-        /** Makes a source, or replaces that of its id. Comments in the file survive. A key that is absent stays, an empty one goes. */
+        /**
+         * Creates a source, or replaces the one with that id. Comments in the file are kept. An absent key keeps the stored
+         *     one; an empty key removes it.
+         */
         put: operations["put_map_source"];
         post?: never;
         /** Removes a source. */
@@ -632,7 +644,7 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** Whom to name for a view of a source; for most the same everywhere. */
+        /** Attributions for a view of a source; most sources have the same ones everywhere. */
         get: operations["get_map_attribution"];
         put?: never;
         post?: never;
@@ -652,7 +664,7 @@ export interface paths {
         get?: never;
         put?: never;
         post?: never;
-        /** Forgets what is cached of a source, but for its offline areas. */
+        /** Clears a source's cache, except for its offline areas. */
         delete: operations["clear_map_cache"];
         options?: never;
         head?: never;
@@ -668,7 +680,7 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** Asks a source for one tile now, past its cache, and says how it fares. */
+        /** Requests one tile from a source, bypassing its cache, and returns the source's health. */
         post: operations["check_map_source"];
         delete?: never;
         options?: never;
@@ -683,7 +695,7 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** The picture of a source of kind `image`, as its file is. */
+        /** Returns the image file of a source of kind `image`. */
         get: operations["get_map_image"];
         put?: never;
         post?: never;
@@ -700,7 +712,7 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** The operations under way and those that ended lately, without their results. */
+        /** Lists running and recently ended operations, without their results. */
         get: operations["list_operations"];
         put?: never;
         post?: never;
@@ -717,11 +729,14 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** An operation, with its result once it is done. */
+        /** Returns an operation, with its result once it is done. */
         get: operations["get_operation"];
         put?: never;
         post?: never;
-        /** Gives an operation up: whoever began it may, and whoever has control. What the vehicle then holds of a plan is unknown until it is read. */
+        /**
+         * Cancels an operation; permitted for the session that started it and for the holder of control. The part of the plan
+         *     concerned is unknown until it is read again.
+         */
         delete: operations["cancel_operation"];
         options?: never;
         head?: never;
@@ -737,7 +752,7 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** Writes a `.param` file: one `NAME,value` a line, in the order given. */
+        /** Formats a `.param` file: one `NAME,value` per line, in the given order. */
         post: operations["format_params"];
         delete?: never;
         options?: never;
@@ -754,7 +769,7 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** Reads a parameter file of any known kind (`.param`, `.parm`, `.params`); the body is the file. */
+        /** Parses a parameter file of any supported format (`.param`, `.parm`, `.params`); the body is the file. */
         post: operations["parse_params"];
         delete?: never;
         options?: never;
@@ -769,7 +784,7 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** Cameras that are flown on small planes. */
+        /** Lists cameras in use on small planes. */
         get: operations["cameras"];
         put?: never;
         post?: never;
@@ -788,7 +803,7 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** Looks for what would make a plan fail. */
+        /** Checks a plan for anything that would make it fail. */
         post: operations["check"];
         delete?: never;
         options?: never;
@@ -805,7 +820,10 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** Where the items of each complex item are in the mission, in the order of `complex_items`, and what surveys among them were laid out from. */
+        /**
+         * Locates the items of each complex item in the mission, in the order of `complex_items`, with the design requests of
+         *     surveys among them.
+         */
         post: operations["complex_parts"];
         delete?: never;
         options?: never;
@@ -823,8 +841,8 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Which findings of a plan a change of its items, or of one parameter of the vehicle, resolves: each is tried, checked and rehearsed before it is
-         *     told. That may take seconds.
+         * Finds changes of a plan's items, or of one vehicle parameter, that resolve its findings. Each is applied, checked
+         *     and rehearsed first, which can take seconds.
          */
         post: operations["plan_fixes"];
         delete?: never;
@@ -842,7 +860,7 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** Writes a plan to a file. What the file does not keep as it is in the plan is in the header `Vencejo-Notes`. */
+        /** Formats a plan as a file. Parts of the plan that the file does not preserve are in the header `Vencejo-Notes`. */
         post: operations["format_plan"];
         delete?: never;
         options?: never;
@@ -860,8 +878,8 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Items with their heights counted from another level: at the same height in space where both levels are known, else with the same number,
-         *     and named in `unconverted`.
+         * Converts altitudes of items to another frame. Where a reference level is unknown, an item keeps its number and is
+         *     listed in `unconverted`.
          */
         post: operations["counted_from"];
         delete?: never;
@@ -879,7 +897,7 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** Designs a landing: the items that end a mission, none of their heights tuned by hand. */
+        /** Designs a landing: the items that end a mission, with computed altitudes. */
         post: operations["landing"];
         delete?: never;
         options?: never;
@@ -897,8 +915,9 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * The landings at a place, the best for this wind first: each direction of a runway, or of a fan of courses, with its circle on either side, and what
-         *     speaks for and against it. Each is rehearsed from `coming_from`, else from home.
+         * Proposes landings at a position, the best for this wind first: each direction of a runway, or of a fan of courses,
+         *     with its circle on either side, and the reasons for and against it. Each is rehearsed from `coming_from`, else from
+         *     home.
          */
         post: operations["alternatives"];
         delete?: never;
@@ -916,7 +935,7 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** A landing of which one part is moved; the rest follows. */
+        /** Moves one part of a landing and adapts the rest. */
         post: operations["moved_landing"];
         delete?: never;
         options?: never;
@@ -934,8 +953,9 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Learns a plane from a recording of its flight, a `.tlog`: the body, or one on the server's disk. It takes a minute or two in the air, with
-         *     position, attitude and airspeed, in more than one direction. What the flight does not show keeps the value of the parameters.
+         * Estimates the model of a plane from a recording of its flight, a `.tlog`: the body, or a file on the server's disk.
+         *     It needs a minute or two in the air, with position, attitude and airspeed, in more than one direction. Values that
+         *     the flight does not show are taken from the parameters.
          */
         post: operations["learn"];
         delete?: never;
@@ -954,8 +974,8 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Reads a plan file of any known kind; the body is the file. What the file does not say, and what of it a plan cannot hold, is in the
-         *     header `Vencejo-Notes`.
+         * Parses a plan file of any supported format; the body is the file. Assumptions and omissions are in the header
+         *     `Vencejo-Notes`.
          */
         post: operations["parse"];
         delete?: never;
@@ -973,7 +993,7 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** Rehearses a plan: the track that the plane would really fly in a wind, when it reaches each item, and where it ends. */
+        /** Rehearses a plan: the track that the plane would fly in a wind, when it reaches each item, and where it ends. */
         post: operations["rehearse"];
         delete?: never;
         options?: never;
@@ -991,8 +1011,8 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Flies a plan many times in winds and with planes that are not quite those expected: where it may pass, and what the odds are. One is flown
-         *     after the other; who ends his request ends the flying.
+         * Flies a plan many times in winds and with planes that differ from the expected ones: the corridor of the flights and
+         *     the frequency of their endings. Such requests are processed one at a time; closing the connection cancels one.
          */
         post: operations["rehearse_many"];
         delete?: never;
@@ -1011,8 +1031,8 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Where planned flights come too near to each other. Each is rehearsed as its vehicle would fly it, from the ground at its home and from its
-         *     start on; that is an assumption, and said in the answer. It tells: nothing is flown differently for it.
+         * Finds conflicts between planned flights. Each is rehearsed as its vehicle would fly it, starting from the ground at
+         *     its home; the answer states these assumptions. Advisory only: no flight is changed.
          */
         post: operations["separate"];
         delete?: never;
@@ -1030,7 +1050,7 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** Lays out a survey of an area or a corridor, and rehearses it: the items, where each picture is taken, and what they show. */
+        /** Designs and rehearses a survey of an area or a corridor: the items, the position of each image, and the coverage. */
         post: operations["survey"];
         delete?: never;
         options?: never;
@@ -1048,8 +1068,8 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * The way of a plan's mission as it is drawn: the line from place to place, circles, jumps, lengths and courses; and its heights, with the
-         *     ground below. While a point is dragged, ask over the WebSocket (`plan_way`).
+         * Returns the route of a plan's mission as drawn on the map: lines between positions, circles, jumps, lengths and
+         *     courses; and its altitude profile with the terrain below. While a point is dragged, use the WebSocket (`plan_way`).
          */
         post: operations["way"];
         delete?: never;
@@ -1068,8 +1088,8 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * What follows when the link, the battery or the engine fails at a moment of a plan, or a return is asked for; of a vehicle in its
-         *     mission also from now on.
+         * Simulates what follows when the link, the battery or the engine fails, or a return is commanded, at a time in a plan
+         *     or, for a vehicle in flight, from now on.
          */
         post: operations["what_if"];
         delete?: never;
@@ -1085,7 +1105,7 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** The recording of this session; null when it is off. */
+        /** Returns the state of the flight recorder; null when it is off. */
         get: operations["recorder"];
         put?: never;
         post?: never;
@@ -1102,7 +1122,7 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** The recordings on the server's disk, the newest first; empty when this session is not recorded. */
+        /** Lists the recordings on the server's disk, newest first; empty when this session is not recorded. */
         get: operations["list_recordings"];
         put?: never;
         post?: never;
@@ -1120,8 +1140,8 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * A recording as it is on the disk: 8 bytes of big-endian microseconds since 1970 before each frame. One that is being
-         *     written ends where it was when the request came.
+         * Returns a recording: before each frame, 8 bytes of big-endian microseconds since 1970. A file that is still being
+         *     recorded ends where it ended when the request arrived.
          */
         get: operations["get_recording"];
         put?: never;
@@ -1140,7 +1160,7 @@ export interface paths {
             cookie?: never;
         };
         get?: never;
-        /** Keeps a recording, so that it is not deleted to make room for new ones; or lets it go again. */
+        /** Protects a recording from being deleted to make room for new ones, or ends the protection. */
         put: operations["keep"];
         post?: never;
         delete?: never;
@@ -1156,7 +1176,7 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** What is in a recording: who spoke, which messages, and what happened to the vehicles. */
+        /** Summarizes a recording: its senders, its messages, and the events of its vehicles. */
         get: operations["summarize"];
         put?: never;
         post?: never;
@@ -1173,12 +1193,12 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** The session that the cookie proves. */
+        /** Returns the session of the cookie. */
         get: operations["get_session"];
         put?: never;
-        /** Opens a session, or finds the one that the cookie proves. An operator gets control when nobody has it. */
+        /** Opens a session, or returns the one of the cookie. An operator receives control when no session holds it. */
         post: operations["open_session"];
-        /** Ends the session, and gives control up if it holds it. */
+        /** Ends the session and releases control. */
         delete: operations["close_session"];
         options?: never;
         head?: never;
@@ -1192,7 +1212,7 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** What of the server's disk does not work, the flight recorder first; nothing when all is well. */
+        /** Lists storage faults, the flight recorder's first; empty when there are none. */
         get: operations["storage_problems"];
         put?: never;
         post?: never;
@@ -1210,8 +1230,8 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * A tile of a source's grid: level, column from the left, row from the top. `Vencejo-Tile` says where it came from: `hit` and
-         *     `stale` (the source fails, this is what was seen before), `fetched`, `revalidated`, `file`.
+         * Returns a tile of a source's grid: level, column from the left, row from the top. `Vencejo-Tile` names its origin:
+         *     `hit`, `stale` (from the cache because the source fails), `fetched`, `revalidated` or `file`.
          */
         get: operations["tile"];
         put?: never;
@@ -1229,7 +1249,7 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** The vehicles heard so far. */
+        /** Lists the vehicles heard so far. */
         get: operations["list_vehicles"];
         put?: never;
         post?: never;
@@ -1246,7 +1266,7 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** Everything that is known of a vehicle. */
+        /** Returns the state of a vehicle. */
         get: operations["get_vehicle"];
         put?: never;
         post?: never;
@@ -1337,7 +1357,7 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** Any command by COMMAND_INT, likewise. */
+        /** Sends any command as COMMAND_INT. It is retransmitted only if repeating it is known to be safe. */
         post: operations["command_int"];
         delete?: never;
         options?: never;
@@ -1354,7 +1374,7 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** Any command by COMMAND_LONG. It is not repeated unless it is known to be safe to do twice. */
+        /** Sends any command as COMMAND_LONG. It is retransmitted only if repeating it is known to be safe. */
         post: operations["command_long"];
         delete?: never;
         options?: never;
@@ -1483,8 +1503,8 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Sends any message, as it is: the escape hatch. There is no answer. Refused are numbers that no autopilot can take, and, while
-         *     the mission may be mixed, what arms, follows it or jumps in it.
+         * Sends any message as given, without waiting for an answer. Refused are numbers that no autopilot can interpret and,
+         *     while the mission may be mixed, messages that arm, start the mission or set its current item.
          */
         post: operations["send_message"];
         delete?: never;
@@ -1501,7 +1521,7 @@ export interface paths {
             cookie?: never;
         };
         get?: never;
-        /** Sets how often the vehicle sends a message, as `POST /vehicles/{id}/set-message-rate` does. */
+        /** Sets the rate of a message, as `POST /vehicles/{id}/set-message-rate` does. */
         put: operations["set_rate_of_named_message"];
         post?: never;
         delete?: never;
@@ -1519,7 +1539,10 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** Asks the vehicle for one message, once, and gives it back. Needs no control, unlike `POST /vehicles/{id}/request-message`. */
+        /**
+         * Requests one message from the vehicle and returns it. Needs no control, unlike `POST
+         *     /vehicles/{id}/request-message`.
+         */
         post: operations["request_named_message"];
         delete?: never;
         options?: never;
@@ -1623,7 +1646,7 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** Reads all parameters; the operation's result is the list. */
+        /** Reads all parameters; they are the result of the operation. */
         get: operations["read_params"];
         put?: never;
         post?: never;
@@ -1642,7 +1665,7 @@ export interface paths {
         };
         /** Reads one parameter from the vehicle. */
         get: operations["get_param"];
-        /** Writes one parameter; answers with the value that the vehicle keeps. */
+        /** Writes one parameter; returns the value that the vehicle stored. */
         put: operations["set_param"];
         post?: never;
         delete?: never;
@@ -1661,8 +1684,8 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * How a plan differs from what is on board: what was added, removed and changed, by what this vehicle can keep of an item. Nothing is
-         *     asked of the vehicle.
+         * Compares a plan with the one on board: items added, removed and changed, at the vehicle's storage precision. Sends
+         *     nothing to the vehicle.
          */
         post: operations["compare"];
         delete?: never;
@@ -1679,18 +1702,18 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * What is known of this part of the plan on board. Nothing is asked of the vehicle: the station itself reads what it
-         *     does not know, and tells by the WebSocket's `plan_state` when that changes.
+         * Returns this part of the plan on board, as far as it is known. Sends nothing to the vehicle: the station
+         *     reads unknown parts by itself and reports changes with the WebSocket's `plan_state`.
          */
         get: operations["fence_on_board"];
         /**
-         * Replaces this part of the plan on board by that of the plan given, and reads it back. Done means that the vehicle
-         *     has it. The operation's result is the plan on board. A mission in which the checks find an error is refused, and so is
-         *     a part with nothing in it: DELETE clears.
+         * Replaces this part of the plan on board by that of the given plan, and reads it back. Once the operation is
+         *     done, the vehicle has it; the result of the operation is the plan on board. A mission with errors found by
+         *     the checks is refused, and so is an empty part: DELETE clears it.
          */
         put: operations["upload_fence"];
         post?: never;
-        /** Removes this part of the plan on board and checks that it is gone. */
+        /** Clears this part of the plan on board and verifies that it is empty. */
         delete: operations["clear_fence"];
         options?: never;
         head?: never;
@@ -1706,7 +1729,7 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** Reads this part of the plan on board from the vehicle; it is the operation's result. */
+        /** Reads this part of the plan on board; it is the result of the operation. */
         post: operations["download_fence"];
         delete?: never;
         options?: never;
@@ -1722,18 +1745,18 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * What is known of this part of the plan on board. Nothing is asked of the vehicle: the station itself reads what it
-         *     does not know, and tells by the WebSocket's `plan_state` when that changes.
+         * Returns this part of the plan on board, as far as it is known. Sends nothing to the vehicle: the station
+         *     reads unknown parts by itself and reports changes with the WebSocket's `plan_state`.
          */
         get: operations["mission_on_board"];
         /**
-         * Replaces this part of the plan on board by that of the plan given, and reads it back. Done means that the vehicle
-         *     has it. The operation's result is the plan on board. A mission in which the checks find an error is refused, and so is
-         *     a part with nothing in it: DELETE clears.
+         * Replaces this part of the plan on board by that of the given plan, and reads it back. Once the operation is
+         *     done, the vehicle has it; the result of the operation is the plan on board. A mission with errors found by
+         *     the checks is refused, and so is an empty part: DELETE clears it.
          */
         put: operations["upload_mission"];
         post?: never;
-        /** Removes this part of the plan on board and checks that it is gone. */
+        /** Clears this part of the plan on board and verifies that it is empty. */
         delete: operations["clear_mission"];
         options?: never;
         head?: never;
@@ -1749,7 +1772,7 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** Reads this part of the plan on board from the vehicle; it is the operation's result. */
+        /** Reads this part of the plan on board; it is the result of the operation. */
         post: operations["download_mission"];
         delete?: never;
         options?: never;
@@ -1765,18 +1788,18 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * What is known of this part of the plan on board. Nothing is asked of the vehicle: the station itself reads what it
-         *     does not know, and tells by the WebSocket's `plan_state` when that changes.
+         * Returns this part of the plan on board, as far as it is known. Sends nothing to the vehicle: the station
+         *     reads unknown parts by itself and reports changes with the WebSocket's `plan_state`.
          */
         get: operations["rally_on_board"];
         /**
-         * Replaces this part of the plan on board by that of the plan given, and reads it back. Done means that the vehicle
-         *     has it. The operation's result is the plan on board. A mission in which the checks find an error is refused, and so is
-         *     a part with nothing in it: DELETE clears.
+         * Replaces this part of the plan on board by that of the given plan, and reads it back. Once the operation is
+         *     done, the vehicle has it; the result of the operation is the plan on board. A mission with errors found by
+         *     the checks is refused, and so is an empty part: DELETE clears it.
          */
         put: operations["upload_rally"];
         post?: never;
-        /** Removes this part of the plan on board and checks that it is gone. */
+        /** Clears this part of the plan on board and verifies that it is empty. */
         delete: operations["clear_rally"];
         options?: never;
         head?: never;
@@ -1792,7 +1815,7 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** Reads this part of the plan on board from the vehicle; it is the operation's result. */
+        /** Reads this part of the plan on board; it is the result of the operation. */
         post: operations["download_rally"];
         delete?: never;
         options?: never;
@@ -1828,7 +1851,10 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** What this vehicle's plans are rehearsed with, and what its flight teaches of it: that may be handed to a rehearsal as its `profile`. */
+        /**
+         * Returns the data with which this vehicle's plans are rehearsed, and the model estimated from its flight, which can
+         *     be given to a rehearsal as its `profile`.
+         */
         get: operations["profile"];
         put?: never;
         post?: never;
@@ -1898,7 +1924,10 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** Follows and commands from now on the other vehicle that uses this system id, and no more the one that was followed. */
+        /**
+         * Switches to the other vehicle that uses this system id: it is followed and commanded from now on, in place of the
+         *     present one.
+         */
         post: operations["follow_rival"];
         delete?: never;
         options?: never;
@@ -1933,12 +1962,12 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** How a vehicle signs. */
+        /** Returns the signing state of a vehicle. */
         get: operations["get_signing"];
         put?: never;
         /**
-         * Gives a vehicle a signing key, another one, or takes its key away, and waits until it shows that, at most 5 s. Only while it is
-         *     disarmed. Until it shows it, it is talked to as before.
+         * Sets, replaces or removes a vehicle's signing key, and waits up to 5 s for its frames to confirm the change.
+         *     Permitted only while it is disarmed. Until the confirmation, frames to it are signed as before.
          */
         post: operations["change_signing"];
         delete?: never;
@@ -2011,7 +2040,7 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** The newest texts that a vehicle wrote, oldest first. */
+        /** Returns the newest status texts of a vehicle, oldest first. */
         get: operations["list_texts"];
         put?: never;
         /** Puts a text of ours beside those of the vehicle, for whoever watches it through this station. Nothing is sent. */
@@ -2047,29 +2076,29 @@ export interface paths {
 export type webhooks = Record<string, never>;
 export interface components {
     schemas: {
-        /** @description The vehicle took the command. */
+        /** @description Acknowledgement of a command that the vehicle accepted. */
         Acknowledged: {
             /**
              * Format: int32
-             * @description `result_param2` of its COMMAND_ACK; what it means depends on the command.
+             * @description `result_param2` of the COMMAND_ACK; its meaning depends on the command.
              */
             result_param2: number;
         };
-        /** @description What is kept of one aircraft. */
+        /** @description Stored history of one aircraft. */
         AircraftHistory: {
-            /** @description Its files, by name, which is by time where the clock was set. */
+            /** @description Files by name, which is also by time if the clock was set. */
             files: components["schemas"]["HistoryFile"][];
-            /** @description What is missing of it on the ground; null where that is not noted. */
+            /** @description Ranges missing on the ground; null when there is no inventory. */
             gaps: components["schemas"]["HistoryGap"][] | null;
-            /** @description The aircraft's name. */
+            /** @description Name of the aircraft. */
             name: string;
-            /** @description The fleet, or `_board` for what this computer keeps on board of an aircraft. */
+            /** @description The fleet, or `_board` for the history that this computer records on board an aircraft. */
             place: string;
-            /** @description Why what is missing is not known, in English: its note is damaged. */
+            /** @description Why the gaps are unknown, in English: the inventory is damaged. */
             problem: string | null;
             /**
-             * @description How many records of each stream were ever in the files; some may have been deleted since, to make room. Empty where that is not
-             *     noted, as on board, where all is kept.
+             * @description Total number of records of each stream that were stored; some may have been deleted since, to make room. Empty
+             *     when there is no inventory, as on board, where everything is recorded.
              */
             records: {
                 [key: string]: number;
@@ -2206,7 +2235,7 @@ export interface components {
          * @enum {string}
          */
         AltFrame: "amsl" | "home" | "terrain";
-        /** @description An offline area to make or to reckon. */
+        /** @description An offline area to create or to estimate. */
         AreaRequest: {
             /**
              * Format: int32
@@ -2218,36 +2247,36 @@ export interface components {
              * @description Coarsest level of the source's grid; for XYZ the zoom.
              */
             min_level: number;
-            /** @description What people call it. */
+            /** @description Display name. */
             name: string;
-            /** @description Where. */
+            /** @description Area to cover. */
             shape: components["schemas"]["AreaShape"];
-            /** @description Id of the source. */
+            /** @description Id of the map source. */
             source: string;
         };
-        /** @description Where an offline area is to be. */
+        /** @description Shape of an offline area. */
         AreaShape: (components["schemas"]["MapBounds"] & {
             /** @enum {string} */
             kind: "box";
         }) | {
             /** @enum {string} */
             kind: "polygon";
-            /** @description In order. */
+            /** @description Corners in order. */
             points: components["schemas"]["LatLon"][];
         } | {
             /**
              * Format: double
-             * @description How near.
+             * @description Width of the buffer on each side.
              */
             buffer_m: number;
             /** @enum {string} */
             kind: "route";
-            /** @description In order. */
+            /** @description Points in order. */
             points: components["schemas"]["LatLon"][];
         } | {
             /**
              * Format: double
-             * @description How near.
+             * @description Width of the buffer on each side.
              */
             buffer_m: number;
             /** @enum {string} */
@@ -2255,26 +2284,26 @@ export interface components {
             /** @description The plan. */
             plan: components["schemas"]["Plan"];
         };
-        /** @description What the core says of a plan. */
+        /** @description Assessment of a plan. */
         Assessment: {
-            /** @description What is wrong or doubtful in it. */
+            /** @description Errors and doubts found in it. */
             findings: components["schemas"]["Finding"][];
             rehearsal: components["schemas"]["Rehearsal"] | null;
-            /** @description Its mission as it is flown. */
+            /** @description Its mission as flown. */
             trip: components["schemas"]["Trip"];
         };
-        /** @description What was assumed of a flight. */
+        /** @description Assumptions about a flight. */
         AssumedFlight: {
-            /** @description How. */
+            /** @description How its rehearsal ends. */
             ending: components["schemas"]["Ending"];
             /**
              * Format: double
-             * @description When its rehearsal ends.
+             * @description Time at which its rehearsal ends.
              */
             ends_s: number;
             /**
              * Format: double
-             * @description When it starts, from the ground at its home.
+             * @description Time of its start, on the ground at its home.
              */
             starts_s: number;
             /**
@@ -2399,26 +2428,27 @@ export interface components {
          * @enum {string}
          */
         BatteryLack: "power" | "capacity" | "voltage";
-        /** @description What a flight leaves of a battery. */
+        /** @description Charge of a battery after a flight. */
         BatteryLeft: {
             /**
              * Format: double
-             * @description Energy of a full one.
+             * @description Energy of a full battery.
              */
             capacity_wh: number;
             /**
              * Format: double
-             * @description When it is empty, seconds since the rehearsed flight's beginning; null: it is not.
+             * @description Time at which it is empty, seconds since the beginning of the rehearsed flight; null when it does not become
+             *     empty.
              */
             empty_s: number | null;
             /**
              * Format: double
-             * @description Left at the end, of its capacity; below 0 as much more is wanted than it holds.
+             * @description Charge at the end, percent of the capacity; negative when the flight needs more than the battery holds.
              */
             left_pct: number;
             /**
              * Format: double
-             * @description What should be left, likewise.
+             * @description Charge that should remain, percent of the capacity.
              */
             reserve_pct: number;
         };
@@ -2455,11 +2485,11 @@ export interface components {
              */
             voltage_v: number | null;
         };
-        /** @description A flight as it was expected when somebody began to follow it, of an answer about now. */
+        /** @description Forecast of a flight, made when following it began, taken from an answer about the present flight. */
         Beginning: {
             /** @description `now` of that answer. */
             now: components["schemas"]["FlightNow"];
-            /** @description The track of its `ahead`. */
+            /** @description Track of its `ahead`. */
             track: components["schemas"]["ExpectedTrack"];
         };
         /** @description What a camera's pictures are made with. */
@@ -2499,46 +2529,46 @@ export interface components {
         CameraInfo: {
             /**
              * Format: double
-             * @description Age of the newest picture.
+             * @description Age of the newest image.
              */
             age_s: number | null;
             /**
              * Format: double
-             * @description Bits a second from the source, lately.
+             * @description Recent bit rate of the source.
              */
             bitrate_bit_s: number | null;
             codec: components["schemas"]["VideoCodec"] | null;
             /**
              * Format: int32
-             * @description Pixels.
+             * @description Image height, pixels.
              */
             height: number | null;
-            /** @description Its name, which its paths hold. */
+            /** @description Name, as used in the camera's paths. */
             name: string;
             /**
              * Format: double
-             * @description Pictures a second, lately.
+             * @description Recent frame rate.
              */
             rate_hz: number | null;
-            /** @description Why they do not, in English. */
+            /** @description Why no images arrive, in English; null when they do. */
             reason: string | null;
             recording: components["schemas"]["CameraRecording"] | null;
-            /** @description Where its pictures come from, without passwords. */
+            /** @description Source of its images, without passwords. */
             source: string;
-            /** @description Whether they come. */
+            /** @description State of the image stream. */
             state: components["schemas"]["CameraState"];
             /**
              * Format: int32
-             * @description How many look.
+             * @description Number of viewers.
              */
             viewers: number;
             /**
              * Format: int32
-             * @description Pixels.
+             * @description Image width, pixels.
              */
             width: number | null;
         };
-        /** @description What the server says on a camera's stream, beside its pictures. */
+        /** @description Text messages on a camera's stream, beside the images. */
         CameraMessage: (components["schemas"]["CameraInfo"] & {
             /** @enum {string} */
             type: "camera";
@@ -2555,48 +2585,48 @@ export interface components {
         CameraRecording: {
             /**
              * Format: int64
-             * @description How large it is.
+             * @description File size.
              */
             bytes: number;
             /**
              * Format: double
-             * @description How long it is.
+             * @description Duration.
              */
             duration_s: number;
-            /** @description Name of the file, in the data folder of the machine that the camera is at. */
+            /** @description File name, in the data folder of the machine to which the camera is connected. */
             file: string;
-            /** @description Why it ended before it was told to, in English; null while it is being written. */
+            /** @description Why it ended unexpectedly, in English; null while it is being recorded. */
             problem: string | null;
         };
         /**
-         * @description Whether a camera's pictures come.
+         * @description State of a camera's image stream.
          * @enum {string}
          */
         CameraState: "standby" | "starting" | "live" | "stalled" | "dead";
-        /** @description A service to ask what it offers. */
+        /** @description A map service whose capabilities are wanted. */
         CapabilitiesRequest: {
-            /** @description For `{key}` in the address. */
+            /** @description Key that replaces `{key}` in the address. */
             key?: string | null;
             /** @description `wms` or `wmts`. */
             kind: components["schemas"]["MapSourceKind"];
-            /** @description Whether the service is in this network; without it no private address is asked. */
+            /** @description Whether the service is in the local network; otherwise private addresses are refused. */
             local_network?: boolean;
-            /** @description Its address, or any address of it that somebody copied. */
+            /** @description Address of the service, or any of its request addresses. */
             url: string;
         };
         /**
-         * @description What went wrong. `code` is stable, and is the end of the problem's `type`; the other fields hold what the English `detail`
-         *     says, so that it can be said in another language. A field in English words says so.
+         * @description Cause of an error. `code` is stable and is the last part of the problem's `type`; the other fields hold the values
+         *     of the English `detail`, so that clients can show it in another language. Fields that contain English text say so.
          */
         Cause: {
             /** @enum {string} */
             code: "host";
-            /** @description What it says; null when it cannot be read. */
+            /** @description The host in the header; null when it cannot be read. */
             host: string | null;
         } | {
             /** @enum {string} */
             code: "origin";
-            /** @description That site. */
+            /** @description Origin of that page. */
             origin: string;
         } | {
             /** @enum {string} */
@@ -2610,26 +2640,26 @@ export interface components {
         } | {
             /** @enum {string} */
             code: "control";
-            /** @description Name of the session that holds it; null when nobody does. */
+            /** @description Name of the session that holds control; null when there is none. */
             holder: string | null;
         } | {
             /**
-             * @description What is dangerous: `force-arm`, `force-disarm`, `disarm-in-flight`, `terminate`, `clear-mission`, `clear-fence`,
-             *     `clear-rally`, `clear-all`, `reboot`, `fence-off`, `erase` or `write-files`.
+             * @description The dangerous action: `force-arm`, `force-disarm`, `disarm-in-flight`, `terminate`, `clear-mission`,
+             *     `clear-fence`, `clear-rally`, `clear-all`, `reboot`, `fence-off`, `erase` or `write-files`.
              */
             act: string;
             /** @enum {string} */
             code: "needs-confirmation";
-            /** @description What to send; good once, for this session, this vehicle and this very act. */
+            /** @description Value to send; valid once, for this session, this vehicle and this action. */
             confirmation: string;
             /**
              * Format: double
-             * @description For how long it is good.
+             * @description Validity of the confirmation.
              */
             valid_s: number;
             /**
              * Format: int32
-             * @description Id of the vehicle that it would be done to.
+             * @description Id of the vehicle concerned.
              */
             vehicle: number;
         } | {
@@ -2640,10 +2670,10 @@ export interface components {
             code: "too-many";
             /**
              * Format: int64
-             * @description How many are taken.
+             * @description The limit.
              */
             limit: number;
-            /** @description Of what. */
+            /** @description Kind of the limit. */
             what: components["schemas"]["Crowd"];
         } | {
             /** @enum {string} */
@@ -2654,27 +2684,27 @@ export interface components {
         } | {
             /** @enum {string} */
             code: "signing-storage";
-            /** @description What is wrong, in English. */
+            /** @description The reason, in English. */
             problem: string;
         } | {
             /** @enum {string} */
             code: "signing-key-name";
-            /** @description The name. */
+            /** @description Name of the key. */
             name: string;
         } | {
             /** @enum {string} */
             code: "signing-state";
-            /** @description Whether it signs. */
+            /** @description Whether the vehicle signs. */
             signs: boolean;
         } | {
-            /** @description Whether it is; null when it is not known. */
+            /** @description Whether the vehicle is armed; null when unknown. */
             armed: boolean | null;
             /** @enum {string} */
             code: "signing-not-disarmed";
         } | {
             /** @enum {string} */
             code: "signing-not-private";
-            /** @description The link. */
+            /** @description Name of the link. */
             link: string;
         } | {
             /** @enum {string} */
@@ -2682,7 +2712,7 @@ export interface components {
         } | {
             /** @enum {string} */
             code: "signing-refused";
-            /** @description In its own words. */
+            /** @description The vehicle's own text. */
             text: string;
         } | {
             /** @enum {string} */
@@ -2690,7 +2720,7 @@ export interface components {
         } | {
             /** @enum {string} */
             code: "invalid-request";
-            /** @description What is wrong, in English. */
+            /** @description The reason, in English. */
             problem: string;
         } | {
             /** @enum {string} */
@@ -2706,7 +2736,7 @@ export interface components {
             code: "tokens-slowed";
             /**
              * Format: int64
-             * @description How long that is.
+             * @description Time until the next token is checked.
              */
             wait_s: number;
         } | {
@@ -2715,18 +2745,18 @@ export interface components {
         } | {
             /** @enum {string} */
             code: "not-found";
-            /** @description What it was called. */
+            /** @description Its name or id. */
             name: string;
-            /** @description What was looked for. */
+            /** @description Kind of the resource. */
             what: components["schemas"]["Thing"];
         } | {
             /** @enum {string} */
             code: "invalid-value";
-            /** @description What it must be, in English. */
+            /** @description What is accepted, in English. */
             expected: string;
-            /** @description Which. */
+            /** @description Name of the field. */
             field: string;
-            /** @description What it was. */
+            /** @description The value. */
             value: string;
         } | {
             /** @enum {string} */
@@ -2740,39 +2770,39 @@ export interface components {
         } | {
             /** @enum {string} */
             code: "camera";
-            /** @description Its name. */
+            /** @description Name of the camera. */
             name: string;
-            /** @description Why, in English. */
+            /** @description The reason, in English. */
             reason: string;
         } | {
             /** @enum {string} */
             code: "link-address";
-            /** @description What is wrong, in English. */
+            /** @description The reason, in English. */
             problem: string;
         } | {
             /** @enum {string} */
             code: "recorder";
-            /** @description What the system said. */
+            /** @description The operating system's message. */
             reason: string;
         } | {
             /** @enum {string} */
             code: "no-vehicle";
             /**
              * Format: double
-             * @description For how long it was waited.
+             * @description Time waited.
              */
             waited_s: number;
         } | {
             /** @enum {string} */
             code: "not-sent";
-            /** @description Which. */
+            /** @description Name of the message. */
             message: string;
         } | {
             /** @enum {string} */
             code: "command-refused";
             /** @description Name of the command without `MAV_CMD_`, else its number. */
             command: string;
-            /** @description Name of the mode that cures a refusal to arm, where a mode does. */
+            /** @description Name of the mode that permits arming, where another mode would; otherwise null. */
             cure_mode: string | null;
             /** @description Name of the `MAV_RESULT` without that prefix, such as `DENIED`. */
             result: string;
@@ -2781,17 +2811,17 @@ export interface components {
             code: "remote-refused";
             /** @description Name of the vehicle. */
             vehicle: string;
-            /** @description Why, in English. */
+            /** @description The reason, in English. */
             why: string;
         } | {
             /** @enum {string} */
             code: "replayed";
-            /** @description Its id or name. */
+            /** @description Id or name of the vehicle. */
             vehicle: string;
         } | {
             /**
              * Format: int32
-             * @description How often it was sent.
+             * @description Number of times that it was sent.
              */
             attempts: number;
             /** @enum {string} */
@@ -2803,24 +2833,24 @@ export interface components {
             code: "not-confirmed";
             /** @description Name of the command without `MAV_CMD_`, else its number. */
             command: string;
-            /** @description What is seen, in English. */
+            /** @description Observed state, in English. */
             observed: string;
-            /** @description What should be seen, in English. */
+            /** @description Expected state, in English. */
             wanted: string;
             /**
              * Format: double
-             * @description How long it was waited for.
+             * @description Time waited for the effect.
              */
             within_s: number;
         } | {
             /** @enum {string} */
             code: "message-not-received";
-            /** @description Its name, else its id. */
+            /** @description Name of the message, else its id. */
             message: string;
         } | {
             /**
              * Format: double
-             * @description For how long.
+             * @description Time since the vehicle was last heard.
              */
             age_s: number;
             /** @enum {string} */
@@ -2833,38 +2863,38 @@ export interface components {
         } | {
             /** @enum {string} */
             code: "transfer-busy";
-            /** @description Which, in English. */
+            /** @description The running transfer, in English. */
             running: string;
         } | {
             /** @enum {string} */
             code: "unknown-mode";
-            /** @description What was asked for. */
+            /** @description Name of the requested mode. */
             mode: string;
-            /** @description Names that come near. */
+            /** @description Names of similar modes. */
             suggestions: string[];
         } | {
-            /** @description For what, in English. */
+            /** @description The action, in English. */
             action: string;
             /** @enum {string} */
             code: "no-mode-for";
         } | {
             /** @enum {string} */
             code: "plan-unknown";
-            /** @description Which plan. */
+            /** @description The plan concerned. */
             plan: components["schemas"]["PlanKind"];
             reason: components["schemas"]["PlanUncertainty"] | null;
         } | {
             /** @enum {string} */
             code: "too-old";
-            /** @description For what, in English. */
+            /** @description The unsupported function, in English. */
             what: string;
         } | {
-            /** @description What is, in English. */
+            /** @description The action, in English. */
             action: string;
             /** @enum {string} */
             code: "armed";
         } | {
-            /** @description What is, in English. */
+            /** @description The action, in English. */
             action: string;
             /** @enum {string} */
             code: "in-the-air";
@@ -2887,11 +2917,11 @@ export interface components {
         } | {
             /** @enum {string} */
             code: "transfer-timeout";
-            /** @description What it was asked, in English. */
+            /** @description The unanswered step, in English. */
             step: string;
             /**
              * Format: double
-             * @description For how long.
+             * @description Time waited.
              */
             waited_s: number;
         } | {
@@ -2899,29 +2929,29 @@ export interface components {
             code: "unreached";
             /**
              * Format: double
-             * @description For how long nothing was answered.
+             * @description Time without an answer.
              */
             waited_s: number;
         } | {
             /**
              * Format: int32
-             * @description How often it was begun.
+             * @description Number of attempts.
              */
             attempts: number;
             /** @enum {string} */
             code: "no-progress";
-            /** @description What was being done, in English. */
+            /** @description The current step, in English. */
             step: string;
         } | {
             /** @enum {string} */
             code: "plan-refused";
-            /** @description Which plan. */
+            /** @description The plan concerned. */
             plan: components["schemas"]["PlanKind"];
             /** @description Name of the `MAV_MISSION_RESULT` without `MAV_MISSION_`. */
             result: string;
             /**
              * Format: int32
-             * @description Number on the wire of the item that it most likely refused.
+             * @description MAVLink sequence number of the item that was most likely refused; null when unknown.
              */
             seq: number | null;
         } | {
@@ -2929,98 +2959,98 @@ export interface components {
             code: "plan-mismatch";
             /**
              * Format: int64
-             * @description How many differences there are.
+             * @description Number of differences.
              */
             differences: number;
-            /** @description Which plan. */
+            /** @description The plan concerned. */
             plan: components["schemas"]["PlanKind"];
         } | {
             /** @enum {string} */
             code: "unverified";
-            /** @description Which plan. */
+            /** @description The plan concerned. */
             plan: components["schemas"]["PlanKind"];
         } | {
             /** @enum {string} */
             code: "only-mission";
-            /** @description Which plan was wanted. */
+            /** @description The requested plan. */
             plan: components["schemas"]["PlanKind"];
-            /** @description Why not. */
+            /** @description Why it is not accepted. */
             reason: components["schemas"]["OnlyMissionReason"];
         } | {
             /** @enum {string} */
             code: "not-cleared";
             /**
              * Format: int32
-             * @description How many.
+             * @description Number of remaining items.
              */
             count: number;
-            /** @description Which plan. */
+            /** @description The plan concerned. */
             plan: components["schemas"]["PlanKind"];
         } | {
             /** @enum {string} */
             code: "too-large";
             /**
              * Format: int64
-             * @description How many.
+             * @description Its size or number of items.
              */
             count: number;
             /**
              * Format: int64
-             * @description How many are taken.
+             * @description Largest number accepted.
              */
             limit: number;
-            /** @description Of what, in English. */
+            /** @description What is too large, in English. */
             what: string;
         } | {
             /** @enum {string} */
             code: "vehicle-file";
-            /** @description Which. */
+            /** @description Path of the file. */
             path: string;
         } | {
             /** @enum {string} */
             code: "files-busy";
-            /** @description The file that was wanted. */
+            /** @description Path of the requested file. */
             path: string;
         } | {
             /** @enum {string} */
             code: "unknown-param";
-            /** @description Its name. */
+            /** @description Name of the parameter. */
             name: string;
-            /** @description Whether the vehicle said so; otherwise it was silent. */
+            /** @description Whether the vehicle said so; otherwise it did not answer. */
             told: boolean;
         } | {
             /** @enum {string} */
             code: "param-refused";
-            /** @description Its name. */
+            /** @description Name of the parameter. */
             name: string;
-            /** @description Why, in English. */
+            /** @description The reason, in English. */
             reason: string;
         } | {
             /**
              * Format: double
-             * @description What was sent.
+             * @description Value that was sent.
              */
             asked: number;
             /** @enum {string} */
             code: "param-not-kept";
             /**
              * Format: double
-             * @description What it has.
+             * @description Value that the vehicle has.
              */
             kept: number;
-            /** @description Its name. */
+            /** @description Name of the parameter. */
             name: string;
         } | {
             /** @enum {string} */
             code: "invalid-param";
-            /** @description What is wrong, in English. */
+            /** @description The reason, in English. */
             problem: string;
         } | {
             /** @enum {string} */
             code: "plan-unsound";
             /**
              * Format: int64
-             * @description How many errors.
+             * @description Number of errors.
              */
             errors: number;
         } | {
@@ -3028,12 +3058,12 @@ export interface components {
             code: "not-on-earth";
             /**
              * Format: double
-             * @description Latitude given; null when it is not a number.
+             * @description Given latitude; null when it is not a number.
              */
             lat_deg: number | null;
             /**
              * Format: double
-             * @description Longitude given; null when it is not a number.
+             * @description Given longitude; null when it is not a number.
              */
             lon_deg: number | null;
         } | {
@@ -3041,25 +3071,25 @@ export interface components {
             code: "landing-direction";
             /**
              * Format: double
-             * @description How far away that place must lie at least.
+             * @description Smallest distance at which a preceding position gives a direction.
              */
             nearest_m: number;
         } | {
             /** @enum {string} */
             code: "bad-survey";
-            /** @description What is wrong, in English. */
+            /** @description The reason, in English. */
             problem: string;
         } | {
             /** @enum {string} */
             code: "survey-crosses";
             /**
              * Format: int64
-             * @description The corner that one begins at, counted from 1.
+             * @description Corner at which one side begins, counted from 1.
              */
             one: number;
             /**
              * Format: int64
-             * @description The corner that the other begins at.
+             * @description Corner at which the other side begins, counted from 1.
              */
             other: number;
         } | {
@@ -3067,67 +3097,67 @@ export interface components {
             code: "survey-items";
             /**
              * Format: int64
-             * @description How many, at least.
+             * @description Smallest number of items needed.
              */
             count: number;
             /**
              * Format: int64
-             * @description The most.
+             * @description Largest number that the vehicle can store.
              */
             max: number;
         } | {
             /**
              * Format: double
-             * @description The plane's airspeed.
+             * @description Airspeed of the plane.
              */
             airspeed_m_s: number;
             /** @enum {string} */
             code: "survey-wind";
             /**
              * Format: double
-             * @description Course of the lines from true north.
+             * @description Course of the lines, from true north.
              */
             course_deg: number;
             /**
              * Format: double
-             * @description The wind's speed.
+             * @description Wind speed.
              */
             wind_m_s: number;
         } | {
             /**
              * Format: double
-             * @description The plane's airspeed.
+             * @description Airspeed of the plane.
              */
             airspeed_m_s: number;
             /** @enum {string} */
             code: "landing-wind";
             /**
              * Format: double
-             * @description Course of the final leg from true north.
+             * @description Course of the final leg, from true north.
              */
             course_deg: number;
             /**
              * Format: double
-             * @description The wind's speed.
+             * @description Wind speed.
              */
             wind_m_s: number;
         } | {
             /** @enum {string} */
             code: "bad-item";
-            /** @description Its command without `MAV_CMD_`. */
+            /** @description Name of its command without `MAV_CMD_`. */
             command: string;
-            /** @description Which field. */
+            /** @description Name of the field. */
             field: string;
-            /** @description Why it is wrong, in English. */
+            /** @description The reason, in English. */
             problem: string;
             /**
              * Format: int32
-             * @description The item's number on the wire.
+             * @description Sequence number of the item, with home as 0.
              */
             seq: number;
             /**
              * Format: double
-             * @description Its value; null when it is not a number.
+             * @description Value of the field; null when it is not a number.
              */
             value: number | null;
         } | {
@@ -3135,18 +3165,18 @@ export interface components {
             code: "bad-plan";
             /**
              * Format: int64
-             * @description The item or zone, counted from 1; null when it is about the whole.
+             * @description The item or zone, counted from 1; null when the problem concerns the whole plan.
              */
             item: number | null;
             plan: components["schemas"]["PlanKind"] | null;
-            /** @description What is wrong, in English. */
+            /** @description The reason, in English. */
             problem: string;
         } | {
             /** @enum {string} */
             code: "bad-file";
-            /** @description Where: `line 4`, or a path in JSON; null when it is about the whole. */
+            /** @description Position in the file: `line 4`, or a path in JSON; null when the problem concerns the whole file. */
             place: string | null;
-            /** @description What is wrong, in English. */
+            /** @description The reason, in English. */
             problem: string;
         } | {
             /** @enum {string} */
@@ -3154,7 +3184,7 @@ export interface components {
         } | {
             /** @enum {string} */
             code: "no-source";
-            /** @description The id. */
+            /** @description Id of the source. */
             source: string;
         } | {
             /** @enum {string} */
@@ -3167,57 +3197,57 @@ export interface components {
         } | {
             /** @enum {string} */
             code: "source-invalid";
-            /** @description Why, in English. */
+            /** @description The reason, in English. */
             problem: string;
             /** @description Id of the source. */
             source: string;
         } | {
             /** @enum {string} */
             code: "source-settings";
-            /** @description Each names its field, in English. */
+            /** @description One problem per faulty field, in English; each names the field. */
             problems: string[];
             /** @description Id of the source. */
             source: string;
         } | {
             /** @enum {string} */
             code: "source-file";
-            /** @description What is wrong with its line, in English. */
+            /** @description The problem, with its line, in English. */
             problem: string;
         } | {
             /** @enum {string} */
             code: "source-failed";
-            /** @description In its own words where it gave some. */
+            /** @description The service's own text where it sent one. */
             problem: string;
-            /** @description Its host. */
+            /** @description Host of the service. */
             service: string;
             /**
              * Format: int32
-             * @description The HTTP status, where that is what was wrong.
+             * @description HTTP status; null when the status was not the problem.
              */
             status: number | null;
         } | {
             /** @enum {string} */
             code: "source-timeout";
-            /** @description Its host. */
+            /** @description Host of the service. */
             service: string;
             /**
              * Format: int64
-             * @description How long it was given.
+             * @description Time waited.
              */
             waited_s: number;
         } | {
             /** @enum {string} */
             code: "source-offline";
-            /** @description Why, in English. */
+            /** @description The reason, in English. */
             problem: string;
             /**
              * Format: int64
-             * @description When it is tried again.
+             * @description Time until the next attempt.
              */
             retry_s: number;
-            /** @description Its host. */
+            /** @description Host of the service. */
             service: string;
-            /** @description Why, as far as that is known. */
+            /** @description The reason, as far as it is known. */
             why: components["schemas"]["MapUnreached"];
         } | {
             /** @enum {string} */
@@ -3225,7 +3255,7 @@ export interface components {
         } | {
             /** @enum {string} */
             code: "offline-refused";
-            /** @description Why, in English. */
+            /** @description The reason, in English. */
             problem: string;
             /** @description Id of the source. */
             source: string;
@@ -3234,32 +3264,32 @@ export interface components {
             code: "area-too-large";
             /**
              * Format: int64
-             * @description Taken at most.
+             * @description Largest number accepted.
              */
             limit: number;
             /**
              * Format: int64
-             * @description Of the area.
+             * @description Tiles in the area.
              */
             tiles: number;
         } | {
             /** @enum {string} */
             code: "map-file";
-            /** @description Its name. */
+            /** @description Name of the file. */
             name: string;
-            /** @description What is wrong, in English. */
+            /** @description The reason, in English. */
             problem: string;
         } | {
             /** @enum {string} */
             code: "map-storage";
-            /** @description What it said, in English. */
+            /** @description The error message, in English. */
             problem: string;
         } | {
             /** @enum {string} */
             code: "low-space";
             /**
              * Format: int64
-             * @description Megabytes that stay free.
+             * @description Megabytes that must stay free.
              */
             floor_mb: number;
             /**
@@ -3274,19 +3304,19 @@ export interface components {
             code: "draft-conflict";
             /**
              * Format: int64
-             * @description The revision that it has now.
+             * @description Current revision of the draft.
              */
             revision: number;
         };
-        /** @description A change of a vehicle's signing. */
+        /** @description Request to change a vehicle's signing. */
         ChangeSigning: {
-            /** @description What is to be done. */
+            /** @description Action to carry out. */
             act: components["schemas"]["SigningAct"];
-            /** @description Whether the key may go over a link that others can listen to. */
+            /** @description Whether the key may be sent over a link that others can listen to. */
             any_link?: boolean;
             /**
              * Format: int32
-             * @description The vehicle's system id once more: who asks means this vehicle, and means it.
+             * @description The vehicle's system id, repeated as a confirmation.
              */
             confirm_system_id: number;
         };
@@ -3313,7 +3343,7 @@ export interface components {
              */
             distance_m: number;
         };
-        /** @description What a client says on the WebSocket. */
+        /** @description Messages from a client. */
         ClientMessage: {
             /**
              * Format: double
@@ -3324,7 +3354,7 @@ export interface components {
             type: "subscribe";
             /**
              * Format: int32
-             * @description The vehicle's id; it need not have been heard yet.
+             * @description Id of the vehicle; it need not have been heard yet.
              */
             vehicle: number;
         } | {
@@ -3332,7 +3362,7 @@ export interface components {
             type: "unsubscribe";
             /**
              * Format: int32
-             * @description The vehicle's id.
+             * @description Id of the vehicle.
              */
             vehicle: number;
         } | {
@@ -3342,18 +3372,18 @@ export interface components {
             /** @enum {string} */
             type: "unsubscribe_roster";
         } | {
-            /** @description Only these messages, by name; all when absent. */
+            /** @description Names of the messages; all when absent. */
             names?: string[] | null;
             /**
              * Format: double
-             * @description How often each is told at most, 1 to 50 a second.
+             * @description Highest rate of each message, 1 to 50 per second.
              */
             rate_hz: number;
             /** @enum {string} */
             type: "subscribe_messages";
             /**
              * Format: int32
-             * @description The vehicle's id; it need not have been heard yet.
+             * @description Id of the vehicle; it need not have been heard yet.
              */
             vehicle: number;
         } | {
@@ -3361,59 +3391,59 @@ export interface components {
             type: "unsubscribe_messages";
             /**
              * Format: int32
-             * @description The vehicle's id.
+             * @description Id of the vehicle.
              */
             vehicle: number;
         } | {
             /**
              * Format: double
-             * @description Height above the ground that the rehearsed flight should keep, 0 to 1000; 30 by default.
+             * @description Clearance that the rehearsed flight should keep above the ground, 0 to 1000; 30 by default.
              */
             clearance_m?: number | null;
-            /** @description It. */
+            /** @description The plan. */
             plan: components["schemas"]["Plan"];
-            /** @description The plane that it is rehearsed with, in place of the vehicle's. */
+            /** @description Plane for the rehearsal, in place of the vehicle's. */
             profile?: components["schemas"]["PlaneProfile"];
             rehearse_in?: components["schemas"]["PlanWind"] | null;
             /**
              * Format: int64
-             * @description Comes back with the answer.
+             * @description Request number, repeated in the answer.
              */
             seq: number;
             /** @enum {string} */
             type: "assess_plan";
             /**
              * Format: int32
-             * @description The vehicle that is to fly it; an ArduPlane as it comes when absent.
+             * @description Vehicle that is to fly the plan; a default ArduPlane when absent.
              */
             vehicle?: number | null;
         } | {
             /**
              * Format: double
-             * @description Height above the ground that should be kept, 0 to 1000; 30 by default.
+             * @description Clearance to keep above the ground, 0 to 1000; 30 by default.
              */
             clearance_m?: number | null;
-            /** @description It. */
+            /** @description The plan. */
             plan: components["schemas"]["Plan"];
             /**
              * Format: int64
-             * @description Comes back with the answer.
+             * @description Request number, repeated in the answer.
              */
             seq: number;
             /** @enum {string} */
             type: "plan_way";
             /**
              * Format: int32
-             * @description The vehicle that is to fly it; an ArduPlane as it comes when absent.
+             * @description Vehicle that is to fly the plan; a default ArduPlane when absent.
              */
             vehicle?: number | null;
         };
         /**
-         * @description What a command is for.
+         * @description Category of a command.
          * @enum {string}
          */
         CommandCategory: "nav" | "condition" | "do" | "fence" | "rally";
-        /** @description A command of MAVLink: its number, or its name with or without `MAV_CMD_`. */
+        /** @description A MAVLink command: its number, or its name with or without `MAV_CMD_`. */
         CommandChoice: number | string;
         /** @description A value of a parameter that is one of a few. */
         CommandChoiceInfo: {
@@ -3427,9 +3457,9 @@ export interface components {
         };
         /** @description A command of the table. */
         CommandInfo: {
-            /** @description What it is for. */
+            /** @description Category of the command. */
             category: components["schemas"]["CommandCategory"];
-            /** @description Whether parameters 5 to 7 are latitude, longitude and height. */
+            /** @description Whether parameters 5 to 7 are latitude, longitude and altitude. */
             has_position: boolean;
             /** @description Whether a plane flies to that position. */
             is_destination: boolean;
@@ -3450,37 +3480,37 @@ export interface components {
                 components["schemas"]["CommandParam"],
                 components["schemas"]["CommandParam"]
             ];
-            /** @description What an ArduPlane does with it. */
+            /** @description How ArduPlane handles it. */
             support: components["schemas"]["CommandSupport"];
-            /** @description Name to show, English. */
+            /** @description Display name in English. */
             title: string;
         };
-        /** @description What one parameter of a command means. */
+        /** @description One parameter of a command. */
         CommandParam: {
-            /** @description Its values, where it is one of a few with a meaning each; empty where it is a number, or no list of them is known. */
+            /** @description Named values, when the parameter is an enumeration; empty when it is a number or its values are not known. */
             choices: components["schemas"]["CommandChoiceInfo"][];
             /**
              * Format: double
-             * @description Value to offer for a new item.
+             * @description Default for a new item.
              */
             default: number | null;
-            /** @description Name to show, English; empty when the command does not use the parameter. */
+            /** @description Display name in English; empty when the command does not use the parameter. */
             label: string;
             /**
              * Format: double
-             * @description Largest value that makes sense.
+             * @description Largest sensible value.
              */
             max: number | null;
             /**
              * Format: double
-             * @description Smallest value that makes sense.
+             * @description Smallest sensible value.
              */
             min: number | null;
-            /** @description Symbol to show after a value; empty when there is none. */
+            /** @description Unit symbol; empty when there is none. */
             unit: string;
         };
         /**
-         * @description What an ArduPlane does with a command.
+         * @description How ArduPlane handles a command.
          * @enum {string}
          */
         CommandSupport: "flown" | "needs_vtol" | "ignored" | "list";
@@ -3496,50 +3526,50 @@ export interface components {
             /** @description `complexItemType`: `survey`, `CorridorScan`, `fwLandingPattern`, `StructureScan`…. */
             kind: string;
         };
-        /** @description Where the items of a complex item are in the mission of its plan. */
+        /** @description Position of a complex item's items in the mission of its plan. */
         ComplexPart: {
-            /** @description How many items it made. */
+            /** @description Number of items that it generated. */
             count: number;
-            /** @description The first, counted from 1; null when they are no longer there as it made them: they were edited, and are items like others. */
+            /** @description First item, counted from 1; null when its items were edited and are now ordinary items. */
             first_item: number | null;
             /** @description `survey`, `CorridorScan`, `fwLandingPattern`, `StructureScan`…. */
             kind: string;
             survey: components["schemas"]["SurveyRequest"] | null;
         };
-        /** @description Two flights that come too near to each other. */
+        /** @description A conflict between two flights. */
         Conflict: {
             /**
              * Format: double
-             * @description Since when the first is too near.
+             * @description Time at which the first flight enters the conflict.
              */
             begins_s: number;
             /**
              * Format: double
-             * @description Until when.
+             * @description Time at which the conflict ends.
              */
             ends_s: number;
             /** @description The two flights, counted from 1 in the order of the request. */
             flights: number[];
             /**
              * Format: double
-             * @description Distance over ground there.
+             * @description Horizontal distance there.
              */
             horizontal_m: number;
-            /** @description The same in English. */
+            /** @description Description in English. */
             message: string;
-            /** @description Where each is where they come nearest over ground. */
+            /** @description Positions of both flights at their smallest horizontal distance. */
             nearest: components["schemas"]["ConflictPlace"][];
             /**
              * Format: double
-             * @description Difference in height there.
+             * @description Vertical distance there.
              */
             vertical_m: number;
         };
-        /** @description Where a flight is at a moment. */
+        /** @description Position of a flight at a time. */
         ConflictPlace: {
             /**
              * Format: double
-             * @description Height above mean sea level.
+             * @description Altitude above mean sea level.
              */
             alt_amsl_m: number;
             /**
@@ -3554,46 +3584,46 @@ export interface components {
             lon_deg: number;
             /**
              * Format: double
-             * @description When.
+             * @description Time.
              */
             time_s: number;
         };
-        /** @description Both sides of where flights pass, a list for each value. */
+        /** @description Corridor of flights, as lists of equal length. */
         Corridor: {
-            /** @description Highest, likewise. */
+            /** @description Upper edge above home, metres. */
             high_m: number[];
-            /** @description The left side. */
+            /** @description Left edge. */
             left: components["schemas"]["LatLon"][];
-            /** @description Lowest above home, metres. */
+            /** @description Lower edge above home, metres. */
             low_m: number[];
-            /** @description The right side. */
+            /** @description Right edge. */
             right: components["schemas"]["LatLon"][];
-            /** @description Moments of the expected flight, seconds, growing. */
+            /** @description Time in the expected flight, seconds, ascending. */
             time_s: number[];
         };
-        /** @description Items whose heights count from another level. */
+        /** @description Items with converted altitudes. */
         CountedItems: {
-            /** @description They. */
+            /** @description The items. */
             items: components["schemas"]["PlanItem"][];
-            /** @description Those that are not at the same height in space: they keep their number, since a level is not known. */
+            /** @description Items that were not converted: their altitude value is unchanged, since a reference level is unknown. */
             unconverted: components["schemas"]["Unconverted"][];
         };
         /**
-         * @description Of what there is too much at once.
+         * @description Kind of a limit that was exceeded.
          * @enum {string}
          */
         Crowd: "sessions" | "sockets" | "viewers" | "operations" | "requests" | "links" | "subscriptions" | "bodies";
-        /** @description One decision of a vehicle. */
+        /** @description A decision of a vehicle. */
         Decision: {
-            /** @description What it does. */
+            /** @description Reaction. */
             reaction: components["schemas"]["Reaction"];
             /**
              * Format: double
-             * @description When, seconds since the rehearsed flight's beginning.
+             * @description Time, seconds since the beginning of the rehearsed flight.
              */
             time_s: number;
         };
-        /** @description Nothing more to say: the vehicle did it, and shows it where that can be seen. */
+        /** @description Empty answer: the vehicle accepted the request, and its telemetry shows the effect where it can be observed. */
         Done: Record<string, never>;
         /** @description How much may be otherwise than expected, as standard deviations. */
         Doubts: {
@@ -3740,16 +3770,16 @@ export interface components {
              */
             lon_deg: number;
         };
-        /** @description Places whose heights are wanted. */
+        /** @description Positions whose ground elevations are wanted. */
         ElevationRequest: {
-            /** @description The places. */
+            /** @description Positions. */
             points: components["schemas"]["LatLon"][];
         };
-        /** @description Heights of places. */
+        /** @description Ground elevations of positions. */
         Elevations: {
-            /** @description Why a source failed. */
+            /** @description Why a source failed; null when none did. */
             error: string | null;
-            /** @description In the order that was asked. */
+            /** @description Elevations in the order of the request. */
             points: components["schemas"]["ElevationPoint"][];
         };
         /**
@@ -3757,11 +3787,11 @@ export interface components {
          * @enum {string}
          */
         Ending: "landed" | "returned" | "unlimited" | "endless" | "ground" | "held" | "grounded" | "not-rehearsed" | "too-long";
-        /** @description How often a flight ended so. */
+        /** @description Number of flights with one ending. */
         EndingCount: {
-            /** @description How often. */
+            /** @description Number of flights. */
             count: number;
-            /** @description How. */
+            /** @description The ending. */
             ending: components["schemas"]["Ending"];
         };
         /** @description EFI_STATUS: an engine with fuel injection. What is not measured may be reported as 0. */
@@ -3871,17 +3901,17 @@ export interface components {
         };
         /** @description A detail of an event. */
         EventDetail: string | number;
-        /** @description Of a rehearsed track, what tells whether a flight is late or low: lists of one length. */
+        /** @description The part of a rehearsed track that shows whether a flight is late or low, as lists of equal length. */
         ExpectedTrack: {
-            /** @description Above home, metres. */
+            /** @description Altitude above home, metres. */
             height_m: number[];
-            /** @description Item that is flown, counted from 1; null in a return and after the landing. */
+            /** @description Current item, counted from 1; null during a return and after the landing. */
             item: (number | null)[];
-            /** @description Degrees. */
+            /** @description Latitude, degrees. */
             lat_deg: number[];
-            /** @description Degrees. */
+            /** @description Longitude, degrees. */
             lon_deg: number[];
-            /** @description Since its beginning, seconds, growing. */
+            /** @description Time since its beginning, seconds, ascending. */
             time_s: number[];
         };
         /** @description EXTENDED_SYS_STATE: on the ground or in the air. */
@@ -3904,7 +3934,7 @@ export interface components {
         /** @description A geofence. */
         Fence: {
             return_point: components["schemas"]["ReturnPoint"] | null;
-            /** @description Zones, all of which apply. */
+            /** @description Zones; all of them apply. */
             zones: components["schemas"]["FenceZone"][];
         };
         /**
@@ -3936,7 +3966,7 @@ export interface components {
         };
         /** @description One zone of a fence. */
         FenceZone: {
-            /** @description `true`: stay inside; `false`: stay outside. */
+            /** @description True: the vehicle must stay inside; false: it must stay outside. */
             inclusion: boolean;
             /** @description Corners of a polygon, or the centre of a circle. */
             points: components["schemas"]["LatLon"][];
@@ -3948,9 +3978,9 @@ export interface components {
             /** @description Its shape. */
             shape: components["schemas"]["ZoneShape"];
         };
-        /** @description One parameter of a file. */
+        /** @description One parameter of a parameter file. */
         FileParam: {
-            /** @description Its name: capital letters, digits and underscores, up to 16. */
+            /** @description Name: up to 16 capital letters, digits and underscores. */
             name: string;
             /**
              * Format: double
@@ -3969,17 +3999,23 @@ export interface components {
             /** @description How bad it is. */
             severity: components["schemas"]["FindingSeverity"];
         };
-        /** @description A finding, and a change that resolves it: with `items` in the place of others it is gone, and no error is there that was not. */
+        /**
+         * @description A finding and a change that resolves it. With `items` in place of the replaced ones, the finding disappears and no
+         *     new error appears.
+         */
         FindingFix: components["schemas"]["FixKind"] & {
-            /** @description How many are replaced; 0: what is added stands before `first_item`. */
+            /** @description Number of replaced items; 0 when the new items are inserted before `first_item`. */
             count: number;
             /** @description The finding. */
             finding: components["schemas"]["Finding"];
-            /** @description The first item that is replaced, counted from 1; one more than there are: what is added stands at the end. */
+            /** @description First replaced item, counted from 1; one past the last item when the new items are appended. */
             first_item: number;
-            /** @description What stands there then. Jumps to items behind lead there still, and are to be numbered anew. */
+            /**
+             * @description New items. The plan's jumps to items after the replaced ones keep their destinations, so their numbers must be
+             *     adapted.
+             */
             items: components["schemas"]["PlanItem"][];
-            /** @description What is changed, in English. */
+            /** @description Description of the change, in English. */
             message: string;
         };
         /** @description What was found. `code` is stable; a figure's name ends in its unit. */
@@ -4658,136 +4694,142 @@ export interface components {
                 value: number;
             };
         };
-        /** @description A moment of a flight by the vehicle's own clock, which runs faster in some simulators. */
+        /** @description Time of a flight on the vehicle's own clock, which runs faster in some simulators. */
         FlightNow: {
             /**
              * Format: double
-             * @description What is left of its battery; null likewise.
+             * @description Remaining charge of its battery; null when unknown.
              */
             battery_pct: number | null;
             /**
              * Format: double
-             * @description Since the vehicle booted; null while it has not said.
+             * @description Time since the vehicle booted; null when unknown.
              */
             boot_s: number | null;
         };
-        /** @description What an ArduPlane's parameters say of how it flies; null is not read. The station reads them by itself. */
+        /**
+         * @description Flight characteristics according to an ArduPlane's parameters, which the station reads by itself; null where not
+         *     read.
+         */
         FlightParameters: {
             /**
              * Format: double
-             * @description Airspeed that it flies by itself (`AIRSPEED_CRUISE`, before 4.5 `TRIM_ARSPD_CM`).
+             * @description Airspeed in automatic flight (`AIRSPEED_CRUISE`, before 4.5 `TRIM_ARSPD_CM`).
              */
             airspeed_m_s: number | null;
             /**
-             * @description Whether a return looks for the mission's landing (`RTL_AUTOLAND` is not 0); where it does not, it does not arm with a
-             *     `DO_LAND_START`.
+             * @description Whether a return uses the mission's landing (`RTL_AUTOLAND` is not 0); otherwise the vehicle refuses to arm with
+             *     a `DO_LAND_START`.
              */
             finds_landing: boolean | null;
             /**
              * Format: double
-             * @description Radius of circles that give none (`WP_LOITER_RAD`).
+             * @description Radius of circles without a radius of their own (`WP_LOITER_RAD`).
              */
             loiter_radius_m: number | null;
         };
-        /** @description What a flight needs first: `POST /vehicles/{id}/prepare-flight` does it. */
+        /** @description Steps needed before a flight, which `POST /vehicles/{id}/prepare-flight` carries out. */
         FlightPreparation: {
-            /** @description The mode that it is in. */
+            /** @description Present mode. */
             from_mode: string;
-            /** @description The mode to change to; null when it arms as it is. */
+            /** @description Mode to change to; null when it arms in the present one. */
             mode: string | null;
-            /** @description Whether the mission is set back to its beginning; false when there is none. */
+            /** @description Whether the mission is reset to its beginning; false when there is none. */
             rewinds_mission: boolean;
         };
-        /** @description A line as it was flown. */
+        /** @description A survey line as flown. */
         FlownLine: {
-            /** @description Whether it is not flown, or so far aside that nothing is left of the overlap with the next. */
+            /** @description Whether it is not flown, or so far off that no overlap with the next line remains. */
             is_missed: boolean;
             /**
              * Format: double
-             * @description Farthest from the line while pictures are taken; null when it is not flown.
+             * @description Largest distance from the line while images are taken; null when it is not flown.
              */
             off_m: number | null;
             /**
              * Format: int64
-             * @description Pictures on it.
+             * @description Number of images on it.
              */
             photos: number;
         };
-        /** @description What the pictures of a survey show when it is flown as rehearsed. */
+        /** @description Coverage by the images of a survey flown as rehearsed. */
         FlownSurvey: {
             /**
              * Format: double
-             * @description Part of the area that one picture or more show, 0 to 1; null without a camera.
+             * @description Fraction of the area that at least one image covers, 0 to 1; null without a camera.
              */
             covered: number | null;
             /**
              * Format: double
-             * @description Time for it.
+             * @description Duration.
              */
             duration_s: number;
-            /** @description What is wrong or doubtful. */
+            /** @description Errors and doubts found. */
             findings: components["schemas"]["Finding"][];
-            /** @description Corners of the ground that each shows, in order around it; null for one that looks beyond the horizon, and without a camera. */
+            /**
+             * @description Ground corners of each image, in order around it; null for an image that includes the horizon, and without a
+             *     camera.
+             */
             footprints: (components["schemas"]["LatLon"][] | null)[];
-            /** @description The largest places that no picture shows, at most 20. */
+            /** @description Largest uncovered places, at most 20. */
             holes: components["schemas"]["SurveyHole"][];
-            /** @description Whether the plane's own parameters were known, or those of an ArduPlane as it comes were taken. */
+            /** @description Whether the plane's own parameters were known; otherwise a default ArduPlane is assumed. */
             knows_parameters: boolean;
-            /** @description The lines, as `lines`. */
+            /** @description Lines as flown, in the order of `lines`. */
             lines: components["schemas"]["FlownLine"][];
             /**
              * Format: double
-             * @description Part of the area that as many pictures show as the overlap promises, 0 to 1; null without a camera.
+             * @description Fraction of the area covered by as many images as the overlap promises, 0 to 1; null without a camera.
              */
             overlapped: number | null;
-            /** @description Where the plane is when it takes each picture. */
+            /** @description Position of the plane at each image. */
             photos: components["schemas"]["LatLon"][];
             /**
              * Format: int64
-             * @description How many that is.
+             * @description That number of images.
              */
             views_promised: number;
         };
-        /** @description A recording or picture of a camera on the server's disk. */
+        /** @description A camera recording or image on the server's disk. */
         Footage: {
             /**
              * Format: int64
-             * @description When it was begun or taken, to the second: seconds since 1970, UTC.
+             * @description Start of the recording, or time of capture, to the second: seconds since 1970, UTC.
              */
             begin_unix_s: number;
             /**
              * Format: int64
-             * @description How large it is.
+             * @description File size.
              */
             bytes: number;
-            /** @description The camera's name. */
+            /** @description Name of the camera. */
             camera: string;
             /**
              * Format: double
-             * @description How long a recording is; null for pictures, while it is being written, and when it was not ended in order.
+             * @description Duration of a recording; null for images, while it is being recorded, and when it was not closed properly.
              */
             duration_s: number | null;
-            /** @description Whether it is being written. */
+            /** @description Whether it is being recorded. */
             is_current: boolean;
-            /** @description What it holds. */
+            /** @description Kind of the file. */
             kind: components["schemas"]["FootageKind"];
-            /** @description The file's name. */
+            /** @description File name. */
             name: string;
         };
         /**
-         * @description What a file of footage holds.
+         * @description Kind of a footage file.
          * @enum {string}
          */
         FootageKind: "video" | "picture";
-        /** @description Items whose heights are to count from another level. */
+        /** @description Items whose altitudes are to be converted to another frame. */
         FrameChange: {
-            /** @description What they are to count from. */
+            /** @description New frame. */
             frame: components["schemas"]["AltFrame"];
-            /** @description They, and home; without a home the vehicle's is taken. Nothing else of it is looked at. */
+            /** @description The items, and their home; when it has none, the vehicle's home is used. The rest of the plan is ignored. */
             plan: components["schemas"]["Plan"];
             /**
              * Format: int32
-             * @description The vehicle that is to fly them.
+             * @description Vehicle that is to fly them.
              */
             vehicle?: number | null;
         };
@@ -4899,35 +4941,35 @@ export interface components {
          * @enum {string}
          */
         HeightDatum: "amsl" | "home" | "terrain";
-        /** @description A file of a history (MCAP). */
+        /** @description A history file (MCAP). */
         HistoryFile: {
             /**
              * Format: int64
-             * @description Its size.
+             * @description File size.
              */
             bytes: number;
             /**
              * Format: double
-             * @description When it was written last, seconds since 1970; null when the system does not say.
+             * @description Time of the last change, seconds since 1970; null when the file system does not provide it.
              */
             modified_unix_s: number | null;
-            /** @description Its name. */
+            /** @description File name. */
             name: string;
         };
-        /** @description Numbers of records that are not in a history. */
+        /** @description A range of records that is missing in a history. */
         HistoryGap: {
-            /** @description The boot on board: 16 hexadecimal digits. */
+            /** @description Boot of the onboard computer: 16 hexadecimal digits. */
             boot: string;
             /**
              * Format: int64
-             * @description The first number.
+             * @description First missing number.
              */
             first: number;
-            /** @description Whether the aircraft has them no more; else they are fetched when it is there. */
+            /** @description Whether the aircraft no longer has them either; otherwise they are fetched when it is connected. */
             is_lost: boolean;
             /**
              * Format: int64
-             * @description The last number.
+             * @description Last missing number.
              */
             last: number;
             /** @description `state`, `event` or `audit`. */
@@ -5037,30 +5079,30 @@ export interface components {
              */
             temperature_c: number | null;
         };
-        /** @description What answers. */
+        /** @description The server. */
         Info: {
             /** @description Always `vencejo`. */
             name: string;
             /** @description Whether `POST /session` needs a token. */
             needs_token: boolean;
-            /** @description Its version. */
+            /** @description Version of the server. */
             version: string;
         };
-        /** @description Whether a recording is to be kept. */
+        /** @description Protection of a recording from deletion. */
         KeepRecording: {
-            /** @description Keep it. */
+            /** @description Whether to protect it. */
             is_kept: boolean;
         };
-        /** @description A landing, ready to be the end of a mission. */
+        /** @description A landing, ready to be appended to a mission. */
         Landing: {
-            /** @description What the pilot should know. */
+            /** @description Cautions for the pilot. */
             cautions: components["schemas"]["LandingCaution"][];
             /**
              * Format: double
-             * @description Course of the final leg at the point from true north, 0 to 360.
+             * @description Course of the final leg, from true north, 0 to 360.
              */
             course_deg: number;
-            /** @description What gave it. */
+            /** @description What determined the course. */
             direction: components["schemas"]["LandingDirection"];
             /**
              * Format: double
@@ -5069,21 +5111,21 @@ export interface components {
             final_m: number;
             /**
              * Format: double
-             * @description Speed over ground on the final leg; null when no wind is known.
+             * @description Ground speed on the final leg; null when the wind is unknown.
              */
             groundspeed_m_s: number | null;
             /**
              * Format: double
-             * @description Part of the wind against the plane on the final leg, negative from behind; null when no wind is known.
+             * @description Headwind on the final leg, negative for a tailwind; null when the wind is unknown.
              */
             headwind_m_s: number | null;
-            /** @description `DO_LAND_START` where asked for, `NAV_LOITER_TO_ALT`, `NAV_LAND`; heights above home. */
+            /** @description An optional `DO_LAND_START`, `NAV_LOITER_TO_ALT`, `NAV_LAND`; altitudes above home. */
             items: components["schemas"]["PlanItem"][];
-            /** @description Where the final leg begins. */
+            /** @description Beginning of the final leg. */
             leaves: components["schemas"]["LatLon"];
             /**
              * Format: double
-             * @description Height there.
+             * @description Altitude there, above home.
              */
             leaves_alt_rel_home_m: number;
             /**
@@ -5093,48 +5135,49 @@ export interface components {
             radius_m: number;
             /**
              * Format: double
-             * @description Its slope, height over distance.
+             * @description Slope of the final leg, height over distance.
              */
             slope: number;
         };
-        /** @description A landing to choose. */
+        /** @description One of several possible landings. */
         LandingAlternative: {
             /**
              * Format: double
-             * @description The wind across the final leg, positive from the right; null when no wind is known.
+             * @description Crosswind on the final leg, positive from the right; null when the wind is unknown.
              */
             crosswind_m_s: number | null;
             /**
              * Format: double
-             * @description Time from the place that the plane comes from, or from home.
+             * @description Time from the preceding position, or from home.
              */
             duration_s: number;
             /** @description How the rehearsed approach ends. */
             ending: components["schemas"]["Ending"];
-            /** @description Whether its circle is flown clockwise, to the right of the final leg. */
+            /** @description Whether its circle is clockwise, to the right of the final leg. */
             is_clockwise: boolean;
             /** @description The landing. */
             landing: components["schemas"]["Landing"];
-            /** @description What speaks for and against it. */
+            /** @description Reasons for and against it. */
             reasons: components["schemas"]["LandingReasonText"][];
             /**
              * Format: double
-             * @description Where the plane comes to rest, likewise.
+             * @description Distance of the plane's final position from the landing point, likewise.
              */
             rest_m: number | null;
             /**
              * Format: double
-             * @description Where it touches the ground, metres beyond the point along the final leg, negative before it; null where it does not.
+             * @description Distance of the touchdown from the landing point along the final leg, metres, negative before it; null when the
+             *     plane does not touch down.
              */
             touch_down_m: number | null;
-            /** @description Whether to fly it. */
+            /** @description Recommendation. */
             verdict: components["schemas"]["Verdict"];
         };
-        /** @description What the pilot should know of a landing before it is flown. */
+        /** @description A caution for the pilot before a landing is flown. */
         LandingCaution: {
             /** @description `ground-not-known`, `steep-approach`, `tailwind` or `ground-near`. */
             code: string;
-            /** @description It in English. */
+            /** @description The caution in English. */
             message: string;
         };
         /**
@@ -5142,22 +5185,25 @@ export interface components {
          * @enum {string}
          */
         LandingDirection: "course" | "coming-from" | "into-wind";
-        /** @description A landing of which one part is moved. */
+        /** @description A designed landing with one part moved. */
         LandingMove: {
             /**
              * Format: double
-             * @description Height of the ground above home where the point is moved to; without it the point keeps its height.
+             * @description Ground elevation above home at the landing point's new position; when absent, the point keeps its altitude.
              */
             ground_rel_home_m?: number | null;
-            /** @description The landing as it was designed: `DO_LAND_START` or not, `NAV_LOITER_TO_ALT`, `NAV_LAND`, with heights above home. */
+            /**
+             * @description The landing as designed: an optional `DO_LAND_START`, `NAV_LOITER_TO_ALT`, `NAV_LAND`, with altitudes above
+             *     home.
+             */
             items: components["schemas"]["PlanItem"][];
-            /** @description What is moved. */
+            /** @description Part to move. */
             part: components["schemas"]["LandingPart"];
-            /** @description Where to. */
+            /** @description New position. */
             to: components["schemas"]["LatLon"];
             /**
              * Format: int32
-             * @description The vehicle that is to land.
+             * @description Vehicle that is to land.
              */
             vehicle?: number | null;
             wind?: components["schemas"]["PlanWind"] | null;
@@ -5255,63 +5301,68 @@ export interface components {
             /** @description What happens. */
             ending: components["schemas"]["Ending"];
         };
-        /** @description What speaks for or against a landing. */
+        /** @description A reason for or against a landing. */
         LandingReasonText: components["schemas"]["LandingReason"] & {
-            /** @description It in English. */
+            /** @description The reason in English. */
             message: string;
         };
         /**
-         * @description What a landing is designed from: a point or a runway. What is not given is the vehicle's, as far as its parameters were read, else that of a
-         *     small plane on an ArduPlane.
+         * @description Design request for a landing at a point or on a runway. Values that are not given come from the vehicle's
+         *     parameters, as far as they were read, else from the defaults for a small plane with ArduPlane.
          */
         LandingRequest: {
             /**
              * Format: double
-             * @description Of the approach, 5 to 60; the vehicle's, else 22.
+             * @description Approach airspeed, 5 to 60; by default the vehicle's, else 22.
              */
             airspeed_m_s?: number | null;
             at?: components["schemas"]["LatLon"] | null;
             coming_from?: components["schemas"]["LatLon"] | null;
             /**
              * Format: double
-             * @description Course of the final leg from true north; of a runway's two directions the nearer one is flown. Without it `coming_from` gives the course, else
-             *     the wind; a runway is landed on into the wind, in calm air from its beginning.
+             * @description Course of the final leg, from true north; of a runway's two directions, the nearer one is used. When absent,
+             *     `coming_from` gives the course, else the wind; a runway is landed on into the wind, or in calm air from its
+             *     beginning.
              */
             course_deg?: number | null;
             /**
              * Format: double
-             * @description Height above the ground where the final leg begins, 15 to 200; 40 by default.
+             * @description Height above the ground at which the final leg begins, 15 to 200; 40 by default.
              */
             final_height_m?: number | null;
             /**
              * Format: double
-             * @description Height of the ground at the point above home, −1000 to 1000; where it is not given, that of the maps, for which `home` is needed;
-             *     else home's.
+             * @description Ground elevation at the landing point above home, −1000 to 1000. When absent, the maps give it, for which `home`
+             *     is needed; else it is home's.
              */
             ground_rel_home_m?: number | null;
             /**
-             * @description Whether `DO_LAND_START` goes before it; where the vehicle's return looks for it, else yes. An ArduPlane with `RTL_AUTOLAND` 0 does not arm
-             *     with one.
+             * @description Whether `DO_LAND_START` precedes the landing; by default yes, unless the vehicle's return does not use it. An
+             *     ArduPlane with `RTL_AUTOLAND` 0 refuses to arm with one.
              */
             has_land_start?: boolean | null;
             home?: components["schemas"]["LatLon"] | null;
-            /** @description Whether the circle is flown clockwise, to the right of the final leg; as the vehicle circles, else yes. Alternatives have both sides. */
+            /**
+             * @description Whether the circle is clockwise, to the right of the final leg; by default as the vehicle circles, else yes.
+             *     Alternatives include both sides.
+             */
             is_clockwise?: boolean | null;
             plan?: components["schemas"]["Plan"] | null;
             /**
              * Format: double
-             * @description Smallest radius of the circle, 20 to 500; the vehicle's, else 80.
+             * @description Smallest radius of the circle, 20 to 500; by default the vehicle's, else 80.
              */
             radius_m?: number | null;
             runway?: components["schemas"]["Runway"] | null;
             /**
              * Format: double
-             * @description Steepest slope of the final leg, height over distance, 0.02 to 0.25; 0.08 by default, less for a vehicle that sinks slowly.
+             * @description Steepest slope of the final leg, height over distance, 0.02 to 0.25; by default 0.08, or less for a vehicle with
+             *     a low sink rate.
              */
             slope?: number | null;
             /**
              * Format: int32
-             * @description The vehicle that is to land: airspeed, circle, slope and `DO_LAND_START` are laid out for it.
+             * @description Vehicle that is to land: airspeed, circle, slope and `DO_LAND_START` are chosen for it.
              */
             vehicle?: number | null;
             wind?: components["schemas"]["PlanWind"] | null;
@@ -5329,18 +5380,18 @@ export interface components {
              */
             lon_deg: number;
         };
-        /** @description What a flight taught of the plane that flew it. */
+        /** @description Model of a plane, estimated from a flight. */
         LearnedPlane: {
-            /** @description It. */
+            /** @description Airframe. */
             airframe: components["schemas"]["Airframe"];
             /**
              * Format: double
-             * @description How far measured and modelled airspeeds are apart, metres a second RMS.
+             * @description RMS difference between measured and modelled airspeed, metres per second.
              */
             airspeed_error_m_s: number;
-            /** @description Moments that it rests on. */
+            /** @description Number of samples used. */
             moments: number;
-            /** @description The wind of that flight. */
+            /** @description Wind of that flight. */
             wind: components["schemas"]["PlanWind"];
         };
         /**
@@ -5353,9 +5404,9 @@ export interface components {
          * @enum {string}
          */
         LinkFault: "address_in_use" | "not_our_address" | "no_permission" | "no_serial_port" | "serial_port_in_use" | "no_baud_rate" | "no_host" | "refused" | "no_answer" | "closed_by_peer" | "other";
-        /** @description A link and what went over it. */
+        /** @description A link and its traffic counters. */
         LinkInfo: {
-            /** @description Whether frames that should be signed and are not are believed there. */
+            /** @description Whether unsigned frames of vehicles that must sign are accepted on this link. */
             accepts_unsigned: boolean;
             /** @description Its link string. */
             address: string;
@@ -5371,76 +5422,76 @@ export interface components {
             bad_crc: number;
             /**
              * Format: int64
-             * @description Bytes that came in.
+             * @description Bytes received.
              */
             bytes_received: number;
             /**
              * Format: int64
-             * @description Bytes that went out.
+             * @description Bytes sent.
              */
             bytes_sent: number;
-            /** @description The same in words. */
+            /** @description The fault in English. */
             detail: string | null;
             fault: components["schemas"]["LinkFault"] | null;
-            /** @description Whether frames between it and the other links are passed on. */
+            /** @description Whether frames are forwarded between this link and the others. */
             forward: boolean;
             /**
              * Format: int64
-             * @description Frames missing by the senders' counters.
+             * @description Frames missing according to the senders' sequence numbers.
              */
             frames_lost: number;
             /**
              * Format: double
-             * @description Frames per second lately.
+             * @description Recent rate of received frames.
              */
             frames_per_s: number;
             /**
              * Format: int64
-             * @description Frames that came in.
+             * @description Frames received.
              */
             frames_received: number;
             /**
              * Format: int64
-             * @description Frames that went nowhere because their signature was missing, wrong or not new.
+             * @description Frames discarded because their signature was missing, wrong or not newer than the last.
              */
             frames_refused: number;
             /**
              * Format: int64
-             * @description Frames that went out.
+             * @description Frames sent.
              */
             frames_sent: number;
             /**
              * Format: int64
-             * @description Bytes that belonged to no frame.
+             * @description Bytes outside of any frame.
              */
             garbage_bytes: number;
             /**
              * Format: int32
-             * @description Its id.
+             * @description Id of the link.
              */
             id: number;
-            /** @description Address and port of its own socket while it is up. */
+            /** @description Address and port of its own socket; null while it is not up. */
             local_address: string | null;
             /**
              * Format: double
-             * @description Share of all frames that were lost.
+             * @description Share of all frames that were lost, percent.
              */
             loss_pct: number | null;
-            /** @description Its name. */
+            /** @description Name of the link. */
             name: string;
-            /** @description Where on this link another station is heard that uses our own MAVLink address. */
+            /** @description Where on this link another station with our own MAVLink address is heard; null when there is none. */
             namesake: string | null;
             /**
              * Format: double
-             * @description Share of the frames that were lost lately.
+             * @description Share of recent frames that were lost, percent.
              */
             recent_loss_pct: number | null;
             /**
              * Format: double
-             * @description Round trip of the newest TIMESYNC exchange.
+             * @description Round-trip time of the newest TIMESYNC exchange.
              */
             round_trip_ms: number | null;
-            /** @description Its state. */
+            /** @description State of the link. */
             state: components["schemas"]["LinkState"];
         };
         /**
@@ -5577,13 +5628,13 @@ export interface components {
             /** @description Where it leads. */
             url?: string | null;
         };
-        /** @description Whom to name for a view. */
+        /** @description Attributions for a view of the map. */
         MapAttributions: {
-            /** @description Plain text with links. */
+            /** @description Plain texts with links. */
             attribution: components["schemas"]["MapAttribution"][];
             /**
              * Format: int32
-             * @description Zoom up to which there are pictures in the view.
+             * @description Highest zoom at which the view has images.
              */
             max_zoom: number | null;
         };
@@ -5752,27 +5803,27 @@ export interface components {
          * @enum {string}
          */
         MapEncoding: "terrarium" | "terrain-rgb";
-        /** @description A file of the maps folder. */
+        /** @description A file in the maps folder. */
         MapFileInfo: {
             /**
              * Format: int64
-             * @description Its size.
+             * @description Size of the file.
              */
             bytes: number;
             kind: components["schemas"]["MapSourceKind"] | null;
-            /** @description For a source's `path`. */
+            /** @description Path, as used in a source's `path`. */
             path: string;
         };
-        /** @description A file that was taken, with settings that fit it. */
+        /** @description An imported file and settings for a source that reads it. */
         MapFileTaken: {
             /**
              * Format: int64
-             * @description Its size.
+             * @description Size of the file.
              */
             bytes: number;
-            /** @description For a source's `path`. */
+            /** @description Path, as used in a source's `path`. */
             path: string;
-            /** @description To be put, changed or not. */
+            /** @description Proposed settings; the client sends them back, changed or not, to create the source. */
             settings: components["schemas"]["MapSourceSettings"];
         };
         /** @description A kind of source as forms and programs need to know it. */
@@ -5829,9 +5880,9 @@ export interface components {
             /** @description Why not. */
             reason: string | null;
         };
-        /** @description Ids of sources in drawing order. */
+        /** @description Ids of map sources in drawing order. */
         MapOrder: {
-            /** @description All or some; the others keep their places. */
+            /** @description All ids or some of them; the others keep their positions. */
             ids: string[];
         };
         /** @description A source that can be added as it is. */
@@ -6193,9 +6244,9 @@ export interface components {
         MapUnreached: "name_unknown" | "refused" | "no_connection";
         /** @description A message of MAVLink: its name in the dialect, or its number. */
         MessageChoice: number | string;
-        /** @description The value of a field; null in place of NaN. */
+        /** @description Value of a message field; null stands for NaN. */
         MessageField: (number | null) | (number | null)[] | string;
-        /** @description How often a vehicle is to send a message. */
+        /** @description Requested rate of a message. */
         MessageRate: {
             rate_hz: components["schemas"]["RateChoice"] | null;
         };
@@ -6236,70 +6287,75 @@ export interface components {
              */
             item: number;
         };
-        /** @description What the vehicle does by itself, and where it stands in its mission. */
+        /** @description Automatic flight and mission progress of a vehicle. */
         MissionProgress: {
             /**
              * Format: double
-             * @description Time on that circle by the vehicle's clock; null likewise.
+             * @description Time on that circle by the vehicle's clock; null in the same cases.
              */
             circled_s: number | null;
             /**
              * Format: double
-             * @description Turns that were flown of the circle at the item in execution; null while it circles at none, and where its beginning was not heard.
+             * @description Turns flown of the circle at the current item; null while it circles at none, and when the beginning of the
+             *     circle was not heard.
              */
             circled_turns: number | null;
             /**
              * Format: double
-             * @description Distance over ground to the mission's end.
+             * @description Distance over ground to the end of the mission.
              */
             distance_m: number | null;
-            /** @description Whether its mode flies the mission; null while its mode is not known. */
+            /** @description Whether its mode flies the mission; null while its mode is unknown. */
             follows_mission: boolean | null;
-            /** @description Whether it was flown to its end. */
+            /** @description Whether the mission has been completed. */
             is_complete: boolean;
-            /** @description Whether it is on its way down to land, so that this can be aborted; null when that is not known, as in a mission that was not read. */
+            /**
+             * @description Whether it is descending to land, so that the landing can be aborted; null when unknown, as in a mission that
+             *     was not read.
+             */
             is_landing: boolean | null;
             /**
              * Format: int32
-             * @description Item in execution, counted from 1.
+             * @description Current item, counted from 1.
              */
             item: number | null;
             /**
              * Format: double
-             * @description Distance to the item in execution.
+             * @description Distance to the current item.
              */
             leg_distance_m: number | null;
             preparation: components["schemas"]["FlightPreparation"] | null;
-            /** @description Items reached, ascending. */
+            /** @description Reached items, ascending. */
             reached: number[];
             /**
              * Format: double
-             * @description An alarm: it flies to somewhere that is this far from the current item of the plan that was read from it; null while not.
+             * @description An alarm: distance between the position it flies to and the current item of the plan that was read from it; null
+             *     when there is no alarm.
              */
             target_off_m: number | null;
             /**
              * Format: double
-             * @description Time for that at the present speed.
+             * @description Time for that distance at the present speed.
              */
             time_s: number | null;
             /**
              * Format: int32
-             * @description Items in the mission.
+             * @description Number of items in the mission.
              */
             total: number | null;
             /**
              * Format: double
-             * @description How fast its course turns while it circles by itself, clockwise positive; null in other modes, and where that is not known.
+             * @description Turn rate of its course while it circles by itself, clockwise positive; null in other modes, and when unknown.
              */
             turn_rate_deg_s: number | null;
         };
         /** @description A flight mode as a caller names it. */
         ModeChoice: number | string;
-        /** @description A camera by name. */
+        /** @description A named camera model. */
         NamedCamera: {
-            /** @description What it is. */
+            /** @description Camera data. */
             camera: components["schemas"]["Camera"];
-            /** @description The name that QGroundControl has for it, where it has one. */
+            /** @description Name, as QGroundControl has it where it knows the camera. */
             name: string;
         };
         /** @description NAV_CONTROLLER_OUTPUT: what guidance wants. */
@@ -6354,25 +6410,28 @@ export interface components {
         };
         /** @description A link to open. */
         NewLink: {
-            /** @description Whether a vehicle that has to sign is believed there without; by its address when absent: USB and this machine are. */
+            /**
+             * @description Whether unsigned frames of a vehicle that must sign are accepted. When absent, the address decides: yes for USB
+             *     and loopback.
+             */
             accept_unsigned?: boolean | null;
             /** @description Link string, such as `udpin:0.0.0.0:14550`. */
             address: string;
-            /** @description Whether to pass frames on between it and the other links, for another ground station. */
+            /** @description Whether frames are forwarded between this link and the others, for another ground station. */
             forward?: boolean;
-            /** @description Name to show; the link string when absent. */
+            /** @description Display name; the link string when absent. */
             name?: string | null;
         };
-        /** @description A message to send. There is no answer and no check: it is the escape hatch. */
+        /** @description A raw message to send. Nothing checks it, and no answer is awaited. */
         NewMessage: {
-            /** @description Its fields; those not given are 0, but `target_system` and `target_component` are the vehicle's. */
+            /** @description Fields. Missing ones are 0, except that `target_system` and `target_component` default to the vehicle's. */
             fields?: {
                 [key: string]: components["schemas"]["MessageField"];
             };
-            /** @description Its name, such as `SET_POSITION_TARGET_GLOBAL_INT`. */
+            /** @description Message name, such as `SET_POSITION_TARGET_GLOBAL_INT`. */
             name: string;
         };
-        /** @description A parameter's new value. */
+        /** @description New value of a parameter. */
         NewParam: {
             /**
              * Format: double
@@ -6380,76 +6439,76 @@ export interface components {
              */
             value: number;
         };
-        /** @description A change of the draft. */
+        /** @description A new version of the draft. */
         NewPlanDraft: {
-            /** @description Which browser or program it comes from: up to 64 letters, digits, `-` and `_` of its own choice. */
+            /** @description Browser or program that wrote it: an identifier of its choice, up to 64 letters, digits, `-` and `_`. */
             author: string;
             /**
              * Format: int64
-             * @description The revision that it is a change of; 0 when there was none.
+             * @description Revision on which it is based; 0 when there was none.
              */
             base: number;
-            /** @description The draft. */
+            /** @description The plan. */
             plan: Record<string, never>;
         };
-        /** @description Who wants a session. */
+        /** @description Request for a session. */
         NewSession: {
-            /** @description Name to show to others, up to 40 characters. */
+            /** @description Display name, up to 40 characters. */
             name?: string | null;
-            /** @description The token from the server's terminal; needed when `GET /info` says so. */
+            /** @description Access token, printed on the server's terminal; required when `GET /info` says so. */
             token?: string | null;
         };
         /**
-         * @description Why a vehicle takes its mission only.
+         * @description Why a vehicle accepts only missions, and neither fences nor rally points.
          * @enum {string}
          */
         OnlyMissionReason: "old_firmware" | "mavlink1";
-        /** @description Something that takes a while. */
+        /** @description A long-running operation. */
         Operation: {
             /**
              * Format: int32
-             * @description How much is done, in units of `total`.
+             * @description Progress, in units of `total`.
              */
             done: number;
             /** @description Why it failed. */
             error?: components["schemas"]["Problem"];
             /**
              * Format: int64
-             * @description Its id.
+             * @description Id of the operation.
              */
             id: number;
-            /** @description What it does. */
+            /** @description Kind of the operation. */
             kind: components["schemas"]["OperationKind"];
             /**
              * Format: double
-             * @description After an upload to a vehicle that keeps positions as 32-bit floats: how far the farthest place on board is from where it
-             *     was sent to be.
+             * @description After an upload to a vehicle that stores positions as 32-bit floats: largest distance between a position on
+             *     board and the one that was sent.
              */
             position_error_m?: number;
-            /** @description What it brought; only at `GET /operations/{id}`, once done. */
+            /** @description The result; only at `GET /operations/{id}`, once the operation is done. */
             result?: components["schemas"]["OperationResult"];
-            /** @description How it stands. */
+            /** @description State of the operation. */
             state: components["schemas"]["OperationState"];
             /**
              * Format: int32
-             * @description How much there is; 0 when not known yet.
+             * @description Total amount of work; 0 when not known yet.
              */
             total: number;
             /**
              * Format: int32
-             * @description The vehicle.
+             * @description Id of the vehicle.
              */
             vehicle: number;
         };
         /**
-         * @description What an operation does.
+         * @description Kind of an operation.
          * @enum {string}
          */
         OperationKind: "upload_mission" | "upload_fence" | "upload_rally" | "download_mission" | "download_fence" | "download_rally" | "clear_mission" | "clear_fence" | "clear_rally" | "read_params";
-        /** @description What an operation brought. */
+        /** @description Result of an operation. */
         OperationResult: components["schemas"]["Plan"] | components["schemas"]["Param"][];
         /**
-         * @description How an operation stands.
+         * @description State of an operation.
          * @enum {string}
          */
         OperationState: "running" | "done" | "failed" | "cancelled";
@@ -6458,57 +6517,61 @@ export interface components {
          * @enum {string}
          */
         Origin: "parameters" | "simulator" | "flight";
-        /** @description How a flight goes beside what was expected; null is not known, as away from the expected track. */
+        /** @description Comparison of a flight with its forecast; values are null when unknown, for example away from the expected track. */
         Outlook: {
             /**
              * Format: double
-             * @description What will be left of the battery at the end of `ahead`, if it goes on as since the beginning; null while less than 2 % were used.
+             * @description Expected charge at the end of `ahead` if consumption continues as since the beginning; null until 2 % have been
+             *     used.
              */
             battery_pct: number | null;
             /**
              * Format: double
-             * @description Later than expected; negative: earlier.
+             * @description Delay; negative when early.
              */
             late_s: number | null;
             /**
              * Format: double
-             * @description Lower than expected, metres; negative: higher.
+             * @description Altitude below the forecast, metres; negative when above it.
              */
             low_m: number | null;
         };
         /** @description A parameter of the vehicle. */
         Param: {
-            /** @description Its type on the wire: `int8` … `real32`. */
+            /** @description MAVLink type: `int8` … `real32`. */
             kind: string;
-            /** @description Its name. */
+            /** @description Name. */
             name: string;
             /**
              * Format: double
-             * @description Its value.
+             * @description Value.
              */
             value: number;
         };
-        /** @description How one part of a plan differs from the one on board. */
+        /** @description Differences in one part of a plan. */
         PartComparison: {
-            /** @description From what is on board to the plan; empty when the vehicle, as it keeps items, has it as it is. */
+            /** @description Changes from the plan on board to this plan; empty when the vehicle, with its storage precision, already has it. */
             changes: components["schemas"]["PlanChange"][];
-            /** @description What it was compared with: the fingerprint of `PlanState`; null for nothing on board. */
+            /** @description Fingerprint (as in `PlanState`) of the part on board that was compared; null when there is none on board. */
             hash: string | null;
         };
         /** @description A plan: mission, fence and rally points. */
         Plan: {
-            /** @description Items of the mission that stand for several in a `.plan` file: kept so that it is written as it was read. */
+            /**
+             * @description Groups of mission items that a `.plan` file stores as one complex item, kept so that the file can be written
+             *     unchanged.
+             */
             complex_items?: components["schemas"]["ComplexItem"][];
             /** @description Where to stay. */
             fence: components["schemas"]["Fence"];
             home: components["schemas"]["Home"] | null;
-            /** @description What to do, in order, without home. */
+            /** @description Mission items in order, without home. */
             items: components["schemas"]["PlanItem"][];
-            /** @description Where to return to when home is farther. */
+            /** @description Rally points: where to return to when home is farther. */
             rally: components["schemas"]["RallyPoint"][];
         };
         /**
-         * @description How sure we are of a plan on board.
+         * @description Certainty about a plan on board.
          * @enum {string}
          */
         PlanCertainty: "unknown" | "empty" | "verified";
@@ -6533,45 +6596,45 @@ export interface components {
             /** @description The number of the one on board. */
             on_board: number;
         };
-        /** @description A plan to look over. */
+        /** @description A plan to check. */
         PlanCheck: {
             /** @description The plan. */
             plan: components["schemas"]["Plan"];
             /**
              * Format: int32
-             * @description The vehicle that is to fly it: its kind, its place and whether it is on the ground are taken into account.
+             * @description Vehicle that is to fly it. Its type, its position and whether it is on the ground are considered.
              */
             vehicle?: number | null;
         };
-        /** @description How a plan differs from what a vehicle has on board, part by part; a part is null while it is not known what is there. */
+        /** @description Differences between a plan and the one on board, by part; a part is null while its state on board is unknown. */
         PlanComparison: {
             fence: components["schemas"]["PartComparison"] | null;
             mission: components["schemas"]["PartComparison"] | null;
             rally: components["schemas"]["PartComparison"] | null;
         };
-        /** @description The draft of a plan, as the server keeps it for all operators. */
+        /** @description Draft of a plan, shared by all operators. */
         PlanDraft: {
-            /** @description Which browser or program it comes from. */
+            /** @description Browser or program that wrote it. */
             author: string;
-            /** @description Name of the session that it comes from. */
+            /** @description Name of the session that wrote it. */
             by: string;
-            /** @description The draft, as its author wrote it: whoever reads it checks it. */
+            /** @description The plan as written by its author; readers must validate it. */
             plan: Record<string, never>;
             /**
              * Format: int64
-             * @description Counts the changes.
+             * @description Revision number, incremented with each change.
              */
             revision: number;
             /**
              * Format: double
-             * @description When it was saved, seconds since 1970 on the server's clock.
+             * @description Time of saving, seconds since 1970 on the server's clock.
              */
             saved_unix_s: number;
         };
-        /** @description The draft, and those that it did not take the place of with their author's knowledge. */
+        /** @description The current draft and conflicting drafts. */
         PlanDrafts: {
             current: components["schemas"]["PlanDraft"] | null;
-            /** @description Drafts that lost a race or were overwritten by somebody else, the newest first, one for each author. */
+            /** @description Drafts that lost a race or were overwritten by another author, newest first, at most one per author. */
             others: components["schemas"]["PlanDraft"][];
         };
         /** @description One thing that a file did not say, could not say, or said in vain. */
@@ -6588,7 +6651,7 @@ export interface components {
         PlanFileNoteCode: "heights-above-sea-level" | "heights-above-terrain" | "heights-taken-above-sea-level" | "heights-taken-above-home" | "heights-missing" | "not-places" | "points-left-out" | "tracks-left-out" | "items-missing" | "lines-joined" | "areas-taken-as-fence" | "holes-taken-as-fence" | "area-heights-not-kept" | "names-not-kept" | "rally-landings-not-kept" | "heights-written-above-sea-level" | "heights-not-written" | "heights-drawn-above-sea-level" | "heights-not-drawn" | "commands-not-written" | "items-not-written" | "home-not-written" | "fence-not-written" | "rally-not-written" | "complex-items-edited" | "settings-not-written";
         /** @description One item of a mission. */
         PlanItem: {
-            /** @description Whether the mission goes on by itself after it. */
+            /** @description Whether the mission continues with the next item by itself. */
             autocontinue: boolean;
             /**
              * Format: int32
@@ -6600,9 +6663,9 @@ export interface components {
              * @description `MAV_FRAME`: 0 above mean sea level, 3 above home, 10 above terrain, 2 no position.
              */
             frame: number;
-            /** @description Its name without `MAV_CMD_`. Ignored in a request. */
+            /** @description Name of the command without `MAV_CMD_`. Ignored in requests. */
             name: string;
-            /** @description Parameters 1 to 4, then latitude, longitude and height of a command that has a position; null where unset. */
+            /** @description Parameters 1 to 4, then latitude, longitude and altitude of a command with a position; null where unset. */
             params: [
                 number | null,
                 number | null,
@@ -6614,38 +6677,38 @@ export interface components {
             ];
         };
         /**
-         * @description Which plan.
+         * @description Part of a plan.
          * @enum {string}
          */
         PlanKind: "mission" | "fence" | "rally";
         /** @description One part of the plan on board, as far as it is known. */
         PlanOnBoard: {
             plan: components["schemas"]["Plan"] | null;
-            /** @description How far that is. */
+            /** @description State of that part. */
             state: components["schemas"]["PlanState"];
         };
-        /** @description What is known of a plan on board. */
+        /** @description State of a plan on board. */
         PlanState: {
             /**
              * Format: int32
-             * @description Items, home not counted.
+             * @description Number of items, without home; null when unknown.
              */
             count: number | null;
-            /** @description All that in English words. */
+            /** @description Description in English. */
             detail: string;
-            /** @description Fingerprint of the items as the vehicle holds them. */
+            /** @description Fingerprint of the items as the vehicle stores them; null when unknown. */
             hash: string | null;
             /**
-             * @description Whether it may be a mixture of two: then the vehicle is not armed, and its mission neither started nor jumped in, unless
-             *     that is asked for despite it (`despite_mixed_plan`).
+             * @description Whether it may be a mixture of two plans. If so, the vehicle is not armed, and its mission is neither started
+             *     nor set to another item, unless the request says `despite_mixed_plan`.
              */
             may_be_mixed: boolean;
-            /** @description Why it is not known; absent when it is. */
+            /** @description Why it is unknown; absent when it is known. */
             reason?: components["schemas"]["PlanUncertainty"];
-            /** @description How sure we are. */
+            /** @description Certainty about the plan. */
             state: components["schemas"]["PlanCertainty"];
         };
-        /** @description What is known of the plans on board. */
+        /** @description States of the plans on board. */
         PlanStates: {
             /** @description The fence. */
             fence: components["schemas"]["PlanState"];
@@ -6655,7 +6718,7 @@ export interface components {
             rally: components["schemas"]["PlanState"];
         };
         /**
-         * @description Why a plan on board is not known.
+         * @description Why a plan on board is unknown.
          * @enum {string}
          */
         PlanUncertainty: "never_read" | "transferring" | "transfer_failed" | "rebooted" | "changed_elsewhere" | "sent_elsewhere" | "record_damaged" | "mixed";
@@ -6672,22 +6735,22 @@ export interface components {
              */
             speed_m_s: number;
         };
-        /** @description The airframe and the battery that a plan is rehearsed with in place of the vehicle's. */
+        /** @description Airframe and battery for a rehearsal, in place of the vehicle's own. */
         PlaneProfile: {
             airframe?: components["schemas"]["Airframe"] | null;
             battery?: components["schemas"]["BatterySettings"] | null;
         };
-        /** @description A flight that is planned. */
+        /** @description A planned flight. */
         PlannedFlight: {
             plan?: components["schemas"]["Plan"] | null;
             /**
              * Format: double
-             * @description When it starts, on a clock that all have in common, 0 to 86,400; 0 when absent.
+             * @description Start time on a clock common to all flights, 0 to 86,400; 0 when absent.
              */
             starts_s?: number | null;
             /**
              * Format: int32
-             * @description The vehicle that is to fly it; an ArduPlane as it comes when absent.
+             * @description Vehicle that is to fly it; a default ArduPlane when absent.
              */
             vehicle?: number | null;
         };
@@ -6767,28 +6830,28 @@ export interface components {
             temperature_c: number | null;
         };
         /**
-         * @description An error (RFC 9457), served as `application/problem+json`. Its texts are English; `cause` says the same to programs, so that
-         *     they can say it in another language.
+         * @description An error (RFC 9457), served as `application/problem+json`. Its texts are English; `cause` carries the same
+         *     information for programs, for example to show it in another language.
          */
         Problem: {
-            /** @description The same for programs. */
+            /** @description Machine-readable cause. */
             cause: components["schemas"]["Cause"];
-            /** @description What was wrong, where, and what to do. */
+            /** @description What was wrong, where, and how to correct it. */
             detail: string;
-            /** @description What the vehicle wrote about it, or the differences that were found. */
+            /** @description Texts that the vehicle sent about it, or the differences that were found. */
             reasons?: string[];
-            /** @description What each of the vehicle's `reasons` is about; null: nothing of which a remedy is known. */
+            /** @description Kind of each of the vehicle's `reasons`; null when no remedy is known for it. */
             refusals?: (components["schemas"]["RefusalCode"] | null)[];
-            /** @description What to do about it, where that is known. */
+            /** @description How to resolve it, where that is known. */
             remedy?: string;
             /**
              * Format: int32
              * @description The HTTP status.
              */
             status: number;
-            /** @description The kind in words. */
+            /** @description Short description of the type. */
             title: string;
-            /** @description Stable kind: `urn:vencejo:` and the code of `cause`, such as `urn:vencejo:command-refused`. */
+            /** @description Stable type: `urn:vencejo:` followed by the code of `cause`, such as `urn:vencejo:command-refused`. */
             type: string;
         };
         /** @description The heights of a mission. */
@@ -6856,14 +6919,14 @@ export interface components {
             /** @description The item that it belongs to, counted from 1; null for home at the beginning. */
             item: number | null;
         };
-        /** @description A line whose ground is wanted: points, or a plan's. */
+        /** @description A line whose terrain profile is wanted: points, or a plan. */
         ProfileRequest: {
             plan?: components["schemas"]["Plan"] | null;
-            /** @description The line. */
+            /** @description Points of the line. */
             points?: components["schemas"]["LatLon"][];
             /**
              * Format: double
-             * @description Between samples at most; 30 when absent. More samples than 2000 are not made.
+             * @description Largest distance between samples; 30 when absent. At most 2000 samples are returned.
              */
             spacing_m?: number | null;
         };
@@ -6917,11 +6980,11 @@ export interface components {
          * @enum {string}
          */
         RallyFault: "height" | "not-above-home" | "frame";
-        /** @description A place to return to instead of home. */
+        /** @description Rally point: a position to return to instead of home. */
         RallyPoint: {
             /**
              * Format: double
-             * @description Height, counted as `frame` says.
+             * @description Altitude, in `frame`.
              */
             alt_m: number;
             /**
@@ -6947,16 +7010,16 @@ export interface components {
          * @enum {string}
          */
         RateWord: "default" | "stop";
-        /** @description A COMMAND_INT: its position as scaled integers of its frame. */
+        /** @description A COMMAND_INT, whose position is given as scaled integers in its frame. */
         RawCommandInt: {
-            /** @description Which command. */
+            /** @description Command. */
             command: components["schemas"]["CommandChoice"];
             /**
              * Format: int32
              * @description `MAV_FRAME`.
              */
             frame: number;
-            /** @description Parameters 1 to 4; those not given are 0, null leaves one to the vehicle (NaN). */
+            /** @description Parameters 1 to 4. Missing ones are 0; null is sent as NaN, which lets the vehicle choose. */
             params?: [
             ] | [
                 number | null
@@ -6991,9 +7054,9 @@ export interface components {
         };
         /** @description A COMMAND_LONG. */
         RawCommandLong: {
-            /** @description Which command. */
+            /** @description Command. */
             command: components["schemas"]["CommandChoice"];
-            /** @description Parameters 1 to 7; those not given are 0, null leaves one to the vehicle (NaN). */
+            /** @description Parameters 1 to 7. Missing ones are 0; null is sent as NaN, which lets the vehicle choose. */
             params?: [
             ] | [
                 number | null
@@ -7032,23 +7095,26 @@ export interface components {
                 number | null
             ];
         };
-        /** @description A raw message of MAVLink. */
+        /** @description A raw MAVLink message. */
         RawMessage: {
             /**
              * Format: int32
              * @description Component id of its sender.
              */
             component_id: number;
-            /** @description Its fields, in the units of the wire; enums and bit masks are numbers. Empty when the dialect does not have it. */
+            /**
+             * @description Fields in the units of the MAVLink definition; enums and bit masks are numbers. Empty when the dialect does not
+             *     contain the message.
+             */
             fields: {
                 [key: string]: components["schemas"]["MessageField"];
             };
             /**
              * Format: int32
-             * @description Its id.
+             * @description Message id.
              */
             id: number;
-            /** @description Its name; `UNKNOWN_12345` when the dialect does not have it. */
+            /** @description Message name; `UNKNOWN_12345` when the dialect does not contain it. */
             name: string;
             /**
              * Format: int32
@@ -7057,7 +7123,7 @@ export interface components {
             system_id: number;
             /**
              * Format: double
-             * @description When it came, seconds on the station's clock.
+             * @description Time of reception, seconds on the station's clock.
              */
             time_s: number;
         };
@@ -7088,99 +7154,99 @@ export interface components {
          * @enum {string}
          */
         Reaction: "goes-on" | "flies-mission" | "returns" | "lands" | "goes-around" | "circles" | "glides" | "not-rehearsed";
-        /** @description Something that happened to a vehicle in a recording. */
+        /** @description An event of a vehicle in a recording. */
         RecordedEvent: {
-            /** @description Such as `mode`, `armed`, `disarmed`, `text`, `item_reached`, `lost`. */
+            /** @description Kind of the event, such as `mode`, `armed`, `disarmed`, `text`, `item_reached`, `lost`. */
             kind: string;
             /**
              * Format: int32
-             * @description The vehicle.
+             * @description System id of the vehicle.
              */
             system_id: number;
-            /** @description In words; the vehicle's own for `text`. */
+            /** @description Description; for `text`, the vehicle's own text. */
             text: string;
             /**
              * Format: double
-             * @description Since the first frame.
+             * @description Time since the first frame.
              */
             time_s: number;
         };
-        /** @description The recording of this session. */
+        /** @description State of the flight recorder. */
         Recorder: {
             /**
              * Format: int64
-             * @description Bytes written in this session.
+             * @description Bytes recorded in this session.
              */
             bytes: number;
             /**
              * Format: int64
-             * @description Frames that the disk was too slow for, or that could not be written.
+             * @description Frames lost because the disk was too slow or failed.
              */
             dropped: number;
-            /** @description Name of the file that is being written. */
+            /** @description Name of the current file; null when there is none. */
             file: string | null;
             /**
              * Format: int64
-             * @description Frames written in this session.
+             * @description Frames recorded in this session.
              */
             frames: number;
-            /** @description Whether frames are being written. */
+            /** @description Whether frames are being recorded. */
             is_recording: boolean;
-            /** @description Why nothing is written. */
+            /** @description Why nothing is recorded; null when there is no fault. */
             problem: string | null;
         };
         /** @description A recording on the server's disk. */
         Recording: {
             /**
              * Format: int64
-             * @description Its size.
+             * @description File size.
              */
             bytes: number;
-            /** @description Whether it is being written now. */
+            /** @description Whether it is being recorded now. */
             is_current: boolean;
-            /** @description Whether somebody keeps it: it is not deleted to make room for new ones. */
+            /** @description Whether it is protected from deletion when space for new recordings is needed. */
             is_kept: boolean;
             /**
              * Format: double
-             * @description When it was written last, seconds since 1970; null when the system does not say.
+             * @description Time of the last change, seconds since 1970; null when the file system does not provide it.
              */
             modified_unix_s: number | null;
-            /** @description Name of its file. */
+            /** @description File name. */
             name: string;
         };
-        /** @description What is in a recording. */
+        /** @description Contents of a recording. */
         RecordingSummary: {
             /**
              * Format: double
-             * @description From the first frame to the last.
+             * @description Time from the first frame to the last.
              */
             duration_s: number;
-            /** @description What happened, in order. */
+            /** @description Events in order. */
             events: components["schemas"]["RecordedEvent"][];
             /**
              * Format: int64
-             * @description Later events for which there was no room.
+             * @description Number of later events that are not listed, for lack of space.
              */
             events_left_out: number;
             /**
              * Format: int64
-             * @description Whole frames.
+             * @description Complete frames.
              */
             frames: number;
-            /** @description Frames of each message by name. */
+            /** @description Number of frames of each message, by name. */
             messages: {
                 [key: string]: number;
             };
-            /** @description Who spoke. */
+            /** @description Senders. */
             senders: components["schemas"]["Sender"][];
             /**
              * Format: int64
-             * @description Bytes that belong to no whole frame: damage, or a torn end.
+             * @description Bytes outside of complete frames: damage, or a truncated end.
              */
             skipped_bytes: number;
             /**
              * Format: double
-             * @description Time of the first frame, seconds since 1970; null when there is none.
+             * @description Time of the first frame, seconds since 1970; null when there is no frame.
              */
             start_unix_s: number | null;
         };
@@ -7189,142 +7255,142 @@ export interface components {
          * @enum {string}
          */
         RefusalCode: "landing-needs-rtl-autoland" | "no-mission" | "mode-not-armable" | "landing-sequence" | "gps-accuracy" | "gps-no-fix" | "position-unknown" | "compass-inconsistent" | "compass-calibrate" | "accels-inconsistent" | "accels-calibrate" | "gyros" | "ahrs-waiting" | "airspeed" | "barometer" | "board-voltage" | "battery-low" | "throttle-not-zero" | "rc-not-calibrated" | "safety-switch" | "failsafe" | "logging" | "fence" | "rally" | "already-armed" | "system-initialising";
-        /** @description A plan as the plane would fly it in a wind. */
+        /** @description Rehearsal of a plan in a wind: the flight as simulated. */
         Rehearsal: {
-            /** @description What is taken for the plane. */
+            /** @description Source of the airframe data. */
             airframe: components["schemas"]["Origin"];
             /**
-             * @description Where each moment of the track stands in the height profile of the plan (`plan_way`), metres: each item is where it is there. After a jump it
-             *     goes back.
+             * @description Position of each track point along the altitude profile of the plan (`plan_way`), metres, in which every item
+             *     has its own position. It decreases after a jump.
              */
             along_m: number[];
             battery: components["schemas"]["BatteryLeft"] | null;
             battery_unknown: components["schemas"]["BatteryLack"] | null;
             /**
              * Format: double
-             * @description Way over ground, metres.
+             * @description Distance over ground, metres.
              */
             distance_m: number;
             /**
              * Format: double
-             * @description Until its end, seconds.
+             * @description Duration, seconds.
              */
             duration_s: number;
-            /** @description How it ends. */
+            /** @description How the flight ends. */
             ending: components["schemas"]["Ending"];
             /**
              * Format: double
-             * @description Electrical energy; null where the plane's power is not known.
+             * @description Electrical energy; null when the plane's power is unknown.
              */
             energy_wh: number | null;
-            /** @description What it shows to be wrong or doubtful; in an assessment these are among the plan's findings too. */
+            /** @description Errors and doubts that the rehearsal shows; in an assessment, they are also among the plan's findings. */
             findings: components["schemas"]["Finding"][];
-            /** @description Whether ground below the plan is still being looked up that this was flown without: ask again a moment later. */
+            /** @description Whether terrain below the plan is still being loaded and was left out: repeat the request a moment later. */
             is_ground_pending: boolean;
-            /** @description Whether the vehicle's own parameters were read; without, it is an ArduPlane as it comes. */
+            /** @description Whether the vehicle's own parameters were read; otherwise a default ArduPlane is assumed. */
             knows_parameters: boolean;
             lowest: components["schemas"]["Clearance"] | null;
-            /** @description The items in the order flown; jumps repeat them. */
+            /** @description Items in the order flown; jumps repeat them. */
             passages: components["schemas"]["RehearsedPassage"][];
             touch_down: components["schemas"]["LatLon"] | null;
-            /** @description The track, as many moments as it takes to draw it within a metre. */
+            /** @description Track, with as many points as are needed to draw it within a metre. */
             track: components["schemas"]["RehearsedTrack"];
-            /** @description The wind of it. */
+            /** @description Wind of the rehearsal. */
             wind: components["schemas"]["PlanWind"];
         };
         /** @description A plan to rehearse. */
         RehearsalRequest: {
             /**
              * Format: double
-             * @description Height above the ground that the flight should keep, 0 to 1000; 30 by default.
+             * @description Clearance to keep above the ground, 0 to 1000; 30 by default.
              */
             clearance_m?: number | null;
-            /** @description The plan; without a home the vehicle's is taken. */
+            /** @description The plan; without a home, the vehicle's home is used. */
             plan: components["schemas"]["Plan"];
-            /** @description The plane, in place of the vehicle's. */
+            /** @description Plane, in place of the vehicle's. */
             profile?: components["schemas"]["PlaneProfile"];
             /**
              * Format: int32
-             * @description The vehicle that is to fly it: its parameters, as far as they were read, are the plane's.
+             * @description Vehicle that is to fly it; the plane is modelled by its parameters, as far as they were read.
              */
             vehicle?: number | null;
             wind?: components["schemas"]["PlanWind"] | null;
         };
-        /** @description A part of a rehearsed flight, to its end. */
+        /** @description A rehearsed flight from some time to its end. */
         RehearsedFlight: {
             battery: components["schemas"]["BatteryLeft"] | null;
             /**
              * Format: double
-             * @description Way over ground since that beginning, metres.
+             * @description Distance over ground since that beginning, metres.
              */
             distance_m: number;
-            /** @description How it ends. */
+            /** @description How the flight ends. */
             ending: components["schemas"]["Ending"];
             /**
              * Format: double
-             * @description Its end, seconds since the rehearsed flight's beginning.
+             * @description End time, seconds since the beginning of the rehearsed flight.
              */
             ends_s: number;
             /**
              * Format: double
-             * @description Electrical energy since that beginning; null where the plane's power is not known.
+             * @description Electrical energy since that beginning; null when the plane's power is unknown.
              */
             energy_wh: number | null;
             touch_down: components["schemas"]["LatLon"] | null;
-            /** @description The track, as many moments as it takes to draw it within a metre. */
+            /** @description Track, with as many points as are needed to draw it within a metre. */
             track: components["schemas"]["RehearsedTrack"];
         };
-        /** @description One item on the way. */
+        /** @description Passage of one item. */
         RehearsedPassage: {
             /**
              * Format: double
-             * @description When the plane begins to fly to it, seconds.
+             * @description Time at which it becomes the current item, seconds.
              */
             begins_s: number;
             /**
              * Format: int32
-             * @description Counted from 1.
+             * @description Number of the item, counted from 1.
              */
             item: number;
             /**
              * Format: double
-             * @description How near the plane comes to its place, metres; null for what is no waypoint and no landing.
+             * @description Smallest distance to its position, metres; null for items other than waypoints and landings.
              */
             nearest_m: number | null;
             /**
              * Format: double
-             * @description When it is reached or done; null: never.
+             * @description Time at which it is reached or completed; null when it never is.
              */
             reached_s: number | null;
         };
-        /** @description Moments of a rehearsed flight, a list for each value. */
+        /** @description Track of a rehearsed flight, as lists of equal length. */
         RehearsedTrack: {
-            /** @description Equivalent airspeed, metres a second. */
+            /** @description Equivalent airspeed, metres per second. */
             airspeed_m_s: number[];
-            /** @description Bank, degrees, to the right positive. */
+            /** @description Bank angle, degrees, positive to the right. */
             bank_deg: number[];
-            /** @description Height of the ground below, above home, metres; null where no map knows it. */
+            /** @description Ground elevation below, above home, metres; null when no map contains it. */
             ground_m: (number | null)[];
-            /** @description Over ground, metres a second. */
+            /** @description Ground speed, metres per second. */
             groundspeed_m_s: number[];
             /** @description Heading of the nose, degrees from true north. */
             heading_deg: number[];
-            /** @description Above home, metres. */
+            /** @description Altitude above home, metres. */
             height_m: number[];
-            /** @description Item that is flown, counted from 1; null in a return and after the landing. */
+            /** @description Current item, counted from 1; null during a return and after the landing. */
             item: (number | null)[];
-            /** @description Degrees. */
+            /** @description Latitude, degrees. */
             lat_deg: number[];
-            /** @description Degrees. */
+            /** @description Longitude, degrees. */
             lon_deg: number[];
-            /** @description Since its beginning, seconds, growing. */
+            /** @description Time since its beginning, seconds, ascending. */
             time_s: number[];
         };
-        /** @description Where to return to after a breach of the fence. */
+        /** @description Position to return to after a breach of the fence. */
         ReturnPoint: {
             /**
              * Format: double
-             * @description Height above home.
+             * @description Altitude above home.
              */
             alt_rel_home_m: number;
             /**
@@ -7339,65 +7405,65 @@ export interface components {
             lon_deg: number;
         };
         /**
-         * @description What a session may do.
+         * @description Role of a session.
          * @enum {string}
          */
         Role: "viewer" | "operator";
-        /** @description What a list shows of a vehicle. In a `roster` message a field that is absent is as it was told before; null is not known. */
+        /** @description Row of a vehicle in the fleet list. In a `roster` message, an absent field is unchanged and null is unknown. */
         RosterRow: {
             /**
              * Format: double
-             * @description Speed through the air, to 0.1 m/s.
+             * @description Airspeed, to 0.1 m/s.
              */
             airspeed_m_s?: number | null;
             alarm?: components["schemas"]["RosterText"] | null;
             /**
              * Format: double
-             * @description Height above home, to 0.1 m.
+             * @description Altitude above home, to 0.1 m.
              */
             alt_rel_home_m?: number | null;
             /**
              * Format: double
-             * @description Charge left, 0 to 100.
+             * @description Remaining charge, 0 to 100.
              */
             battery_pct?: number | null;
             /**
              * Format: double
-             * @description Where the nose points, 0 to 360, whole degrees.
+             * @description Heading of the nose, 0 to 360, whole degrees.
              */
             heading_deg?: number | null;
             /**
              * Format: double
-             * @description When it was heard last, seconds on the station's clock, to 0.1 s.
+             * @description Time when it was last heard, seconds on the station's clock, to 0.1 s.
              */
             heard_s?: number | null;
-            /** @description Far away: who has control of it; null when nobody has. */
+            /** @description Holder of control of a remote vehicle; null when there is none. */
             holder?: string | null;
             /**
              * Format: int32
-             * @description Its id here.
+             * @description Id of the vehicle in this API.
              */
             id: number;
-            /** @description Whether the motors can run. */
+            /** @description Whether it is armed. */
             is_armed?: boolean | null;
-            /** @description Whether its mission was flown to its end. */
+            /** @description Whether its mission has been completed. */
             is_complete?: boolean | null;
-            /** @description Whether another vehicle with its system id is heard, or another computer speaks by its name. */
+            /** @description Whether another vehicle with the same system id is heard, or another computer uses its name. */
             is_contested?: boolean | null;
-            /** @description Far away: whether that is an operator of this station. */
+            /** @description Whether an operator of this station is the holder of a remote vehicle. */
             is_held_here?: boolean | null;
-            /** @description Whether it says that it is on the ground. */
+            /** @description Whether it reports being on the ground. */
             is_on_ground?: boolean | null;
-            /** @description Whether it hears us; null when that is not known. */
+            /** @description Whether it hears us; null when unknown. */
             is_reached?: boolean | null;
             /**
              * Format: int32
-             * @description Item of its mission in execution, counted from 1.
+             * @description Current mission item, counted from 1.
              */
             item?: number | null;
             /**
              * Format: int32
-             * @description Items in its mission.
+             * @description Number of items in its mission.
              */
             items?: number | null;
             /**
@@ -7412,7 +7478,7 @@ export interface components {
             lon_deg?: number | null;
             /**
              * Format: double
-             * @description Share of its frames that were lost, to 0.1 %; null far away.
+             * @description Share of its frames that were lost, to 0.1 %; null for a remote vehicle.
              */
             loss_pct?: number | null;
             /**
@@ -7424,41 +7490,42 @@ export interface components {
             may_be_mixed?: boolean | null;
             /** @description Flight mode by name. */
             mode?: string | null;
-            /** @description Its name in a fleet, when it is far away. */
+            /** @description Name of a remote vehicle in its fleet; null for one on a link of this server. */
             remote_name?: string | null;
             /**
              * Format: double
-             * @description An alarm: how far from the current item of its plan it flies to.
+             * @description An alarm: distance between the position it flies to and the current item of its plan; null when there is no
+             *     alarm.
              */
             target_off_m?: number | null;
         };
-        /** @description A text of a vehicle, in a list. */
+        /** @description A status text of a vehicle in the fleet list. */
         RosterText: {
             /**
              * Format: int32
              * @description `MAV_SEVERITY`: 0 emergency to 4 warning.
              */
             severity: number;
-            /** @description What it wrote. */
+            /** @description The text. */
             text: string;
             /**
              * Format: double
-             * @description When, seconds on the station's clock.
+             * @description Time of reception, seconds on the station's clock.
              */
             time_s: number;
         };
-        /** @description A line to land on, in either direction; 20 m to 10 km long. */
+        /** @description A runway, usable in both directions; 20 m to 10 km long. */
         Runway: {
             /** @description One end. */
             begin: components["schemas"]["LatLon"];
-            /** @description The other. */
+            /** @description The other end. */
             end: components["schemas"]["LatLon"];
         };
-        /** @description Who spoke in a recording. */
+        /** @description A sender in a recording. */
         Sender: {
             /**
              * Format: int32
-             * @description `MAV_AUTOPILOT` of its heartbeats; null when it sent none.
+             * @description `MAV_AUTOPILOT` of its heartbeats; null when there were none.
              */
             autopilot: number | null;
             /**
@@ -7468,12 +7535,12 @@ export interface components {
             component_id: number;
             /**
              * Format: int64
-             * @description Frames.
+             * @description Number of frames.
              */
             frames: number;
             /**
              * Format: int32
-             * @description `MAV_TYPE` of its heartbeats; null when it sent none.
+             * @description `MAV_TYPE` of its heartbeats; null when there were none.
              */
             mav_type: number | null;
             /**
@@ -7482,67 +7549,68 @@ export interface components {
              */
             system_id: number;
         };
-        /** @description Where flights come too near to each other. */
+        /** @description Result of a separation check. */
         Separation: {
-            /** @description Earliest first; none when all are far enough apart. */
+            /** @description Conflicts, earliest first; empty when all flights are separated. */
             conflicts: components["schemas"]["Conflict"][];
-            /** @description What was assumed of each flight, in the order of the request. */
+            /** @description Assumptions about each flight, in the order of the request. */
             flights: components["schemas"]["AssumedFlight"][];
-            /** @description The limits that were asked for. */
+            /** @description Limits in use. */
             limits: components["schemas"]["SeparationLimits"];
-            /** @description The wind that all were rehearsed in. */
+            /** @description Wind in which all flights were rehearsed. */
             wind: components["schemas"]["PlanWind"];
         };
-        /** @description How far apart flights are to be. */
+        /** @description Limits of separation. */
         SeparationLimits: {
             /**
              * Format: double
-             * @description Over ground.
+             * @description Horizontal distance.
              */
             horizontal_m: number;
             /**
              * Format: double
-             * @description In height.
+             * @description Vertical distance.
              */
             vertical_m: number;
             /**
              * Format: double
-             * @description In time.
+             * @description Time.
              */
             window_s: number;
         };
-        /** @description Flights to be held against each other. */
+        /** @description Planned flights whose separation is to be checked. */
         SeparationRequest: {
-            /** @description Two to 32. */
+            /** @description Two to 32 flights. */
             flights: components["schemas"]["PlannedFlight"][];
             /**
              * Format: double
-             * @description Distance over ground below which they are too near, 1 to 10,000; 100 when absent.
+             * @description Horizontal limit of separation, 1 to 10,000; 100 when absent. Flights conflict below both limits.
              */
             horizontal_m?: number | null;
             /**
              * Format: double
-             * @description Difference in height below which they are too near, 1 to 10,000; 30 when absent.
+             * @description Vertical limit of separation, 1 to 10,000; 30 when absent.
              */
             vertical_m?: number | null;
             wind?: components["schemas"]["PlanWind"] | null;
             /**
              * Format: double
-             * @description How much earlier or later one may be, against another, than its rehearsal says, 0 to 3,600; 10 when absent.
+             * @description Time by which each flight may be earlier or later than rehearsed, relative to another, 0 to 3,600; 10 when
+             *     absent.
              */
             window_s?: number | null;
         };
         /**
-         * @description What the server says on the WebSocket. Telemetry, lists and states are the newest when they are sent: a client that
-         *     reads slowly misses older ones. Texts and events are queued; too many of them end the connection with code 1013.
+         * @description Messages from the server. Telemetry, lists and states are the newest at the time of sending: a slow client misses
+         *     intermediate ones. Texts and events are queued; when too many are waiting, the connection is closed with code 1013.
          */
         ServerMessage: (components["schemas"]["SessionInfo"] & {
             /**
              * Format: double
-             * @description When this was sent, seconds on the station's clock.
+             * @description Time of sending, seconds on the station's clock.
              */
             time_s: number;
-            /** @description The server's version. */
+            /** @description Version of the server. */
             version: string;
         } & {
             /** @enum {string} */
@@ -7550,52 +7618,52 @@ export interface components {
         }) | {
             /** @enum {string} */
             type: "vehicles";
-            /** @description By id. */
+            /** @description Vehicles by id. */
             vehicles: components["schemas"]["VehicleSummary"][];
         } | {
-            /** @description The vehicles that this client is subscribed to, as `vehicles` would list them. */
+            /** @description Vehicles whose telemetry this client is subscribed to, as in `vehicles`. */
             followed: components["schemas"]["VehicleSummary"][];
-            /** @description Ids of vehicles that went. */
+            /** @description Ids of vehicles that disappeared. */
             gone: number[];
-            /** @description Rows that changed, each with the fields that changed; of a newcomer with all. */
+            /** @description Changed rows, each with its changed fields; new rows with all fields. */
             rows: components["schemas"]["RosterRow"][];
             /**
              * Format: double
-             * @description When this was taken, seconds on the station's clock.
+             * @description Time of these values, seconds on the station's clock.
              */
             time_s: number;
             /** @enum {string} */
             type: "roster";
         } | {
-            /** @description Only the groups that changed. */
+            /** @description The groups that changed. */
             groups: components["schemas"]["TelemetryGroups"];
-            /** @description Where it stands in its mission; absent when that did not change. */
+            /** @description Mission progress; absent when unchanged. */
             progress?: components["schemas"]["MissionProgress"];
             /**
              * Format: double
-             * @description When they were taken, seconds on the station's clock.
+             * @description Time of these values, seconds on the station's clock.
              */
             time_s: number;
             /** @enum {string} */
             type: "telemetry";
             /**
              * Format: int32
-             * @description The vehicle.
+             * @description Id of the vehicle.
              */
             vehicle: number;
         } | {
             /**
              * Format: int64
-             * @description How many of it have come since it was subscribed to; those between were not told.
+             * @description Number of such messages since subscribing, including those that were not sent to the client.
              */
             count: number;
-            /** @description It. */
+            /** @description The message. */
             message: components["schemas"]["RawMessage"];
             /** @enum {string} */
             type: "message";
             /**
              * Format: int32
-             * @description The vehicle.
+             * @description Id of the vehicle.
              */
             vehicle: number;
         } | {
@@ -7604,61 +7672,60 @@ export interface components {
              * @description `MAV_SEVERITY`: 0 emergency to 7 debug.
              */
             severity: number;
-            /** @description What it wrote. */
+            /** @description The text. */
             text: string;
             /**
              * Format: double
-             * @description When, seconds on the station's clock.
+             * @description Time of reception, seconds on the station's clock.
              */
             time_s: number;
             /** @enum {string} */
             type: "text";
             /**
              * Format: int32
-             * @description The vehicle.
+             * @description Id of the vehicle.
              */
             vehicle: number;
         } | {
-            /** @description What belongs to it: `mode` and `from`, `landed`, or `item`; `distance_m` of `target_elsewhere`. */
+            /** @description Details by name: `mode` and `from`, `landed`, or `item`; `distance_m` for `target_elsewhere`. */
             detail: {
                 [key: string]: components["schemas"]["EventDetail"];
             };
             /**
-             * @description `lost`, `regained`, `unreached` (it is heard, but does not hear us), `reached`, `rebooted`,
-             *     `mode`, `armed`, `disarmed`, `landed`, `item`, `item_reached`, `mission_complete`,
-             *     `target_elsewhere` (it flies to somewhere else than its plan says, an alarm), `target_as_planned`, `home`,
-             *     `streams_fell_back`, `contested`, `uncontested`,
-             *     `terrain_unknown` (it asks for the ground's altitude where no map knows it), `terrain_known`.
+             * @description `lost`, `regained`, `unreached` (it is heard, but does not hear us), `reached`, `rebooted`, `mode`, `armed`,
+             *     `disarmed`, `landed`, `item`, `item_reached`, `mission_complete`, `target_elsewhere` (an alarm: it flies to
+             *     a position other than its plan's), `target_as_planned`, `home`, `streams_fell_back`, `contested`,
+             *     `uncontested`, `terrain_unknown` (it requests ground elevations that no map contains), `terrain_known`.
              */
             kind: string;
             /**
              * Format: double
-             * @description When, seconds on the station's clock.
+             * @description Time of the event, seconds on the station's clock.
              */
             time_s: number;
             /** @enum {string} */
             type: "event";
             /**
              * Format: int32
-             * @description The vehicle.
+             * @description Id of the vehicle.
              */
             vehicle: number;
         } | {
-            /** @description Which plan. */
+            /** @description Part of the plan. */
             kind: components["schemas"]["PlanKind"];
-            /** @description What is known now. */
+            /** @description New state. */
             state: components["schemas"]["PlanState"];
             /** @enum {string} */
             type: "plan_state";
             /**
              * Format: int32
-             * @description The vehicle.
+             * @description Id of the vehicle.
              */
             vehicle: number;
         } | (components["schemas"]["Assessment"] & {
             /**
              * Format: int64
-             * @description The question's.
+             * @description Number of the request.
              */
             seq: number;
         } & {
@@ -7667,7 +7734,7 @@ export interface components {
         }) | (components["schemas"]["Way"] & {
             /**
              * Format: int64
-             * @description The question's.
+             * @description Number of the request.
              */
             seq: number;
         } & {
@@ -7677,7 +7744,7 @@ export interface components {
             /** @enum {string} */
             type: "operation";
         }) | {
-            /** @description By id. */
+            /** @description Links by id. */
             links: components["schemas"]["LinkInfo"][];
             /** @enum {string} */
             type: "links";
@@ -7685,37 +7752,37 @@ export interface components {
             /** @enum {string} */
             type: "maps";
         } | {
-            /** @description The flight recorder's first. */
+            /** @description Faults, the flight recorder's first; empty when there are none. */
             problems: components["schemas"]["StorageProblem"][];
             /** @enum {string} */
             type: "storage";
         } | {
-            /** @description Which browser or program it comes from. */
+            /** @description Browser or program that wrote it. */
             author: string;
             /**
              * Format: int64
-             * @description Which.
+             * @description The revision.
              */
             revision: number;
             /** @enum {string} */
             type: "draft";
         } | {
-            /** @description Whether this session holds it. */
+            /** @description Whether this session holds control. */
             has_control: boolean;
-            /** @description Name of the session that holds it; null when nobody does. */
+            /** @description Name of the session that holds control; null when there is none. */
             holder: string | null;
-            /** @description Name of the session that asks for it; null when nobody does. */
+            /** @description Name of the session that requests control; null when there is none. */
             requested_by: string | null;
             /** @enum {string} */
             type: "control";
         } | {
-            /** @description The same for programs. */
+            /** @description Machine-readable cause. */
             cause: components["schemas"]["Cause"];
             /** @description Why, in English. */
             detail: string;
             /**
              * Format: int64
-             * @description The question's, where it was one about a plan; absent otherwise.
+             * @description Number of the request about a plan; absent for other messages.
              */
             seq?: number;
             /** @enum {string} */
@@ -7733,40 +7800,40 @@ export interface components {
             /** @description Pulse lengths of outputs 1 to 16; null for one that is off. */
             pulse_us: (number | null)[];
         };
-        /** @description A session as its owner sees it. The secret that proves it is in the cookie. */
+        /** @description A session, as its owner sees it. The secret that authenticates it is in the cookie. */
         SessionInfo: {
-            /** @description Whether it holds control. */
+            /** @description Whether the session holds control. */
             has_control: boolean;
-            /** @description Name of the session that holds control; null when nobody does. */
+            /** @description Name of the session that holds control; null when there is none. */
             holder: string | null;
-            /** @description Its name. */
+            /** @description Display name. */
             name: string;
-            /** @description Name of the session that asks for control; null when nobody does. */
+            /** @description Name of the session that requests control; null when there is none. */
             requested_by: string | null;
-            /** @description What it may do. */
+            /** @description Role of the session. */
             role: components["schemas"]["Role"];
-            /** @description Public id. */
+            /** @description Public id of the session. */
             session: string;
         };
-        /** @description Whether our heartbeat is sent. */
+        /** @description Switches the station's heartbeat. */
         SetHeartbeat: {
-            /** @description Send it. */
+            /** @description Whether to send it. */
             enabled: boolean;
         };
         /**
-         * @description What is to be done with a vehicle's key.
+         * @description Action on a vehicle's key.
          * @enum {string}
          */
         SigningAct: "set_up" | "rotate" | "remove";
-        /** @description How a vehicle signs its frames, counted since the server began. */
+        /** @description Signing state of a vehicle; counters start with the server. */
         SigningInfo: {
-            /** @description Name of the key that it is talked to with. */
+            /** @description Name of the key in use with the vehicle; null when there is none. */
             key: string | null;
-            /** @description Whether that key is gone from this machine: nothing of the vehicle is believed then. */
+            /** @description Whether that key is missing on this machine; all frames of the vehicle are refused then. */
             key_missing: boolean;
-            /** @description Whether its link is believed without signatures: USB, loopback, or opened so. */
+            /** @description Whether its link accepts unsigned frames: USB, loopback, or configured so. */
             link_accepts_unsigned: boolean;
-            /** @description Whether what it does not sign is refused. */
+            /** @description Whether unsigned frames of the vehicle are refused. */
             must_sign: boolean;
             /**
              * Format: double
@@ -7775,39 +7842,39 @@ export interface components {
             refused_age_s: number | null;
             /**
              * Format: int64
-             * @description Refused: its time lies in the future.
+             * @description Refused: timestamp in the future.
              */
             refused_future: number;
             /**
              * Format: int64
-             * @description Refused: the first of its stream, older than a minute.
+             * @description Refused: first frame of its stream, older than a minute.
              */
             refused_old: number;
             /**
              * Format: int64
-             * @description Refused: not later than what was accepted before.
+             * @description Refused: not newer than the last accepted frame.
              */
             refused_replayed: number;
             /**
              * Format: int64
-             * @description Refused: not signed.
+             * @description Refused: unsigned.
              */
             refused_unsigned: number;
             /**
              * Format: int64
-             * @description Refused: signed with another key, or changed on the way.
+             * @description Refused: signed with another key, or altered in transit.
              */
             refused_wrong_key: number;
-            /** @description Names of keys that were sent to it and that it has not shown. */
+            /** @description Names of keys that were sent to the vehicle but that it has not used yet. */
             unproven: string[];
             /**
              * Format: int64
-             * @description Frames without one that were accepted.
+             * @description Unsigned frames that were accepted.
              */
             unsigned_accepted: number;
             /**
              * Format: int64
-             * @description Frames with a right and new signature.
+             * @description Frames with a valid signature.
              */
             verified: number;
             /**
@@ -7821,19 +7888,19 @@ export interface components {
          * @enum {string}
          */
         SpeedKind: "airspeed" | "groundspeed";
-        /** @description What many flights of one plan show. A range is that of nine flights in ten. */
+        /** @description Result of many flights of one plan. Ranges contain nine flights in ten. */
         Spread: {
             battery_left_pct: components["schemas"]["SpreadRange"] | null;
-            /** @description How many of all leave less than its reserve; null likewise. */
+            /** @description Number of all flights that leave less than the reserve; null when it cannot be computed. */
             below_reserve: number | null;
-            /** @description Where nine flights in ten pass, a moment every five seconds. */
+            /** @description Corridor of nine flights in ten, with a point every five seconds. */
             corridor: components["schemas"]["Corridor"];
-            /** @description Duration of those that ended as the expected one, seconds. */
+            /** @description Duration of the flights that ended like the expected one, seconds. */
             duration_s: components["schemas"]["SpreadRange"];
-            /** @description How many ended how, the most first. */
+            /** @description Number of flights by ending, most frequent first. */
             endings: components["schemas"]["EndingCount"][];
             energy_wh: components["schemas"]["SpreadRange"] | null;
-            /** @description Flights. */
+            /** @description Number of flights. */
             runs: number;
             touch_down_m: components["schemas"]["SpreadRange"] | null;
         };
@@ -7855,38 +7922,38 @@ export interface components {
              */
             median: number;
         };
-        /** @description A plan to fly many times. */
+        /** @description A plan to be flown many times under uncertainty. */
         SpreadRequest: {
-            /** @description How much may be otherwise than expected. */
+            /** @description Uncertainty of the wind and the plane. */
             doubts?: components["schemas"]["Doubts"];
-            /** @description The plan; without a home the vehicle's is taken. */
+            /** @description The plan; without a home, the vehicle's home is used. */
             plan: components["schemas"]["Plan"];
-            /** @description The plane, in place of the vehicle's. */
+            /** @description Plane, in place of the vehicle's. */
             profile?: components["schemas"]["PlaneProfile"];
-            /** @description Flights, 1 to 1000; 200 by default. */
+            /** @description Number of flights, 1 to 1000; 200 by default. */
             runs?: number | null;
             /**
              * Format: int64
-             * @description Which winds and planes; the same seed gives the same answer. 0 by default.
+             * @description Random seed; the same seed gives the same result. 0 by default.
              */
             seed?: number;
             /**
              * Format: int32
-             * @description The vehicle that is to fly it.
+             * @description Vehicle that is to fly it.
              */
             vehicle?: number | null;
             wind?: components["schemas"]["PlanWind"] | null;
         };
         /**
-         * @description What is kept on the server's disk.
+         * @description Kinds of data on the server's disk.
          * @enum {string}
          */
         StorageClass: "telemetry" | "maps" | "missions" | "video" | "draft" | "tokens" | "signing" | "signing_times";
-        /** @description Why something is not being kept. */
+        /** @description Kind of a storage fault. */
         StorageFault: {
             /**
              * Format: int64
-             * @description Megabytes that stay free.
+             * @description Megabytes that must stay free.
              */
             floor_mb: number;
             /**
@@ -7899,12 +7966,12 @@ export interface components {
         } | {
             /** @enum {string} */
             kind: "unwritable";
-            /** @description What it says. */
+            /** @description Message of the operating system, in English. */
             reason: string;
         } | {
             /** @enum {string} */
             kind: "unreadable";
-            /** @description Why. */
+            /** @description The reason, in English. */
             reason: string;
         } | {
             /** @enum {string} */
@@ -7912,83 +7979,83 @@ export interface components {
         } | {
             /** @enum {string} */
             kind: "set_aside";
-            /** @description What it is called now. */
+            /** @description New name of the damaged file. */
             name: string;
         } | {
             /** @enum {string} */
             kind: "ended";
-            /** @description Why. */
+            /** @description The reason, in English. */
             reason: string;
         };
-        /** @description Something that is not being kept. */
+        /** @description A storage fault: data that is not being kept. */
         StorageProblem: {
-            /** @description Why. */
+            /** @description The fault. */
             fault: components["schemas"]["StorageFault"];
-            /** @description Which camera or map source; null where there is one of its kind. */
+            /** @description Name of the camera or map source; null for data that exists once. */
             name: string | null;
             /**
              * Format: double
-             * @description Since when it has been known, seconds on the station's clock.
+             * @description Time since which it is known, seconds on the station's clock.
              */
             since_s: number;
-            /** @description The same in English. */
+            /** @description Description in English. */
             text: string;
-            /** @description What. */
+            /** @description Kind of data. */
             what: components["schemas"]["StorageClass"];
         };
-        /** @description A survey, ready to be placed in a mission, and rehearsed. */
+        /** @description A survey, ready to be inserted in a mission, with its rehearsal. */
         Survey: {
             /**
              * Format: double
-             * @description Size of the area, or of the strip.
+             * @description Size of the area or corridor.
              */
             area_m2: number;
-            /** @description What the pilot should know. */
+            /** @description Cautions for the pilot. */
             cautions: components["schemas"]["SurveyCaution"][];
-            /** @description It as QGroundControl's own survey or corridor, to go with its items in `complex_items` of a plan. */
+            /** @description The survey as a complex item of QGroundControl, to be put in the plan's `complex_items` along with its items. */
             complex_item: components["schemas"]["ComplexItem"];
             /**
              * Format: double
-             * @description Course of the first line from true north.
+             * @description Course of the first line, from true north.
              */
             course_deg: number;
-            /** @description What gave it. */
+            /** @description What determined the course. */
             course_from: components["schemas"]["LineCourse"];
             /**
              * Format: double
-             * @description Angle between heading and course on the lines, at the most.
+             * @description Largest crab angle on the lines (between heading and course).
              */
             crab_deg: number;
             /**
              * Format: double
-             * @description Time for it in this wind.
+             * @description Duration in this wind.
              */
             duration_s: number;
-            /** @description It, rehearsed. */
+            /** @description Its rehearsal. */
             flown: components["schemas"]["FlownSurvey"];
             /**
              * Format: double
-             * @description Ground that a picture shows across the track; null without a camera.
+             * @description Width of an image on the ground across the track; null without a camera.
              */
             footprint_across_m: number | null;
             /**
              * Format: double
-             * @description Ground that a picture shows along the track; null without a camera.
+             * @description Length of an image on the ground along the track; null without a camera.
              */
             footprint_along_m: number | null;
             /**
              * Format: double
-             * @description Fastest speed over ground on the lines.
+             * @description Highest ground speed on the lines.
              */
             groundspeed_max_m_s: number;
             /**
              * Format: double
-             * @description Slowest speed over ground on the lines.
+             * @description Lowest ground speed on the lines.
              */
             groundspeed_min_m_s: number;
             /**
              * Format: double
-             * @description Ground that a pixel covers; null without a camera.
+             * @description Ground sample distance; null without a camera.
              */
             gsd_m: number | null;
             /**
@@ -7996,44 +8063,44 @@ export interface components {
              * @description Height above the ground.
              */
             height_m: number;
-            /** @description Waypoints and camera; the first waypoint leads to the first line, the last one away from the last. */
+            /** @description Waypoints and camera commands; the first waypoint leads to the first line, the last one away from the last line. */
             items: components["schemas"]["PlanItem"][];
             /**
              * Format: double
-             * @description Straight way before the first picture of a line.
+             * @description Straight distance before the first image of a line.
              */
             lead_in_m: number;
             /**
              * Format: double
-             * @description Straight way after the last.
+             * @description Straight distance after the last image of a line.
              */
             lead_out_m: number;
             /**
              * Format: double
-             * @description Length of the whole way.
+             * @description Total length flown.
              */
             length_m: number;
             /**
              * Format: double
-             * @description Length of all that is photographed.
+             * @description Total length photographed.
              */
             line_m: number;
-            /** @description What is photographed without a stop, in the order flown. */
+            /** @description Lines photographed without interruption, in the order flown. */
             lines: components["schemas"]["LatLon"][][];
             next_entry: components["schemas"]["LatLon"] | null;
             /**
              * Format: int64
-             * @description Pictures.
+             * @description Number of images.
              */
             photos: number;
             /**
              * Format: double
-             * @description Distance between two lines.
+             * @description Distance between lines.
              */
             spacing_m: number;
             /**
              * Format: double
-             * @description Distance between two pictures; null when the camera is not triggered.
+             * @description Distance between images; null when the camera is not triggered.
              */
             trigger_m: number | null;
             /**
@@ -8042,50 +8109,53 @@ export interface components {
              */
             turn_radius_m: number;
         };
-        /** @description What the pilot should know of a survey before it is flown. */
+        /** @description A caution for the pilot before a survey is flown. */
         SurveyCaution: {
             /** @description `ground-not-known`, `camera-too-slow`, `along-wind`, `tight-turns` or `gaps`. */
             code: string;
-            /** @description It in English. */
+            /** @description The caution in English. */
             message: string;
         };
-        /** @description Ground that no picture shows. */
+        /** @description An uncovered place. */
         SurveyHole: {
             /**
              * Format: double
              * @description Its size.
              */
             area_m2: number;
-            /** @description Its middle. */
+            /** @description Its centre. */
             at: components["schemas"]["LatLon"];
         };
-        /** @description What a survey is laid out from. Either `gsd_m` or `height_m` is given, and a camera; or without one `height_m` and `spacing_m`. */
+        /**
+         * @description Design request for a survey. It needs a camera and either `gsd_m` or `height_m`; or, without a camera, `height_m`
+         *     and `spacing_m`.
+         */
         SurveyRequest: {
             /**
              * Format: double
-             * @description Airspeed, set by an item, 5 to 60; the plane's cruise by default.
+             * @description Airspeed, set by a mission item, 5 to 60; the plane's cruise airspeed by default.
              */
             airspeed_m_s?: number | null;
             camera?: components["schemas"]["Camera"] | null;
             coming_from?: components["schemas"]["LatLon"] | null;
             /**
              * Format: double
-             * @description Course of the lines of an area from true north; across the wind by default, in calm air along the area.
+             * @description Course of an area's lines, from true north; by default across the wind, or along the area in calm air.
              */
             course_deg?: number | null;
             /**
              * Format: double
-             * @description Part of a picture that the next on the line shows too, 0 to 0.95; 0.75 by default.
+             * @description Overlap with the next image on the line, 0 to 0.95; 0.75 by default.
              */
             front_overlap?: number | null;
             /**
              * Format: double
-             * @description Height of the ground above home; home's is taken when it is not known.
+             * @description Ground elevation above home; 0 when unknown.
              */
             ground_rel_home_m?: number | null;
             /**
              * Format: double
-             * @description Ground that a pixel is to cover, 0.0005 to 10.
+             * @description Ground sample distance, 0.0005 to 10.
              */
             gsd_m?: number | null;
             /**
@@ -8094,45 +8164,45 @@ export interface components {
              */
             height_m?: number | null;
             home?: components["schemas"]["Home"] | null;
-            /** @description Whether heights count from the ground below, which the vehicle has to know, and not from home. */
+            /** @description Whether altitudes are relative to the terrain, which must be known to the vehicle, and not to home. */
             is_above_terrain?: boolean;
-            /** @description Whether the wide side of the picture lies across the track; so by default. */
+            /** @description Whether the wide side of the image is across the track; true by default. */
             is_landscape?: boolean;
             /**
              * Format: double
-             * @description Straight way before a line; by default until the plane is settled on it.
+             * @description Straight distance before a line; by default as much as the plane needs to settle on it.
              */
             lead_in_m?: number | null;
             /**
              * Format: double
-             * @description How far beyond the edge pictures reach; by default so far that the overlap holds up to the edge.
+             * @description Distance by which images extend beyond the edge; by default as much as keeps the overlap up to the edge.
              */
             margin_m?: number | null;
-            /** @description Corners of the area in order, 3 to 1,000, or points of the line of a corridor, 2 to 1,000. */
+            /** @description Corners of the area in order, 3 to 1,000; or points of the line of a corridor, 2 to 1,000. */
             places: components["schemas"]["LatLon"][];
             /**
              * Format: double
-             * @description Part of a picture that those of the next line show too, 0 to 0.95; 0.65 by default.
+             * @description Overlap with the images of the next line, 0 to 0.95; 0.65 by default.
              */
             side_overlap?: number | null;
             /**
              * Format: double
-             * @description Distance between lines, in place of the one that the overlap gives.
+             * @description Distance between lines, in place of the one derived from the overlap.
              */
             spacing_m?: number | null;
             /**
              * Format: double
-             * @description Distance between pictures, in place of the one that the overlap gives.
+             * @description Distance between images, in place of the one derived from the overlap.
              */
             trigger_m?: number | null;
             /**
              * Format: int32
-             * @description The vehicle that is to fly it, which has parameters of its own; an ArduPlane as it comes by default.
+             * @description Vehicle that is to fly it, whose parameters are used; a default ArduPlane when absent.
              */
             vehicle?: number | null;
             /**
              * Format: double
-             * @description Width of a corridor, 0 to 5,000 (0: one pass); absent or null: an area.
+             * @description Width of a corridor, 0 to 5,000 (0: a single pass); absent or null for an area.
              */
             width_m?: number | null;
             wind?: components["schemas"]["PlanWind"] | null;
@@ -8260,23 +8330,23 @@ export interface components {
              */
             pending: number;
         };
-        /** @description A text that the vehicle wrote (STATUSTEXT). */
+        /** @description A status text from the vehicle (STATUSTEXT). */
         Text: {
             /**
              * Format: int32
              * @description `MAV_SEVERITY`: 0 emergency to 7 debug.
              */
             severity: number;
-            /** @description What it wrote. */
+            /** @description The text. */
             text: string;
             /**
              * Format: double
-             * @description When, seconds on the station's clock.
+             * @description Time of reception, seconds on the station's clock.
              */
             time_s: number;
         };
         /**
-         * @description Something that a request may name and that is not there.
+         * @description Kind of a resource that a request named and that does not exist.
          * @enum {string}
          */
         Thing: "path" | "file" | "vehicle" | "link" | "operation" | "recording" | "camera" | "message" | "command" | "area";
@@ -8308,11 +8378,11 @@ export interface components {
          * @enum {string}
          */
         TripEnd: "end" | "unlimited" | "endless";
-        /** @description An item whose height could not be converted. */
+        /** @description An item whose altitude could not be converted. */
         Unconverted: {
-            /** @description It, counted from 1. */
+            /** @description Number of the item, counted from 1. */
             item: number;
-            /** @description What is not known. */
+            /** @description The unknown reference level. */
             level: components["schemas"]["UnknownLevel"];
         };
         /**
@@ -8320,63 +8390,63 @@ export interface components {
          * @enum {string}
          */
         UnknownLevel: "home" | "ground" | "frame";
-        /** @description What a vehicle's plans are rehearsed with. */
+        /** @description Data with which a vehicle's plans are rehearsed. */
         VehicleProfile: {
-            /** @description The airframe, as its parameters tell it; its power is that of its flight as far as it was followed. */
+            /** @description Airframe according to its parameters; its power is measured in flight, as far as the flight was followed. */
             airframe: components["schemas"]["Airframe"];
             /**
              * Format: double
-             * @description Charge of a full battery, mAh; null where it is not known.
+             * @description Charge of a full battery, mAh; null when unknown.
              */
             capacity_mah: number | null;
             /**
              * Format: double
-             * @description What it holds, of its capacity; 100 where nothing is told.
+             * @description Present charge, percent of the capacity; 100 when unknown.
              */
             charge_pct: number;
-            /** @description Whether its parameters were read; without, it is an ArduPlane as it comes. */
+            /** @description Whether its parameters were read; otherwise a default ArduPlane is assumed. */
             knows_parameters: boolean;
             learned: components["schemas"]["LearnedPlane"] | null;
             /**
              * Format: double
-             * @description What should be left at a landing, of its capacity.
+             * @description Charge that should remain after landing, percent of the capacity.
              */
             reserve_pct: number;
             /**
              * Format: double
-             * @description Its voltage now; null where it is not known.
+             * @description Present battery voltage; null when unknown.
              */
             voltage_v: number | null;
         };
-        /** @description Everything that is known of a vehicle. */
+        /** @description State of a vehicle. */
         VehicleState: {
-            /** @description Whether it flies the arcs of `NAV_ARC_WAYPOINT`; a plane passes straight over such an item. */
+            /** @description Whether it flies the arcs of `NAV_ARC_WAYPOINT`; a plane passes straight over such items. */
             flies_arcs: boolean;
             link: components["schemas"]["LinkInfo"] | null;
-            /** @description Flight modes that it has, by name. */
+            /** @description Names of its flight modes. */
             mode_names: string[];
-            /** @description What is known of the plans on board. */
+            /** @description States of the plans on board. */
             plan_states: components["schemas"]["PlanStates"];
-            /** @description Where it stands in its mission. */
+            /** @description Mission progress. */
             progress: components["schemas"]["MissionProgress"];
             /**
              * Format: int32
-             * @description Its id here: the MAVLink system id of one at a link, 256 to 65,535 for one far away.
+             * @description Id of the vehicle in this API: the MAVLink system id of one on a link, 256 to 65,535 for a remote one.
              */
             system_id: number;
-            /** @description The newest values by group. */
+            /** @description Newest telemetry values by group. */
             telemetry: components["schemas"]["TelemetryGroups"];
             /**
              * Format: double
-             * @description When this was taken, seconds on the station's clock.
+             * @description Time of this snapshot, seconds on the station's clock.
              */
             time_s: number;
         };
-        /** @description A vehicle in the list of vehicles. */
+        /** @description Summary of a vehicle. */
         VehicleSummary: {
             /**
              * Format: double
-             * @description Time since the vehicle was heard; stale after 3.5 s, lost after 5 s.
+             * @description Time since it was last heard; stale after 3.5 s, lost after 5 s.
              */
             age_s: number | null;
             /**
@@ -8384,25 +8454,25 @@ export interface components {
              * @description `MAV_AUTOPILOT`; 3 is ArduPilot.
              */
             autopilot: number | null;
-            /** @description What its parameters say of how it flies, as far as they were read. */
+            /** @description Flight characteristics according to its parameters, as far as they were read. */
             flight_parameters: components["schemas"]["FlightParameters"];
-            /** @description Whether the motors can run. */
+            /** @description Whether it is armed. */
             is_armed: boolean | null;
             /**
-             * @description Whether it hears us: false when it is heard but answers nothing of ours, so that the link works in one direction only; null
-             *     when that is not known.
+             * @description Whether it hears us: false when it is heard but answers nothing of ours, so that the link works in one direction
+             *     only; null when unknown.
              */
             is_reached: boolean | null;
-            /** @description Whether it asks for the ground's altitude at places where no map of this server knows it. */
+            /** @description Whether it requests ground elevations at positions that no map of this server contains. */
             lacks_terrain: boolean;
             /**
              * Format: int32
-             * @description The link that it is reached over.
+             * @description Id of the link over which it is reached.
              */
             link: number | null;
             /**
              * Format: double
-             * @description Share of its frames that were lost.
+             * @description Share of its frames that were lost, percent.
              */
             loss_pct: number | null;
             /**
@@ -8412,18 +8482,21 @@ export interface components {
             mav_type: number | null;
             /** @description Flight mode by name. */
             mode: string | null;
-            /** @description Its name in a fleet, when it is far away: no link of this server reaches it, a station on board does. */
+            /** @description Name of a remote vehicle in its fleet: it is reached through a station on board, not over a link of this server. */
             remote_name: string | null;
-            /** @description Where another vehicle with the same system id is heard, to which nothing is sent; far away, one with the same name: nothing is sent to either. */
+            /**
+             * @description Where another vehicle with the same system id is heard, to which nothing is sent; for a remote vehicle, another
+             *     one with the same name, in which case nothing is sent to either. Null when there is none.
+             */
             rival: string | null;
             /**
              * Format: double
-             * @description Round trip of the newest TIMESYNC exchange.
+             * @description Round-trip time of the newest TIMESYNC exchange.
              */
             round_trip_ms: number | null;
             /**
              * Format: int32
-             * @description Its id here: the MAVLink system id of one at a link, 256 to 65,535 for one far away.
+             * @description Id of the vehicle in this API: the MAVLink system id of one on a link, 256 to 65,535 for a remote one.
              */
             system_id: number;
         };
@@ -8447,7 +8520,7 @@ export interface components {
             vibration_m_s2: (number | null)[];
         };
         /**
-         * @description How a camera's pictures are encoded.
+         * @description Codec of a camera's images.
          * @enum {string}
          */
         VideoCodec: "h264" | "jpeg";
@@ -8456,17 +8529,17 @@ export interface components {
          * @enum {string}
          */
         WantedValue: "finite" | "latitude" | "longitude" | "height" | "whole-number" | "frame";
-        /** @description A mission as it is drawn. */
+        /** @description Route of a mission, as drawn on the map. */
         Way: {
-            /** @description How it ends. */
+            /** @description How the mission ends. */
             end: components["schemas"]["MissionEnd"];
-            /** @description Whether more of the ground is being looked up: ask again in a moment. */
+            /** @description Whether more terrain is still being loaded: repeat the request a moment later. */
             is_ground_pending: boolean;
-            /** @description The jumps between them. */
+            /** @description Jumps between them. */
             jumps: components["schemas"]["WayJump"][];
-            /** @description Its heights along that way, and the ground below, as far as that is at hand. */
+            /** @description Altitude profile along the route, with the terrain below as far as it is loaded. */
             profile: components["schemas"]["Profile"];
-            /** @description The items that the vehicle flies to, in the order of the plan. */
+            /** @description Items that the vehicle flies to, in order. */
             stops: components["schemas"]["WayStop"][];
         };
         /**
@@ -8549,18 +8622,18 @@ export interface components {
              */
             time_s: number | null;
         };
-        /** @description A plan to lay out. */
+        /** @description A plan whose route is wanted. */
         WayRequest: {
             /**
              * Format: double
-             * @description Height above the ground that should be kept, 0 to 1000; 30 by default.
+             * @description Clearance to keep above the ground, 0 to 1000; 30 by default.
              */
             clearance_m?: number | null;
             /** @description The plan. */
             plan: components["schemas"]["Plan"];
             /**
              * Format: int32
-             * @description The vehicle that is to fly it; an ArduPlane as it comes when absent.
+             * @description Vehicle that is to fly it; a default ArduPlane when absent.
              */
             vehicle?: number | null;
         };
@@ -8571,60 +8644,61 @@ export interface components {
             leg: components["schemas"]["WayLeg"] | null;
             loiter: components["schemas"]["WayLoiter"] | null;
         };
-        /** @description What follows from one thing that happens. */
+        /** @description A contingency: one event and its consequences. */
         WhatIf: {
-            /** @description What the vehicle decides, in order of time; none where its settings do not act on it. */
+            /** @description Decisions of the vehicle in order of time; empty when its settings do not act on the event. */
             decisions: components["schemas"]["Decision"][];
             flown: components["schemas"]["RehearsedFlight"] | null;
-            /** @description What it ends with. */
+            /** @description Final reaction. */
             reaction: components["schemas"]["Reaction"];
-            /** @description What happens. */
+            /** @description The event. */
             trigger: components["schemas"]["Trigger"];
         };
-        /** @description What may happen at a moment of a plan, and wants to be known. */
+        /** @description A contingency at a time in a plan or in the present flight. */
         WhatIfRequest: {
             /**
              * Format: double
-             * @description A moment of the plan, seconds since the rehearsed flight's beginning.
+             * @description Time in the plan, seconds since the beginning of the rehearsed flight.
              */
             at_s?: number | null;
             begun?: components["schemas"]["Beginning"] | null;
             plan?: components["schemas"]["Plan"] | null;
-            /** @description The plane, in place of the vehicle's. */
+            /** @description Plane, in place of the vehicle's. */
             profile?: components["schemas"]["PlaneProfile"];
-            /** @description What happens; everything when absent. */
+            /** @description Events to examine; all when absent. */
             triggers?: components["schemas"]["Trigger"][] | null;
             /**
              * Format: int32
-             * @description The vehicle that is to fly it: its parameters, as far as they were read, are the plane's.
+             * @description Vehicle that is to fly it; the plane is modelled by its parameters, as far as they were read.
              */
             vehicle?: number | null;
             wind?: components["schemas"]["PlanWind"] | null;
         };
-        /** @description What follows from a moment of a plan. */
+        /** @description Contingencies at a time in a flight. */
         WhatIfs: {
             ahead: components["schemas"]["RehearsedFlight"] | null;
             at: components["schemas"]["LatLon"] | null;
             /**
              * Format: double
-             * @description When, seconds since the rehearsed flight's beginning; 0 is now where the vehicle flies it.
+             * @description The time, seconds since the beginning of the rehearsed flight; 0 is now for the vehicle's present flight.
              */
             at_s: number;
-            /** @description The ground that may be reached without thrust, as a ring of places clockwise from north. */
+            /** @description Area that can be reached without thrust, as a ring of positions clockwise from north. */
             glide_range: components["schemas"]["LatLon"][];
             /**
              * Format: double
-             * @description Height above home then, metres.
+             * @description Altitude above home at that time, metres.
              */
             height_m: number;
             /**
-             * @description Whether it is known how much was flown of the circle that the vehicle flies now. Where not, as when the station was started
-             *     while it circled, `ahead` flies it whole, and nobody is told whether the flight is late until it goes on to the next item.
+             * @description Whether it is known how much of the present circle has been flown. If not, for example when the station was
+             *     started while the vehicle circled, `ahead` includes the whole circle, and whether the flight is late is unknown
+             *     until the vehicle proceeds to the next item.
              */
             is_circle_known: boolean;
             now: components["schemas"]["FlightNow"] | null;
             outlook: components["schemas"]["Outlook"] | null;
-            /** @description One for each that was asked for. */
+            /** @description One result for each requested event. */
             what_ifs: components["schemas"]["WhatIf"][];
         };
         /** @description WIND (ArduPilot) or WIND_COV: the autopilot's estimate. */
@@ -8852,7 +8926,7 @@ export interface operations {
     watch: {
         parameters: {
             query?: {
-                /** @description `h264` for those who can decode it; without, all pictures come as JPEG. */
+                /** @description `h264` if the viewer can decode it; otherwise, all images are sent as JPEG. */
                 accept?: string;
             };
             header?: never;
@@ -9057,7 +9131,7 @@ export interface operations {
     delete_draft: {
         parameters: {
             query: {
-                /** @description Its revision. */
+                /** @description Revision of the draft. */
                 base: number;
             };
             header?: never;
@@ -9228,7 +9302,7 @@ export interface operations {
                     "video/x-matroska": number[];
                 };
             };
-            /** @description The range that was asked for */
+            /** @description The requested range */
             206: {
                 headers: {
                     [name: string]: unknown;
@@ -9359,7 +9433,7 @@ export interface operations {
                     "application/octet-stream": number[];
                 };
             };
-            /** @description The range that was asked for */
+            /** @description The requested range */
             206: {
                 headers: {
                     [name: string]: unknown;
@@ -9589,9 +9663,9 @@ export interface operations {
     import_map_area: {
         parameters: {
             query: {
-                /** @description Id of the source that the tiles are of. */
+                /** @description Id of the source to which the tiles belong. */
                 source: string;
-                /** @description What people call the area; the file's own name when empty. */
+                /** @description Display name of the area; the file's own name when empty. */
                 name?: string;
             };
             header?: never;
@@ -9867,7 +9941,7 @@ export interface operations {
     take_map_file: {
         parameters: {
             query: {
-                /** @description The file's name; its end says what it is. */
+                /** @description File name; its extension determines the type. */
                 name: string;
             };
             header?: never;
@@ -10053,7 +10127,7 @@ export interface operations {
     delete_map_source: {
         parameters: {
             query?: {
-                /** @description Whether all that is cached of it goes too, offline areas included. */
+                /** @description Whether to delete everything cached of it, including offline areas. */
                 cache?: boolean;
             };
             header?: never;
@@ -10093,7 +10167,7 @@ export interface operations {
                 east_deg: number;
                 /** @description Upper edge. */
                 north_deg: number;
-                /** @description Zoom of Web Mercator. */
+                /** @description Zoom level of Web Mercator. */
                 zoom: number;
             };
             header?: never;
@@ -10502,7 +10576,7 @@ export interface operations {
     format_plan: {
         parameters: {
             query: {
-                /** @description By the ending of the file's name. */
+                /** @description Format, named by its file extension. */
                 as: "plan" | "waypoints" | "kml" | "kmz" | "geojson" | "gpx" | "csv";
             };
             header?: never;
@@ -10667,11 +10741,11 @@ export interface operations {
     learn: {
         parameters: {
             query?: {
-                /** @description The name of a recording on the server's disk, in place of a body. */
+                /** @description Name of a recording on the server's disk, in place of a body. */
                 recording?: string;
-                /** @description The vehicle whose parameters, as far as they were read, are the plane's. */
+                /** @description Vehicle whose parameters, as far as they were read, describe the plane. */
                 vehicle?: number;
-                /** @description Which vehicle of the recording; the first that tells its position when absent. */
+                /** @description System id of the vehicle in the recording; the first that reports its position when absent. */
                 system?: number;
             };
             header?: never;
@@ -10706,7 +10780,7 @@ export interface operations {
     parse: {
         parameters: {
             query?: {
-                /** @description The file's name, for messages alone: the content decides what it is. */
+                /** @description The file name, for messages only: the content determines the format. */
                 name?: string;
             };
             header?: never;
@@ -12317,7 +12391,7 @@ export interface operations {
     upload_fence: {
         parameters: {
             query?: {
-                /** @description `false` sends a mission in spite of errors that the checks find. */
+                /** @description `false` uploads a mission in spite of errors found by the checks. */
                 check?: boolean;
             };
             header?: never;
@@ -12448,7 +12522,7 @@ export interface operations {
     upload_mission: {
         parameters: {
             query?: {
-                /** @description `false` sends a mission in spite of errors that the checks find. */
+                /** @description `false` uploads a mission in spite of errors found by the checks. */
                 check?: boolean;
             };
             header?: never;
@@ -12579,7 +12653,7 @@ export interface operations {
     upload_rally: {
         parameters: {
             query?: {
-                /** @description `false` sends a mission in spite of errors that the checks find. */
+                /** @description `false` uploads a mission in spite of errors found by the checks. */
                 check?: boolean;
             };
             header?: never;
