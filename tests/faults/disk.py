@@ -1,15 +1,15 @@
-"""A disk that keeps only what was forced to it: what a traced program wrote, cut off at any moment.
+"""A disk that keeps only what was synced: the writes of a traced program, cut off at any moment.
 
-`calls` reads what strace saw of a program: files opened, written, named, forced. `Disk` plays it onto a model that promises less than any
-file system in use does:
+`calls` reads strace's log of a program: files opened, written, renamed, synced. `Disk` replays it on a model with
+weaker guarantees than any file system in use:
 
-- of what was written to a file and not forced since (fsync, fdatasync), each 512-byte sector is as it was, as it is, or as it was at
-  any moment between; new room may be zeros; the size is any of those that it had;
-- of what was named in a folder and the folder not forced since, each name is what it was, what it is, or anything between, on its own:
-  a rename may have happened at one end alone, and the order of names is not that of time;
-- forcing a file does not force its name, nor the other way round. A folder whose name is not there is not, with all that is in it.
+- of data written to a file and not synced since (fsync, fdatasync), each 512-byte sector has its old content, its new
+  content, or any in between; extended space may be zeros; the size is any of those that it had;
+- of names created in a folder that was not synced since, each name has its old meaning, its new one, or any in between,
+  independently: a rename may have happened at one end only, and names may appear out of order;
+- syncing a file does not sync its name, and vice versa. A folder whose name is missing is lost with everything in it.
 
-Nothing is known of what a drive's own cache loses after it said that it did not, nor of a sector that cannot be read any more.
+The model does not cover data lost from a drive's cache in spite of a sync, nor unreadable sectors.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ CALLS = (
     "rename,renameat,renameat2,link,linkat,symlink,symlinkat,unlink,unlinkat,mkdir,mkdirat,rmdir,"
     "fsync,fdatasync,sync_file_range,sync,syncfs,copy_file_range,sendfile"
 )
-"""What of a program has to be seen."""
+"""System calls that have to be traced."""
 SECTOR = 512
 
 _LINE = re.compile(r"^(\d+) +(\d+\.\d+) (.*)$")
@@ -37,7 +37,7 @@ _STRING = re.compile(r'"((?:\\x[0-9a-f]{2})*)"(\.\.\.)?')
 
 
 def strace(log: Path) -> list[str]:
-    """The command under which a program is traced into a file."""
+    """Return the command that traces a program into a file."""
     return [
         *("strace", "-f", "--seccomp-bpf", "-ttt", "-xx", "-s", "16777216", "-e", "signal=none"),
         *("-e", f"trace={CALLS}", "-o", str(log)),
@@ -46,7 +46,7 @@ def strace(log: Path) -> list[str]:
 
 @dataclass(frozen=True)
 class Call:
-    """A system call; with `is_end` false it has only begun."""
+    """A system call; with `is_end` false, only its beginning."""
 
     program: int
     at_s: float
@@ -58,19 +58,19 @@ class Call:
 
     @property
     def strings(self) -> list[bytes]:
-        """Its texts and data."""
+        """Return its strings and data."""
         found = _STRING.findall(self.args)
         assert not any(cut for _, cut in found), "strace kept all of it"
         return [codecs.decode(text.replace("\\x", ""), "hex") for text, _ in found]
 
     @property
     def numbers(self) -> list[int]:
-        """Its numbers, without those within texts."""
+        """Return its numbers, except those within strings."""
         return [int(text, 0) for text in re.findall(r"(?<![\w\"])-?\d+(?![\w\"])", _STRING.sub("", self.args))]
 
 
 def calls(logs: list[Path]) -> Iterator[Call]:
-    """The beginnings and ends of the calls of several programs that ran side by side, as they happened."""
+    """Yield the beginnings and ends of the calls of several parallel programs, in order."""
     lines = []
     for program, log in enumerate(logs):
         for place, line in enumerate(log.read_text(encoding="ascii").splitlines()):
@@ -104,7 +104,7 @@ def calls(logs: list[Path]) -> Iterator[Call]:
 
 @dataclass
 class _Write:
-    """Data at a place, or with `data` absent a new size."""
+    """Data at an offset, or, without `data`, a new size."""
 
     at: int
     data: bytes | None
@@ -119,11 +119,11 @@ class _Write:
         to[self.at : self.at + len(self.data)] = self.data
 
     def extent(self, size: int) -> tuple[int, int]:
-        """From where to where it changes a file that is never longer than `size`."""
+        """Return the range in which it changes a file that is never longer than `size`."""
         return self.at, size if self.data is None else self.at + len(self.data)
 
     def part(self, begin: int, end: int) -> _Write:
-        """What of it belongs to a piece of the file."""
+        """Return the part of it in a range of the file."""
         data = self.data
         if data is not None:
             data = data[max(0, begin - self.at) : max(0, end - self.at)]
@@ -132,30 +132,30 @@ class _Write:
 
 @dataclass
 class File:
-    """A file: what was forced, and what was written since."""
+    """A file: its synced content, and the writes since."""
 
     forced: bytearray = field(default_factory=bytearray)
     writes: list[_Write] = field(default_factory=list)
     now: bytearray = field(default_factory=bytearray)
 
     def begin(self, at: int, data: bytes | None) -> _Write:
-        """Write, or cut off; it is not done yet."""
+        """Begin a write or a truncation."""
         write = _Write(at, data)
         self.writes.append(write)
         write.apply(self.now)
         return write
 
     def done(self) -> int:
-        """How many writes in a row are over: what a force that begins now will take along."""
+        """Return the number of leading completed writes, which a sync that begins now includes."""
         return next((at for at, write in enumerate(self.writes) if not write.is_done), len(self.writes))
 
     def force(self, writes: list[_Write]) -> None:
-        """These writes are on the disk."""
+        """Mark these writes as synced."""
         while self.writes and any(self.writes[0] is write for write in writes):
             self.writes.pop(0).apply(self.forced)
 
     def survivor(self, choose: random.Random, way: str) -> bytes:
-        """What is left of it."""
+        """Return the content after a power cut."""
         if not self.writes or way == "most":
             return bytes(self.now)
         if way == "least":
@@ -165,7 +165,7 @@ class File:
             sizes.append(write.at if write.data is None else max(sizes[-1], write.at + len(write.data)))
         size = max(sizes)
         left = self.forced + bytes(size - len(self.forced))
-        # All of the sectors, none, or each by itself.
+        # All of the sectors, none, or each independently.
         share = choose.choice((None, None, 0.0, 1.0))
         extents = [write.extent(size) for write in self.writes]
         for sector in {at for begin, end in extents for at in range(begin // SECTOR, -(-end // SECTOR))}:
@@ -187,24 +187,24 @@ class Folder(dict[str, "Name"]):
 
 @dataclass
 class Name:
-    """What a name in a folder stands for: as it was forced, and one after the other since."""
+    """The meaning of a name in a folder: the synced one, and its changes since."""
 
     values: list[File | Folder | None] = field(default_factory=lambda: [None])
     forced: int = 0
-    """How many values there were before the forced one."""
+    """Number of values before the synced one."""
 
     @property
     def now(self) -> File | Folder | None:
-        """What it stands for."""
+        """Return the present value."""
         return self.values[-1]
 
     @property
     def count(self) -> int:
-        """How many values it had before this one."""
+        """Return the number of values before this one."""
         return self.forced + len(self.values) - 1
 
     def force(self, count: int) -> None:
-        """The value after so many is on the disk."""
+        """Mark the value with this number of predecessors as synced."""
         if count > self.forced:
             del self.values[: count - self.forced]
             self.forced = count
@@ -218,13 +218,13 @@ class _Open:
 
 
 class Disk:
-    """A folder of the machine as the traced programs wrote it; what of it would be left after a power cut."""
+    """A folder as written by the traced programs, and what would remain of it after a power cut."""
 
     def __init__(self, root: Path) -> None:
         self.root = root
         self.tree = Folder()
         self.whole: dict[str, list[bytes]] = {}
-        """Every content that came under a name as a whole, by its path in the folder."""
+        """Every content that was given a name as a complete file, by its path in the folder."""
         self.forces = 0
         self._files: dict[tuple[int, int], _Open] = {}
         self._begun: dict[tuple[int, int], object] = {}
@@ -237,7 +237,7 @@ class Disk:
                 self.whole.setdefault(str(path.relative_to(root)), []).append(content)
             folder[name] = Name([made])
 
-    # What is there now ------------------------------------------------------------------------------------------------
+    # Present state ----------------------------------------------------------------------------------------------------
 
     def _place(self, path: Path) -> tuple[Folder, str]:
         folder = self.tree
@@ -253,14 +253,14 @@ class Disk:
         return path if path.is_relative_to(self.root) and path != self.root else None
 
     def look(self, path: Path) -> File | Folder | None:
-        """What a path stands for now."""
+        """Return the present meaning of a path."""
         if path == self.root:
             return self.tree
         folder, name = self._place(path)
         return folder[name].now if name in folder else None
 
     def files(self) -> dict[str, File]:
-        """The files that are there now, by their path in the folder."""
+        """Return the present files, by their path in the folder."""
         return dict(_files_in(self.tree, ""))
 
     def _name(self, path: Path, what: File | Folder | None) -> None:
@@ -269,12 +269,12 @@ class Disk:
         if isinstance(what, File):
             self.whole.setdefault(str(path.relative_to(self.root)), []).append(bytes(what.now))
 
-    # What the program does --------------------------------------------------------------------------------------------
+    # Actions of the program -------------------------------------------------------------------------------------------
 
     def take(self, call: Call) -> bool:
-        """Take in the beginning or the end of a call; whether it changed something."""
+        """Process the beginning or the end of a call; return whether it changed something."""
         if call.name.endswith("at"):
-            # Nothing of ours is named by way of an open folder.
+            # Our programs do not open files relative to a folder's descriptor.
             assert not any(
                 (call.program, int(n)) in self._files for n in re.findall(r"(?:^|, )(\d+), \"", call.args)
             ), call
@@ -371,7 +371,7 @@ class Disk:
 
     @staticmethod
     def _forcing(what: File | Folder) -> Callable[[], None]:
-        """What is forced at the end of a call that begins now."""
+        """Return the sync of a call that begins now."""
         if isinstance(what, File):
             writes = what.writes[: what.done()]
             return lambda: what.force(writes)
@@ -439,11 +439,11 @@ class Disk:
     _on_truncate = _on_fallocate = _on_symlink = _on_symlinkat = _on_pwritev = _on_pwritev2 = _unknown
     _on_copy_file_range = _on_sendfile = _on_sync_file_range = _unknown
 
-    # What is left -----------------------------------------------------------------------------------------------------
+    # State after a power cut ------------------------------------------------------------------------------------------
 
     def survivor(self, choose: random.Random) -> dict[str, bytes]:
-        """What would be found after a power cut now, by path; folders that are empty are not told."""
-        # The least and the most that there can be; new names for files of which nothing came; anything.
+        """Return the files after a power cut now, by path; empty folders are omitted."""
+        # The least and the most possible; new names for empty files; anything.
         way = choose.choices(("least", "most", "names", "any"), (1, 1, 3, 5))[0]
         left: dict[str, bytes] = {}
         contents: dict[int, bytes] = {}

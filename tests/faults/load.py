@@ -1,7 +1,8 @@
-"""Loads that a station must bear while others use it: a program of its own, so that it takes no time from who measures.
+"""Load generators for a station that others use meanwhile, in a process separate from the measurement.
 
-``python -m tests.faults.load KIND TARGET CLIENTS`` says "ready" when its load stands, puts it on until its standard input ends, and
-then says in one line of JSON what it did. TARGET is the station's URL, for ``ice`` its proxies as JSON.
+``python -m tests.faults.load KIND TARGET CLIENTS`` prints "ready" when its load is prepared, applies it until its
+standard input ends, and then prints its counts as one line of JSON. TARGET is the station's URL, or for ``ice`` its
+proxies as JSON.
 """
 
 from __future__ import annotations
@@ -21,12 +22,12 @@ from tests.jderobot.support import EMPTY, MALFORMED, address_of, client_of, many
 from tests.server.client import Client, WebSocket, frame
 
 SOCKETS_OF_A_SESSION = 16
-"""A session has no more WebSockets than that."""
+"""Largest number of WebSockets of a session."""
 MESSAGES_HZ = 10_000
 FRAMES_HZ = 50
 BAD_CALLS_HZ = 200
 PAGE_HZ = 20
-"""At which a page follows its vehicle unless told otherwise."""
+"""Default rate at which a page subscribes to its vehicle."""
 PONG = frame(0xA, b"")
 
 Done = Counter[str]
@@ -34,13 +35,13 @@ Step = Callable[[], None]
 
 
 def is_over() -> bool:
-    """Whether standard input has ended."""
+    """Return whether standard input has ended."""
     ready, _, _ = select.select([sys.stdin], [], [], 0.0)
     return bool(ready) and not sys.stdin.read(1)
 
 
 class Crowd:
-    """So many WebSockets, each opened again when it ends."""
+    """WebSockets that are reopened when they end."""
 
     def __init__(self, url: str, size: int, done: Done, *, receive_buffer: int | None = None) -> None:
         self._sessions = [Client(url) for _ in range(-(-size // SOCKETS_OF_A_SESSION))]
@@ -50,13 +51,13 @@ class Crowd:
         self._done = done
         self._receive_buffer = receive_buffer
         self.says: list[dict[str, Any]] = []
-        """What each says first."""
+        """First messages of each."""
 
     def __len__(self) -> int:
         return len(self._open)
 
     def at(self, place: int) -> WebSocket | None:
-        """The WebSocket of a place; ``None`` when the station has none for it now."""
+        """Return a WebSocket; ``None`` when the station does not accept it now."""
         found = self._open[place]
         if found is not None:
             return found
@@ -66,7 +67,7 @@ class Crowd:
             if found.status == 101:
                 for message in self.says:
                     found.say(**message)
-        except (OSError, AssertionError):  # hung up on
+        except (OSError, AssertionError):  # disconnected by the station
             self._done["turned away"] += 1
             return None
         self._done[f"answered {found.status}"] += 1
@@ -74,14 +75,14 @@ class Crowd:
         return found
 
     def end(self, place: int) -> None:
-        """It is over."""
+        """Record the end of a WebSocket."""
         found, self._open[place] = self._open[place], None
         if found is not None:
             self._done["ended"] += 1
             found.close()
 
     def put(self, place: int, data: bytes) -> bool:
-        """Send bytes from a place; whether they left."""
+        """Send bytes on a WebSocket; return whether they were sent."""
         found = self.at(place)
         if found is None or found.status != 101:
             self.end(place)
@@ -96,7 +97,7 @@ class Crowd:
 
 @contextlib.contextmanager
 def messages(url: str, clients: int, done: Done) -> Iterator[Step]:
-    """10,000 messages a second of those that a page sends, from new connections as the old ones are ended."""
+    """Send 10,000 messages of a page per second, on new connections as the old ones are closed."""
     crowd, batch = Crowd(url, clients, done), 10
     text = frame(0x1, b'{"type":"unsubscribe","vehicle":9}') * batch
     due = time.monotonic()
@@ -113,7 +114,7 @@ def messages(url: str, clients: int, done: Done) -> Iterator[Step]:
 
 @contextlib.contextmanager
 def frames(url: str, clients: int, done: Done) -> Iterator[Step]:
-    """Messages of 1 MiB, 50 a second."""
+    """Send messages of 1 MiB, 50 a second."""
     crowd, big = Crowd(url, clients, done), frame(0x1, bytes(1 << 20))
     due = time.monotonic()
 
@@ -130,7 +131,7 @@ def frames(url: str, clients: int, done: Done) -> Iterator[Step]:
 
 @contextlib.contextmanager
 def reading(url: str, clients: int, done: Done, rate_hz: float, most: int | None) -> Iterator[Step]:
-    """Followers of vehicle 1 that read so many bytes in each turn, or all there is. In each second each says that it is there."""
+    """Subscribe to vehicle 1, and read a limited number of bytes per turn, or all; send a pong once a second."""
     crowd = Crowd(url, clients, done, receive_buffer=4096 if most else None)
     crowd.says = [{"type": "subscribe", "vehicle": 1, "rate_hz": rate_hz}]
     if most:
@@ -161,7 +162,7 @@ def reading(url: str, clients: int, done: Done, rate_hz: float, most: int | None
 
 @contextlib.contextmanager
 def bad_calls(proxies: str, clients: int, done: Done) -> Iterator[Step]:
-    """Connections that say nothing; and beside them 200 a second of what no client sends, or no number, or no operation."""
+    """Open idle connections, and send 200 malformed calls a second: wrong data, NaN, unknown operation."""
     named = json.loads(proxies)
     addresses = [address_of(text) for text in named.values()]
     due = time.monotonic()
@@ -215,7 +216,7 @@ KINDS: dict[str, Callable[[str, int, Done], contextlib.AbstractContextManager[St
 
 
 def main(kind: str, target: str, clients: str) -> None:
-    """Put a load on."""
+    """Apply a load."""
     done: Done = Counter()
     with KINDS[kind](target, int(clients), done) as step:
         sys.stdout.write("ready\n")

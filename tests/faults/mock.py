@@ -1,7 +1,7 @@
-"""A scripted plane: an ArduPlane as far as a ground station sees it, that does exactly what a test tells it to.
+"""A scripted plane: an ArduPlane as seen by a ground station, which does exactly what a test tells it to.
 
-One thread serves the connections of one TCP port and touches everything; a test changes it by the hooks, or between two
-operations. Nothing moves by itself: no telemetry but the heartbeat, no time but that of `MockPlane.boot_ms`.
+One thread serves the connections of one TCP port and owns all state; a test changes it through the hooks, or between
+two operations. Nothing happens by itself: the only telemetry is the heartbeat, the only clock is `MockPlane.boot_ms`.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 HEARTBEAT_S = 0.2
 ACTS = {"SET_MODE", "MISSION_SET_CURRENT", "MANUAL_CONTROL", "RC_CHANNELS_OVERRIDE", "SET_ATTITUDE_TARGET"}
-"""Messages, and below commands, that move a plane; nothing may send them that was not asked for."""
+"""Messages, and below commands, that move a plane; they must never be sent without a request."""
 ACT_COMMANDS = {
     mavlink.MAV_CMD_COMPONENT_ARM_DISARM,
     mavlink.MAV_CMD_DO_SET_MODE,
@@ -40,7 +40,7 @@ ACT_COMMANDS = {
 
 
 class _Out:
-    """What pymavlink writes to."""
+    """Output stream for pymavlink."""
 
     def __init__(self) -> None:
         self.data = bytearray()
@@ -62,9 +62,9 @@ class MockPlane:
     Attributes
     ----------
     on_message : function of a message, or None
-        Asked before anything else; what it returns is sent instead of the plane's own answer, ``None`` leaves it to it.
+        Called before anything else; its result is sent instead of the plane's own answer, unless it is ``None``.
     received : list of (name, message)
-        Everything that stations sent, in order.
+        Everything that stations have sent, in order.
     """
 
     def __init__(self, system_id: int = 1) -> None:
@@ -95,7 +95,7 @@ class MockPlane:
 
     @property
     def link(self) -> str:
-        """The link string that reaches it."""
+        """Link string of the plane."""
         return f"tcp:127.0.0.1:{self._listener.getsockname()[1]}"
 
     def __enter__(self) -> MockPlane:
@@ -134,20 +134,20 @@ class MockPlane:
                 self._drop(sock)
 
     def cut(self, *, reset: bool = True) -> None:
-        """Cut all connections, by a TCP reset or in order. In the plane's own thread only."""
+        """Close all connections, by a TCP reset or regularly. In the plane's own thread only."""
         for sock in list(self._peers):
             if reset:
                 sock.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, b"\1\0\0\0\0\0\0\0")
             self._drop(sock)
 
     def reboot(self) -> None:
-        """Restart: memory of transfers gone, clock from zero, as ArduPlane does. In the plane's own thread only."""
+        """Reboot like ArduPlane: transfers forgotten, clock from zero. In the plane's own thread only."""
         self._incoming, self.boot_ms = None, 0
         self.custom_mode, self.is_armed = 0, False
         self.say(*self._beat())
 
     def acts(self) -> list[str]:
-        """What was received that moves a plane."""
+        """Return the received messages that move a plane."""
         found = []
         for name, message in list(self.received):
             if name in ACTS or (name in ("COMMAND_LONG", "COMMAND_INT") and message.command in ACT_COMMANDS):
@@ -221,7 +221,7 @@ class MockPlane:
         return [] if answer is None else answer(message)
 
     def ack(self, message: Any, result: int = 0, *, progress: int = 0) -> Any:
-        """A COMMAND_ACK to whoever sent a command."""
+        """Return a COMMAND_ACK to the sender of a command."""
         target = (message.get_srcSystem(), message.get_srcComponent())
         return mavlink.MAVLink_command_ack_message(message.command, result, progress, 0, *target)
 

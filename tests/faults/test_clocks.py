@@ -1,8 +1,8 @@
-"""A wall clock that jumps under the whole program, as a person, a GPS, a time zone or a machine that slept makes it jump.
+"""A wall clock that jumps under the whole program: set by a person or a GPS, a time zone, or a suspended machine.
 
-`vencejo serve` runs under libfaketime, which changes what the process is told of the wall clock alone. That is a suspend, too: on Linux
-CLOCK_MONOTONIC "does not count time that the system is suspended" (clock_gettime(2)), so that the wall clock is the one thing that
-a process finds changed after one. The plane, a process of its own, keeps the true time.
+`vencejo serve` runs under libfaketime, which changes the process's wall clock only. That covers a suspend too: on Linux
+CLOCK_MONOTONIC "does not count time that the system is suspended" (clock_gettime(2)), so after a suspend the wall clock
+is the only thing that has changed for a process. The plane, a separate process, keeps the true time.
 """
 
 from __future__ import annotations
@@ -32,17 +32,17 @@ JUMPS: dict[str, Callable[[int], int]] = {
     "an hour behind": lambda now_s: -HOUR_S,
     "1970": lambda now_s: 10 - now_s,
     "2040": lambda now_s: calendar.timegm((2040, 1, 1, 0, 0, 0)) - now_s,
-    # One second before the clocks of Europe/Madrid, where this process thinks that it is, go back from 3 to 2.
+    # One second before the clocks of Europe/Madrid, the time zone of this process, go back from 3 to 2.
     "daylight saving ends": lambda now_s: calendar.timegm((2026, 10, 25, 0, 59, 59)) - now_s,
     "the true time": lambda now_s: 0,
 }
-"""By how many seconds the clock is wrong from now on, in whole seconds of 1970."""
+"""Offset of the clock from now on, in whole seconds since 1970."""
 VALID_S = 15.0
-"""How long a confirmation is good for."""
+"""Validity of a confirmation."""
 
 
 class Tap(threading.Thread):
-    """A UDP port that hears what the station sends to everybody, and notes by a metronome when its heartbeats came."""
+    """A UDP port that receives the station's broadcasts, and records the times of its heartbeats on a metronome."""
 
     def __init__(self, metronome: Metronome) -> None:
         super().__init__(name="tap", daemon=True)
@@ -59,7 +59,7 @@ class Tap(threading.Thread):
                 self.heartbeats.append(self.metronome.now_s)
 
     def hear(self, count: int, since: int) -> None:
-        """Wait for so many more heartbeats than there were."""
+        """Wait for a number of further heartbeats."""
         wait_for(lambda: len(self.heartbeats) >= since + count, "our heartbeats")
 
     def close(self) -> None:
@@ -70,7 +70,7 @@ class Tap(threading.Thread):
 
 
 class Watcher(threading.Thread):
-    """A browser that only looks: everything that the WebSocket said."""
+    """A browser that only reads: all messages of the WebSocket."""
 
     def __init__(self, client: Client) -> None:
         super().__init__(name="watcher", daemon=True)
@@ -87,11 +87,11 @@ class Watcher(threading.Thread):
         self.is_over = True
 
     def hear(self, kind: str, count: int, since: int) -> None:
-        """Wait for so many messages of a type after the first ones."""
+        """Wait for a number of messages of a type after the first `since`."""
         wait_for(lambda: sum(m["type"] == kind for m in self.said[since:]) >= count, f"{count} of {kind}")
 
     def check(self) -> None:
-        """Nothing was lost, stale, restarted or closed."""
+        """Check that nothing was lost, stale, restarted or closed."""
         assert not self.is_over, "the WebSocket ended"
         said = list(self.said)
         events = [m["kind"] for m in said if m["type"] == "event"]
@@ -107,7 +107,7 @@ class Watcher(threading.Thread):
 
 
 def mission(number: int) -> bytes:
-    """A mission that no other number has, as a file."""
+    """Return a mission unique to the number, as a file."""
     home = "0\t1\t0\t16\t0\t0\t0\t0\t40.3332\t-3.7978\t600\t1"
     items = [
         f"{at}\t0\t3\t16\t0\t0\t0\t0\t{40.33 + at / 1e3}\t{-3.79 + number / 1e4}\t{100 + number}\t1"
@@ -117,7 +117,7 @@ def mission(number: int) -> bytes:
 
 
 def times_of(tlog: bytes) -> list[int]:
-    """The times of a recording, in microseconds since 1970, read by its layout alone (MAVLink 2 frames)."""
+    """Return the timestamps of a recording, in microseconds since 1970, parsed by its layout (MAVLink 2 frames)."""
     times, at = [], 0
     while at + 18 <= len(tlog):
         (stamp,) = struct.unpack_from(">Q", tlog, at)
@@ -131,7 +131,7 @@ def times_of(tlog: bytes) -> list[int]:
 
 @contextlib.contextmanager
 def signed_flight(tmp_path: Path, clock: Clock, metronome: Metronome) -> Iterator[tuple[Client, Tap, Path, str]]:
-    """A served station, under the clock, that talks with a signing plane over UDP; gives an operator's client and more."""
+    """Serve a station under the clock, with a signing plane over UDP; yield an operator's client and more."""
     data, tap = tmp_path / "data", Tap(metronome)
     options = ("--record", "--token", f"--link=udpout:127.0.0.1:{tap.port}", "--telemetry-floor=0")
     with contextlib.closing(tap), serving(*options, data=data, env=clock.env) as served:
@@ -144,7 +144,7 @@ def signed_flight(tmp_path: Path, clock: Clock, metronome: Metronome) -> Iterato
             return links[link["id"]]["local_address"]  # type: ignore[no-any-return]
 
         wait_for(lambda: address() is not None, "the link")
-        # A plane's first link is its USB, where it believes what is not signed.
+        # A plane's first link is its USB port, where it accepts unsigned frames.
         with simulated_plane(f"--link=udpout:{address()}"):
             wait_for(lambda: client.done("GET", "vehicles") != [], "the plane")
             change = {"act": "set_up", "confirm_system_id": 1, "any_link": True}
@@ -153,14 +153,14 @@ def signed_flight(tmp_path: Path, clock: Clock, metronome: Metronome) -> Iterato
 
 
 def confirmation(client: Client) -> dict[str, str]:
-    """Ask for an act that must be confirmed; what it wants."""
+    """Request an action that must be confirmed; return the confirmation header."""
     asked = client.ask("DELETE", "vehicles/1/plan/fence")
     assert asked.status == 428, asked.body
     return {"Vencejo-Confirmation": asked.json["cause"]["confirmation"]}
 
 
 def jump_and_look(clock: Clock, client: Client, tap: Tap, watcher: Watcher, token: str, jump: str, number: int) -> None:
-    """Make one jump, and look at everything that waits for a time."""
+    """Make one jump, and check everything that depends on time."""
     given = confirmation(client)
     session = client.done("GET", "session")["session"]
     before = client.done("GET", "recorder")
@@ -176,7 +176,7 @@ def jump_and_look(clock: Clock, client: Client, tap: Tap, watcher: Watcher, toke
     assert draft["revision"] == base + 1
     assert abs(draft["saved_unix_s"] - now_s - offset_s) < 60, "the station's clock did jump"
 
-    client.operation("DELETE", "vehicles/1/plan/fence", **given)  # with a confirmation of before
+    client.operation("DELETE", "vehicles/1/plan/fence", **given)  # with a confirmation from before the jump
     client.operation("PUT", "vehicles/1/plan/mission", plan)
     assert client.done("GET", "vehicles/1")["plan_states"]["mission"]["state"] == "verified"
 
@@ -200,7 +200,7 @@ def jump_and_look(clock: Clock, client: Client, tap: Tap, watcher: Watcher, toke
 
 
 def through_the_jumps(tmp_path: Path, jumps: list[str], *, outlives: bool) -> None:
-    """Fly through jumps of the clock; with `outlives` wait after each whether a confirmation lives longer than it should."""
+    """Fly through jumps of the clock; with `outlives`, check after each whether a confirmation expires in time."""
     clock = Clock(tmp_path)
     with Metronome() as metronome, signed_flight(tmp_path, clock, metronome) as (client, tap, data, token):
         tap.hear(1, 0)
@@ -210,7 +210,7 @@ def through_the_jumps(tmp_path: Path, jumps: list[str], *, outlives: bool) -> No
         for number, jump in enumerate(jumps):
             jump_and_look(clock, client, tap, watcher, token, jump, number)
             if outlives:
-                # Asked for at the time that the next jump leaves behind.
+                # Requested at the time to which the next jump returns.
                 given = confirmation(client)
                 until = time.monotonic() + VALID_S
                 clock.set(JUMPS[jumps[number - 1]](int(time.time())))
@@ -229,7 +229,7 @@ def through_the_jumps(tmp_path: Path, jumps: list[str], *, outlives: bool) -> No
     flight = [each for each in times if each >= began_unix_s * 1e6]
     assert len(flight) > 100
     assert all(a >> 2 <= b >> 2 for a, b in itertools.pairwise(times)), "they rise; the lowest two bits are the link's"
-    # by the clock, which goes on while a busy machine keeps the plane or the recorder from running
+    # On this clock, which continues while a busy machine delays the plane or the recorder.
     assert max(b - a for a, b in itertools.pairwise(flight)) < 1_500_000 + metronome.longest_s * 1e6, "a gap"
     assert abs((flight[-1] - flight[0]) / 1e6 - (ended - began)) < 3.0, "as long as it took"
     assert [path.name for path in file.parent.iterdir()] == [file.name], "one recording"
@@ -250,7 +250,7 @@ def test_a_clock_that_jumps_ends_nothing(tmp_path: Path) -> None:
 @pytest.mark.soak
 @pytest.mark.timeout(0)
 def test_a_clock_that_jumps_again_and_again(tmp_path: Path) -> None:
-    """VENCEJO_SOAK_S says how long; each jump takes some 17 s."""
+    """VENCEJO_SOAK_S sets the duration; each jump takes some 17 s."""
     seconds = float(os.environ.get("VENCEJO_SOAK_S", "3600"))
     choose = random.Random(61)
     jumps = list(JUMPS) + choose.choices(list(JUMPS), k=max(0, round(seconds / 17) - len(JUMPS)))

@@ -1,4 +1,4 @@
-"""Commands against a plane that answers late, wrongly, twice or not at all, and calls that must not move it."""
+"""Commands to a plane that answers late, wrongly, twice or not at all, and calls that must not move it."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def without_target(message: Any, result: int) -> Any:
 
 
 Script = Callable[[MockPlane, Any, int], list[Any]]
-"""What the plane answers to the command sent for the nth time, from 0."""
+"""The plane's answer to the nth transmission of a command, from 0."""
 
 ACKS: dict[str, tuple[Script, str | None]] = {
     "accepted": (lambda mock, message, n: [mock.ack(message)], None),
@@ -107,7 +107,7 @@ def test_each_answer_gives_one_result(mock: MockPlane, plane: vencejo.Vehicle, c
     assert [message.confirmation for message in sent] == list(range(len(sent)))
     if expected != "silence" and case != "only the third try":
         assert len(sent) == 1, "an answer ends it"
-    # Nothing of it is left over: the next command has its own answer.
+    # Nothing of it remains: the next command gets its own answer.
     mock.on_message = None
     assert plane.command(SPEED, 0, 21, -1) == 0
 
@@ -156,7 +156,7 @@ def test_of_ten_clicks_one_is_in_flight(mock: MockPlane, plane: vencejo.Vehicle,
 
 @pytest.mark.fault(27, figure="10,000 calls: 0 frames that arm, change mode or start", seeds=1)
 def test_ten_thousand_random_calls_move_nothing(mock: MockPlane, plane: vencejo.Vehicle) -> None:
-    """Whatever is asked for and however it is given up: no arming, mode or start goes out unless it was asked for."""
+    """Whatever is requested, and however it is cancelled: no arming, mode or start is sent without a request."""
     choose = random.Random(27)
     point = vencejo.MissionItem.waypoint(40.3, -3.8, alt_rel_home_m=60.0)
     bad = float("nan")
@@ -221,7 +221,7 @@ def test_ten_thousand_random_calls_move_nothing(mock: MockPlane, plane: vencejo.
     assert succeeded > 4_000
     assert mock.acts() == []
     assert any(name == "MISSION_COUNT" for name, _ in mock.received)
-    # And what is asked for does go out.
+    # Requested actions are sent.
     plane.station.set_heartbeat(True)
     plane.set_mode("RTL")
     assert len(mock.acts()) == 1

@@ -1,4 +1,4 @@
-"""The model of a disk that loses what was not forced: it must find the faults that real file systems have shown."""
+"""The model of a disk that loses unsynced data: it must find the faults known from real file systems."""
 
 from __future__ import annotations
 
@@ -28,12 +28,12 @@ def hexadecimal(data: bytes) -> str:
 
 
 def left_after(folder: Path, steps: Iterable[str]) -> tuple[set[bytes | None], set[bytes | None]]:
-    """What of file ``a`` can be left after a power cut at any moment, and at the end."""
+    """Return the possible contents of file ``a`` after a power cut at any moment, and at the end."""
     root = folder / "data"
     root.mkdir()
     (root / "a").write_bytes(OLD)
     text = "".join(f"7 100.{number:06} {STEPS[step]}\n" for number, step in enumerate(steps))
-    # strace writes names as numbers, too.
+    # strace writes names as escaped bytes, too.
     log = folder / "log"
     for path in (f"{{root}}/{name}" for name in (".a.tmp", "a")):
         text = text.replace(f'"{path}"', f'"{hexadecimal(path.format(root=root).encode())}"')

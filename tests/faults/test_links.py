@@ -1,4 +1,4 @@
-"""Links that break and stations that come and go: everything comes back, and nothing is left behind."""
+"""Links that break and stations that come and go: everything recovers, and nothing leaks."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from tests.support import Metronome, wait_for
 
 
 def native_threads() -> int:
-    """Threads of this process that are ours: workers, callbacks, recorders."""
+    """Return our threads in this process: workers, callbacks, recorders."""
     names = []
     for task in Path("/proc/self/task").iterdir():
         try:
@@ -34,12 +34,12 @@ def native_threads() -> int:
 
 
 def descriptors() -> int:
-    """Open descriptors of this process."""
+    """Return the open descriptors of this process."""
     return sum(1 for _ in Path("/proc/self/fd").iterdir())
 
 
 def resident_bytes(process: int | str = "self") -> int:
-    """Memory in use by this process, or by another."""
+    """Return the memory of this process, or of another."""
     return int(Path(f"/proc/{process}/statm").read_text().split()[1]) * resource.getpagesize()
 
 
@@ -87,7 +87,7 @@ def test_a_plane_whose_operators_are_gone_comes_home() -> None:
         flown.arm()
         plane.skip_to(lambda truth: truth.alt_rel_home_m > 30.0)
         assert not plane.has_heard_a_station(), "to command is not to be there"
-        # Read by itself where nothing else goes on; here it is known at once.
+        # The station reads it by itself when idle; here it is known at once.
         assert flown.params.get("MAV_GCS_SYSID").value == 252
         station.set_heartbeat(True)
         wait_for(plane.has_heard_a_station, "an operator who has come")
@@ -118,7 +118,7 @@ def test_a_thousand_stations_leave_nothing_behind(tmp_path: Path) -> None:
                 plane.on_message(lambda message: None, names=["HEARTBEAT"])
                 assert plane.telemetry.heartbeat is not None
                 if number % 3 == 0:
-                    plane._native.param_read("WP_RADIUS")  # given up unseen
+                    plane._native.param_read("WP_RADIUS")  # cancelled without being noticed
             if number % 100 == 0:
                 wait_for(lambda: not mock._peers, "the plane's side")
 
@@ -159,7 +159,7 @@ def test_a_link_that_breaks_is_back_within_two_seconds() -> None:
 
 @pytest.mark.fault(13, figure="followed to 4 ports")
 def test_a_vehicle_that_changes_its_port_is_followed() -> None:
-    """A vehicle behind UDP goes on from another port.
+    """A vehicle behind UDP continues from another port.
 
     Its boot clock says that it is the same, and its silence where it was that what is sent to it goes to the new port.
     """
@@ -180,7 +180,7 @@ def test_a_vehicle_that_changes_its_port_is_followed() -> None:
         plane = None
         for number in range(4):
             with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sock:
-                # How often it speaks.
+                # Rate of its messages.
                 sock.settimeout(0.1)
                 sock.connect((host, int(port)))
                 expected = f"P{number}".encode()
@@ -206,7 +206,7 @@ def test_a_vehicle_that_changes_its_port_is_followed() -> None:
 @pytest.mark.fault(26, figure="at most 1 heartbeat in 2 s from a process that is stopped")
 @pytest.mark.skipif(not hasattr(signal, "SIGSTOP"), reason="no SIGSTOP on this system")
 def test_a_program_that_is_stopped_sends_no_heartbeat() -> None:
-    """The vehicle's ground-station failsafe must see that nobody is at work any more."""
+    """The vehicle's ground-station failsafe must notice that the operator is gone."""
     program = "import sys, time, vencejo\nplane = vencejo.connect(sys.argv[1], record=False)\ntime.sleep(300)"
     with MockPlane() as mock, subprocess.Popen([sys.executable, "-c", program, mock.link]) as process:
 
@@ -216,7 +216,7 @@ def test_a_program_that_is_stopped_sends_no_heartbeat() -> None:
         try:
             wait_for(lambda: beats() >= 2, "heartbeats")
             stop(process)
-            # The plane's own clock tells that two seconds pass.
+            # The plane's own clock shows that two seconds pass.
             stopped, boot_ms = beats(), mock.boot_ms
             wait_for(lambda: mock.boot_ms >= boot_ms + 2_000, "two seconds")
             assert beats() <= stopped + 1, "one may have been on its way"

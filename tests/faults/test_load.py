@@ -1,6 +1,8 @@
-"""How others are served while a station is abused or has much to do, and what each of those who do it costs. `make soak` runs it.
+"""Service quality for others while a station is abused or heavily used, and the cost of each abuser.
 
-The only tests that gate on time: each on a real `vencejo serve`, alone, for minutes, with the machine's load told beside its figures.
+`make soak` runs it.
+
+The only tests that gate on time: each on a real `vencejo serve`, alone, for minutes, with the machine's load recorded beside its figures.
 """
 
 from __future__ import annotations
@@ -35,7 +37,7 @@ MIB = 1 << 20
 
 @contextlib.contextmanager
 def played(port: int, hz: int) -> Iterator[None]:
-    """The plane of the benchmarks: twenty streams at `hz` that never end, and it accepts every command."""
+    """Run the benchmarks' plane: twenty endless streams at `hz`; it accepts every command."""
     plane = [sys.executable, str(ROOT / "bench/station/plane.py"), str(port), f"--hz={hz}"]
     with subprocess.Popen(plane, stdin=subprocess.PIPE) as process:
         try:
@@ -46,7 +48,7 @@ def played(port: int, hz: int) -> Iterator[None]:
 
 @contextlib.contextmanager
 def followed(hz: int, data: Path) -> Iterator[Served]:
-    """A station that follows that plane."""
+    """Run a station that follows that plane."""
     port = free_port()
     with serving("--link", f"udpin:127.0.0.1:{port}", data=data) as served, played(port, hz):
         wait_for(lambda: Client(served.url).done("GET", "vehicles") != [], "a vehicle")
@@ -55,7 +57,7 @@ def followed(hz: int, data: Path) -> Iterator[Served]:
 
 @contextlib.contextmanager
 def under(kind: str, target: str, clients: int) -> Iterator[dict[str, float]]:
-    """A load for the length of a block; what it did is there afterwards."""
+    """Apply a load for the length of a block; its counts are available afterwards."""
     command = [sys.executable, "-m", "tests.faults.load", kind, target, str(clients)]
     done: dict[str, float] = {}
     with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, cwd=ROOT) as load:
@@ -71,20 +73,20 @@ def under(kind: str, target: str, clients: int) -> Iterator[dict[str, float]]:
 
 @dataclass
 class Heard:
-    """What somebody saw of a station meanwhile."""
+    """A client's observations of a station under load."""
 
     took_s: dict[str, list[float]] = field(default_factory=dict)
     peak_bytes: int = 0
     telemetry_hz: float = 0.0
 
     def timed(self, what: str, act: Callable[[], object]) -> None:
-        """Do something and note how long it took."""
+        """Call a function and record its duration."""
         began = time.perf_counter()
         act()
         self.took_s.setdefault(what, []).append(time.perf_counter() - began)
 
     def told(self, name: str, **more: object) -> str:
-        """The figures in a line."""
+        """Return the figures as a line of text."""
         parts = [
             f"{what} {1e3 * quantile(took, 0.5):.1f} / {1e3 * quantile(took, 0.99):.1f} / {1e3 * max(took):.0f} ms of {len(took):,}"
             for what, took in self.took_s.items()
@@ -94,7 +96,7 @@ class Heard:
 
 @dataclass
 class Pilot:
-    """Somebody who follows the plane over a WebSocket, and notices everything."""
+    """A client that follows the plane over a WebSocket, and records every delay."""
 
     served: Served
     client: Client
@@ -102,22 +104,22 @@ class Pilot:
     telemetry: int = 0
 
     def request(self) -> None:
-        """A request, over a new connection."""
+        """Send a request over a new connection."""
         self.client.done("GET", "vehicles/1")
 
     def question(self) -> None:
-        """A question over the WebSocket, whose answer comes between telemetry."""
+        """Send a request over the WebSocket, whose answer arrives between telemetry."""
         self.socket.say(type="subscribe", vehicle=1, rate_hz=0)
         while (message := self.socket.take()) is not None and message["type"] != "error":
             self.telemetry += message["type"] == "telemetry"
         assert message is not None, self.socket.closed
 
     def command(self) -> None:
-        """A command, which the plane accepts."""
+        """Send a command, which the plane accepts."""
         self.client.done("POST", "vehicles/1/mission/current", {"item": 2})
 
     def use(self, seconds: float, *acts: Callable[[], None]) -> Heard:
-        """Do each of these again and again."""
+        """Repeat each of these."""
         heard = Heard()
         telemetry, due = self.telemetry, time.monotonic()
         end = due + seconds
@@ -134,7 +136,7 @@ class Pilot:
 
 @contextlib.contextmanager
 def pilot_of(served: Served) -> Iterator[Pilot]:
-    """Somebody at a station that follows a plane, at the rate that the page begins with."""
+    """A client of a station that follows a plane, at the page's default rate."""
     client = served.client(name="pilot")
     with WebSocket(client) as socket:
         socket.say(type="subscribe", vehicle=1, rate_hz=PAGE_HZ)
@@ -142,7 +144,7 @@ def pilot_of(served: Served) -> Iterator[Pilot]:
 
 
 ABUSES = {"frames": 16, "messages": 64, "slow readers": 96, "sockets": 500}
-"""How many do it at once."""
+"""Number of concurrent clients."""
 
 
 @pytest.mark.fault(

@@ -1,4 +1,4 @@
-"""A mission that may be a mixture: refused at every door of the package, in the run after too, and with a damaged record."""
+"""A mission that may be a mixture: refused by every interface, after a restart too, and with a damaged record."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def test_a_doubt_outlives_the_program_and_a_damaged_record_is_one(tmp_path: Path
             plane.arm(despite_mixed_plan=True)
             assert plane.telemetry.is_armed
             assert any("arming by override, although" in text.text for text in plane.texts), plane.texts
-            plane.disarm(confirm="disarm-in-flight")  # it does not say whether it stands
+            plane.disarm(confirm="disarm-in-flight")  # it does not report whether it is on the ground
         (record,) = (Path(os.environ["VENCEJO_DATA"]) / "missions").iterdir()
         assert json.loads(record.read_bytes())["doubt"] is not None
         record.write_bytes(record.read_bytes()[:30])

@@ -1,4 +1,4 @@
-"""What no aircraft would say: absurd values in every field, and a flood of ids."""
+"""Data that no aircraft would send: absurd values in every field, and a flood of ids."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ LAT_91 = 910_000_000
 
 
 def absurd(message_class: Any, variant: int) -> Any:
-    """A message with nothing but extremes in it."""
+    """Return a message with extreme values only."""
     values: list[Any] = []
     lengths = dict(zip(message_class.ordered_fieldnames, message_class.array_lengths, strict=True))
     for name, kind in zip(message_class.fieldnames, message_class.fieldtypes, strict=True):
@@ -51,7 +51,7 @@ def absurd(message_class: Any, variant: int) -> Any:
 
 
 def walk(value: Any) -> list[float]:
-    """Every number in something."""
+    """Yield every number in a structure."""
     if isinstance(value, dict):
         return [number for each in value.values() for number in walk(each)]
     if isinstance(value, (list, tuple)):
@@ -97,7 +97,7 @@ def test_absurd_telemetry_is_never_shown() -> None:
                     assert group.lon_deg is None or abs(group.lon_deg) <= 180.0
             repr(plane)
         assert telemetry.invalid_values > 20
-        # The next true words are believed.
+        # The next valid values are accepted.
         good = mavlink.MAVLink_global_position_int_message(
             70_000, 403_332_000, -37_978_000, 650_000, 50_000, 0, 0, 0, 0
         )
@@ -110,11 +110,11 @@ def test_absurd_telemetry_is_never_shown() -> None:
 
 
 FLOOD_PER_S = 5_000
-"""As many messages a second as the flood of ids is to have."""
+"""Rate of the flood of ids, messages per second."""
 
 
 def computed_s() -> float:
-    """How long this process has computed, in all of its threads."""
+    """Return the CPU time of this process, over all threads."""
     used = resource.getrusage(resource.RUSAGE_SELF)
     return used.ru_utime + used.ru_stime
 
@@ -146,7 +146,7 @@ def test_a_flood_of_ids_is_bounded() -> None:
             chunk = bytes(out.data[start : start + 100_000])
             mock.do(lambda chunk=chunk: mock.say(chunk))  # type: ignore[misc]
         wait_for(lambda: plane.station.links[0].frames_received >= frames + 65_024, "the flood")
-        # No queue of it grows, and what the real vehicle says waits for nothing.
+        # No queue grows because of it, and messages of the real vehicle are not delayed.
         assert computed_s() - began_s < 65_024 / FLOOD_PER_S / 2
         assert 1 < len(plane.station.vehicles) <= 64
         assert resident_bytes() - memory < 50 << 20

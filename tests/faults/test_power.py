@@ -1,4 +1,4 @@
-"""Power that is cut at any moment, under the whole program: what it forced to the disk must be enough to go on from.
+"""Power cuts at any moment, under the whole program: the synced data must be sufficient to continue.
 
 There is no block device to replay and no Raspberry Pi to unplug. `vencejo serve` is traced by strace while it records a plane and writes
 everything that it keeps; the trace is played onto a disk that loses more than a real one would (tests/faults/disk.py) and cut off again
@@ -42,14 +42,14 @@ CUTS = max(500, int(os.environ.get("VENCEJO_SOAK_TIMES", "1000")))
 SECONDS = 40.0
 """How long the program writes."""
 STARTS = 25
-"""On so many of what is left the program is started."""
+"""Number of the resulting states on which the program is started."""
 LOST_S = 2.0
-"""So much of a recording may be lost."""
+"""Tolerated loss of a recording."""
 
 
 @functools.cache
 def picture(z: int, x: int, y: int) -> bytes:
-    """A PNG that no other tile has, of some kilobytes that do not compress."""
+    """Return a unique PNG tile of some kilobytes of incompressible data."""
 
     def chunk(kind: bytes, data: bytes) -> bytes:
         return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
@@ -62,7 +62,7 @@ def picture(z: int, x: int, y: int) -> bytes:
 
 @contextlib.contextmanager
 def tiles() -> Iterator[str]:
-    """A service of map tiles; gives its address."""
+    """Run a service of map tiles; yield its address."""
 
     class Service(http.server.BaseHTTPRequestHandler):
         def do_GET(self) -> None:
@@ -76,7 +76,7 @@ def tiles() -> Iterator[str]:
             self.wfile.write(body)
 
         def log_message(self, *_: object) -> None:
-            """Say nothing."""
+            """Print nothing."""
 
     with http.server.ThreadingHTTPServer(("127.0.0.1", 0), Service) as server:
         threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.02}, daemon=True).start()
@@ -88,7 +88,7 @@ def tiles() -> Iterator[str]:
 
 @dataclass
 class Told:
-    """What the program said was done, and when: from then on it must be found again."""
+    """What the program reported as done, and when: from then on it must survive."""
 
     drafts: list[tuple[float, int]] = field(default_factory=list)
     sources: list[tuple[float, str]] = field(default_factory=list)
@@ -97,12 +97,12 @@ class Told:
 
     @staticmethod
     def at(done: list[tuple[float, Any]], at_s: float) -> Any:
-        """The newest that had been told by then."""
+        """Return the newest reported by a time."""
         return next((value for told_s, value in reversed(done) if told_s <= at_s), None)
 
 
 def write_everything(data: Path, logs: list[Path]) -> Told:
-    """Have the program write all that it keeps, traced into `logs`; what it said was done."""
+    """Let the program write all of its data, traced into `logs`; return its reports."""
     told = Told()
     options = ("--record", "--token", "--telemetry-floor=0", "--maps-floor=0", "--video-floor=0")
     trace = strace(logs[0])
@@ -111,7 +111,7 @@ def write_everything(data: Path, logs: list[Path]) -> Told:
         serving(*options, "--link=udpin:127.0.0.1:0", data=data, under=trace) as served,
         contextlib.ExitStack() as stack,
     ):
-        # SIGKILL at the end: power ends nothing in order.
+        # SIGKILL at the end: a power cut does not shut anything down in order.
         stack.callback(kill_children, served.process.pid)
         client = served.client(token=served.token("operator"), name="pilot")
         link = client.done("GET", "links")[0]
@@ -128,13 +128,13 @@ def write_everything(data: Path, logs: list[Path]) -> Told:
 
 
 def kill_children(process: int) -> None:
-    """End what a process of ours started."""
+    """End a process and its children."""
     for child in Path(f"/proc/{process}/task/{process}/children").read_text().split():
         os.kill(int(child), signal.SIGKILL)
 
 
 def new_viewer_token(data: Path, logs: list[Path]) -> tuple[float, str]:
-    """Have another process renew a token, traced as well; when it was told, and the token."""
+    """Let another process renew a token, traced too; return the time and the token."""
     logs.append(logs[0].with_name(f"trace-{len(logs)}"))
     command = [*strace(logs[-1]), sys.executable, "-m", "vencejo.cli", "tokens", "--new", "viewer", "--json"]
     env = {**os.environ, "VENCEJO_DATA": str(data)}
@@ -143,7 +143,7 @@ def new_viewer_token(data: Path, logs: list[Path]) -> tuple[float, str]:
 
 
 def one_round(client: Client, service: str, number: int, told: Told) -> None:
-    """Change everything that is kept, once."""
+    """Change all stored data once."""
     plan = client.ask("POST", "plan/parse?name=m.waypoints", mission(number % 1000)).json
     base = (client.done("GET", "draft")["current"] or {"revision": 0})["revision"]
     revision = client.done("PUT", "draft", {"base": base, "author": f"author-{number % 3}", "plan": plan})["revision"]
@@ -166,11 +166,11 @@ def one_round(client: Client, service: str, number: int, told: Told) -> None:
         client.done("PUT", f"recordings/{recording}/keep", {"is_kept": number % 8 == 3})
 
 
-# What is left ---------------------------------------------------------------------------------------------------------
+# After the power cut ----------------------------------------------------------------------------------------------
 
 
 def kind_of(path: str) -> str:
-    """What a file of the data folder is, by its name."""
+    """Return the kind of a file in the data folder, by its name."""
     name = path.rpartition("/")[2]
     if name.startswith(".") and name.endswith((".lock", ".tmp")):
         return "passing"
@@ -184,7 +184,7 @@ def kind_of(path: str) -> str:
 
 
 def entries_of(tlog: bytes) -> list[tuple[int, int, int]]:
-    """Where each entry of a recording begins and ends, and its time in microseconds; a torn end is left out."""
+    """Yield the range of each entry of a recording, and its time in microseconds, without a truncated end."""
     entries, at = [], 0
     while at + 20 <= len(tlog):
         end = at + 20 + tlog[at + 9]
@@ -197,7 +197,7 @@ def entries_of(tlog: bytes) -> list[tuple[int, int, int]]:
 
 
 def lost_s(written: bytes, left: bytes, at_s: float) -> float:
-    """How much of a recording is gone: the time since the last entry before which nothing lacks."""
+    """Return the loss of a recording: the time since the last entry before which nothing is missing."""
     whole = 0
     for begin, end, time_us in entries_of(written):
         if left[begin:end] != written[begin:end]:
@@ -207,7 +207,7 @@ def lost_s(written: bytes, left: bytes, at_s: float) -> float:
 
 
 def check_cache(path: Path) -> int:
-    """A cache is whole, and so is each tile in it; how many there are."""
+    """Check that a cache and each tile in it are intact; return the number of tiles."""
     with contextlib.closing(sqlite3.connect(path)) as database:
         assert database.execute("PRAGMA integrity_check").fetchall() == [("ok",)], path
         if not database.execute("SELECT 1 FROM sqlite_master WHERE name = 'images'").fetchall():
@@ -220,7 +220,7 @@ def check_cache(path: Path) -> int:
 
 @dataclass
 class Seen:
-    """What was found in all that was left."""
+    """Findings over all resulting states."""
 
     cuts: int = 0
     starts: int = 0
@@ -231,7 +231,7 @@ class Seen:
 
 
 def check(disk: Disk, left: dict[str, bytes], folder: Path, at_s: float, told: Told, seen: Seen) -> None:
-    """Look at every file of what is left, which is in the folder."""
+    """Check every file of a resulting state, which is in the folder."""
     live = disk.files()
     for path, content in left.items():
         kind = kind_of(path)
@@ -244,7 +244,7 @@ def check(disk: Disk, left: dict[str, bytes], folder: Path, at_s: float, told: T
             written = entries_of(bytes(live[path].now))
             assert found.frames <= len(written), "nothing is in it that was not written"
             seen.recordings += found.frames > 0
-    # The recording that goes on: it may be gone as a whole where it has just begun.
+    # The current recording may be missing completely when it was just started.
     for path, file in live.items():
         if kind_of(path) == "recording" and (entries := entries_of(bytes(file.now))):
             missing_s = lost_s(bytes(file.now), left.get(path, b""), at_s) if path in left else 1e9
@@ -267,7 +267,7 @@ def check(disk: Disk, left: dict[str, bytes], folder: Path, at_s: float, told: T
     if (key := told.at(told.keys, at_s)) is not None:
         assert key in {each["name"] for each in json.loads(text("signing/keys.json"))["keys"]}
     for path in [path for path in left if kind_of(path) == "cache" and path.endswith(".mbtiles")]:
-        # In a place of its own: whoever opens it changes it.
+        # On a copy, since opening it changes it.
         copy = folder / "of-the-check"
         copy.mkdir()
         for end in ("", "-wal", "-journal"):
@@ -278,7 +278,7 @@ def check(disk: Disk, left: dict[str, bytes], folder: Path, at_s: float, told: T
 
 
 def start_on(folder: Path, left: dict[str, bytes]) -> None:
-    """The program starts on what is left, finds nothing wrong, and goes on."""
+    """The program starts on a resulting state, finds no faults, and continues."""
     for note in (folder / "maps").glob("reading/*.run"):
         note.write_text("of the machine's start before this one\n", encoding="ascii")
     with serving("--record", "--token", "--link=udpin:127.0.0.1:0", "--telemetry-floor=0", data=folder) as served:
@@ -313,7 +313,7 @@ def test_power_may_go_at_any_moment(tmp_path: Path) -> None:
     told = write_everything(data, logs)
     every = list(calls(logs))
 
-    # Once to see where something changes, and that the model ends where the folder does.
+    # Once to see where something changes, and to check that the model ends with the folder's actual state.
     places = [number for number, call in enumerate(every) if disk.take(call)]
     for path, file in disk.files().items():
         if not path.endswith("-shm"):

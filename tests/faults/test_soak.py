@@ -1,4 +1,4 @@
-"""The long forms of rows that take hours: `make soak` runs them, `make test` does not.
+"""Long forms of rows that take hours: run by `make soak`, not by `make test`.
 
 How long and how often is said from outside: VENCEJO_SOAK_S seconds of faults (an hour; 259,200 is three days), and VENCEJO_SOAK_TIMES
 times what is counted (1,000). The long forms of the Rust tests take VENCEJO_TEST_SEEDS, _FRAMES, _KILLS and _HOURS.
@@ -28,19 +28,19 @@ SECONDS = float(os.environ.get("VENCEJO_SOAK_S", "3600"))
 TIMES = int(os.environ.get("VENCEJO_SOAK_TIMES", "1000"))
 VEHICLES = 3
 EVERY_S = 300.0
-"""A fault of another kind each five minutes; in a short run eleven times in all."""
+"""A fault of another kind every five minutes; in a short run eleven times in total."""
 WARM_UP = 0.1
-"""Share of the time after which memory is first looked at."""
+"""Fraction of the time after which memory is first measured."""
 DAY_S = 86_400.0
 
 
 def silence(mock: MockPlane) -> None:
-    """Say nothing for longer than it takes to be lost."""
+    """Be silent for longer than it takes to count as lost."""
     mock.heartbeats = False
 
 
 def noise(mock: MockPlane) -> None:
-    """Talk nonsense for a megabyte."""
+    """Send a megabyte of nonsense."""
     mock.say(random.Random(8).randbytes(1 << 20))
 
 
@@ -62,7 +62,7 @@ def is_fresh(plane: vencejo.Vehicle) -> bool:
     62, figure="3 vehicles, a fault of 5 kinds each 5 minutes: each comes back and takes a mission; < 1 MiB a day more"
 )
 def test_three_vehicles_through_one_fault_after_the_other(tmp_path: Path) -> None:
-    """Memory is compared from the end of the warm-up on; in a short run what is let grow is that of a day."""
+    """Memory is compared from the end of the warm-up on; a short run has the tolerance of a day."""
     choose = random.Random(62)
     every_s = min(EVERY_S, SECONDS / 11)
     with contextlib.ExitStack() as stack:
@@ -105,7 +105,7 @@ def test_three_vehicles_through_one_fault_after_the_other(tmp_path: Path) -> Non
         days = max(1.0, (time.monotonic() - since_s) / DAY_S)
         grown = resident_bytes() - memory
         sys.stdout.write(f"{rounds} faults in {time.monotonic() - began:.0f} s: {grown / 1024:.0f} KiB more\n")
-        # A short run has the allocator's own ups and downs in it, which do not add up over days.
+        # A short run includes the allocator's fluctuations, which do not accumulate over days.
         assert grown < days * (1 << 20) + (4 << 20)
         assert descriptors() <= files + VEHICLES
         assert native_threads() <= threads

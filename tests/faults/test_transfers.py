@@ -1,4 +1,4 @@
-"""Transfers while the plane restarts, and while another station transfers with the same plane."""
+"""Transfers while the plane reboots, and while another station transfers with the same plane."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def mock() -> Iterator[MockPlane]:
 
 
 def mission(number: int, items: int = 4) -> vencejo.Plan:
-    """A mission that no other number has."""
+    """Return a mission unique to the number."""
     points = (
         vencejo.MissionItem.waypoint(40.3 + number / 1e4, -3.8 + place / 1e4, alt_rel_home_m=50.0 + place)
         for place in range(items)
@@ -43,7 +43,7 @@ def mission(number: int, items: int = 4) -> vencejo.Plan:
 
 
 def holds(mock: MockPlane, plan: vencejo.Plan) -> bool:
-    """Whether the plane holds just this mission; item 0 is home."""
+    """Return whether the plane holds exactly this mission; item 0 is home."""
     stored = [(item.x, item.y, item.z) for item in mock.items[0]][1:]
     wanted = []
     for item in plan:
@@ -74,7 +74,7 @@ def test_a_restart_at_each_step(operation: str) -> None:
 
 
 def restart_at(mock: MockPlane, plane: vencejo.Vehicle, operation: str, step: int) -> str:
-    """Restart the plane instead of its answer to one message of an operation; what becomes of the operation."""
+    """Reboot the plane instead of its answer to one message of an operation; return the outcome."""
     plane.upload(mission(1))
     assert plane.plan_state().state == "verified"
     seen = 0
@@ -110,7 +110,7 @@ def restart_at(mock: MockPlane, plane: vencejo.Vehicle, operation: str, step: in
 
 @pytest.mark.fault(32, figure="50 rounds between messages of another station: each plan exact", seeds=1)
 def test_another_station_contaminates_nothing(mock: MockPlane) -> None:
-    """50 rounds: between any two messages of ours the plane talks with another station about other items."""
+    """50 rounds: between any two of our messages, the plane communicates with another station about other items."""
     choose = random.Random(32)
     foreign = mission(9_999)
 
@@ -156,7 +156,7 @@ def test_another_station_contaminates_nothing(mock: MockPlane) -> None:
 
 @pytest.mark.fault(32, figure="refused as a whole, nothing of it on board")
 def test_a_station_that_is_uploading_keeps_ours_out_whole(mock: MockPlane) -> None:
-    """The plane takes one upload at a time and says so; ours fails as a whole, and nothing of it is on board."""
+    """The plane accepts one upload at a time and says so; ours fails as a whole, and nothing of it is on board."""
     with vencejo.connect(mock.link, record=False) as plane:
         plane.upload(mission(1))
         count = mavlink.MAVLink_mission_count_message(1, 1, 5, 0)

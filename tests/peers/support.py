@@ -1,4 +1,4 @@
-"""What the tests with other people's stations share: a running plane and a mission."""
+"""Shared by the tests with other stations: a running plane and a mission."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from vencejo.sim import SimOptions, SimulatedPlane
 from tests.booted import boot
 
 PATIENCE_S = 120.0
-"""How long a condition may take on a slow machine; nothing waits for it otherwise."""
+"""Time limit of a condition on a slow machine; nothing else waits for it."""
 
 ITEMS: tuple[tuple[float, ...], ...] = (
     # seq, frame, command, current, autocontinue, p1 to p4, x, y, z
@@ -25,7 +25,7 @@ ITEMS: tuple[tuple[float, ...], ...] = (
 
 
 def eventually(condition: Callable[[], bool]) -> None:
-    """Wait for a condition of another thread or process that tells nobody when it comes true."""
+    """Wait for a condition of another thread or process that sends no notification."""
     end = time.monotonic() + PATIENCE_S
     while not condition():
         assert time.monotonic() < end, "it did not happen in time"
@@ -33,7 +33,7 @@ def eventually(condition: Callable[[], bool]) -> None:
 
 
 def running_plane() -> SimulatedPlane:
-    """A simulated plane, flight dynamics and all, on a free TCP port.
+    """A simulated plane, with its flight dynamics, on a free TCP port.
 
     In real time: asked for an item it waits a second, and others are to have that second.
     """

@@ -1,4 +1,4 @@
-"""The frames that MAVLink's C library finds in a damaged stream, ours finds too.
+"""Our parser finds every frame that MAVLink's C library finds in a damaged stream.
 
 The library is generated from pymavlink's own definitions and compiled for the test; how many frames it is given can be said from
 outside (VENCEJO_TEST_FRAMES).
@@ -44,7 +44,7 @@ int main(void) {
 
 
 def c_parser(folder: Path) -> Path:
-    """Generate and compile the library with a program that says what it finds."""
+    """Generate and compile the library with a program that prints the frames it finds."""
     definitions = Path(pymavlink.__file__).parent / "dialects/v20/ardupilotmega.xml"
     options = mavgen.Opts(str(folder / "c"), wire_protocol="2.0", language="C", validate=False)
     assert mavgen.mavgen(options, [str(definitions)])
@@ -57,7 +57,7 @@ def c_parser(folder: Path) -> Path:
 
 
 def frames_of(stream: bytes) -> list[bytes]:
-    """The frames of an undamaged recording."""
+    """Return the frames of an undamaged recording."""
     found, at = [], 0
     while at < len(stream):
         assert stream[at] == 0xFD
@@ -68,7 +68,7 @@ def frames_of(stream: bytes) -> list[bytes]:
 
 
 def key(frame: bytes) -> bytes:
-    """The bytes by which both programs name a frame."""
+    """Return the bytes by which both programs identify a frame."""
     end = len(frame) - (13 if frame[2] & 1 else 0)
     return frame[7:10] + frame[4:7] + frame[end - 2 : end]
 
@@ -89,18 +89,18 @@ def test_what_the_c_library_finds_is_found(tmp_path: Path) -> None:
             frame = recorded[number % len(recorded)]
             sent.append(key(frame))
             kind = chance.random()
-            if kind < 0.05:  # a byte that is another
+            if kind < 0.05:  # a changed byte
                 at = chance.randrange(len(frame))
                 frame = frame[:at] + bytes([chance.randrange(256)]) + frame[at + 1 :]
-            elif kind < 0.08:  # cut off
+            elif kind < 0.08:  # truncated
                 rest = chance.randrange(len(frame))
-                # The byte that the next frame begins with would end this one: both share it, and no parser can have both.
+                # A start byte of the next frame would end this one: both would share it, and no parser can find both.
                 frame = frame if frame[rest:] == STX else frame[:rest]
-            elif kind < 0.1:  # noise before it
+            elif kind < 0.1:  # preceded by noise
                 frame = chance.randbytes(chance.randrange(1, 40)) + frame
             stream.write(frame)
         stream.write(bytes(300))
-    # As `make test` has built it already: with other features its dependencies would be compiled anew.
+    # As built by `make test`: with other features, its dependencies would be recompiled.
     options = ("--workspace", "--features", "vencejo-py/fleet", "--example", "known_frames", "--quiet", "--locked")
     subprocess.run(["cargo", "build", *options], cwd=ROOT, check=True)
     with path.open("rb") as stream:
@@ -111,7 +111,7 @@ def test_what_the_c_library_finds_is_found(tmp_path: Path) -> None:
     ours_found = [ours[at : at + KEY] for at in range(0, len(ours), KEY)]
     theirs_found = [found for at in range(0, len(theirs), KEY) if (found := theirs[at : at + KEY]) in true]
     assert len(theirs_found) > 0.8 * FRAMES, "it found most of them"
-    # Theirs come in the same order among ours.
+    # The library's frames appear in the same order among ours.
     mine = iter(ours_found)
     assert all(found in mine for found in theirs_found), "a frame that the C library finds and we do not"
     assert len(ours_found) >= len(theirs_found)

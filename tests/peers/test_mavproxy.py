@@ -1,4 +1,4 @@
-"""MAVProxy, as its own program driven by what a pilot would type, believes the simulated plane."""
+"""MAVProxy, as a program driven by a pilot's input, works with the simulated plane."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ pytestmark = pytest.mark.peer
 
 
 class MavProxy:
-    """A MAVProxy process: type a line, wait for what it says."""
+    """A MAVProxy process: type a line, wait for its output."""
 
     def __init__(self, sim: SimulatedPlane, folder: Path) -> None:
         self.sim = sim

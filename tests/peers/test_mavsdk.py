@@ -1,4 +1,4 @@
-"""mavsdk 4 (the C++ library with its Python wrapper, in this process) believes the simulated plane."""
+"""mavsdk 4 (the C++ library with its Python wrapper, in this process) works with the simulated plane."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def system() -> Iterator[Any]:
 
 
 def first(subscribe: Callable[..., Any], unsubscribe: Callable[[Any], None], wanted: Callable[[Any], bool]) -> Any:
-    """The first value of a subscription that fulfils a condition."""
+    """Return the first value of a subscription that fulfils a condition."""
     arrived = threading.Event()
     values: list[Any] = []
 

@@ -1,4 +1,4 @@
-"""Raw messages by the names of their fields: pymavlink, which is made from MAVLink's definitions, is the witness for every message."""
+"""Raw messages by field name, compared with pymavlink, which is generated from MAVLink's definitions."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def test_every_field_of_every_message_is_read() -> None:
                 packed += values
         payload = kind.unpacker.pack(*packed)
         assert vencejo.MavlinkMessage(kind.msgname, 1, 1, 0.0, message_id, payload).fields == wanted, kind.msgname
-        # Zeros are cut off the end on the wire.
+        # Trailing zeros are truncated in MAVLink 2.
         cut = vencejo.MavlinkMessage(kind.msgname, 1, 1, 0.0, message_id, payload[:1])
         assert set(cut.fields) == set(kind.fieldnames), kind.msgname
     unknown = vencejo.MavlinkMessage("UNKNOWN_16777215", 1, 1, 0.0, 0xFFFFFF, b"ab")

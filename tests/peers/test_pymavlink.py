@@ -1,4 +1,4 @@
-"""pymavlink flies the desk part of a mission on the simulated plane: connect, telemetry, mission both ways, parameters."""
+"""pymavlink works with the simulated plane on the ground: connect, telemetry, mission both ways, parameters."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A crowd at the server's door while a plane's link has to come back: few descriptors, and somebody who takes what there is."""
+"""Many connections to the server while a plane's link has to recover: few descriptors, one client taking them."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ HALF = (
 
 @pytest.mark.fault(47, figure="245 half-sent bodies at 256 descriptors: the link comes back, people are answered")
 def test_half_sent_bodies_leave_the_planes_link_its_descriptors(tmp_path: Path) -> None:
-    """256 descriptors, 245 half-sent bodies: the link to the plane comes back, and people are answered."""
+    """256 descriptors, 245 incomplete bodies: the link to the plane recovers, and other clients are answered."""
     with contextlib.ExitStack() as stack:
         plane = stack.enter_context(socket.create_server(("127.0.0.1", 0)))
         plane.settimeout(120.0)
@@ -45,7 +45,7 @@ def test_half_sent_bodies_leave_the_planes_link_its_descriptors(tmp_path: Path) 
         first, _ = plane.accept()
         halves = [stack.enter_context(socket.create_connection(("127.0.0.1", port), timeout=120.0)) for _ in range(245)]
         for half in halves:
-            with contextlib.suppress(OSError):  # it has made room for another already
+            with contextlib.suppress(OSError):  # it may have been closed for another already
                 half.sendall(HALF)
         first.close()
         again, _ = plane.accept()

@@ -1,4 +1,4 @@
-"""Everything that the Python package can do with a vehicle has a path of the HTTP API, or says why it needs none."""
+"""Every capability of the Python package for a vehicle has a path in the HTTP API, or a reason why it needs none."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from tests.support import ROOT
 
 OF_THE_VEHICLE = "/api/v1/vehicles/{id}"
 PATHS = json.loads((ROOT / "schemas" / "openapi.json").read_text(encoding="utf-8"))["paths"]
-#: What has no path of its own name: `Vehicle.return_to_launch` is ``POST /return-to-launch``.
+#: Methods whose path has another name than `Vehicle.return_to_launch`, which is ``POST /return-to-launch``.
 ROUTES: dict[str, tuple[str, ...]] = {
-    "Vehicle.ask": (),  # all the paths of requests, by their names
-    "Vehicle.change_count": (),  # the WebSocket tells changes by itself
+    "Vehicle.ask": (),  # the paths of all requests, by name
+    "Vehicle.change_count": (),  # the WebSocket sends changes by itself
     "Vehicle.check_plan": ("POST /api/v1/plan/check",),
     "Vehicle.learned": ("GET /profile",),
     "Vehicle.rehearse": ("POST /api/v1/plan/rehearse",),
@@ -83,7 +83,7 @@ ROUTES: dict[str, tuple[str, ...]] = {
     "Station.recorder": ("GET /api/v1/recorder",),
     "Station.recorder_changes": ("GET /api/v1/storage", "WS storage"),
     "Station.set_heartbeat": ("PUT /api/v1/heartbeat",),
-    # Keys themselves never go over the network.
+    # Keys are never sent over the network.
     "Station.add_signing_key": (),
     "Station.export_signing_key": (),
     "Station.forget_signing_key": (),
@@ -94,7 +94,7 @@ ROUTES: dict[str, tuple[str, ...]] = {
     "Station.vehicles": ("GET /api/v1/vehicles", "WS vehicles"),
     "Station.wait_vehicle": ("GET /api/v1/vehicles", "WS vehicles"),
     "Plan.check": ("POST /api/v1/plan/check",),
-    "Plan.length_m": (),  # of the plan alone: the client has it
+    "Plan.length_m": (),  # depends on the plan only, which the client has
     "Plan.edited_complex_items": ("POST /api/v1/plan/format",),
     "Plan.load": ("POST /api/v1/plan/parse",),
     "Plan.require_sound": ("POST /api/v1/plan/check",),
@@ -110,7 +110,7 @@ ROUTES: dict[str, tuple[str, ...]] = {
 
 
 def public(owner: Any) -> set[str]:
-    """Names of the methods and properties of a class, its bases' included, or of the functions of a module."""
+    """Return the names of a class's methods and properties, inherited ones included, or of a module's functions."""
     if inspect.ismodule(owner):
         return {
             f"{owner.__name__.rpartition('.')[2]}.{name}"
@@ -124,7 +124,7 @@ def public(owner: Any) -> set[str]:
 
 
 def own_path(operation: str) -> bool:
-    """Whether a vehicle has a path that is called like its method."""
+    """Return whether a vehicle has a path named like its method."""
     owner, _, method = operation.partition(".")
     return owner == "Vehicle" and "post" in PATHS.get(f"{OF_THE_VEHICLE}/{method.replace('_', '-')}", {})
 

@@ -1,4 +1,4 @@
-"""`vencejo serve` with the simulated plane, through a client that shares nothing with it."""
+"""`vencejo serve` with the simulated plane, through an independent client."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from tests.server.client import Client, Served, WebSocket, frame, serving
 from tests.support import ROOT, Metronome, simulated_plane, wait_for
 
 MOST_OF_A_CLIENT = 4 << 20
-"""Bytes of our memory."""
+"""Return our memory use, bytes."""
 DEMO = ROOT / "python" / "vencejo" / "data" / "demo.waypoints"
 
 pytestmark = pytest.mark.e2e
@@ -70,7 +70,7 @@ def test_a_refusal_says_the_vehicles_reasons(pilot: Client) -> None:
 
 @pytest.fixture(name="flyer")
 def _flyer(tmp_path: Path) -> Iterator[Client]:
-    """Who flies has a plane of their own."""
+    """A separate plane for tests that fly."""
     with simulated_plane() as link, serving("--link", link, data=tmp_path) as served:
         client = served.client(name="pilot")
         wait_for(lambda: client.done("GET", "vehicles") != [], "a vehicle")
@@ -93,7 +93,7 @@ def test_a_mission_is_sent_flown_and_followed(flyer: Client) -> None:
         drawn = socket.until("way", seq=8)
         told = pilot.done("POST", "plan/way", {"plan": plan, "vehicle": 1})
         assert (drawn["stops"], drawn["jumps"]) == (told["stops"], told["jumps"])
-        # the ground may have come between the two
+        # The terrain may have arrived in between.
         points = drawn["profile"]["points"]
         assert points == told["profile"]["points"]
         assert {point["item"] for point in points} > {None, 1}
@@ -174,7 +174,7 @@ def test_a_mission_is_sent_flown_and_followed(flyer: Client) -> None:
         assert len({len(corridor[side]) for side in ("time_s", "left", "right", "low_m", "high_m")}) == 1
         assert pilot.ask("POST", "plan/rehearse/spread", {**with_battery, "runs": 1_001}).status == 422
         pilot.done("POST", "vehicles/1/altitude", {"alt_m": 120, "alt_frame": "home"})
-        # One of its own: who does not read for so long as all this may take is hung up on.
+        # A separate connection: one that does not read for as long as this may take is disconnected.
         with WebSocket(pilot) as events:
             events.until("hello")
             pilot.done("POST", "vehicles/1/return-to-launch")
@@ -249,7 +249,7 @@ def test_messages_of_a_megabyte_end_their_connection(served: Served, pilot: Clie
         reading.until("hello")
         rude = [stack.enter_context(WebSocket(pilot)) for _ in range(10)]
         for each in rude:
-            with contextlib.suppress(OSError):  # it may have hung up before all was said
+            with contextlib.suppress(OSError):  # it may have disconnected before everything was sent
                 each.put(message)
         for each in rude:
             while each.take() is not None:
