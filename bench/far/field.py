@@ -53,7 +53,7 @@ class Ground:
     """A ground station and its operator."""
 
     program: Program
-    told: dict[str, Any]
+    startup: dict[str, Any]
     client: Client
 
     def vehicles(self) -> dict[str, dict[str, Any]]:
@@ -173,7 +173,7 @@ def field_of(
                 ports = [free_tcp_port()]
                 options = [f"--fleet-listen=tcp/127.0.0.1:{ports[0]}"]
             stations.append(_ground(stack, folder / f"ground{number}", f"Ana{number}", options))
-        keys = [option for each in stations for option in ("--trust", each.told["fleet"]["key"])]
+        keys = [option for each in stations for option in ("--trust", each.startup["fleet"]["key"])]
         found = []
         for number in range(boards):
             ways = [
@@ -207,7 +207,7 @@ def _ground(stack: contextlib.ExitStack, data: Path, operator: str, options: Seq
     program = stack.enter_context(
         command(data, "serve", "--fleet", ORG, "--port", "0", "--link", "udpin:127.0.0.1:0", *options)
     )
-    told = program.line()
-    client = Client(told["url"])
+    startup = program.line()
+    client = Client(startup["url"])
     client.open_session(name=operator)
-    return Ground(program, told, client)
+    return Ground(program, startup, client)

@@ -37,11 +37,11 @@ RESTART_S = 12.0
 class Listening(WebSocket):
     """A WebSocket that counts received bytes."""
 
-    told_bytes = 0
+    received_bytes = 0
 
     def _frame(self) -> tuple[int, bytes]:
         opcode, payload = super()._frame()
-        self.told_bytes += len(payload)
+        self.received_bytes += len(payload)
         return opcode, payload
 
 
@@ -58,9 +58,9 @@ class Roster(threading.Thread):
         self.shown_lost: set[int] = set()
 
     @property
-    def told_bytes(self) -> int:
+    def received_bytes(self) -> int:
         """Return the number of bytes received so far."""
-        return self._socket.told_bytes
+        return self._socket.received_bytes
 
     def run(self) -> None:
         """Receive until stopped."""
@@ -145,9 +145,9 @@ def ours(seconds: float) -> Figures:
         time.sleep(2.0)
         quiet, crowded = usage_over(station.pid, seconds), usage_over(aircraft.pid, 1.0)
         with following(client) as roster:
-            before, began = roster.told_bytes, time.monotonic()
+            before, began = roster.received_bytes, time.monotonic()
             listed = usage_over(station.pid, seconds)
-            list_kb_s = (roster.told_bytes - before) / 1000 / (time.monotonic() - began)
+            list_kb_s = (roster.received_bytes - before) / 1000 / (time.monotonic() - began)
             took_ms = commands(client, there)
         client.done("POST", "control/release")
         return {

@@ -52,7 +52,7 @@ class Router:
 
     process: subprocess.Popen[str]
     endpoint: str
-    told: dict[str, Any]
+    startup: dict[str, Any]
 
     @property
     def pid(self) -> int:
@@ -61,7 +61,7 @@ class Router:
 
     def operator(self) -> Client:
         """Return an operator's client of the ground station."""
-        client = Client(self.told["url"])
+        client = Client(self.startup["url"])
         client.open_session(name="Ana")
         return client
 
@@ -79,8 +79,8 @@ def ground_station(*options: str, port: int = 0) -> Iterator[Router]:
             "--fleet", ORG, *(options or ("--fleet-listen", f"tcp/127.0.0.1:{port}")),
         ]  # fmt: skip
         with running(command, {"VENCEJO_DATA": data}) as process:
-            told = json.loads(wait_line(process, "{", PATIENCE_S))
-            yield Router(process, told["fleet"]["endpoint"], told)
+            startup = json.loads(wait_line(process, "{", PATIENCE_S))
+            yield Router(process, startup["fleet"]["endpoint"], startup)
 
 
 @contextlib.contextmanager

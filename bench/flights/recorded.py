@@ -40,11 +40,11 @@ def captured() -> Iterator[Flight]:
 def recordings(folder: Path) -> Iterator[Flight]:
     """Yield the flights of a folder, by name: each a ``NAME.tlog`` with its ``NAME.json`` (bench/README.md)."""
     for path in sorted(folder.glob("*.json")):
-        told: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-        items = tuple(MissionItem(row["command"], row["frame"], tuple(row["params"])) for row in told["mission"])
-        plan = Plan(items=items, home=Home(**told["home"]))
-        wind = Wind(told["wind"]["from_deg"], told["wind"]["speed_m_s"])
-        yield flight(path.stem, path.with_suffix(".tlog"), plan, told["parameters"], wind)
+        note: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+        items = tuple(MissionItem(row["command"], row["frame"], tuple(row["params"])) for row in note["mission"])
+        plan = Plan(items=items, home=Home(**note["home"]))
+        wind = Wind(note["wind"]["from_deg"], note["wind"]["speed_m_s"])
+        yield flight(path.stem, path.with_suffix(".tlog"), plan, note["parameters"], wind)
 
 
 def flight(name: str, tlog: Path, plan: Plan, parameters: dict[str, float], wind: Wind) -> Flight:
