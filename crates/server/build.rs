@@ -2,7 +2,7 @@
 //! change of VENCEJO_APP (to any new value) signals that there is one now: watching a missing folder would recompile
 //! every time.
 
-#[allow(clippy::print_stdout, reason = "that is how cargo is told")]
+#[allow(clippy::print_stdout, reason = "cargo reads standard output")]
 fn main() {
     let dist = "../../gcs/dist";
     let has = |feature| std::env::var_os(feature).is_some();

@@ -28,7 +28,7 @@ def test_serve_starts_where_nothing_can_be_written_and_says_so(tmp_path: Path) -
         try:
             client = Client(json.loads(process.stdout.readline())["url"])
             said = ""
-            while any(words not in said for words in ("not being recorded", "none are kept", "in memory alone")):
+            while any(words not in said for words in ("not being recorded", "not stored", "in memory only")):
                 line = process.stderr.readline()
                 assert line, said
                 said += line

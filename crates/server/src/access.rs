@@ -51,7 +51,7 @@ impl Access {
             Some(authority) if said.all(|other| other == authority) => authority,
             _ => {
                 let cause = Cause::Host { host: None };
-                return Err(Problem::new(cause, "the request has no single `Host` that can be read"));
+                return Err(Problem::new(cause, "the request needs exactly one valid `Host`"));
             }
         };
         if !self.is_our_host(authority) {

@@ -257,12 +257,12 @@ fn what_if_over_known(app: &App, asked: &WhatIfRequest) -> Result<WhatIfs, Probl
     let (plan, conditions, at_s) = match (&asked.plan, asked.at_s) {
         (Some(plan), Some(at_s)) if at_s.is_finite() && at_s >= 0.0 => (convert::core_plan(plan)?, conditions, at_s),
         (None, None) => {
-            let detail = "it is not known that the vehicle flies now, and how: give a plan, and at_s, a moment of it";
+            let detail = "the vehicle's present flight is not known: give a plan, and at_s, a time in it";
             let (plan, start) = now().ok_or_else(|| Problem::invalid(detail))?;
             (plan, Conditions { start, ..conditions }, 0.0)
         }
         _ => {
-            let detail = "a plan comes with at_s, a moment of it in seconds, 0 or more; now is asked for without both";
+            let detail = "a plan needs at_s, a time in it in seconds, 0 or more; omit both for the present flight";
             return Err(Problem::invalid(detail));
         }
     };
@@ -343,7 +343,7 @@ pub(crate) fn flies_in(
     if !(-360.0..=360.0).contains(&wind.from_deg) || !(0.0..=MOST_WIND_M_S).contains(&wind.speed_m_s) {
         let most = MOST_WIND_M_S;
         let detail =
-            format!("a wind has a direction between -360 and 360 degrees, and a speed between 0 and {most} m/s");
+            format!("a wind must have a direction between -360 and 360 degrees, and a speed between 0 and {most} m/s");
         return Err(Problem::invalid(detail));
     }
     let faults = [

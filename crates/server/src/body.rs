@@ -88,7 +88,7 @@ pub async fn in_time(request: Request, next: Next) -> Response {
         return response;
     }
     let detail = format!(
-        "the request's body came too slowly: it has {PATIENCE:?}, a second more for each {BYTES_PER_S} bytes, and at most {SILENCE:?} between pieces"
+        "the request's body arrived too slowly: the limit is {PATIENCE:?}, plus a second for each {BYTES_PER_S} bytes, and {SILENCE:?} between chunks"
     );
     last(Problem::new(Cause::BodyTooSlow, detail))
 }

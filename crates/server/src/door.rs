@@ -88,7 +88,7 @@ impl AddrListener<Guarded<TcpStream>, Caller> for Door {
                 let count = self.turned_away.fetch_add(1, Ordering::Relaxed) + 1;
                 // The 1st, 2nd, 4th, 8th…, so that a flood does not fill the log.
                 if count.is_power_of_two() {
-                    tracing::warn!(%address, count, "turned away: too many connections from there");
+                    tracing::warn!(%address, count, "connection refused: too many from this address");
                 }
                 continue;
             };

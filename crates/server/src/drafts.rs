@@ -167,8 +167,8 @@ fn keep_beside(kept: &mut PlanDrafts, draft: PlanDraft) {
 fn conflict(kept: &PlanDrafts) -> Problem {
     let (revision, by) = kept.current.as_ref().map_or((0, ""), |current| (current.revision, current.by.as_str()));
     let cause = Cause::DraftConflict { revision, by: by.to_owned() };
-    Problem::new(cause, format!("the draft is at revision {revision} by now; yours is kept beside it"))
-        .remedy("GET /api/v1/draft, and send yours again on that revision, or take that one")
+    Problem::new(cause, format!("the draft is at revision {revision} by now; yours is kept as a conflicting draft"))
+        .remedy("GET /api/v1/draft, then send yours again based on that revision, or use the current draft")
 }
 
 fn check(new: &NewPlanDraft) -> Result<(), Problem> {
@@ -179,7 +179,7 @@ fn check(new: &NewPlanDraft) -> Result<(), Problem> {
     let bytes = new.plan.get().len();
     if bytes > MAX_DRAFT {
         let cause = Cause::TooLarge { what: "the draft".to_owned(), count: bytes as u64, limit: MAX_DRAFT as u64 };
-        return Err(Problem::new(cause, format!("the draft has {bytes} bytes and at most {MAX_DRAFT} are kept")));
+        return Err(Problem::new(cause, format!("the draft has {bytes} bytes, should be at most {MAX_DRAFT}")));
     }
     Ok(())
 }

@@ -84,7 +84,7 @@ impl PartialSchema for RefusalCode {
     fn schema() -> RefOr<Schema> {
         let codes = Refusal::ALL.iter().map(|refusal| refusal.code());
         let schema = ObjectBuilder::new().schema_type(Type::String).enum_values(Some(codes));
-        schema.description(Some("What a refusal of the vehicle is about.")).into()
+        schema.description(Some("Kind of a refusal by the vehicle.")).into()
     }
 }
 

@@ -48,7 +48,7 @@ pub fn has_app() -> bool {
 /// Serves every path outside of the API.
 pub async fn serve(method: Method, uri: Uri, headers: HeaderMap) -> Response {
     if method != Method::GET && method != Method::HEAD {
-        let detail = "the app's pages are read with GET";
+        let detail = "the app's pages support GET only";
         return Problem::new(Cause::Method, detail).into_response();
     }
     answer(uri.path(), &headers, find)

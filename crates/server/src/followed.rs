@@ -59,8 +59,7 @@ fn expected(track: &ExpectedTrack) -> Result<Vec<Expected>, Problem> {
     let count = track.time_s.len();
     let lengths = [track.lat_deg.len(), track.lon_deg.len(), track.height_m.len(), track.item.len()];
     if lengths.iter().any(|length| *length != count) {
-        let detail =
-            "the lists of begun.track are not of one length: give them as the answer about the beginning has them";
+        let detail = "the lists of begun.track differ in length: send them as they were in the answer at the beginning";
         return Err(Problem::invalid(detail));
     }
     (0..count)

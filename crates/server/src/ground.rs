@@ -59,7 +59,7 @@ impl App {
                 match maps.heights(&places).await {
                     Ok((points, _)) => Square::new(points.into_iter().map(|point| point.alt_amsl_m)),
                     Err(error) => {
-                        tracing::debug!(%error, "the ground of a rehearsal cannot be looked up");
+                        tracing::debug!(%error, "the terrain of a rehearsal cannot be loaded");
                         Square::new([])
                     }
                 }

@@ -111,7 +111,7 @@ fn site(asked: &LandingRequest) -> Result<Site, Problem> {
         (None, Some(runway)) => {
             Ok(Site::Runway(Runway::new(convert::point(runway.begin)?, convert::point(runway.end)?)?))
         }
-        _ => Err(Problem::invalid("a landing is designed at a point or on a runway: give `at` or `runway`")),
+        _ => Err(Problem::invalid("a landing needs a point or a runway: give either `at` or `runway`")),
     }
 }
 

@@ -102,8 +102,8 @@ impl Problem {
 
     /// A missing session.
     pub fn no_session() -> Self {
-        Self::new(Cause::NoSession, "this needs a session, and yours is not known")
-            .remedy("open one with POST /api/v1/session, with the token that the server shows in its terminal")
+        Self::new(Cause::NoSession, "this needs a session, and there is none or it has expired")
+            .remedy("open one with POST /api/v1/session and the token from the server's terminal")
     }
 
     /// An unknown token.
@@ -121,8 +121,7 @@ impl Problem {
 
     /// A request that viewers may not make.
     pub fn viewer() -> Self {
-        Self::new(Cause::Role, "this session may look but not command")
-            .remedy("open a session with the operator's token")
+        Self::new(Cause::Role, "viewers may not do this").remedy("open a session with the operator's token")
     }
 
     /// A request that needs control, which is free or held by another session.
@@ -132,7 +131,7 @@ impl Problem {
             Some(holder) => {
                 Self::new(cause, format!("{holder} holds control")).remedy("ask for it: POST /api/v1/control/request")
             }
-            None => Self::new(cause, "nobody holds control").remedy("take it: POST /api/v1/control/take"),
+            None => Self::new(cause, "no session holds control").remedy("take it: POST /api/v1/control/take"),
         }
     }
 

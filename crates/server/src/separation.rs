@@ -81,8 +81,8 @@ fn planned(app: &App, number: usize, flight: PlannedFlight) -> Result<Planned, P
     let plan = match flight.plan {
         Some(plan) => convert::core_plan(&plan)?,
         None => vehicle.as_ref().and_then(VehicleHandle::known_plan).ok_or_else(|| {
-            Problem::invalid(format!("flight {number} has no plan, and the mission on board is not known"))
-                .remedy("give its plan, or read the mission of the vehicle first")
+            Problem::invalid(format!("flight {number} has no plan, and the mission on board is unknown"))
+                .remedy("give its plan, or read the vehicle's mission first")
         })?,
     };
     Ok(Planned { vehicle, plan, starts_s })

@@ -26,8 +26,8 @@ pub async fn tell(app: App, _alive: Alive) {
     let mut looking: Option<(tokio::task::JoinHandle<Vec<StorageProblem>>, MonoTime)> = None;
     loop {
         let recording = recorder.borrow().as_ref().and_then(recorder_problem);
-        let told = recording.into_iter().chain(folders.iter().cloned()).collect();
-        app.tell_storage_problems(told);
+        let problems = recording.into_iter().chain(folders.iter().cloned()).collect();
+        app.tell_storage_problems(problems);
         let since = looking.as_ref().map(|(_, since)| *since);
         let looked = async {
             match &mut looking {
@@ -74,7 +74,7 @@ fn recorder_problem(status: &RecorderStatus) -> Option<StorageProblem> {
 
 /// The fault reported when checking the folders takes too long.
 fn stalled(since_s: f64) -> StorageProblem {
-    let text = "maps are shown, but none are kept: the disk does not answer".to_owned();
+    let text = "maps are shown, but not stored: the disk does not respond".to_owned();
     StorageProblem { since_s, ..of(StorageClass::Maps, StorageFault::Stalled, text) }
 }
 
@@ -93,31 +93,28 @@ fn found(app: &App) -> Vec<StorageProblem> {
     let maps = app.maps().map(vencejo_maps::Maps::problems).unwrap_or_default();
     let maps = maps.into_iter().map(|problem| match problem {
         FolderProblem::Unwritable(reason) => {
-            let text = format!("maps are shown, but none are kept: {reason}");
+            let text = format!("maps are shown, but not stored: {reason}");
             of(StorageClass::Maps, StorageFault::Unwritable { reason }, text)
         }
         FolderProblem::LowSpace(low) => {
             let LowSpace { free_bytes, floor_bytes, .. } = low;
-            of(
-                StorageClass::Maps,
-                low_space(free_bytes, floor_bytes),
-                format!("maps are shown, but none are kept: {low}"),
-            )
+            of(StorageClass::Maps, low_space(free_bytes, floor_bytes), format!("maps are shown, but not stored: {low}"))
         }
         FolderProblem::SetAside { source, aside } => {
-            let text =
-                format!("the cache of map source '{source}' was damaged: it is {aside} now, and a new one was begun");
+            let text = format!(
+                "the cache of map source '{source}' was damaged; it was renamed to {aside}, and a new one was started"
+            );
             let fault = StorageFault::SetAside { name: file_name(&aside) };
             StorageProblem { name: Some(source), ..of(StorageClass::Maps, fault, text) }
         }
     });
     let draft = app.drafts().fault().map(|fault| match fault {
         DraftFault::Unwritable(reason) => {
-            let text = format!("the plan's draft is kept in memory alone: {reason}");
+            let text = format!("the plan's draft is kept in memory only: {reason}");
             of(StorageClass::Draft, StorageFault::Unwritable { reason }, text)
         }
         DraftFault::SetAside(aside) => {
-            let text = format!("the file of the plan's draft was damaged: it is {aside} now");
+            let text = format!("the file of the plan's draft was damaged; it was renamed to {aside}");
             of(StorageClass::Draft, StorageFault::SetAside { name: file_name(&aside) }, text)
         }
     });
@@ -130,20 +127,20 @@ fn found(app: &App) -> Vec<StorageProblem> {
     let tokens = app.token_fault().map(|fault| {
         let text = match &fault {
             StorageFault::SetAside { name } => {
-                format!("the file of the tokens was damaged: it is {name} now; new ones were made")
+                format!("the file of the tokens was damaged; it was renamed to {name}, and new tokens were created")
             }
-            StorageFault::Unwritable { reason } => format!("the tokens are for this run alone: {reason}"),
-            _ => "the tokens are for this run alone".to_owned(),
+            StorageFault::Unwritable { reason } => format!("the tokens are valid for this run only: {reason}"),
+            _ => "the tokens are valid for this run only".to_owned(),
         };
         of(StorageClass::Tokens, fault, text)
     });
     let signing = app.station().signing_fault().map(|reason| {
-        let text = format!("nothing is signed, and nothing is checked: {reason}");
+        let text = format!("frames are neither signed nor verified: {reason}");
         of(StorageClass::Signing, StorageFault::Unreadable { reason }, text)
     });
     let times = app.station().signing_times_fault().map(|reason| {
         let text =
-            format!("keys sign and check, but after a restart others could repeat what was said since: {reason}");
+            format!("frames are signed and verified, but after a restart recorded frames could be replayed: {reason}");
         of(StorageClass::SigningTimes, StorageFault::Unwritable { reason }, text)
     });
     let missions = app.station().missions_fault().map(|reason| {

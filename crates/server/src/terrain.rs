@@ -61,7 +61,7 @@ async fn heights(maps: Option<&Maps>, block: &TerrainBlock) -> Vec<Option<f64>> 
         Ok((points, _)) => points.into_iter().map(|point| point.alt_amsl_m).collect(),
         // Over the pole, or the maps are being closed.
         Err(error) => {
-            tracing::debug!(%error, "the vehicle's terrain cannot be looked up");
+            tracing::debug!(%error, "the terrain for a vehicle cannot be loaded");
             vec![None]
         }
     }

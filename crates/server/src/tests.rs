@@ -227,7 +227,7 @@ fn the_committed_description_is_the_one_that_is_served() {
 }
 
 #[tokio::test]
-async fn an_operation_is_given_up_by_whoever_began_it_or_has_control() {
+async fn an_operation_is_cancelled_by_its_session_or_the_holder_of_control() {
     let station = station(true);
     let _double = double(&station).await;
     let server = Plain::new(station.clone(), None);
@@ -845,7 +845,7 @@ fn cookie_of(app: &App, name: &str) -> String {
 
 // fault 41: without a session 401, from another page 403
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn the_websocket_tells_what_a_client_subscribed_to() {
+async fn the_websocket_sends_what_a_client_subscribed_to() {
     let station = station(true);
     let _double = double(&station).await;
     let server = serve(&station, ServerConfig::default()).await;
@@ -892,7 +892,7 @@ impl vencejo_station::Remote for Willing {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn the_roster_is_told_whole_once_and_then_as_it_changes() {
+async fn the_roster_is_sent_whole_once_and_then_its_changes() {
     let station = station(true);
     let far = station.adopt("plane7", Address::new(1, 1), Arc::new(Willing)).expect("there is room");
     let heartbeat = |custom_mode| {
@@ -1036,7 +1036,7 @@ async fn a_request_over_a_real_socket() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn raw_messages_are_told_by_name_the_newest_of_each() {
+async fn raw_messages_are_sent_by_name_the_newest_of_each() {
     let station = station(true);
     let _double = double(&station).await;
     let server = serve(&station, ServerConfig::default()).await;

@@ -130,7 +130,7 @@ impl Tokens {
         if is_long(&tokens.viewer) && is_long(&tokens.operator) && tokens.viewer != tokens.operator {
             return Ok(tokens);
         }
-        Err(io::Error::other("the tokens are too short or the same; remove the file and new ones are made"))
+        Err(io::Error::other("the tokens are too short or identical; remove the file, and new ones are created"))
     }
 
     fn bytes(&self) -> io::Result<Vec<u8>> {

@@ -84,8 +84,8 @@ impl Bodies {
         match timeout(BODY_WAIT, place).await {
             Ok(place) => place.map_err(|_: tokio::sync::AcquireError| Problem::closed()),
             Err(_) => {
-                let detail = format!("others send files that are read as they come, at most {limit} at once");
-                Err(Problem::too_many(Crowd::Bodies, limit, detail).remedy("try again when one of them is there"))
+                let detail = format!("the limit of concurrent uploads is reached: {limit}");
+                Err(Problem::too_many(Crowd::Bodies, limit, detail).remedy("try again when one of them has ended"))
             }
         }
     }
@@ -151,13 +151,13 @@ async fn behind_of<T: Send + 'static>(
         // On Linux, setpriority(2) affects the thread only; elsewhere the whole process.
         #[cfg(target_os = "linux")]
         if let Err(error) = rustix::process::setpriority_process(None, BEHIND) {
-            tracing::debug!(%error, "long work has no lower priority");
+            tracing::debug!(%error, "the priority of long work cannot be lowered");
         }
         // Fails if the caller is gone, which does not matter.
         let _ = tell.send(work());
     });
     if let Err(error) = begun {
-        tracing::error!(%error, "the system gives no thread for long work");
+        tracing::error!(%error, "a thread for long work cannot be created");
         return Err(Problem::closed());
     }
     told.await.map_err(|_| Problem::closed())?

@@ -38,8 +38,8 @@ impl End {
     fn frame(self) -> Option<CloseFrame> {
         let (code, reason) = match self {
             Self::Gone => return None,
-            Self::NoSession => (close_code::POLICY, "the session is over"),
-            Self::CameraGone => (close_code::NORMAL, "the camera is gone"),
+            Self::NoSession => (close_code::POLICY, "the session has ended"),
+            Self::CameraGone => (close_code::NORMAL, "the camera was removed"),
             Self::Closing => (close_code::AWAY, "the server is being closed"),
         };
         Some(CloseFrame { code, reason: Utf8Bytes::from_static(reason) })
@@ -57,7 +57,7 @@ pub async fn serve(app: App, session: SessionId, camera: Arc<Camera>, accepts: A
         () = over(&app, session) => End::NoSession,
         end = run(&camera, &queue, &mut socket) => end.unwrap_or_else(|end| end),
     };
-    tracing::debug!(%session, camera = camera.name(), dropped = queue.dropped(), ?end, "a viewer went");
+    tracing::debug!(%session, camera = camera.name(), dropped = queue.dropped(), ?end, "a viewer disconnected");
     if let Some(frame) = end.frame() {
         // A client that does not read misses the reason, too.
         let _ = timeout(Duration::from_secs(1), socket.send(Message::Close(Some(frame)))).await;

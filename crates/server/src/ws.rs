@@ -81,7 +81,7 @@ impl End {
             Self::TooSlow => (TOO_SLOW, "too slow: texts and events were lost; connect again and read them"),
             Self::Silent => (close_code::AWAY, "no answer to pings"),
             Self::Rude(reason) => (close_code::POLICY, reason),
-            Self::NoSession => (close_code::POLICY, "the session is over"),
+            Self::NoSession => (close_code::POLICY, "the session has ended"),
             Self::Closing => (close_code::AWAY, "the server is being closed"),
         };
         Some(CloseFrame { code, reason: Utf8Bytes::from_static(reason) })
@@ -351,7 +351,7 @@ impl Client {
             }
             Err(error) => {
                 let wrong = misread::in_words("", &error.to_string(), |name| misread::unit(name).map(str::to_owned));
-                Err(Problem::invalid(format!("this is no message that is understood: {wrong}")))
+                Err(Problem::invalid(format!("the message cannot be read: {wrong}")))
             }
         };
         match done {
@@ -383,13 +383,14 @@ impl Client {
     fn subscribe_messages(&mut self, vehicle: u16, names: Option<&[String]>, rate_hz: f64) -> Result<(), Problem> {
         let period = period_of(rate_hz)?;
         if !self.messages.contains_key(&vehicle) && self.messages.len() >= MAX_SUBSCRIPTIONS {
-            let detail = format!("the messages of {MAX_SUBSCRIPTIONS} vehicles are followed already");
+            let detail = format!("the messages of {MAX_SUBSCRIPTIONS} vehicles are subscribed to already");
             return Err(Problem::too_many(Crowd::Subscriptions, MAX_SUBSCRIPTIONS, detail));
         }
         let id_of = |name: &String| message_id(name).map(|id| id.0);
         let ids = names.map(|names| names.iter().map(id_of).collect::<Result<BTreeSet<_>, _>>()).transpose()?;
         if ids.as_ref().is_some_and(|ids| ids.len() > MAX_MESSAGE_NAMES) {
-            let detail = format!("at most {MAX_MESSAGE_NAMES} messages are followed by name; give no names for all");
+            let detail =
+                format!("at most {MAX_MESSAGE_NAMES} messages can be subscribed to by name; omit the names for all");
             return Err(Problem::too_many(Crowd::Subscriptions, MAX_MESSAGE_NAMES, detail));
         }
         let now = Instant::now();

@@ -18,7 +18,7 @@ pub enum CameraError {
     #[error("'{0}' is not a camera name; it must be 1 to {MAX_NAME} letters, digits, '-' or '_'")]
     BadName(String),
     /// The name is taken.
-    #[error("there is a camera called '{0}' already; give this one another name")]
+    #[error("there is already a camera called '{0}'; choose another name")]
     Taken(String),
     /// The limit of cameras is reached.
     #[error("there are {MAX_CAMERAS} cameras already")]
@@ -33,6 +33,6 @@ pub enum CameraError {
     #[error("{0}")]
     Refused(String),
     /// Invalid image.
-    #[error("a picture of {0} bytes: it must have some, and {MAX_FRAME_BYTES} at most")]
+    #[error("an image has {0} bytes, should be 1 to {MAX_FRAME_BYTES}")]
     BadPicture(usize),
 }

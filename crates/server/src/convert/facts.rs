@@ -99,7 +99,7 @@ mod tests {
     }
 
     #[test]
-    fn every_command_of_the_table_is_told() {
+    fn every_command_of_the_table_is_converted() {
         let told = commands();
         assert_eq!(told.len(), core::command::COMMANDS.len());
         let waypoint = told.iter().find(|command| command.number == 16).expect("waypoint");

@@ -171,7 +171,7 @@ pub(crate) fn core_plan(plan: &dto::Plan) -> Result<core::Plan, FlightError> {
     if let Some(count) = counts.into_iter().find(|count| *count > core::MAX_ITEMS) {
         return Err(FlightError::BadMission {
             index: core::MAX_ITEMS,
-            problem: format!("the plan has {count} items; at most {} are taken, so split it", core::MAX_ITEMS),
+            problem: format!("the plan has {count} items; at most {} are accepted, so split it", core::MAX_ITEMS),
         });
     }
     plan.home.map_or(Ok(()), |home| home.point().map(drop))?;
@@ -193,7 +193,7 @@ pub(crate) fn core_plan(plan: &dto::Plan) -> Result<core::Plan, FlightError> {
             (dto::ZoneShape::Circle, _, points) => {
                 return Err(FlightError::BadFence {
                     index,
-                    problem: format!("a circle has one centre and a radius, this has {} points", points.len()),
+                    problem: format!("a circle has one centre and a radius, not {} points", points.len()),
                 });
             }
         };

@@ -33,7 +33,7 @@ impl Descriptors {
             tracing::warn!(
                 descriptors = limit,
                 connections = limits.connections,
-                "this process may open few files, so it takes few connections; `ulimit -n 1024` before the start gives it more"
+                "the limit of open files is low, so few connections are accepted; raise it with `ulimit -n 1024` before the start"
             );
         }
         limits
@@ -48,7 +48,7 @@ fn raise_limit() -> Option<u64> {
     if current.is_some_and(|current| current < wanted) {
         let raised = Rlimit { current: Some(wanted), maximum };
         if let Err(error) = setrlimit(Resource::Nofile, raised) {
-            tracing::debug!(%error, "the limit of open files stays as it is");
+            tracing::debug!(%error, "the limit of open files cannot be raised");
         }
     }
     getrlimit(Resource::Nofile).current

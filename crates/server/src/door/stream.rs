@@ -36,7 +36,7 @@ async fn end_of(connection: Arc<Connection>, ask_within: Duration) -> io::Error 
     let in_time = timeout(ask_within, connection.end.notified()).await;
     if in_time.is_err() {
         if !connection.has_asked.load(Ordering::Relaxed) {
-            return io::Error::new(io::ErrorKind::TimedOut, "no whole request came");
+            return io::Error::new(io::ErrorKind::TimedOut, "no complete request arrived");
         }
         connection.end.notified().await;
     }

@@ -53,7 +53,7 @@ const HALF_A_BODY: &str =
 
 // fault 47: 40 incomplete requests at 8 slots: other clients are answered
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn half_a_request_from_each_of_many_shuts_nobody_out() {
+async fn many_incomplete_requests_do_not_lock_out_others() {
     let (station, server) = serve(limits(8)).await;
     let mut halves = Vec::new();
     for number in 0..40 {
@@ -67,7 +67,7 @@ async fn half_a_request_from_each_of_many_shuts_nobody_out() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn those_who_are_served_make_room_for_nobody() {
+async fn connections_being_served_are_not_closed() {
     let (station, server) = serve(limits(2)).await;
     let (ana, luis) = (cookie(&server, "ana"), cookie(&server, "luis"));
     let mut first = connect_to(&server, "/api/v1/ws", &ana, None).await.expect("a WebSocket");
@@ -94,7 +94,7 @@ async fn those_who_are_served_make_room_for_nobody() {
 
 // fault 47: idle connections with a session make room
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn whoever_has_been_answered_makes_room_for_a_newcomer() {
+async fn an_idle_connection_makes_room_for_a_new_one() {
     let (station, server) = serve(limits(3)).await;
     let (ana, luis) = (cookie(&server, "ana"), cookie(&server, "luis"));
     let mut socket = connect_to(&server, "/api/v1/ws", &ana, None).await.expect("a WebSocket");
@@ -115,7 +115,7 @@ async fn whoever_has_been_answered_makes_room_for_a_newcomer() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn whoever_does_not_come_to_a_request_is_let_go() {
+async fn a_connection_without_a_request_is_closed() {
     let (station, server) = serve(DoorLimits { ask_within: Duration::from_millis(100), ..limits(8) }).await;
     let (mut silent, mut half) = (says(&server, "").await, says(&server, "GET / HTTP/1.1\r\nHo").await);
     let mut preface = says(&server, "PRI * HTTP/2.0\r\n").await;
@@ -136,7 +136,7 @@ async fn rest_of_one(stream: &mut TcpStream) {
 
 // fault 47: a client that does not read answers is disconnected
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn whoever_reads_nothing_of_its_answers_is_let_go() {
+async fn a_client_that_does_not_read_is_disconnected() {
     let (station, server) = serve(DoorLimits { stall: Duration::from_millis(200), ..limits(8) }).await;
     let socket = TcpSocket::new_v4().expect("a socket");
     socket.set_recv_buffer_size(4096).expect("a small buffer");
@@ -206,7 +206,7 @@ async fn pings_count_as_messages_do() {
 
 // fault 44: slowed after 10 wrong tokens
 #[tokio::test]
-async fn whoever_guesses_tokens_is_slowed_after_ten() {
+async fn guessing_tokens_is_slowed_after_ten() {
     let tokens = Tokens::random().expect("random");
     let server = Plain::new(station(true), Some(tokens.clone()));
     let pilot = server.session(json!({"token": tokens.operator})).await;

@@ -180,7 +180,7 @@ pub enum Cause {
     NotFound {
         /// Kind of the resource.
         what: ResourceKind,
-        /// Its name or id.
+        /// Name or id of the resource.
         name: String,
     },
     /// An invalid value.

@@ -174,7 +174,7 @@ pub enum ZoneShape {
 pub struct FenceZone {
     /// True: the vehicle must stay inside; false: it must stay outside.
     pub inclusion: bool,
-    /// Its shape.
+    /// Shape of the zone.
     pub shape: ZoneShape,
     /// Corners of a polygon, or the centre of a circle.
     pub points: Vec<LatLon>,
@@ -234,7 +234,7 @@ pub struct Plan {
     #[serde(default)]
     #[schema(required = true)]
     pub home: Option<Home>,
-    /// Where to stay.
+    /// Geofence.
     #[serde(default)]
     #[schema(required = true)]
     pub fence: Fence,

@@ -114,6 +114,6 @@ pub struct SetHeartbeat {
 pub struct FileParam {
     /// Name: up to 16 capital letters, digits and underscores.
     pub name: String,
-    /// Its value.
+    /// Value.
     pub value: f64,
 }

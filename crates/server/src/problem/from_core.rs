@@ -35,7 +35,7 @@ pub fn from_station(error: &StationError) -> Problem {
                 valid_s: challenge.valid_for.as_secs_f64(),
             };
             return Problem::new(cause, error.to_string())
-                .remedy("make the same request again with the header Vencejo-Confirmation: the cause's confirmation");
+                .remedy("repeat the request with the header Vencejo-Confirmation set to the cause's `confirmation`");
         }
         StationError::BadConfirmation => Cause::BadConfirmation,
         StationError::RemoteRefused { name, why } => Cause::RemoteRefused { vehicle: name.clone(), why: why.clone() },
@@ -257,7 +257,7 @@ pub fn from_maps(error: &MapError) -> Problem {
         }
         MapError::SourcesFile { reason: problem, .. } => {
             return Problem::new(Cause::SourceFile { problem }, text)
-                .remedy("mend the file where it says, or move it away: a new one is made at the next start");
+                .remedy("correct the file there, or move it away: a new one is created at the next start");
         }
         MapError::Service { host: service, status, reason: problem } => {
             Cause::SourceFailed { service, status, problem }

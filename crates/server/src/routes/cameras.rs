@@ -143,7 +143,7 @@ async fn watch(
     let Query(shows) = shows?;
     let accepts = Accepts { h264: shows.accept.is_some_and(|accept| accept.split(',').any(|codec| codec == "h264")) };
     if app.video().viewers() >= video::MAX_VIEWERS {
-        let detail = "all places for viewers are taken; close a camera's window";
+        let detail = "the limit of viewers is reached; close a camera's window";
         return Err(Problem::too_many(Crowd::Viewers, video::MAX_VIEWERS, detail));
     }
     let Some(alive) = app.alive() else { return Err(Problem::closed()) };

@@ -18,7 +18,7 @@ use utoipa::{PartialSchema as _, ToSchema as _};
 use utoipa_axum::router::{OpenApiRouter, UtoipaMethodRouter};
 use vencejo_vehicle::{Described, Reply, Request};
 
-use super::messages::told;
+use super::messages::raw_message;
 use crate::dto::Done;
 use crate::dto::message::RawMessage;
 use crate::extract::{DespiteMixedPlan, OptionalJson, Pilot, Vehicle};
@@ -45,7 +45,7 @@ fn path_of(Described { name, text, values, brings_message }: Described) -> Utoip
         RequestBodyBuilder::new().content("application/json", content).required(Some(required)).build()
     });
     let id = parameter("id", ParameterIn::Path, Required::True, "The vehicle's id", u16::schema());
-    let despite = "Do it although the mission on board may be mixed";
+    let despite = "Carry it out although the mission on board may be mixed";
     let operation = OperationBuilder::new()
         .tag("commands")
         .summary(Some(text))
@@ -69,7 +69,7 @@ fn path_of(Described { name, text, values, brings_message }: Described) -> Utoip
             let Values(values) = if takes_values { given?.0 } else { Values::default() };
             let request = Request::named(&name, Value::Object(values)).map_err(Problem::invalid)?;
             Ok::<_, Problem>(match pilot.ask(&vehicle, despite, request).await? {
-                Reply::Message(message) => Json(told(&app, &vehicle, &message)).into_response(),
+                Reply::Message(message) => Json(raw_message(&app, &vehicle, &message)).into_response(),
                 _ => Json(Done {}).into_response(),
             })
         },

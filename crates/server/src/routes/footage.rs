@@ -57,7 +57,7 @@ async fn list_footage(State(app): State<App>, _: Viewer) -> Result<Json<Vec<Foot
 
 /// Returns a recording (Matroska) or image (JPEG), or the requested range of it, so that a player can seek. A file that
 /// is still being recorded ends where it ended when the request arrived.
-#[utoipa::path(get, path = "/footage/{name}", tag = "cameras", params(("name" = String, Path, description = "Its file")),
+#[utoipa::path(get, path = "/footage/{name}", tag = "cameras", params(("name" = String, Path, description = "File name")),
     responses((status = 200, content_type = "video/x-matroska", body = Vec<u8>),
         (status = 206, description = "The requested range"), Problem))]
 async fn get_footage(
@@ -94,7 +94,7 @@ pub(super) async fn served(
 }
 
 /// Deletes a recording or image from the server's disk. A file that is being recorded is not deleted.
-#[utoipa::path(delete, path = "/footage/{name}", tag = "cameras", params(("name" = String, Path, description = "Its file")),
+#[utoipa::path(delete, path = "/footage/{name}", tag = "cameras", params(("name" = String, Path, description = "File name")),
     responses((status = 200, body = Done), Problem))]
 async fn delete_footage(State(app): State<App>, _: Operator, Name(name): Name) -> Result<Json<Done>, Problem> {
     let (path, found) = find(&app, name).await?;

@@ -30,7 +30,7 @@ async fn list_history(State(app): State<App>, _: Viewer) -> Result<Json<Vec<Airc
 /// Returns a history file (MCAP), or the requested range of it. A file that is still being written ends where it ended
 /// when the request arrived.
 #[utoipa::path(get, path = "/history/{place}/{name}", tag = "recordings",
-    params(("place" = String, Path, description = "The fleet, or `_board`"), ("name" = String, Path, description = "Its file")),
+    params(("place" = String, Path, description = "The fleet, or `_board`"), ("name" = String, Path, description = "File name")),
     responses((status = 200, content_type = "application/octet-stream", body = Vec<u8>),
         (status = 206, description = "The requested range"), Problem))]
 async fn get_history_file(

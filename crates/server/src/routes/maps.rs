@@ -63,7 +63,7 @@ async fn get_map_config(State(app): State<App>, _: Operator) -> Result<Json<MapC
 
 /// Creates a source, or replaces the one with that id. Comments in the file are kept. An absent key keeps the stored
 /// one; an empty key removes it.
-#[utoipa::path(put, path = "/maps/sources/{id}", tag = "maps", params(("id" = String, Path, description = "Its id")),
+#[utoipa::path(put, path = "/maps/sources/{id}", tag = "maps", params(("id" = String, Path, description = "Id of the source")),
     request_body = SourceSettings, responses((status = 200, body = MapSource), Problem))]
 async fn put_map_source(
     State(app): State<App>,
@@ -72,7 +72,10 @@ async fn put_map_source(
     JsonBody(settings): JsonBody<SourceSettings>,
 ) -> Result<Json<MapSource>, Problem> {
     if settings.id != id {
-        return Err(Problem::invalid(format!("id: the settings are of '{}', the path names '{id}'", settings.id)));
+        return Err(Problem::invalid(format!(
+            "id: the settings are those of '{}', but the path says '{id}'",
+            settings.id
+        )));
     }
     Ok(Json(app.maps()?.put(settings).await?))
 }
@@ -86,7 +89,7 @@ struct Removal {
 }
 
 /// Removes a source.
-#[utoipa::path(delete, path = "/maps/sources/{id}", tag = "maps", params(("id" = String, Path, description = "Its id"), Removal),
+#[utoipa::path(delete, path = "/maps/sources/{id}", tag = "maps", params(("id" = String, Path, description = "Id of the source"), Removal),
     responses((status = 204), Problem))]
 async fn delete_map_source(
     State(app): State<App>,
@@ -100,7 +103,7 @@ async fn delete_map_source(
 }
 
 /// Clears a source's cache, except for its offline areas.
-#[utoipa::path(delete, path = "/maps/sources/{id}/cache", tag = "maps", params(("id" = String, Path, description = "Its id")),
+#[utoipa::path(delete, path = "/maps/sources/{id}/cache", tag = "maps", params(("id" = String, Path, description = "Id of the source")),
     responses((status = 204), Problem))]
 async fn clear_map_cache(State(app): State<App>, _: Operator, Text(id): Text) -> Result<StatusCode, Problem> {
     app.maps()?.clear_cache(&id).await?;
@@ -108,14 +111,14 @@ async fn clear_map_cache(State(app): State<App>, _: Operator, Text(id): Text) ->
 }
 
 /// Requests one tile from a source, bypassing its cache, and returns the source's health.
-#[utoipa::path(post, path = "/maps/sources/{id}/check", tag = "maps", params(("id" = String, Path, description = "Its id")),
+#[utoipa::path(post, path = "/maps/sources/{id}/check", tag = "maps", params(("id" = String, Path, description = "Id of the source")),
     responses((status = 200, body = SourceState), Problem))]
 async fn check_map_source(State(app): State<App>, _: Operator, Text(id): Text) -> Result<Json<SourceState>, Problem> {
     Ok(Json(app.maps()?.check(&id).await?))
 }
 
 /// Returns the image file of a source of kind `image`.
-#[utoipa::path(get, path = "/maps/sources/{id}/image", tag = "maps", params(("id" = String, Path, description = "Its id")),
+#[utoipa::path(get, path = "/maps/sources/{id}/image", tag = "maps", params(("id" = String, Path, description = "Id of the source")),
     responses((status = 200, body = Vec<u8>, content_type = "image/*"), (status = 304), Problem))]
 async fn get_map_image(
     State(app): State<App>,
@@ -143,7 +146,7 @@ struct View {
 
 /// Attributions for a view of a source; most sources have the same ones everywhere.
 #[utoipa::path(get, path = "/maps/sources/{id}/attribution", tag = "maps",
-    params(("id" = String, Path, description = "Its id"), View), responses((status = 200, body = MapAttributions), Problem))]
+    params(("id" = String, Path, description = "Id of the source"), View), responses((status = 200, body = MapAttributions), Problem))]
 async fn get_map_attribution(
     State(app): State<App>,
     _: Viewer,

@@ -93,14 +93,14 @@ async fn add_map_area(
 }
 
 /// Returns an offline area.
-#[utoipa::path(get, path = "/maps/areas/{id}", tag = "maps", params(("id" = String, Path, description = "Its id")),
+#[utoipa::path(get, path = "/maps/areas/{id}", tag = "maps", params(("id" = String, Path, description = "Id of the area")),
     responses((status = 200, body = Area), Problem))]
 async fn get_map_area(State(app): State<App>, _: Viewer, Text(id): Text) -> Result<Json<Area>, Problem> {
     Ok(Json(app.maps()?.area(&id).await?))
 }
 
 /// Removes an offline area. Its tiles stay in the cache until they are evicted as least recently used.
-#[utoipa::path(delete, path = "/maps/areas/{id}", tag = "maps", params(("id" = String, Path, description = "Its id")),
+#[utoipa::path(delete, path = "/maps/areas/{id}", tag = "maps", params(("id" = String, Path, description = "Id of the area")),
     responses((status = 204), Problem))]
 async fn remove_map_area(State(app): State<App>, _: Operator, Text(id): Text) -> Result<StatusCode, Problem> {
     app.maps()?.remove_area(&id).await?;
@@ -108,21 +108,21 @@ async fn remove_map_area(State(app): State<App>, _: Operator, Text(id): Text) ->
 }
 
 /// Pauses the download of an area.
-#[utoipa::path(post, path = "/maps/areas/{id}/pause", tag = "maps", params(("id" = String, Path, description = "Its id")),
+#[utoipa::path(post, path = "/maps/areas/{id}/pause", tag = "maps", params(("id" = String, Path, description = "Id of the area")),
     responses((status = 200, body = Area), Problem))]
 async fn pause_map_area(State(app): State<App>, _: Operator, Text(id): Text) -> Result<Json<Area>, Problem> {
     Ok(Json(app.maps()?.pause_area(&id).await?))
 }
 
 /// Resumes an area and retries failed tiles.
-#[utoipa::path(post, path = "/maps/areas/{id}/resume", tag = "maps", params(("id" = String, Path, description = "Its id")),
+#[utoipa::path(post, path = "/maps/areas/{id}/resume", tag = "maps", params(("id" = String, Path, description = "Id of the area")),
     responses((status = 200, body = Area), Problem))]
 async fn resume_map_area(State(app): State<App>, _: Operator, Text(id): Text) -> Result<Json<Area>, Problem> {
     Ok(Json(app.maps()?.resume_area(&id).await?))
 }
 
 /// Exports the downloaded part of an area as an MBTiles file.
-#[utoipa::path(get, path = "/maps/areas/{id}/export", tag = "maps", params(("id" = String, Path, description = "Its id")),
+#[utoipa::path(get, path = "/maps/areas/{id}/export", tag = "maps", params(("id" = String, Path, description = "Id of the area")),
     responses((status = 200, body = Vec<u8>, content_type = "application/x-sqlite3"), Problem))]
 async fn export_map_area(State(app): State<App>, _: Viewer, Text(id): Text) -> Result<Response, Problem> {
     let (path, name) = app.maps()?.export_area(&id).await?;

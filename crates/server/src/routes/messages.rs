@@ -85,7 +85,7 @@ fn address_of(vehicle: &VehicleHandle) -> Address {
 }
 
 /// Converts a received message for the answer.
-pub(super) fn told(app: &App, vehicle: &VehicleHandle, message: &Message) -> RawMessage {
+pub(super) fn raw_message(app: &App, vehicle: &VehicleHandle, message: &Message) -> RawMessage {
     let frame = message.encode(Header { sequence: 0, source: address_of(vehicle), version: MavVersion::V2 });
     convert::raw_message(&frame, app.now())
 }
@@ -93,7 +93,7 @@ pub(super) fn told(app: &App, vehicle: &VehicleHandle, message: &Message) -> Raw
 /// Sends any command as COMMAND_LONG. It is retransmitted only if repeating it is known to be safe.
 #[utoipa::path(post, path = "/vehicles/{id}/command/long", tag = "raw", request_body = RawCommandLong,
     params(("id" = u16, Path, description = "The vehicle's id"),
-        ("despite_mixed_plan" = Option<bool>, Query, description = "Do it although the mission on board may be mixed")),
+        ("despite_mixed_plan" = Option<bool>, Query, description = "Carry it out although the mission on board may be mixed")),
     responses((status = 200, body = Acknowledged), Problem))]
 async fn command_long(
     pilot: Pilot,
@@ -110,7 +110,7 @@ async fn command_long(
 /// Sends any command as COMMAND_INT. It is retransmitted only if repeating it is known to be safe.
 #[utoipa::path(post, path = "/vehicles/{id}/command/int", tag = "raw", request_body = RawCommandInt,
     params(("id" = u16, Path, description = "The vehicle's id"),
-        ("despite_mixed_plan" = Option<bool>, Query, description = "Do it although the mission on board may be mixed")),
+        ("despite_mixed_plan" = Option<bool>, Query, description = "Carry it out although the mission on board may be mixed")),
     responses((status = 200, body = Acknowledged), Problem))]
 async fn command_int(
     pilot: Pilot,
@@ -138,7 +138,7 @@ fn not_a_message(error: &FieldError) -> Problem {
 /// while the mission may be mixed, messages that arm, start the mission or set its current item.
 #[utoipa::path(post, path = "/vehicles/{id}/messages", tag = "raw", request_body = NewMessage,
     params(("id" = u16, Path, description = "The vehicle's id"),
-        ("despite_mixed_plan" = Option<bool>, Query, description = "Do it although the mission on board may be mixed")),
+        ("despite_mixed_plan" = Option<bool>, Query, description = "Carry it out although the mission on board may be mixed")),
     responses((status = 200, body = Done), Problem))]
 async fn send_message(
     pilot: Pilot,
@@ -151,7 +151,7 @@ async fn send_message(
     let message = Message::from_fields(&new.name, fields.collect(), address_of(&vehicle))
         .map_err(|error| not_a_message(&error))?;
     if message.id() == SETUP_SIGNING_ID {
-        return Err(Problem::invalid("SETUP_SIGNING carries a key: POST /api/v1/vehicles/{id}/signing gives one"));
+        return Err(Problem::invalid("SETUP_SIGNING contains a key: use POST /api/v1/vehicles/{id}/signing"));
     }
     if pilot.vehicle(&vehicle).send(&message, despite, pilot.confirmation())?.is_sent() {
         return Ok(Json(Done {}));
@@ -175,7 +175,7 @@ async fn request_message(
     let Reply::Message(message) = vehicle.request(request).wait().await.ok_or_else(Problem::closed)?? else {
         return Err(Problem::closed());
     };
-    Ok(Json(told(&app, &vehicle, &message)))
+    Ok(Json(raw_message(&app, &vehicle, &message)))
 }
 
 /// Sets the rate of a message, as `POST /vehicles/{id}/set-message-rate` does.

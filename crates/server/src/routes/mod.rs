@@ -141,7 +141,7 @@ async fn no_such_path(uri: Uri) -> impl IntoResponse {
 }
 
 async fn no_such_method() -> impl IntoResponse {
-    Problem::new(Cause::Method, "this path is not used with this method")
+    Problem::new(Cause::Method, "this path does not support this method")
         .remedy("GET /api/v1/openapi.json describes the API")
 }
 

@@ -27,7 +27,7 @@ async fn list_operations(State(app): State<App>, _: Viewer) -> Json<Vec<Operatio
 }
 
 /// Returns an operation, with its result once it is done.
-#[utoipa::path(get, path = "/operations/{id}", tag = "operations", params(("id" = u64, Path, description = "Its id")),
+#[utoipa::path(get, path = "/operations/{id}", tag = "operations", params(("id" = u64, Path, description = "Id of the operation")),
     responses((status = 200, body = Operation), Problem))]
 async fn get_operation(State(app): State<App>, _: Viewer, Id(id): Id) -> Result<Json<Operation>, Problem> {
     app.operations().get(id).map(Json).ok_or_else(|| gone(id))
@@ -35,7 +35,7 @@ async fn get_operation(State(app): State<App>, _: Viewer, Id(id): Id) -> Result<
 
 /// Cancels an operation; permitted for the session that started it and for the holder of control. The part of the plan
 /// concerned is unknown until it is read again.
-#[utoipa::path(delete, path = "/operations/{id}", tag = "operations", params(("id" = u64, Path, description = "Its id")),
+#[utoipa::path(delete, path = "/operations/{id}", tag = "operations", params(("id" = u64, Path, description = "Id of the operation")),
     responses((status = 202, body = Operation), Problem))]
 async fn cancel_operation(
     State(app): State<App>,

@@ -122,7 +122,7 @@ async fn require_sound(app: &App, vehicle: &VehicleHandle, kind: PlanKind, plan:
     if errors.is_empty() {
         return Ok(());
     }
-    let detail = format!("the plan has {} errors: nothing was sent; POST /api/v1/plan/check tells more", errors.len());
+    let detail = format!("the plan has {} errors: nothing was sent; POST /api/v1/plan/check lists them", errors.len());
     Err(Problem::new(Cause::PlanUnsound { errors: errors.len() as u64 }, detail).reasons(errors))
 }
 
@@ -434,7 +434,9 @@ async fn learn(
         return streams::read(body, role, MAX_FLIGHT_BYTES, work).await;
     };
     if !body.is_end_stream() {
-        return Err(Problem::invalid("a recording is the body, or one on the server's disk, not both"));
+        return Err(Problem::invalid(
+            "give a recording as the body, or the name of one on the server's disk, not both",
+        ));
     }
     let path = recordings::find(&app, name).await?.0;
     let flight = move || File::open(path).and_then(|file| recorded_flight(BufReader::new(file), system));

@@ -129,7 +129,7 @@ impl Stream for Chunks {
 
 /// Returns a recording: before each frame, 8 bytes of big-endian microseconds since 1970. A file that is still being
 /// recorded ends where it ended when the request arrived.
-#[utoipa::path(get, path = "/recordings/{name}", tag = "recordings", params(("name" = String, Path, description = "Its file")),
+#[utoipa::path(get, path = "/recordings/{name}", tag = "recordings", params(("name" = String, Path, description = "File name")),
     responses((status = 200, content_type = "application/octet-stream", body = Vec<u8>), Problem))]
 async fn get_recording(State(app): State<App>, _: Viewer, Name(name): Name) -> Result<Response, Problem> {
     let (path, recording) = find(&app, &name).await?;
@@ -171,7 +171,7 @@ async fn get_recording(State(app): State<App>, _: Viewer, Name(name): Name) -> R
 
 /// Protects a recording from being deleted to make room for new ones, or ends the protection.
 #[utoipa::path(put, path = "/recordings/{name}/keep", tag = "recordings", request_body = KeepRecording,
-    params(("name" = String, Path, description = "Its file")), responses((status = 200, body = Done), Problem))]
+    params(("name" = String, Path, description = "File name")), responses((status = 200, body = Done), Problem))]
 async fn keep(
     State(app): State<App>,
     _: Operator,
@@ -182,7 +182,7 @@ async fn keep(
     let keep = move || {
         let folder = path.parent().unwrap_or_else(|| std::path::Path::new("."));
         vencejo_link::keep_recording(folder, &name, is_kept).map_err(|error| match error.kind() {
-            io::ErrorKind::NotFound => Problem::not_found(ResourceKind::Recording, &name, "it is no recording of ours"),
+            io::ErrorKind::NotFound => Problem::not_found(ResourceKind::Recording, &name, "there is no such recording"),
             _ => failed(&error),
         })
     };
@@ -192,7 +192,7 @@ async fn keep(
 
 /// Summarizes a recording: its senders, its messages, and the events of its vehicles.
 #[utoipa::path(get, path = "/recordings/{name}/summary", tag = "recordings",
-    params(("name" = String, Path, description = "Its file")), responses((status = 200, body = RecordingSummary), Problem))]
+    params(("name" = String, Path, description = "File name")), responses((status = 200, body = RecordingSummary), Problem))]
 async fn summarize(State(app): State<App>, _: Viewer, Name(name): Name) -> Result<Json<RecordingSummary>, Problem> {
     let (path, _) = find(&app, &name).await?;
     let summarize = move || File::open(path).and_then(summarize_recording).map_err(|error| failed(&error));
@@ -239,7 +239,7 @@ async fn set_heartbeat(
 ) -> Result<Json<Done>, Problem> {
     pilot.still_in_control(&app)?;
     if app.is_on_board() {
-        let detail = "on board a vehicle our heartbeat is sent while an operator's WebSocket is open, and 5 s longer";
+        let detail = "on board a vehicle, the heartbeat is sent while an operator's WebSocket is open, and 5 s longer";
         return Err(Problem::new(Cause::HeartbeatFollowsOperator, detail));
     }
     app.station().set_heartbeat(enabled);

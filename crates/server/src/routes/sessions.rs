@@ -54,10 +54,10 @@ async fn open_session(
     }
     let role = role.ok_or_else(Problem::no_session)?;
     let secret = random_secret()
-        .map_err(|error| Problem::new(Cause::Internal, format!("the system has no random numbers: {error}")))?;
+        .map_err(|error| Problem::new(Cause::Internal, format!("the system cannot provide random numbers: {error}")))?;
     let opened = app.change_sessions(|sessions| sessions.open(secret.clone(), role, new.name.as_deref(), now));
     let opened = opened.ok_or_else(|| {
-        Problem::too_many(Crowd::Sessions, MAX_SESSIONS, "all places for sessions are taken; close one, or wait")
+        Problem::too_many(Crowd::Sessions, MAX_SESSIONS, "the limit of sessions is reached; close one, or wait")
     })?;
     let cookie = app.access().set_cookie(&secret);
     Ok((AppendHeaders([(header::SET_COOKIE, cookie)]), Json(opened)).into_response())
@@ -142,7 +142,7 @@ pub(super) async fn websocket(
     let Some(alive) = app.alive() else { return Err(Problem::closed()) };
     // Counted before the upgrade, so that simultaneous requests cannot exceed the limit.
     let Some(place) = SocketGuard::open(app, id) else {
-        let detail = "all places for WebSockets are taken; close one";
+        let detail = "the limit of WebSockets is reached; close one";
         return Err(Problem::too_many(Crowd::Sockets, MAX_SOCKETS, detail));
     };
     Ok(ws::bounded(upgrade, ws::MAX_MESSAGE_BYTES, 0).on_upgrade(async move |socket| {

@@ -38,7 +38,8 @@ impl Pieces {
     /// Next chunk; `None` at the end.
     async fn next(&mut self) -> Result<Option<Bytes>, Problem> {
         while let Some(frame) = std::future::poll_fn(|context| Pin::new(&mut self.body).poll_frame(context)).await {
-            let frame = frame.map_err(|error| Problem::invalid(format!("the file did not come whole: {error}")))?;
+            let frame =
+                frame.map_err(|error| Problem::invalid(format!("the file did not arrive completely: {error}")))?;
             let Ok(data) = frame.into_data() else { continue };
             self.bytes += data.len() as u64;
             if self.bytes > self.most {
@@ -122,7 +123,7 @@ struct Giving {
 impl Drop for Giving {
     fn drop(&mut self) {
         if let Err(error) = std::fs::remove_file(&self.path) {
-            tracing::warn!(%error, path = %self.path.display(), "a temporary file stays");
+            tracing::warn!(%error, path = %self.path.display(), "a temporary file cannot be removed");
         }
     }
 }

@@ -44,13 +44,13 @@ async fn complex_parts(_: Viewer, Body(plan): Body<Plan>) -> Result<Json<Vec<Com
 
 fn parts_of(plan: &CorePlan, settings: PlanSettings) -> Result<Vec<ComplexPart>, Problem> {
     let parts = formats::complex_parts(plan, &settings)?;
-    let told = parts.iter().zip(settings.complex_items).map(|(part, complex)| ComplexPart {
+    let parts_of_plan = parts.iter().zip(settings.complex_items).map(|(part, complex)| ComplexPart {
         first_item: part.first.map(|index| index + 1),
         count: part.count,
         survey: survey_of(&complex).map(|(shape, options)| request(&shape, &options)),
         kind: complex.kind,
     });
-    Ok(told.collect())
+    Ok(parts_of_plan.collect())
 }
 
 /// Design request that would produce this survey.

@@ -152,7 +152,7 @@ async fn a_body_that_does_not_come_is_not_waited_for() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_recording_that_does_not_come_keeps_nobody_from_learning() {
+async fn a_recording_that_does_not_arrive_does_not_block_others() {
     let server = Plain::new(station(true), None);
     let learn = |body| {
         let router = server.router.clone();

@@ -115,7 +115,7 @@ async fn a_viewer_on_a_thin_line_is_told_the_time_and_when_its_session_is_over()
             gone => panic!("{gone:?}"),
         }
     };
-    assert_eq!((frame.code, frame.reason.as_str()), (CloseCode::Policy, "the session is over"));
+    assert_eq!((frame.code, frame.reason.as_str()), (CloseCode::Policy, "the session has ended"));
     assert!(revoked.expect("told the time").elapsed() < Duration::from_secs(5));
     drop(socket);
     station.close().await;

@@ -2745,7 +2745,7 @@ export interface components {
         } | {
             /** @enum {string} */
             code: "not-found";
-            /** @description Its name or id. */
+            /** @description Name or id of the resource. */
             name: string;
             /** @description Kind of the resource. */
             what: components["schemas"]["Thing"];
@@ -3975,7 +3975,7 @@ export interface components {
              * @description Radius of a circle; null for a polygon.
              */
             radius_m: number | null;
-            /** @description Its shape. */
+            /** @description Shape of the zone. */
             shape: components["schemas"]["ZoneShape"];
         };
         /** @description One parameter of a parameter file. */
@@ -3984,7 +3984,7 @@ export interface components {
             name: string;
             /**
              * Format: double
-             * @description Its value.
+             * @description Value.
              */
             value: number;
         };
@@ -6562,7 +6562,7 @@ export interface components {
              *     unchanged.
              */
             complex_items?: components["schemas"]["ComplexItem"][];
-            /** @description Where to stay. */
+            /** @description Geofence. */
             fence: components["schemas"]["Fence"];
             home: components["schemas"]["Home"] | null;
             /** @description Mission items in order, without home. */
@@ -7251,7 +7251,7 @@ export interface components {
             start_unix_s: number | null;
         };
         /**
-         * @description What a refusal of the vehicle is about.
+         * @description Kind of a refusal by the vehicle.
          * @enum {string}
          */
         RefusalCode: "landing-needs-rtl-autoland" | "no-mission" | "mode-not-armable" | "landing-sequence" | "gps-accuracy" | "gps-no-fix" | "position-unknown" | "compass-inconsistent" | "compass-calibrate" | "accels-inconsistent" | "accels-calibrate" | "gyros" | "ahrs-waiting" | "airspeed" | "barometer" | "board-voltage" | "battery-low" | "throttle-not-zero" | "rc-not-calibrated" | "safety-switch" | "failsafe" | "logging" | "fence" | "rally" | "already-armed" | "system-initialising";
@@ -9287,7 +9287,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Its file */
+                /** @description File name */
                 name: string;
             };
             cookie?: never;
@@ -9325,7 +9325,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Its file */
+                /** @description File name */
                 name: string;
             };
             cookie?: never;
@@ -9418,7 +9418,7 @@ export interface operations {
             path: {
                 /** @description The fleet, or `_board` */
                 place: string;
-                /** @description Its file */
+                /** @description File name */
                 name: string;
             };
             cookie?: never;
@@ -9702,7 +9702,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Its id */
+                /** @description Id of the area */
                 id: string;
             };
             cookie?: never;
@@ -9733,7 +9733,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Its id */
+                /** @description Id of the area */
                 id: string;
             };
             cookie?: never;
@@ -9762,7 +9762,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Its id */
+                /** @description Id of the area */
                 id: string;
             };
             cookie?: never;
@@ -9793,7 +9793,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Its id */
+                /** @description Id of the area */
                 id: string;
             };
             cookie?: never;
@@ -9824,7 +9824,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Its id */
+                /** @description Id of the area */
                 id: string;
             };
             cookie?: never;
@@ -10094,7 +10094,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Its id */
+                /** @description Id of the source */
                 id: string;
             };
             cookie?: never;
@@ -10132,7 +10132,7 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description Its id */
+                /** @description Id of the source */
                 id: string;
             };
             cookie?: never;
@@ -10172,7 +10172,7 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description Its id */
+                /** @description Id of the source */
                 id: string;
             };
             cookie?: never;
@@ -10203,7 +10203,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Its id */
+                /** @description Id of the source */
                 id: string;
             };
             cookie?: never;
@@ -10232,7 +10232,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Its id */
+                /** @description Id of the source */
                 id: string;
             };
             cookie?: never;
@@ -10263,7 +10263,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Its id */
+                /** @description Id of the source */
                 id: string;
             };
             cookie?: never;
@@ -10328,7 +10328,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Its id */
+                /** @description Id of the operation */
                 id: number;
             };
             cookie?: never;
@@ -10359,7 +10359,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Its id */
+                /** @description Id of the operation */
                 id: number;
             };
             cookie?: never;
@@ -11067,7 +11067,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Its file */
+                /** @description File name */
                 name: string;
             };
             cookie?: never;
@@ -11098,7 +11098,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Its file */
+                /** @description File name */
                 name: string;
             };
             cookie?: never;
@@ -11133,7 +11133,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Its file */
+                /** @description File name */
                 name: string;
             };
             cookie?: never;
@@ -11379,7 +11379,7 @@ export interface operations {
     abort_landing: {
         parameters: {
             query?: {
-                /** @description Do it although the mission on board may be mixed */
+                /** @description Carry it out although the mission on board may be mixed */
                 despite_mixed_plan?: boolean;
             };
             header?: never;
@@ -11423,7 +11423,7 @@ export interface operations {
     altitude: {
         parameters: {
             query?: {
-                /** @description Do it although the mission on board may be mixed */
+                /** @description Carry it out although the mission on board may be mixed */
                 despite_mixed_plan?: boolean;
             };
             header?: never;
@@ -11469,7 +11469,7 @@ export interface operations {
     arm: {
         parameters: {
             query?: {
-                /** @description Do it although the mission on board may be mixed */
+                /** @description Carry it out although the mission on board may be mixed */
                 despite_mixed_plan?: boolean;
             };
             header?: never;
@@ -11510,7 +11510,7 @@ export interface operations {
     climb: {
         parameters: {
             query?: {
-                /** @description Do it although the mission on board may be mixed */
+                /** @description Carry it out although the mission on board may be mixed */
                 despite_mixed_plan?: boolean;
             };
             header?: never;
@@ -11561,7 +11561,7 @@ export interface operations {
     command_int: {
         parameters: {
             query?: {
-                /** @description Do it although the mission on board may be mixed */
+                /** @description Carry it out although the mission on board may be mixed */
                 despite_mixed_plan?: boolean;
             };
             header?: never;
@@ -11599,7 +11599,7 @@ export interface operations {
     command_long: {
         parameters: {
             query?: {
-                /** @description Do it although the mission on board may be mixed */
+                /** @description Carry it out although the mission on board may be mixed */
                 despite_mixed_plan?: boolean;
             };
             header?: never;
@@ -11637,7 +11637,7 @@ export interface operations {
     course: {
         parameters: {
             query?: {
-                /** @description Do it although the mission on board may be mixed */
+                /** @description Carry it out although the mission on board may be mixed */
                 despite_mixed_plan?: boolean;
             };
             header?: never;
@@ -11686,7 +11686,7 @@ export interface operations {
     disarm: {
         parameters: {
             query?: {
-                /** @description Do it although the mission on board may be mixed */
+                /** @description Carry it out although the mission on board may be mixed */
                 despite_mixed_plan?: boolean;
             };
             header?: never;
@@ -11727,7 +11727,7 @@ export interface operations {
     goto: {
         parameters: {
             query?: {
-                /** @description Do it although the mission on board may be mixed */
+                /** @description Carry it out although the mission on board may be mixed */
                 despite_mixed_plan?: boolean;
             };
             header?: never;
@@ -11797,7 +11797,7 @@ export interface operations {
     home: {
         parameters: {
             query?: {
-                /** @description Do it although the mission on board may be mixed */
+                /** @description Carry it out although the mission on board may be mixed */
                 despite_mixed_plan?: boolean;
             };
             header?: never;
@@ -11851,7 +11851,7 @@ export interface operations {
     land: {
         parameters: {
             query?: {
-                /** @description Do it although the mission on board may be mixed */
+                /** @description Carry it out although the mission on board may be mixed */
                 despite_mixed_plan?: boolean;
             };
             header?: never;
@@ -11885,7 +11885,7 @@ export interface operations {
     loiter: {
         parameters: {
             query?: {
-                /** @description Do it although the mission on board may be mixed */
+                /** @description Carry it out although the mission on board may be mixed */
                 despite_mixed_plan?: boolean;
             };
             header?: never;
@@ -11919,7 +11919,7 @@ export interface operations {
     send_message: {
         parameters: {
             query?: {
-                /** @description Do it although the mission on board may be mixed */
+                /** @description Carry it out although the mission on board may be mixed */
                 despite_mixed_plan?: boolean;
             };
             header?: never;
@@ -12027,7 +12027,7 @@ export interface operations {
     mission_current: {
         parameters: {
             query?: {
-                /** @description Do it although the mission on board may be mixed */
+                /** @description Carry it out although the mission on board may be mixed */
                 despite_mixed_plan?: boolean;
             };
             header?: never;
@@ -12071,7 +12071,7 @@ export interface operations {
     mission_pause: {
         parameters: {
             query?: {
-                /** @description Do it although the mission on board may be mixed */
+                /** @description Carry it out although the mission on board may be mixed */
                 despite_mixed_plan?: boolean;
             };
             header?: never;
@@ -12105,7 +12105,7 @@ export interface operations {
     mission_resume: {
         parameters: {
             query?: {
-                /** @description Do it although the mission on board may be mixed */
+                /** @description Carry it out although the mission on board may be mixed */
                 despite_mixed_plan?: boolean;
             };
             header?: never;
@@ -12139,7 +12139,7 @@ export interface operations {
     mission_start: {
         parameters: {
             query?: {
-                /** @description Do it although the mission on board may be mixed */
+                /** @description Carry it out although the mission on board may be mixed */
                 despite_mixed_plan?: boolean;
             };
             header?: never;
@@ -12183,7 +12183,7 @@ export interface operations {
     mode: {
         parameters: {
             query?: {
-                /** @description Do it although the mission on board may be mixed */
+                /** @description Carry it out although the mission on board may be mixed */
                 despite_mixed_plan?: boolean;
             };
             header?: never;
@@ -12753,7 +12753,7 @@ export interface operations {
     prepare_flight: {
         parameters: {
             query?: {
-                /** @description Do it although the mission on board may be mixed */
+                /** @description Carry it out although the mission on board may be mixed */
                 despite_mixed_plan?: boolean;
             };
             header?: never;
@@ -12818,7 +12818,7 @@ export interface operations {
     reboot: {
         parameters: {
             query?: {
-                /** @description Do it although the mission on board may be mixed */
+                /** @description Carry it out although the mission on board may be mixed */
                 despite_mixed_plan?: boolean;
             };
             header?: never;
@@ -12852,7 +12852,7 @@ export interface operations {
     request_message: {
         parameters: {
             query?: {
-                /** @description Do it although the mission on board may be mixed */
+                /** @description Carry it out although the mission on board may be mixed */
                 despite_mixed_plan?: boolean;
             };
             header?: never;
@@ -12893,7 +12893,7 @@ export interface operations {
     return_to_launch: {
         parameters: {
             query?: {
-                /** @description Do it although the mission on board may be mixed */
+                /** @description Carry it out although the mission on board may be mixed */
                 despite_mixed_plan?: boolean;
             };
             header?: never;
@@ -12956,7 +12956,7 @@ export interface operations {
     set_message_rate: {
         parameters: {
             query?: {
-                /** @description Do it although the mission on board may be mixed */
+                /** @description Carry it out although the mission on board may be mixed */
                 despite_mixed_plan?: boolean;
             };
             header?: never;
@@ -13065,7 +13065,7 @@ export interface operations {
     speed: {
         parameters: {
             query?: {
-                /** @description Do it although the mission on board may be mixed */
+                /** @description Carry it out although the mission on board may be mixed */
                 despite_mixed_plan?: boolean;
             };
             header?: never;
@@ -13111,7 +13111,7 @@ export interface operations {
     switch_fence: {
         parameters: {
             query?: {
-                /** @description Do it although the mission on board may be mixed */
+                /** @description Carry it out although the mission on board may be mixed */
                 despite_mixed_plan?: boolean;
             };
             header?: never;
@@ -13152,7 +13152,7 @@ export interface operations {
     takeoff: {
         parameters: {
             query?: {
-                /** @description Do it although the mission on board may be mixed */
+                /** @description Carry it out although the mission on board may be mixed */
                 despite_mixed_plan?: boolean;
             };
             header?: never;
@@ -13227,7 +13227,7 @@ export interface operations {
     texts: {
         parameters: {
             query?: {
-                /** @description Do it although the mission on board may be mixed */
+                /** @description Carry it out although the mission on board may be mixed */
                 despite_mixed_plan?: boolean;
             };
             header?: never;
@@ -13273,7 +13273,7 @@ export interface operations {
     velocity: {
         parameters: {
             query?: {
-                /** @description Do it although the mission on board may be mixed */
+                /** @description Carry it out although the mission on board may be mixed */
                 despite_mixed_plan?: boolean;
             };
             header?: never;
