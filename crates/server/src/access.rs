@@ -43,6 +43,9 @@ impl Access {
     }
 
     /// Checks where a request comes from.
+    ///
+    /// # Errors
+    /// [`Cause::Host`] and [`Cause::Origin`].
     pub fn check(&self, uri: &Uri, headers: &HeaderMap) -> Result<(), Problem> {
         // HTTP/1.1 sends the host in a header, HTTP/2 in the URI; a request with both must have the same in both.
         let said = headers.get_all(header::HOST).iter().map(|host| host.to_str().unwrap_or_default());

@@ -106,6 +106,9 @@ impl Pilot {
 
     /// The same, and waits for the end, which comes within a bounded time. A disconnecting client does not cancel the
     /// command.
+    ///
+    /// # Errors
+    /// The vehicle's refusal or failure, and when the server is closed.
     pub async fn ask(
         &self,
         vehicle: &VehicleHandle,

@@ -214,6 +214,9 @@ impl Sessions {
     }
 
     /// Takes control if it is free, or already held by this session.
+    ///
+    /// # Errors
+    /// When another session holds it, for a viewer, and for an ended session.
     pub fn take(&mut self, id: SessionId, now: MonoTime) -> Result<(), NotGiven> {
         let session = self.get(id).ok_or(NotGiven::NoSession)?;
         let operator = session.operator.as_ref().ok_or(NotGiven::Viewer)?;
@@ -224,6 +227,9 @@ impl Sessions {
     }
 
     /// Requests control from the holder; takes it when it is free.
+    ///
+    /// # Errors
+    /// For a viewer, and for an ended session.
     pub fn request(&mut self, id: SessionId, now: MonoTime) -> Result<(), NotGiven> {
         let session = self.get(id).ok_or(NotGiven::NoSession)?;
         session.operator.as_ref().ok_or(NotGiven::Viewer)?.request(now);

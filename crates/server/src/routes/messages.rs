@@ -74,6 +74,9 @@ async fn acknowledged(
 }
 
 /// Id of a message given by name or number.
+///
+/// # Errors
+/// [`Cause::NotFound`] for an unknown name.
 pub fn message_id(name: &str) -> Result<MessageId, Problem> {
     name.parse().map_err(|error: FieldError| Problem::not_found(ResourceKind::Message, name, error.to_string()))
 }
