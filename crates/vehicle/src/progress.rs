@@ -451,7 +451,8 @@ mod tests {
         flies_to(&mut tracker, 4);
         assert_eq!(reach(&mut tracker, 3), None);
         let mut tracker = begun();
-        (tracker.on_mode(false), tracker.on_mode(true));
+        tracker.on_mode(false);
+        tracker.on_mode(true);
         flies_to(&mut tracker, 4);
         assert_eq!(reach(&mut tracker, 3), None);
         assert_eq!(tracker.reached, [3]);

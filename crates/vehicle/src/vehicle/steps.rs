@@ -247,7 +247,7 @@ impl Context<'_> {
                 let flags = if enters { REPOSITION_CHANGE_MODE } else { 0.0 };
                 let params = [speed, flags, radius, yaw];
                 let (alt_m, alt_frame) = self.as_counted(alt_m, alt_frame)?;
-                if alt_frame != AltFrame::Amsl && self.is_ardupilot() {
+                if alt_frame != AltFrame::Amsl && self.is_ardupilot()? {
                     raw::new_height(alt_m)?;
                 }
                 let place = (lat_deg, lon_deg, alt_m);

@@ -1710,7 +1710,7 @@ fn a_recorded_flight_is_followed_from_boot_to_landing() {
         let station = play_with(name, &[], |vehicle, at| {
             // The flight begins with a plan that is known.
             if let Some(wire) = plan.take_if(|_| at > MonoTime::from_millis(25_000)) {
-                vehicle.on_plan(PlanKind::Mission, &wire, None, false, false).expect("known");
+                vehicle.on_plan(PlanKind::Mission, &wire, None, false, false, at).expect("known");
             }
         });
         let vehicle = &station.vehicle;

@@ -74,7 +74,7 @@ fn restart(world: &mut Pair, holds: Option<&[MissionItem]>) {
     if let Some(items) = holds {
         world.plane.services.store(MISSION, &rival_wire(items));
     }
-    world.plane.unknown.extend([Command::REQUEST_MESSAGE.0]);
+    world.plane.unknown.extend([Command::REQUEST_MESSAGE]);
     let now = world.now;
     world.station.events.clear();
     world.plane.reboot(now);
@@ -92,7 +92,7 @@ fn an_aircraft_that_does_not_tell_its_id_may_be_the_one_whose_mission_is_doubted
         let mut plane = Plane::new();
         plane.services.has_ftp = false;
         plane.services.store(MISSION, &rival_wire(&mixture));
-        plane.unknown.push(Command::REQUEST_MESSAGE.0);
+        plane.unknown.push(Command::REQUEST_MESSAGE);
         let mut world = World::new(Station::with(keeping()), plane, Faults::default(), 1);
         world.station.vehicle.on_records(vec![doubted(0x2a, &rival_wire(&route(14, 0.02)))], MonoTime::ZERO);
         wait(&mut world, 4_000);
@@ -109,7 +109,7 @@ fn an_aircraft_that_does_not_tell_its_id_may_be_the_one_whose_mission_is_doubted
     }
     // An upload that is verified ends the doubt, whoever it turns out to be.
     let mut plane = Plane::new();
-    plane.unknown.push(Command::REQUEST_MESSAGE.0);
+    plane.unknown.push(Command::REQUEST_MESSAGE);
     let mut world = World::new(Station::with(keeping()), plane, Faults::default(), 1);
     world.station.vehicle.on_records(vec![doubted(0x2a, &[])], MonoTime::ZERO);
     wait(&mut world, 7_000);
@@ -153,7 +153,7 @@ fn what_the_autopilot_is_outlives_a_restart_and_is_asked_anew_after_an_exchange(
             Request::SetCurrentItem { .. } => assert_eq!(number(&world), Some(3.0)),
             Request::MissionStart { .. } => assert_eq!(number(&world), Some(2.0)),
             Request::Takeoff { .. } => {
-                assert_eq!(count(&world, Command::NAV_TAKEOFF.0), 0, "a fixed wing takes off by a mode")
+                assert_eq!(count(&world, Command::NAV_TAKEOFF), 0, "a fixed wing takes off by a mode")
             }
             _ => assert_eq!(world.plane.services.params[2].value, ParamValue::I32(1)),
         }
@@ -284,7 +284,7 @@ fn a_mission_that_is_read_after_a_silence_waits_for_the_id() {
         let doubt = record(&world, 0x2a).doubt;
         assert!(doubt.is_some(), "{case}");
         world.plane.services.store(MISSION, &rival_wire(&theirs));
-        world.plane.unknown.push(Command::REQUEST_MESSAGE.0);
+        world.plane.unknown.push(Command::REQUEST_MESSAGE);
         let now = world.now;
         world.faults.blackouts = vec![(now, now + Duration::from_secs(8))];
         world.station.events.clear();
