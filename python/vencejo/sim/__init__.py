@@ -1,6 +1,6 @@
 """The simulated plane: a JSBSim foam pusher flown by an ArduPlane-like autopilot that speaks MAVLink.
 
-An honest peer on a real link: it shares no protocol code with the driver and never imports it.
+An independent peer on a real link: it shares no protocol code with the driver and never imports it.
 
 >>> from vencejo.sim import SimOptions, SimulatedPlane
 >>> with SimulatedPlane(SimOptions(links=("tcp:127.0.0.1:0",))) as sim:  # doctest: +SKIP

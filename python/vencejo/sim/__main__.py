@@ -27,7 +27,7 @@ def _announce_camera(system_id: int, stream: str, snapshot: str) -> None:
 
 
 def _stdin_ends() -> None:
-    # Not through sys.stdin, whose lock Python wants when it ends.
+    # Not through sys.stdin, whose lock Python takes at exit.
     while os.read(0, 4096):
         pass
 
@@ -52,7 +52,7 @@ def _parser(prog: str) -> argparse.ArgumentParser:
         prog=prog,
         description="Simulated foam planes with an ArduPlane-like autopilot, speaking MAVLink 2.",
         epilog=f"Example: {prog} --wind 5 --wind-from 240 --speedup 5 --link tcp:127.0.0.1:5760. "
-        "Each open link is told on standard output as a line of JSON.",
+        "Each open link is printed on standard output as a line of JSON.",
     )
     add = parser.add_argument
     add(
@@ -60,21 +60,21 @@ def _parser(prog: str) -> argparse.ArgumentParser:
         type=_home,
         default=(default.home_lat_deg, default.home_lon_deg, default.home_alt_amsl_m, default.heading_deg),
         metavar="LAT,LON,ALT[,HEADING]",
-        help="where it stands (degrees, degrees, m above sea level) and looks (degrees true)",
+        help="start position (degrees, degrees, m above sea level) and heading (degrees true)",
     )
     add(
         "--geoid",
         type=float,
         default=default.geoid_m,
         metavar="M",
-        help="height of the sea's level above the ellipsoid there (default 51, as around Madrid)",
+        help="height of the geoid above the ellipsoid there (default 51, as around Madrid)",
     )
     add("--wind", type=float, default=0.0, metavar="M_S", help="wind speed (default 0)")
-    add("--wind-from", type=float, default=default.wind_from_deg, metavar="DEG", help="where the wind comes from")
+    add("--wind-from", type=float, default=default.wind_from_deg, metavar="DEG", help="direction the wind comes from")
     add("--gust", type=float, default=0.0, metavar="M_S", help="scale of the turbulence (default 0, smooth air)")
     add("--seed", type=int, default=0, help="seed of gusts and sensor noise (default 0)")
-    add("--speedup", type=float, default=1.0, help="simulated seconds per second (default 1; inf: as fast as it can)")
-    add("--planes", type=int, default=1, help="how many planes (default 1), system ids from 1")
+    add("--speedup", type=float, default=1.0, help="simulated seconds per second (default 1; inf: as fast as possible)")
+    add("--planes", type=int, default=1, help="number of planes (default 1), system ids from 1")
     add("--ports", choices=("shared", "consecutive"), default="shared", help="all planes on each link, or one a port")
     add(
         "--link",
@@ -82,19 +82,19 @@ def _parser(prog: str) -> argparse.ArgumentParser:
         metavar="LINK",
         help="tcp:HOST:PORT (a server, default tcp:127.0.0.1:5760; port 0: a free one) or udpout:HOST:PORT; repeatable",
     )
-    add("--launch", choices=("runway", "hand"), default="runway", help="how it takes off (default runway)")
+    add("--launch", choices=("runway", "hand"), default="runway", help="kind of take-off (default runway)")
     add(
         "--by-hand",
         action="store_true",
-        help="somebody holds the plane and turns it: level, wings, nose, all round, on its back, over and over",
+        help="hold the plane by hand and turn it, repeatedly: level, wings, nose, full circle, on its back",
     )
     add(
         "--camera",
         nargs="?",
         const="127.0.0.1:8554",
         metavar="HOST:PORT",
-        help="serve the nose camera as a network camera on this machine: Motion JPEG at /stream.mjpg, single pictures at "
-        "/snapshot.jpg (default 127.0.0.1:8554; port 0: a free one); needs the extra vencejo[camera]",
+        help="serve the nose camera as a network camera on this machine: Motion JPEG at /stream.mjpg, single pictures "
+        "at /snapshot.jpg (default 127.0.0.1:8554; port 0: a free one); needs the extra vencejo[camera]",
     )
     add(
         "--camera-rate", type=float, default=default.camera_rate_hz, metavar="HZ", help="pictures a second (default 15)"
@@ -102,7 +102,7 @@ def _parser(prog: str) -> argparse.ArgumentParser:
     add(
         "--end-with-stdin",
         action="store_true",
-        help="end when standard input does: with the program that started this one",
+        help="end when standard input ends, with the program that started this one",
     )
     add("--param", action="append", type=_parameter, metavar="NAME=VALUE", help="set a parameter; repeatable")
     return parser
@@ -114,9 +114,9 @@ def main(argv: Sequence[str] | None = None, *, prog: str = "python -m vencejo.si
     Parameters
     ----------
     argv : sequence of str, optional
-        Arguments without the program's name; those of the process when omitted.
+        Arguments without the program name; those of the process when omitted.
     prog : str, optional
-        What the help calls the program.
+        Program name in the help.
 
     Returns
     -------

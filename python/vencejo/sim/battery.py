@@ -1,4 +1,4 @@
-"""The flight battery: voltage that falls with charge and sags with current, and what has been drawn.
+"""The flight battery: its voltage by charge and current, and the consumption counted by its monitor.
 
 A four-cell lithium-polymer pack. The open-circuit curve is the usual one of the chemistry at rest; the internal
 resistance is that of a 25 C pack of this size in good order.
@@ -29,9 +29,9 @@ class Battery:
     capacity_mah : float
         Charge when full, mAh, above 0.
     consumed_mah, consumed_j : float
-        What its monitor has counted since it was switched on.
+        Consumption counted by the monitor since it was switched on.
     missing_mah : float
-        What had been drawn before.
+        Charge drawn before that.
     """
 
     capacity_mah: float = 3300.0
@@ -43,19 +43,19 @@ class Battery:
 
     @property
     def remaining(self) -> float:
-        """Charge left, 0 to 1, to its monitor, which takes it for full when it is switched on."""
+        """Remaining charge by the monitor, 0 to 1; the monitor assumes a full pack when it is switched on."""
         return self._left(self.consumed_mah)
 
     @property
     def resting_v(self) -> float:
-        """Voltage without what the present current takes off it."""
+        """Voltage without the sag of the present current."""
         return self.voltage_v + self.current_a * CELLS * _CELL_OHM
 
     def _left(self, drawn_mah: float) -> float:
         return min(1.0, max(0.0, 1.0 - drawn_mah / max(1.0, self.capacity_mah)))
 
     def restart(self) -> None:
-        """Its monitor is switched on anew, and counts from 0."""
+        """Restart the monitor, which counts from 0."""
         self.missing_mah += self.consumed_mah
         self.consumed_mah = self.consumed_j = 0.0
 
@@ -68,7 +68,7 @@ class Battery:
         part = (soc - low) / (high - low)
         open_v = CELLS * (_CELL_V[upper - 1] + part * (_CELL_V[upper] - _CELL_V[upper - 1]))
         self.current_a = current
-        # The pack answers to a step of current within a second: surface charge and the smoothing of a power module.
+        # The voltage settles within a second of a step in current: surface charge, and the filter of a power module.
         target = max(6.0, open_v - current * CELLS * _CELL_OHM)
         self.voltage_v += (target - self.voltage_v) * min(1.0, dt_s / 0.3)
         self.consumed_mah += current * dt_s / 3.6

@@ -1,6 +1,7 @@
-"""How fast the simulated plane flies without a link: ``python -m vencejo.sim.bench``.
+"""Speed of the simulated plane without a link: ``python -m vencejo.sim.bench``.
 
-Flies a plane in circles and prints simulated seconds per second of one core, and what a step and a telemetry snapshot cost.
+Flies a plane in circles and prints simulated seconds per second of one core, and the cost of a step and of a telemetry
+snapshot.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ def measure(*, gust_m_s: float, seconds: float = 60.0, rounds: int = 3) -> tuple
     seconds : float
         Simulated seconds of one round.
     rounds : int
-        How many rounds.
+        Number of rounds.
     """
     plane = Autopilot(config=SimConfig(gust_m_s=gust_m_s), params=FixedParameters(), plan=FixedPlan())
     plane.set_mode(Mode.TAKEOFF)

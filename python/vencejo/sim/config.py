@@ -1,4 +1,4 @@
-"""The options of the simulator: what flies, where, in which air, how fast, and on which links."""
+"""The options of the simulator: planes, position, wind, pace and links."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class LinkSpec:
     """A parsed link string."""
 
     kind: Literal["tcp", "udpout"]
-    """``tcp``: a server that any number of clients may connect to; ``udpout``: datagrams sent to one station."""
+    """``tcp``: a server for any number of clients; ``udpout``: datagrams to one station."""
     host: str
     port: int
 
@@ -29,7 +29,7 @@ class LinkSpec:
         return f"{self.kind}:{self.host}:{self.port}"
 
     def shifted(self, offset: int) -> LinkSpec:
-        """The link ``offset`` ports further (port 0, any free one, stays 0)."""
+        """The link with its port increased by ``offset`` (port 0, any free one, stays 0)."""
         return LinkSpec(self.kind, self.host, self.port + offset if self.port else 0)
 
 
@@ -39,7 +39,7 @@ def parse_link(text: str) -> LinkSpec:
     Raises
     ------
     ValueError
-        The string has another form; the message shows the right ones.
+        The string is malformed; the message shows the valid forms.
 
     Examples
     --------
@@ -61,16 +61,16 @@ def parse_link(text: str) -> LinkSpec:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SimOptions:
-    """What the simulator is started with.
+    """Options of the simulator.
 
     Parameters
     ----------
     home_lat_deg, home_lon_deg : float
-        Where the plane stands, degrees WGS-84.
+        Start position, degrees WGS-84.
     home_alt_amsl_m : float
         Ground elevation there, metres.
     heading_deg : float
-        Where it looks, degrees true.
+        Start heading, degrees true.
     wind_m_s, wind_from_deg : float
         Steady wind: speed, and the direction it comes from, degrees true.
     gust_m_s : float
@@ -80,23 +80,23 @@ class SimOptions:
     speedup : float
         Simulated seconds per real second, above 0; ``inf`` runs as fast as the machine can.
     planes : int
-        How many planes, 1 to 50, with system ids from ``first_system_id``, parked side by side.
+        Number of planes, 1 to 50, with system ids from ``first_system_id``, parked side by side.
     ports : {"shared", "consecutive"}
         All planes on each link, or plane k on port + k.
     links : tuple of str
         Link strings, see :func:`parse_link`.
     geoid_m : float
-        Height of the sea's level above the WGS-84 ellipsoid there, metres (−110 to 90): the receiver tells both heights.
+        Height of the geoid above the WGS-84 ellipsoid there, metres (−110 to 90); the receiver reports both altitudes.
     launch : {"runway", "hand"}
-        How it takes off.
+        Kind of take-off.
     params : mapping
         Parameters that differ from ArduPlane's defaults.
     start_unix_s : float, optional
-        What SYSTEM_TIME calls the boot; the real time when None.
+        Unix time of the boot in SYSTEM_TIME; the real time when None.
     by_hand : bool
-        Somebody holds each plane and shows :data:`vencejo.sim.hand.BY_HAND` over and over, until it is armed.
+        Hold each plane by hand and repeat the poses :data:`vencejo.sim.hand.BY_HAND`, until it is armed.
     camera : str, optional
-        ``HOST:PORT`` on loopback where the nose cameras are served (port 0: a free one); none when None.
+        ``HOST:PORT`` on loopback of the nose cameras (port 0: a free one); no cameras when None.
     camera_rate_hz : float
         Pictures a second, 1 to 30.
     """
@@ -126,7 +126,7 @@ class SimOptions:
         def check(name: str, low: float, high: float) -> None:
             value = getattr(self, name)
             if not low <= value <= high:
-                raise ValueError(f"{name} is {value!r}: it must be between {low:g} and {high:g}")
+                raise ValueError(f"{name} is {value!r}, should be {low:g} to {high:g}")
 
         check("home_lat_deg", -89.0, 89.0)
         check("home_lon_deg", -180.0, 180.0)
@@ -140,12 +140,12 @@ class SimOptions:
         check("camera_rate_hz", 1.0, 30.0)
         check("first_system_id", 1, 256 - self.planes)
         if not self.speedup > 0:
-            raise ValueError(f"speedup is {self.speedup!r}: it must be above 0")
+            raise ValueError(f"speedup is {self.speedup!r}, should be above 0")
         for link in self.links:
             parse_link(link)
 
     def plane(self, number: int) -> SimConfig:
-        """What the autopilot of plane ``number`` (from 0) is started with: side by side, to the right of the first."""
+        """Configuration of plane ``number`` (from 0); the planes stand side by side, to the right of the first."""
         right = math.radians(self.heading_deg + 90.0)
         offset_m = number * _SPACING_M
         lat_deg = self.home_lat_deg + math.degrees(offset_m * math.cos(right) / _EARTH_RADIUS_M)

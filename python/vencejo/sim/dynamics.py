@@ -1,6 +1,6 @@
-"""The body in the air: JSBSim flies the airframe, and this file turns its feet and slugs into metres and kilograms.
+"""The flight dynamics: JSBSim flies the airframe; this file converts its feet and slugs to metres and kilograms.
 
-It owns the true state. Nothing here knows of the autopilot; sensors and the estimator read from it.
+It owns the true state, which sensors and the estimator read. It does not know the autopilot.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ _RHO0 = 1.225
 _SLUG_FT3 = 515.378819
 _PSF = 47.880259
 _GEAR_HEIGHT_M = 0.112
-"""Height of the centre of gravity over flat ground when the wheels carry the plane."""
+"""Height of the centre of gravity above flat ground while the plane stands on its wheels."""
 _MOTOR_FULL_V = 16.8
 
 
@@ -34,18 +34,18 @@ class Dynamics:
     Parameters
     ----------
     lat_deg, lon_deg : float
-        Where it stands at first, degrees WGS-84.
+        Start position, degrees WGS-84.
     ground_amsl_m : float
         Elevation of the ground, the same everywhere, metres above mean sea level.
     heading_deg : float
-        Where its nose points, degrees true.
+        Start heading, degrees true.
     dt_s : float
         Step, seconds.
 
     Attributes
     ----------
     lat_deg, lon_deg, alt_amsl_m, height_m : float
-        Position of the centre of gravity; ``height_m`` is above the wheels' standing height.
+        Position of the centre of gravity; ``height_m`` is 0 while the plane stands on its wheels.
     velocity_n_m_s, velocity_e_m_s, velocity_d_m_s : float
         Velocity over ground.
     roll_rad, pitch_rad, yaw_rad : float
@@ -53,7 +53,7 @@ class Dynamics:
     p_rad_s, q_rad_s, r_rad_s : float
         Body rates.
     accel_x_m_s2, accel_y_m_s2, accel_z_m_s2 : float
-        Specific force in body axes: what an accelerometer feels.
+        Specific force in body axes, as measured by an accelerometer.
     airspeed_m_s : float
         Equivalent airspeed along the pitot tube (0 from behind).
     tas_m_s : float
@@ -110,7 +110,7 @@ class Dynamics:
         self._exec.set_dt(dt_s)
         self._ground_amsl_m = ground_amsl_m
         self._held = False
-        # A property node costs a third of a look-up by name.
+        # Access by property node costs a third of one by name.
         manager = self._exec.get_property_manager()
 
         def node(name: str) -> Any:
@@ -171,7 +171,7 @@ class Dynamics:
         speed_m_s: float = 0.0,
         wind_ne_m_s: tuple[float, float] = (0.0, 0.0),
     ) -> None:
-        """Put the plane somewhere: on its wheels, or ``height_m`` over them moving forward with ``speed_m_s``."""
+        """Place the plane: on its wheels, or ``height_m`` above that, moving forward with ``speed_m_s``."""
         put = self._exec.set_property_value
         for value in self._set:
             value(0.0)
@@ -206,7 +206,7 @@ class Dynamics:
         battery_v: float,
         wind_m_s: tuple[float, float, float],
     ) -> None:
-        """Advance by one step with surfaces −1 to 1 (right, up, right), throttle 0 to 1 and the wind where the plane is."""
+        """Advance by one step with surfaces −1 to 1 (right, up, right), throttle 0 to 1 and the local wind."""
         if self._held:
             return
         set_aileron, set_elevator, set_rudder, set_steer, set_throttle, set_north, set_east, set_down = self._set
@@ -233,7 +233,7 @@ class Dynamics:
         velocity_ned_m_s: tuple[float, float, float],
         pressure_pa: float,
     ) -> None:
-        """Somebody holds the plane: its state is what the hand makes it (:mod:`vencejo.sim.hand`) until it is placed."""
+        """Hold the plane by hand: :mod:`vencejo.sim.hand` sets its state until it is placed."""
         self._held = True
         self.roll_rad, self.pitch_rad, self.yaw_rad = attitude_rad
         self.p_rad_s, self.q_rad_s, self.r_rad_s = rates_rad_s
@@ -249,7 +249,7 @@ class Dynamics:
 
     @property
     def held(self) -> bool:
-        """True while the plane is held in the hand."""
+        """True while the plane is held by hand."""
         return self._held
 
     @property

@@ -1,6 +1,6 @@
-"""The geofence: which limits are crossed, and for how long (what ArduPlane's FENCE_* parameters mean).
+"""The geofence: enabled fences and their breaches, by ArduPlane's FENCE_* parameters.
 
-What happens then (FENCE_ACTION) is the autopilot's; this file only watches.
+The reaction to a breach (FENCE_ACTION) is in :mod:`vencejo.sim.autopilot.fence_response`.
 """
 
 from __future__ import annotations
@@ -43,14 +43,14 @@ _KINDS = {
 
 
 def fence_names(breaches: FenceType) -> str:
-    """The words that ArduPlane uses, as in "Circle and Polygon"."""
+    """ArduPlane's names of fences, as in "Circle and Polygon"."""
     names = [name for bit, name in _NAMES.items() if bit & breaches]
     return names[0] if len(names) == 1 else ", ".join(names[:-1]) + " and " + names[-1] if names else ""
 
 
 @dataclass(frozen=True, slots=True)
 class FenceStatus:
-    """What FENCE_STATUS tells."""
+    """Content of FENCE_STATUS."""
 
     breached: bool
     count: int
@@ -60,7 +60,7 @@ class FenceStatus:
 
 
 def _offset_m(lat_deg: float, lon_deg: float, origin: tuple[float, float]) -> tuple[float, float]:
-    """North and east of ``origin``, flat earth; good to a few centimetres at the size of a fence."""
+    """North and east of ``origin`` on a flat earth; accurate to a few centimetres at the size of a fence."""
     lon_difference = (lon_deg - origin[1] + 180.0) % 360.0 - 180.0
     scale = math.cos(math.radians((lat_deg + origin[0]) / 2.0))
     return (lat_deg - origin[0]) * _METRES_PER_DEGREE, lon_difference * _METRES_PER_DEGREE * scale
@@ -70,7 +70,7 @@ def _inside(shape: FenceShape, lat_deg: float, lon_deg: float) -> bool:
     here = (lat_deg, lon_deg)
     if shape.command in (5003, 5004):
         return math.hypot(*_offset_m(*shape.points[0], here)) <= shape.radius_m
-    # Crossing number: a ray to the north crosses the border an odd number of times from inside.
+    # Crossing number: a ray to the north from inside crosses the border an odd number of times.
     points = [_offset_m(lat, lon, here) for lat, lon in shape.points]
     inside = False
     for (n1, e1), (n2, e2) in zip(points, points[1:] + points[:1], strict=True):
@@ -95,7 +95,7 @@ def shapes_breached(shapes: Sequence[FenceShape], lat_deg: float, lon_deg: float
 
 
 class FenceMonitor:
-    """Watches one plane against its fence; call :meth:`check` about ten times a simulated second."""
+    """Checks one plane against its fence; call :meth:`check` about ten times a simulated second."""
 
     def __init__(self, params: Parameters, store: FenceStore) -> None:
         self._params = params
@@ -111,33 +111,33 @@ class FenceMonitor:
 
     @property
     def enabled(self) -> bool:
-        """Whether any fence is enabled (FENCE_STATUS is only sent then)."""
+        """Whether any fence is enabled; FENCE_STATUS is sent only then."""
         return bool(self._enabled)
 
     @property
     def _enabled(self) -> FenceType:
-        """Those switched on that are present: one switched on before it was loaded counts from then on."""
+        """The enabled fences that are present; one enabled before it was loaded counts from then on."""
         return self._chosen & self.present
 
     @property
     def present(self) -> FenceType:
-        """The fences that are configured: FENCE_TYPE, the polygon only when one is stored, and loaded, which is done with the first position."""
+        """The configured fences (FENCE_TYPE); the polygon only once it is stored, and loaded at the first fix."""
         configured = FenceType(int(self._params.get("FENCE_TYPE")) & 15)
         loaded = self._has_origin and any(shape.command != 5000 for shape in self._store.shapes)
         return configured if loaded else configured & ~FenceType.POLYGON
 
     def enable(self, on: bool, fences: FenceType) -> None:
-        """DO_FENCE_ENABLE and FENCE_AUTOENABLE; the breaches of disabled fences are forgotten."""
+        """DO_FENCE_ENABLE and FENCE_AUTOENABLE; breaches of disabled fences are cleared."""
         fences &= FenceType(int(self._params.get("FENCE_TYPE")) & 15)
         self._chosen = (self._chosen | fences) if on else (self._chosen & ~fences)
         self.breaches &= self._enabled
 
     def reset(self) -> None:
-        """After a reboot."""
+        """Reset after a reboot."""
         self.__init__(self._params, self._store)  # type: ignore[misc]
 
     def contains(self, lat_deg: float, lon_deg: float, alt_rel_home_m: float | None, now: Snapshot) -> bool:
-        """Whether a destination is within the enabled fences; an altitude that is unknown (None) is not checked."""
+        """Whether a destination is within the enabled fences; an unknown altitude (None) is not checked."""
         get, enabled = self._params.get, self._enabled
         if alt_rel_home_m is not None:
             if enabled & FenceType.ALT_MAX and alt_rel_home_m > get("FENCE_ALT_MAX"):
@@ -153,7 +153,7 @@ class FenceMonitor:
 
     @property
     def return_point(self) -> tuple[float, float] | None:
-        """Where FENCE_ACTION 6 and 7 return to: the stored return point, or the middle of the first inclusion polygon."""
+        """Return point of FENCE_ACTION 6 and 7: the stored one, or the middle of the first inclusion polygon."""
         shapes = self._store.shapes
         for shape in shapes:
             if shape.command == 5000:
@@ -209,19 +209,19 @@ class FenceMonitor:
         return crossed
 
     def check(self, now: Snapshot, *, landing: bool) -> tuple[FenceType, bool]:
-        """The fences newly crossed, and whether the last breach has just ended.
+        """The newly breached fences, and whether the last breach has just ended.
 
         Parameters
         ----------
         now : Snapshot
-            Where the plane is.
+            The present state.
         landing : bool
-            In a landing approach the floor does not count.
+            Whether the plane is landing, when the floor is not checked.
         """
         self._has_origin |= now.gps_fix_type >= 3
         self._automatic(now)
         before = self.breaches
-        # Disarmed, the breaches are still known (pre-arm) but nothing is made of them.
+        # While disarmed, breaches count for the pre-arm check only.
         self.breaches = self._crossed(now, landing=landing) if self._enabled else FenceType(0)
         new = self.breaches & ~before
         if new and now.armed:
@@ -235,14 +235,14 @@ class FenceMonitor:
 
     @staticmethod
     def kind(breaches: FenceType) -> FenceBreach:
-        """The breach the autopilot is told of, the gravest first."""
+        """The breach reported to the autopilot, the most severe one."""
         for bit, kind in _KINDS.items():
             if breaches & bit:
                 return kind
         raise ValueError("no fence is breached")
 
     def prearm(self) -> list[str]:
-        """The reasons why the fence keeps the plane from arming, in ArduPlane's words."""
+        """The failing pre-arm checks of the fence, in ArduPlane's words."""
         if not self._enabled and not int(self._params.get("FENCE_AUTOENABLE")):
             return []
         get = self._params.get

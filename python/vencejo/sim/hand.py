@@ -1,7 +1,7 @@
-"""A plane in somebody's hands: how it is turned and carried, and what its sensors feel meanwhile.
+"""A plane held by hand: its turns and moves, and the accelerations and rates that its sensors measure.
 
-It owns the way from one attitude to the next (one turn about one axis, begun and ended gently) and, for ``--by-hand``, the
-sequence of attitudes that is shown. All is a function of simulated time.
+It owns the motion from one attitude to the next (one smooth rotation about one axis) and, for ``--by-hand``, the
+sequence of attitudes. Everything is a function of simulated time.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from .dynamics import G_M_S2, Dynamics
 __all__ = ["BY_HAND", "CARRY_HEIGHT_M", "Hand", "HandSequence", "Pose"]
 
 CARRY_HEIGHT_M = 1.2
-"""How high a plane is held when nobody says otherwise, metres above where it stood."""
+"""Default height of a held plane, metres above its standing height."""
 _METRES_PER_DEG = 111_132.0
 _PICK_UP_S = 5.0
 _TURN_S = 1.5
@@ -26,12 +26,12 @@ Quaternion = tuple[float, float, float, float]
 
 
 class Pose(NamedTuple):
-    """An attitude to be shown, degrees, and what it shows."""
+    """An attitude of the sequence, degrees, and its description."""
 
     roll_deg: float
     pitch_deg: float
     turned_deg: float
-    """Heading, clockwise from the one that it stood with."""
+    """Heading, clockwise from the initial one."""
     name: str
 
 
@@ -51,25 +51,25 @@ BY_HAND: tuple[Pose, ...] = (
     Pose(-90, 0, 0, "on its left wing tip"),
     Pose(180, 0, 0, "on its back"),
 )
-"""What ``vencejo sim --by-hand`` shows, over and over: each is turned to in 1.5 s and held for 2.5 s, from 5 s after boot on."""
+"""The repeating sequence of ``vencejo sim --by-hand``: 1.5 s of turn and 2.5 s of hold each, from 5 s after boot."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Way:
-    """A turn and a walk that are under way."""
+    """A turn and a move in progress."""
 
     start_s: float
     seconds: float
     attitude: Quaternion
     axis: Vector
-    """In body axes; it stays where it is while the plane turns about it."""
+    """Rotation axis in body axes; it is constant during the turn."""
     angle_rad: float
     offset_ned_m: Vector
     walk_ned_m: Vector
 
 
 class Hand:
-    """Holds one plane: where :class:`Dynamics` stops flying, this moves it.
+    """Holds one plane: it moves the body in place of :class:`Dynamics`.
 
     Parameters
     ----------
@@ -87,16 +87,16 @@ class Hand:
 
     @property
     def moving(self) -> bool:
-        """True until the attitude asked for is reached."""
+        """True until the target attitude is reached."""
         return self._way is not None
 
     def move(self, roll_rad: float, pitch_rad: float, yaw_rad: float, *, seconds: float, offset_ned_m: Vector) -> None:
-        """Turn to an attitude and carry to a place (north, east, down of where it was picked up) within a time; 0: at once."""
+        """Turn to an attitude and move to an offset (north, east, down) from the pick-up point, in ``seconds``."""
         self._put(self._time_s)
         target = _quaternion(roll_rad, pitch_rad, yaw_rad)
         w, x, y, z = _product(_conjugate(self._attitude), target)
         if w < 0.0:
-            # The shorter way round.
+            # The shorter rotation.
             w, x, y, z = -w, -x, -y, -z
         sine = math.sqrt(x * x + y * y + z * z)
         axis = (x / sine, y / sine, z / sine) if sine > 1e-12 else (1.0, 0.0, 0.0)
@@ -136,7 +136,7 @@ class Hand:
         body.hold(
             _euler(self._attitude),
             rates_rad_s=rates,
-            # An accelerometer feels what keeps it from falling freely.
+            # Specific force: acceleration minus gravity.
             force_m_s2=_rotate(_conjugate(self._attitude), (accel[0], accel[1], accel[2] - G_M_S2)),
             lat_deg=lat + north / _METRES_PER_DEG,
             lon_deg=lon + east / (_METRES_PER_DEG * max(0.01, math.cos(math.radians(lat)))),
@@ -147,17 +147,17 @@ class Hand:
 
 
 class HandSequence:
-    """Shows :data:`BY_HAND` over and over."""
+    """Repeats :data:`BY_HAND`."""
 
     def __init__(self, heading_deg: float) -> None:
         self._heading_deg = heading_deg
         self._shown = -1
 
     def due(self, time_s: float) -> tuple[Pose, float] | None:
-        """The pose that begins now, with the seconds to turn to it; None between."""
+        """The pose that starts now and the seconds to turn to it; None in between."""
         number = math.floor((time_s - _PICK_UP_S) / (_TURN_S + _REST_S) + 1e-9)
         if number < self._shown:
-            self._shown = -1  # the plane was rebooted
+            self._shown = -1  # The plane has rebooted.
         if number <= self._shown:
             return None
         self._shown = number
@@ -170,9 +170,10 @@ class HandSequence:
 
 
 def _gently(time_s: float, seconds: float) -> tuple[float, float, float]:
-    """Part of a way, its rate and its acceleration: 10 s³ − 15 s⁴ + 6 s⁵, at rest at both ends.
+    """Position, rate and acceleration of a smooth motion: 10 s³ − 15 s⁴ + 6 s⁵, at rest at both ends.
 
-    The minimum-jerk movement of a hand: Flash and Hogan, "The coordination of arm movements", J. Neuroscience 5 (1985), eq. 3.
+    The minimum-jerk movement of a hand: Flash and Hogan, "The coordination of arm movements", J. Neuroscience 5 (1985),
+    eq. 3.
     """
     if seconds <= 0.0 or time_s >= seconds:
         return 1.0, 0.0, 0.0

@@ -1,6 +1,6 @@
 """The parameter store: ArduPlane's names, types and defaults, its conversions, and its packed file.
 
-Nothing here knows MAVLink messages; :mod:`vencejo.sim.mavlink.parameters` speaks the protocol.
+The protocol is in :mod:`vencejo.sim.mavlink.parameters`.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ PACK_MAGIC = 0x671B
 PACK_MAGIC_WITH_DEFAULTS = 0x671C
 _HEADER = struct.Struct("<HHH")
 _ROUNDING = 0.01
-"""Added away from zero before an integer parameter is truncated, as AP_Param does against 0.999 for 1."""
+"""Added away from zero before an integer parameter is truncated, as in AP_Param, so that 0.999 becomes 1."""
 
 
 class ParamType(IntEnum):
@@ -46,12 +46,12 @@ _LIMITS: dict[ParamType, tuple[int, int]] = {
 
 
 class ParamValueError(ValueError):
-    """A value that no parameter can take (not a finite 32-bit float)."""
+    """The value is not a finite 32-bit float."""
 
 
 @dataclass(frozen=True, slots=True)
 class Parameter:
-    """One parameter as it stands: what PARAM_VALUE tells."""
+    """One parameter with its present value, as in PARAM_VALUE."""
 
     name: str
     value: float
@@ -60,7 +60,7 @@ class Parameter:
 
 
 def float32(value: float) -> float:
-    """The nearest 32-bit float, which is what the vehicle computes with."""
+    """The nearest 32-bit float, the vehicle's number type."""
     try:
         return float(struct.unpack("<f", struct.pack("<f", value))[0])
     except OverflowError:
@@ -68,7 +68,7 @@ def float32(value: float) -> float:
 
 
 def _convert(value: float, kind: ParamType) -> float:
-    """What the vehicle stores of ``value``: integers are truncated and kept in their range."""
+    """The value as stored by the vehicle: integers are truncated and limited to their range."""
     if not math.isfinite(float32(value)):
         raise ParamValueError(f"{value!r} is not a finite 32-bit float")
     if kind is ParamType.REAL32:
@@ -121,7 +121,7 @@ class ParamStore:
         Raises
         ------
         KeyError
-            An override names no parameter of ArduPlane.
+            ArduPlane has no such parameter.
         ParamValueError
             An override is not finite.
         """
@@ -141,11 +141,11 @@ class ParamStore:
 
     @property
     def revision(self) -> int:
-        """Grows with every change of any value."""
+        """Increases with every change of any value."""
         return self._revision
 
     def get(self, name: str) -> float:
-        """Value of a parameter; ``KeyError`` when the plane has no such one."""
+        """Value of a parameter; ``KeyError`` when it does not exist."""
         return self._values[self._index[name]]
 
     def integer(self, name: str) -> int:
@@ -153,7 +153,7 @@ class ParamStore:
         return int(self.get(name))
 
     def find(self, name: str) -> Parameter | None:
-        """The parameter of that name, None when there is none."""
+        """The parameter of that name, None when it does not exist."""
         index = self._index.get(name)
         return None if index is None else self.at(index)
 
@@ -177,14 +177,14 @@ class ParamStore:
         return self.at(index)
 
     def set_unsaved(self, name: str, value: float) -> None:
-        """Change a value until it is loaded again (``AP_Param::set``); raises as :meth:`set`."""
+        """Set a value without saving it, until :meth:`load` (``AP_Param::set``); raises as :meth:`set`."""
         index = self._index[name]
         before = self._values[index]
         self._put(index, value)
         self._saved.setdefault(index, before)
 
     def load(self, name: str) -> None:
-        """Return to the saved value (``AP_Param::load``); ``KeyError`` when the plane has no such parameter."""
+        """Restore the saved value (``AP_Param::load``); ``KeyError`` when the parameter does not exist."""
         index = self._index[name]
         if index in self._saved:
             self._put(index, self._saved.pop(index))
@@ -196,7 +196,7 @@ class ParamStore:
             self._revision += 1
 
     def reset(self) -> None:
-        """Back to the defaults."""
+        """Restore the defaults."""
         self._values = list(self._defaults)
         self._saved.clear()
         self._revision += 1
@@ -204,9 +204,9 @@ class ParamStore:
     def pack(self, *, block_size: int, start: int = 0, count: int = 0, with_defaults: bool = False) -> bytes:
         """The packed parameter file (``@PARAM/param.pck``) as the vehicle builds it for one block size.
 
-        Every entry is type and flags (4 bits each), the length of the name's part in common with the name
-        before and of the rest less one (4 bits each), that rest, the value and, when asked for and different,
-        the default. Zero bytes keep a value from crossing a block, so a block read again later is never torn.
+        Every entry has type and flags (4 bits each), the length of the prefix shared with the previous name and of
+        the remaining name minus one (4 bits each), that remainder, the value and, when requested and different, the
+        default. Zero bytes keep a value from crossing a block, so that a block read again later is consistent.
 
         Parameters
         ----------
@@ -249,12 +249,12 @@ class ParamStore:
         return layout.pack(value if layout.format == "<f" else int(value))
 
     def unpack(self, data: bytes) -> list[tuple[str, float]]:
-        """Names and values of a packed file that a station wrote.
+        """Names and values of a packed file written by a station.
 
         Raises
         ------
         ValueError
-            The file is not one: bad magic, cut short, a name too long, an unknown type.
+            The file is malformed: bad magic, truncated, a name too long, an unknown type.
         """
         if len(data) < _HEADER.size:
             raise ValueError("packed parameters: shorter than the header")

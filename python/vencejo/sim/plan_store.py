@@ -1,9 +1,9 @@
-"""The stored plan: mission, geofence and rally points, kept the way ArduPlane keeps them.
+"""The stored plan: mission, geofence and rally points, as stored by ArduPlane.
 
-ArduPlane packs each mission item into 15 bytes, so it stores only the fields that a command uses, in the width
-that its structure gives them; what a station reads back is what survived. The table :data:`_COMMANDS` says that
-for every command; it agrees with ``facts/arduplane-mission-commands.json``, recorded from a real ArduPlane.
-Transfer (who asks for what, and when) is :mod:`vencejo.sim.mavlink.mission`.
+ArduPlane packs each mission item into 15 bytes: it stores only the fields that a command uses, in the width of its
+structure, and a station reads back only those. The table :data:`_COMMANDS` has them for every command; it agrees with
+``facts/arduplane-mission-commands.json``, recorded from a real ArduPlane. The transfer protocol is in
+:mod:`vencejo.sim.mavlink.mission`.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ __all__ = [
 ]
 
 MISSION_MAX_ITEMS = 655
-"""Items that fit, home included ("Only 655 items are supported")."""
+"""Capacity of the mission, home included ("Only 655 items are supported")."""
 FENCE_MAX_ITEMS = 84
 RALLY_MAX_ITEMS = 50
 
@@ -92,7 +92,7 @@ def _f16(value: float) -> float:
 
 
 def _integer(bits: int, *, signed: bool) -> Callable[[float], float]:
-    """C's conversion of a float to an integer field: cut to an int32, then to its low bits."""
+    """C's conversion of a float to an integer field: truncated to int32, then to its low bits."""
 
     def convert(value: float) -> float:
         whole = math.trunc(value) if math.isfinite(value) and abs(value) < 2**31 else 0
@@ -121,7 +121,7 @@ _FIELDS: dict[str, Callable[[float], float]] = {
 
 @dataclass(frozen=True, slots=True)
 class _Command:
-    """How one command is stored: a field kind for each parameter kept, and whether x, y, z are a position."""
+    """Storage of one command: a field type for each stored parameter, and whether x, y, z are a position."""
 
     position: bool = False
     p1: str = ""
@@ -205,13 +205,13 @@ _FOLDED_FRAMES = {0: 0, 2: 0, 5: 0, 3: 3, 6: 3, 10: 10, 11: 10}
 
 
 def has_position(command: int) -> bool:
-    """Whether x, y and z of that command are a position (so MISSION_ITEM carries degrees there)."""
+    """Whether x, y and z of a command are a position, in degrees in MISSION_ITEM."""
     entry = _COMMANDS.get(command)
     return (entry is not None and entry.position) or command in (5000, 5001, 5002, 5003, 5004, 5100)
 
 
 def _special(item: WireItem) -> dict[str, float]:
-    """Parameters that ArduPlane packs together, so that one's width limits the other's."""
+    """Parameters that share packed fields in ArduPlane."""
     match item.command:
         case 16:  # acceptance and pass-by radius, a byte each
             clip = _FIELDS["u16"]
@@ -253,7 +253,7 @@ def _check_position(x: int, y: int) -> MissionResult | None:
 
 
 def normalise(item: WireItem) -> WireItem | MissionResult:
-    """What ArduPlane would store of a mission item, as it would be read back; a result other than ACCEPTED when refused."""
+    """The mission item as ArduPlane stores it and reads it back, or the result with which it is refused."""
     allowed = _NAN_ALLOWED.get(item.command, frozenset())
     for number, value in enumerate((item.p1, item.p2, item.p3, item.p4), start=1):
         if math.isinf(value) or (math.isnan(value) and number not in allowed):
@@ -293,7 +293,7 @@ def normalise(item: WireItem) -> WireItem | MissionResult:
 
 
 class _ListStore:
-    """Items that ArduPlane writes into their places one by one as they come: an upload is not atomic."""
+    """Items that ArduPlane stores one by one as they arrive: an upload is not atomic."""
 
     max_items: int
     complaints: tuple[tuple[Severity, str], ...] = ()
@@ -302,15 +302,15 @@ class _ListStore:
         self._items: list[WireItem] = []
         self.revision = 0
         self.clears = 0
-        """How often all of it was removed."""
+        """Number of times that all items were removed."""
         self.may_clear: Callable[[], bool] = lambda: True
-        """Answers whether all of it may be removed now."""
+        """Returns whether all items may be removed now."""
 
     def __len__(self) -> int:
         return len(self._items)
 
     def begin(self, count: int) -> None:
-        """An upload of ``count`` items starts: what lies beyond is gone at once."""
+        """Start an upload of ``count`` items: items beyond are removed immediately."""
         self.truncate(count)
 
     def truncate(self, count: int) -> None:
@@ -320,7 +320,7 @@ class _ListStore:
             self.revision += 1
 
     def _store(self, seq: int, stored: WireItem) -> MissionResult:
-        """Put an item at its place, or at the end when it is the next one."""
+        """Replace an item, or append the next one."""
         if seq < len(self._items):
             self._items[seq] = stored
         elif seq == len(self._items) and seq < self.max_items:
@@ -331,14 +331,14 @@ class _ListStore:
         return MissionResult.ACCEPTED
 
     def complete(self) -> MissionResult:
-        """The upload has ended."""
+        """Complete the upload."""
         return MissionResult.ACCEPTED
 
     def abandon(self) -> None:
-        """The upload was given up; what arrived stays."""
+        """Abandon the upload; received items stay."""
 
     def clear(self) -> bool:
-        """Forget all items; False when that may not be now."""
+        """Remove all items; False when that is not allowed now."""
         if not self.may_clear():
             return False
         self.clears += 1
@@ -347,22 +347,22 @@ class _ListStore:
         return True
 
     def read(self, seq: int) -> WireItem | None:
-        """An item as the station reads it back, None when there is none."""
+        """An item as read back by a station, None when it does not exist."""
         return self._items[seq] if 0 <= seq < len(self._items) else None
 
 
 class MissionStore(_ListStore):
-    """The mission. Item 0 is home: it is written like any other, and always read as where home is now."""
+    """The mission. Item 0 is home: it is written like any other item, and always read as the present home."""
 
     max_items = MISSION_MAX_ITEMS
 
     def __init__(self) -> None:
         super().__init__()
         self.home: WireItem | None = None
-        """Home as item 0 shows it, None until the vehicle has one."""
+        """Home as item 0, None until it is set."""
 
     def set_home(self, lat_deg: float, lon_deg: float, alt_amsl_m: float) -> None:
-        """Home is here now; with it an empty mission gets its item 0."""
+        """Set home; an empty mission gets its item 0."""
         self.home = WireItem(
             seq=0,
             frame=0,
@@ -376,7 +376,7 @@ class MissionStore(_ListStore):
             self.revision += 1
 
     def put(self, item: WireItem, *, last_seq: int) -> MissionResult:
-        """Store an item; a jump must not lead beyond ``last_seq``, nor to home."""
+        """Store an item; jumps beyond ``last_seq`` and to home are refused."""
         stored = normalise(item)
         if isinstance(stored, MissionResult):
             return stored
@@ -387,7 +387,7 @@ class MissionStore(_ListStore):
         return self._store(item.seq, stored)
 
     def read(self, seq: int) -> WireItem | None:
-        """An item as the station reads it back, None when there is none."""
+        """An item as read back by a station, None when it does not exist."""
         return self.home if seq == 0 and self.home is not None else super().read(seq)
 
 
@@ -405,7 +405,7 @@ class FenceShape:
 
 
 class FenceStore:
-    """The geofence. An upload replaces it when it is complete and whole, not before."""
+    """The geofence. An upload replaces it only once it is complete and valid."""
 
     max_items = FENCE_MAX_ITEMS
 
@@ -415,7 +415,7 @@ class FenceStore:
         self.revision = 0
         self.shapes: tuple[FenceShape, ...] = ()
         self.complaints: tuple[tuple[Severity, str], ...] = ()
-        """What the vehicle says of the last upload when it was refused as a whole."""
+        """Texts of the last upload if it was refused as a whole."""
 
     def __len__(self) -> int:
         return len(self._items) if self._staged is None else len(self._staged)
@@ -427,15 +427,15 @@ class FenceStore:
         return vertices + 2 if vertices else 0
 
     def begin(self, count: int) -> None:
-        """An upload of ``count`` items starts."""
+        """Start an upload of ``count`` items."""
         self._staged = [None] * count
 
     def begin_update(self) -> None:
-        """A partial write starts: items not written stay as they are."""
+        """Start a partial write: items not written stay as they are."""
         self._staged = list(self._items)
 
     def put(self, item: WireItem, *, last_seq: int) -> MissionResult:
-        """Keep an item until the upload is complete."""
+        """Stage an item until the upload is complete."""
         del last_seq
         if self._staged is None or item.seq >= len(self._staged):
             return MissionResult.INVALID_SEQUENCE
@@ -460,7 +460,7 @@ class FenceStore:
         return MissionResult.ACCEPTED
 
     def complete(self) -> MissionResult:
-        """Check the staged fence and make it the fence."""
+        """Validate the staged fence and activate it."""
         staged, self._staged = self._staged, None
         if staged is None:
             return MissionResult.ERROR
@@ -477,22 +477,22 @@ class FenceStore:
         return MissionResult.ACCEPTED
 
     def abandon(self) -> None:
-        """Forget what was staged."""
+        """Drop the staged items."""
         self._staged = None
 
     def clear(self) -> bool:
-        """Forget the fence."""
+        """Remove the fence."""
         self.begin(0)
         self.complete()
         return True
 
     def read(self, seq: int) -> WireItem | None:
-        """An item as the station reads it back."""
+        """An item as read back by a station, None when it does not exist."""
         return self._items[seq] if 0 <= seq < len(self._items) else None
 
 
 class _FenceError(Exception):
-    """The fence is not whole; ``text`` is what ArduPlane says of it."""
+    """The fence is invalid; ``text`` is ArduPlane's message."""
 
     def __init__(self, severity: Severity, text: str) -> None:
         super().__init__(text)
@@ -551,13 +551,13 @@ class RallyStore(_ListStore):
         return self._store(item.seq, stored)
 
     def points(self) -> Iterable[RallyPoint]:
-        """The points as the autopilot flies to them."""
+        """The points in the units of the autopilot."""
         for item in self._items:
             yield RallyPoint(item.x * 1e-7, item.y * 1e-7, item.z, relative=item.frame != 0)
 
 
 class PlanStore:
-    """Mission, fence and rally together, and the view of them that the autopilot reads."""
+    """Mission, fence and rally stores, and the autopilot's view of them."""
 
     def __init__(self) -> None:
         self.mission_store = MissionStore()
@@ -580,12 +580,12 @@ class PlanStore:
 
     @property
     def mission_revision(self) -> int:
-        """Grows with every change of the mission."""
+        """Increases with every change of the mission."""
         return self.mission_store.revision
 
     @property
     def mission_clears(self) -> int:
-        """How often the whole mission was removed: by MISSION_CLEAR_ALL, or before one that came as a file."""
+        """Number of times that the whole mission was removed: by MISSION_CLEAR_ALL, or before an upload as a file."""
         return self.mission_store.clears
 
     @property

@@ -1,4 +1,4 @@
-"""Pre-arm checks in ArduPlane's words (without the "PreArm: " or "Arm: " that goes before them)."""
+"""Pre-arm checks in ArduPlane's words, without the prefix "PreArm: " or "Arm: "."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _REQUIRED_ITEMS = (
 
 
 _EVERYTHING = -1
-"""ARMING_SKIPCHK that skips all that may be skipped."""
+"""ARMING_SKIPCHK that skips all but the mandatory checks."""
 
 
 class _Skip:
@@ -42,14 +42,14 @@ class _Skip:
 
 
 class PrearmChecks:
-    """The checks of one plane; calling it lists what fails now, in the order ArduPlane tells it.
+    """The checks of one plane; a call returns the failing ones, in ArduPlane's order.
 
     Parameters
     ----------
     params, plans, fence, terrain
-        What is checked.
+        The state that is checked.
     snapshot : callable
-        Gives the present instant.
+        Returns the present state.
     """
 
     def __init__(
@@ -67,7 +67,7 @@ class PrearmChecks:
         self._snapshot = snapshot
 
     def __call__(self) -> list[str]:
-        """Failing checks; an empty list lets the plane arm."""
+        """The failing checks; the plane arms when the list is empty."""
         if self._params.integer("ARMING_REQUIRE") == 0:
             return []
         now = self._snapshot()
@@ -127,7 +127,7 @@ class PrearmChecks:
         return found
 
     def _ground(self) -> list[str]:
-        """AP_Arming::terrain_checks: the ground is needed by TERRAIN_FOLLOW, and by items whose height counts from it."""
+        """AP_Arming::terrain_checks: TERRAIN_FOLLOW and items above terrain need terrain data."""
         counts_from_it = any(item.frame == 10 for item in self._plans.mission[1:])
         if not counts_from_it and self._params.integer("TERRAIN_FOLLOW") == 0:
             return []

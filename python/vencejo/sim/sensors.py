@@ -1,7 +1,7 @@
-"""What the plane's sensors say of its true motion: inertial unit, magnetometer, barometer, airspeed and GPS.
+"""The sensors of the plane, from its true motion: inertial unit, magnetometer, barometer, airspeed and GPS.
 
-Noise is a function of the seed and of the simulated time alone, so that a reading is the same however often and by
-whom it is asked for. White noise comes from a fixed table; slow errors (drift of a barometer, wander of a GPS fix) are sums of
+Noise is a function of the seed and the simulated time alone, so that a reading does not depend on how often it is
+taken. White noise comes from a fixed table; slow errors (drift of a barometer, wander of a GPS fix) are sums of
 sines with periods and phases drawn from the seed. Levels are those of the parts on a small autopilot board:
 MEMS inertial unit after the anti-alias filter, a MS5611-class barometer, an M8N-class GPS.
 """
@@ -45,7 +45,7 @@ class _Wander:
 
 @dataclass(frozen=True, slots=True)
 class Errors:
-    """What the estimator does not know better: errors of the fused position, attitude and speed."""
+    """Errors of the estimator: of position, attitude and airspeed."""
 
     north_m: float
     east_m: float
@@ -79,7 +79,7 @@ class Sensors:
     seed : int
         Seed of all noise.
     lat_deg, lon_deg : float
-        Where it flies, for the direction of the magnetic field.
+        Position, for the direction of the magnetic field.
     """
 
     def __init__(self, *, seed: int, lat_deg: float, lon_deg: float) -> None:
@@ -161,7 +161,7 @@ class Sensors:
         return 0.5 * 1.225 * body.airspeed_m_s**2 + _PITOT_SIGMA_PA * self.noise(tick, 10)
 
     def temperature_c(self, body: Dynamics) -> float:
-        """Board temperature: 12 K over the air, as an enclosed board runs."""
+        """Board temperature: 12 K above the air, as of an enclosed board."""
         return float(body.temperature_k) - 273.15 + 12.0
 
     def gps(self, body: Dynamics, time_s: float) -> GpsFix:

@@ -1,7 +1,7 @@
 """The simulator's loop: sockets, pace and shutdown.
 
 One thread does everything. It never waits for a client: sockets do not block, each connection has bounded queues,
-and one that misbehaves or does not read is its own problem only.
+and a client that misbehaves or does not read affects no other.
 """
 
 from __future__ import annotations
@@ -39,43 +39,43 @@ _T = TypeVar("_T")
 _RECEIVE_BYTES = 65536
 _SEND_BYTES = 65536
 _LOOP_TICKS = 2
-"""Ticks of ArduPlane's main loop, which handles what arrived: 20 ms (SCHED_LOOP_RATE 50)."""
+"""Period of ArduPlane's main loop, which handles received messages: 20 ms (SCHED_LOOP_RATE 50)."""
 _INBOX_BYTES = 1 << 20
-"""What waits for the main loop at most; more is handled at once, so that no flood fills the memory."""
+"""Most bytes that wait for the main loop; beyond it they are handled at once, which bounds the memory."""
 _MAX_CLIENTS = 64
-"""Connections of one server; one more is closed at once."""
+"""Most connections of one server; further ones are closed at once."""
 _BACKLOG = 128
-"""Connections waiting to be accepted."""
+"""Most connections waiting to be accepted."""
 _MAX_BACKLOG_S = 0.25
-"""Real time that the simulation may fall behind before its clock is set anew."""
+"""Real time that the simulation may fall behind before its clock is reset."""
 _MAX_BURST_S = 0.02
-"""Real time of simulation between two looks at the sockets."""
+"""Longest real time of simulation between two polls of the sockets."""
 _TICKS_PER_FLUSH = 10
 _LEAST_SPEEDUP = 0.01
-"""Below it time would seem to stand still."""
+"""Lowest speed-up; below it time would appear to stand still."""
 _IDLE_S = 0.05
 _TURN_S = 0.02
-"""Real time between two bursts while nobody says anything, as in ArduPlane's own loop of 50 Hz: to be woken for a tick costs more than the tick."""
+"""Real time between two bursts while no messages arrive: waking up for a tick costs more than the tick."""
 
 
 class Listening(NamedTuple):
     """A link that is open."""
 
     link: str
-    """As a station's link string would name it, with the port that was bound."""
+    """Link string for a station, with the bound port."""
     system_ids: tuple[int, ...]
-    """The planes it carries."""
+    """System ids of its planes."""
 
 
 class _Pace:
-    """How many ticks are due, for a speed-up. ``inf`` is always due."""
+    """Schedules ticks for a speed-up. With ``inf`` one is always due."""
 
     def __init__(self, speedup: float, now_s: float) -> None:
         self._tick_s = DT_S / speedup
         self._next_s = now_s
 
     def change(self, speedup: float, now_s: float) -> None:
-        """Go on at another speed-up from now on."""
+        """Change the speed-up from now on."""
         self._tick_s = DT_S / speedup
         self._next_s = now_s
 
@@ -90,12 +90,12 @@ class _Pace:
         self._next_s += self._tick_s
 
     def wait_s(self, now_s: float, least_s: float) -> float:
-        """Until the next tick, and so long at least; no longer than one may be idle."""
+        """Time until the next tick, at least ``least_s`` and at most the idle limit."""
         return 0.0 if self._tick_s == 0 else min(max(least_s, self._next_s - now_s), _IDLE_S)
 
 
 class _Connection:
-    """A socket with its link. ``datagrams``: one frame each, and errors are ignored."""
+    """A socket with its link. With ``datagrams`` each has one frame, and errors are ignored."""
 
     def __init__(self, sock: socket.socket, name: str, *, datagrams: bool, is_usb: bool) -> None:
         sock.setblocking(False)
@@ -109,7 +109,7 @@ class _Connection:
         return bool(self._unsent)
 
     def flush(self) -> bool:
-        """Send what waits; False when the connection is broken."""
+        """Send queued frames; False when the connection is broken."""
         if self.link.failed:
             return False
         try:
@@ -134,12 +134,12 @@ class _Connection:
 
     def _flush_datagrams(self) -> None:
         for frame in self.link.take(1 << 20):
-            # Nobody there yet, or no room: a datagram is lost, as datagrams are.
+            # No receiver yet, or a full buffer: the datagram is lost.
             with contextlib.suppress(ConnectionRefusedError):
                 self.socket.send(frame)
 
     def read(self) -> bytes | None:
-        """What arrived; empty when nothing did, None when the connection has ended."""
+        """Received bytes; empty when there are none, None when the connection has ended."""
         try:
             data = self.socket.recv(_RECEIVE_BYTES)
         except BlockingIOError:
@@ -162,7 +162,7 @@ class SimServer:
     ----------
     options : SimOptions
     autopilot : callable, optional
-        Makes the flying half of each plane; tests put a double here.
+        Factory of the flying half of each plane; tests pass a double.
 
     Raises
     ------
@@ -181,14 +181,14 @@ class SimServer:
         self._noses: dict[PlaneComponent, NoseCamera] = {}
         self._ticks = 0
         self._inbox: list[tuple[Link, bytes]] = []
-        """What arrived since the last main loop."""
+        """Bytes received since the last main loop."""
         self._inbox_bytes = 0
         self._calls: SimpleQueue[Callable[[], None]] = SimpleQueue()
         self._wake_receive, self._wake_send = socket.socketpair()
         self._wake_receive.setblocking(False)
         self._wake_send.setblocking(False)
         for plane in self.world.planes:
-            # By its step a rehearsal tells this simulation from ArduPilot's, whose parameters these are.
+            # Rehearsals recognise this simulation by its step: ArduPilot's simulator has the same parameters.
             plane.params.set("SIM_RATE_HZ", 1.0 / DT_S)
             if math.isfinite(options.speedup):
                 plane.params.set("SIM_SPEEDUP", options.speedup)
@@ -196,7 +196,7 @@ class SimServer:
         try:
             for number, text in enumerate(options.links):
                 for spec, planes in self._shares(parse_link(text)):
-                    # As on ArduPilot the first is the USB port.
+                    # As on ArduPilot the first link is the USB port.
                     self._open(spec, planes, is_usb=number == 0)
             if options.camera is not None:
                 self._open_cameras(options.camera)
@@ -206,11 +206,11 @@ class SimServer:
 
     @property
     def clients(self) -> int:
-        """Connections at this moment."""
+        """Number of connections."""
         return len(self._connections)
 
     def serve(self, stop: threading.Event) -> None:
-        """Fly and serve until ``stop`` is set (use :meth:`wake` after it)."""
+        """Simulate and serve until ``stop`` is set (call :meth:`wake` after it)."""
         pace = _Pace(self.options.speedup, time.monotonic())
         speedups = [self._speedup(plane) for plane in self.world.planes]
         was_asked = False
@@ -218,26 +218,26 @@ class SimServer:
             self._burst(pace)
             for number, plane in enumerate(self.world.planes):
                 if (speedup := self._speedup(plane)) != speedups[number]:
-                    # One clock for all: the last one asked decides.
+                    # One clock for all planes: the last change decides.
                     speedups[number] = speedup
                     pace.change(speedup, time.monotonic())
             self._flush()
             self._show()
-            # What the next tick answers is not kept waiting.
+            # After a message, the next tick is not delayed: it may have the answer.
             was_asked = self._poll(pace.wait_s(time.monotonic(), 0.0 if was_asked else _TURN_S))
 
     @staticmethod
     def _speedup(plane: PlaneComponent) -> float:
-        """The parameter by which ArduPilot's simulator, too, changes its speed-up while it runs."""
+        """SIM_SPEEDUP, which changes the speed-up at run time as in ArduPilot's simulator."""
         return max(_LEAST_SPEEDUP, plane.params.get("SIM_SPEEDUP"))
 
     def wake(self) -> None:
-        """Make the loop look at its stop event and calls now. May be called from any thread."""
+        """Wake the loop for its stop event and calls. May be called from any thread."""
         with contextlib.suppress(OSError):
             self._wake_send.send(b"\0")
 
     def submit(self, call: Callable[[], None]) -> None:
-        """Run something in the loop. May be called from any thread."""
+        """Run a call in the loop. May be called from any thread."""
         self._calls.put(call)
         self.wake()
 
@@ -294,7 +294,7 @@ class SimServer:
         self.cameras = CameraServer(place, {plane.system_id: nose for plane, nose in self._noses.items()})
 
     def _show(self) -> None:
-        """Tell the cameras that somebody looks through where their planes are."""
+        """Pass the poses of the planes to the cameras with viewers."""
         for plane, nose in self._noses.items():
             if nose.watched:
                 nose.see(time.time(), plane.autopilot.outlook())
@@ -312,7 +312,7 @@ class SimServer:
         connection.socket.close()
 
     def _burst(self, pace: _Pace) -> None:
-        """The ticks that are due, with a pause for the sockets when they are many."""
+        """Run the ticks that are due, with a pause for the sockets when they are many."""
         started = now = time.monotonic()
         ticks = 0
         while pace.due(now):
@@ -340,7 +340,7 @@ class SimServer:
                 self._selector.modify(connection.socket, events, connection)
 
     def _poll(self, timeout_s: float) -> bool:
-        """Hear what is said until then; whether somebody said anything."""
+        """Handle the sockets until the time-out; True when anything arrived."""
         heard = self._selector.select(timeout_s)
         for key, events in heard:
             owner: Any = key.data
@@ -410,9 +410,9 @@ def run(
     ----------
     options : SimOptions
     on_listening : callable, optional
-        Told of each link once it is open.
+        Called with each link once it is open.
     on_camera : callable, optional
-        Told of each camera: system id, address of the stream, address of single pictures.
+        Called with each camera: system id, URL of the stream, URL of single pictures.
     until : callable, optional
         Called in a thread of its own; the simulation ends when it returns.
 
@@ -466,7 +466,7 @@ class SimulatedPlane:
     options : SimOptions, optional
         A plane at the default home on a free TCP port when omitted.
     autopilot : callable, optional
-        Makes the flying half of each plane; the real one when omitted.
+        Factory of the flying half of each plane; the real one when omitted.
 
     Examples
     --------
@@ -500,7 +500,7 @@ class SimulatedPlane:
 
     @property
     def clients(self) -> int:
-        """Connections at this moment."""
+        """Number of connections."""
         return self._server.clients
 
     @property
@@ -523,7 +523,7 @@ class SimulatedPlane:
         RuntimeError
             The simulator has stopped.
         TimeoutError
-            It did not get to it in time.
+            The simulator did not run it in time.
         """
         future: Future[_T] = Future()
 
@@ -550,20 +550,20 @@ class SimulatedPlane:
         up_m: float = CARRY_HEIGHT_M,
         plane: int = 0,
     ) -> None:
-        """Take a plane in the hand, disarmed and on the ground: its true attitude, and all that its sensors say of it.
+        """Hold a plane by hand, disarmed and on the ground: sets its true attitude, which its sensors show.
 
-        Returns at once; telemetry shows it from the next message on.
+        Returns immediately; telemetry shows it from the next message on.
 
         Parameters
         ----------
         roll_deg, pitch_deg, yaw_deg : float
             Attitude: right wing down, nose up, degrees true.
         seconds : float
-            Simulated time that the turn takes (0: at once); the gyroscopes feel it.
+            Simulated duration of the turn, which the gyroscopes measure; 0 is immediate.
         north_m, east_m, up_m : float
-            Where it is carried to, from where it was picked up.
+            Offset from the point where it was picked up.
         plane : int
-            Which plane, from 0.
+            Number of the plane, from 0.
 
         Raises
         ------
@@ -592,7 +592,7 @@ class SimulatedPlane:
         )
 
     def release(self, *, plane: int = 0) -> None:
-        """Put a plane that is held on its wheels, where it is and with its heading; nothing when nobody holds it."""
+        """Put a held plane down, in place and with its heading; no effect on one that is not held."""
         self.call(lambda world: world.release(plane=plane))
 
     def close(self) -> None:
@@ -621,7 +621,7 @@ class SimulatedPlane:
     def _serve(self) -> None:
         try:
             self._server.serve(self._stop)
-        except BaseException as error:  # noqa: BLE001  (told by close())
+        except BaseException as error:  # noqa: BLE001  (raised by close())
             self._failure = error
         finally:
             self._server.close()

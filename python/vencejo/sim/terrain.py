@@ -1,7 +1,7 @@
-"""The ground as the plane knows it: heights that it asks a station for, kept in grids as ArduPlane keeps them (AP_Terrain).
+"""Terrain data of the plane: heights requested from a station, stored in grids as by ArduPlane (AP_Terrain).
 
-A grid is 28 heights northward by 32 eastward, laid out from the whole degree south-west of it, and filled in blocks of 4 by 4.
-What was asked for and not answered is asked for again every two seconds, the grid below the plane first.
+A grid has 28 heights northward by 32 eastward, aligned to the whole degree south-west of it, and is filled in blocks of
+4 by 4. Missing blocks are requested again every two seconds, those of the grid below the plane first.
 """
 
 from __future__ import annotations
@@ -18,21 +18,21 @@ __all__ = ["Terrain", "TerrainRequest"]
 _SIDE = 4
 _ROWS, _COLUMNS = 28, 32
 _ROWS_APART, _COLUMNS_APART = 24, 28
-"""From one grid to the next, in heights: neighbours share a block."""
+"""Spacing of grids, in heights: neighbours overlap by a block."""
 _BLOCKS_EAST = 8
 _WHOLE = (1 << 56) - 1
 _M_PER_E7 = 0.011131884502145034
 _AGAIN_S = 2.0
 _DEGREE = 10_000_000
 _AROUND = 0.7
-"""How far the grids around the plane are looked for, in sizes of a grid."""
+"""Reach of the grids around the plane, in sizes of a grid."""
 _WAYPOINT = 16
 _ITEM_AROUND = 10
-"""How far around a waypoint the ground is wanted, in spacings."""
+"""Reach of the terrain around a waypoint, in spacings."""
 
 
 class TerrainRequest(NamedTuple):
-    """What TERRAIN_REQUEST says."""
+    """Content of TERRAIN_REQUEST."""
 
     lat_e7: int
     lon_e7: int
@@ -41,7 +41,7 @@ class TerrainRequest(NamedTuple):
 
 
 class _Place(NamedTuple):
-    """A place in its grid."""
+    """A position within its grid."""
 
     corner: tuple[int, int]
     row: int
@@ -62,7 +62,7 @@ def _longitude_scale(lat_e7: float) -> float:
 
 
 class Terrain:
-    """The grids of one plane. They outlive a reboot, as on an SD card.
+    """The grids of one plane. They survive a reboot, as on an SD card.
 
     Parameters
     ----------
@@ -80,25 +80,25 @@ class Terrain:
         self._reference: tuple[float, float, float] | None = None
         self._here: tuple[float, float] | None = None
         self._items: tuple[int, int, int] | None = (0, 1, 0)
-        """Revision of the mission, and the item and place of it that are looked for; None once all were found."""
+        """Revision of the mission, and the item and position being searched; None once all were found."""
         self._revision = -1
         self._home: tuple[float, float] | None = None
         self._last_m: float | None = None
         self._made = 0
         self._looked: tuple[tuple[int, int], int, int, int] | None = None
-        """The square that it was in when it was last looked around it, and how many grids had been made by then."""
+        """The square of the last search around the plane, and the number of grids created until then."""
 
     @property
     def enabled(self) -> bool:
         """TERRAIN_ENABLE."""
         return self._params.get("TERRAIN_ENABLE") != 0
 
-    # what is known
+    # queries
 
     def height_m(self, lat_deg: float, lon_deg: float) -> float | None:
-        """Height of the ground above mean sea level; None while it is not known, and from then on it is asked for.
+        """Terrain altitude above mean sea level; None while it is unknown, and then it is requested.
 
-        It is shifted so that the plane stood on it when it was armed, by TERRAIN_OFS_MAX at most.
+        It is shifted by at most TERRAIN_OFS_MAX, so that it matched the plane's altitude at arming.
         """
         if not self.enabled:
             return None
@@ -113,22 +113,22 @@ class Terrain:
         return west + (east - west) * place.part_east + (self._offset_m or 0.0)
 
     def below_m(self, lat_deg: float, lon_deg: float) -> float | None:
-        """The same below the plane, or the last that was known there."""
+        """Terrain altitude below the plane, or the last known one."""
         if (height_m := self.height_m(lat_deg, lon_deg)) is not None:
             self._last_m = height_m
         return self._last_m
 
     def spacing_at(self, lat_deg: float, lon_deg: float) -> int:
-        """Spacing of the heights that are known at a place, metres; 0 where none are."""
+        """Spacing of the heights known at a position, metres; 0 without any."""
         return 0 if self.height_m(lat_deg, lon_deg) is None else self._spacing_m
 
     def statistics(self) -> tuple[int, int]:
-        """Blocks that are missing and that are there."""
+        """Number of missing and of loaded blocks."""
         loaded = sum(grid.bitmap.bit_count() for grid in self._grids.values())
         return len(self._grids) * 56 - loaded, loaded
 
     def prearm(self) -> str | None:
-        """Why a plane that needs the ground does not arm, in ArduPlane's words."""
+        """The failing pre-arm check of terrain, in ArduPlane's words."""
         if not self.enabled:
             return "terrain disabled"
         pending, _ = self.statistics()
@@ -137,16 +137,16 @@ class Terrain:
             return "waiting for terrain data"
         return None
 
-    # what happens
+    # updates
 
     def armed(self, lat_deg: float, lon_deg: float, alt_amsl_m: float) -> None:
-        """The plane stands there, on the ground."""
+        """Set the reference altitude, when the plane is armed on the ground."""
         self._reference, self._offset_m = (lat_deg, lon_deg, alt_amsl_m), None
 
     def update(
         self, here: tuple[float, float], home: tuple[float, float] | None, mission: Sequence[StoredItem], revision: int
     ) -> None:
-        """Look what is known around the plane, its home and its waypoints; ten times a second."""
+        """Search the terrain around the plane, home and waypoints; ten times a second."""
         if not self.enabled:
             return
         spacing_m = max(1, int(self._params.get("TERRAIN_SPACING")))
@@ -166,7 +166,7 @@ class Terrain:
                 self._offset_m = max(-limit, min(limit, alt_m - height_m))
 
     def request(self, link: object, now_s: float) -> TerrainRequest | None:
-        """What to ask for now on a link."""
+        """The request due on a link, None without one."""
         if not self.enabled or self._here is None or now_s - self._asked_s.get(link, -math.inf) < _AGAIN_S:
             return None
         first = self._place(*self._here).corner
@@ -178,16 +178,16 @@ class Terrain:
         return None
 
     def restart(self) -> None:
-        """The plane reboots."""
+        """Reset after a reboot."""
         self._asked_s.clear()
         self._offset_m = self._reference = None
 
     def forget(self, link: object) -> None:
-        """A link is gone."""
+        """Remove a link."""
         self._asked_s.pop(link, None)
 
     def take(self, lat_e7: int, lon_e7: int, spacing_m: int, bit: int, heights: list[int]) -> None:
-        """TERRAIN_DATA; what was not asked for is passed over."""
+        """TERRAIN_DATA; unrequested data is ignored."""
         grid = self._grids.get((lat_e7, lon_e7))
         if grid is None or spacing_m != self._spacing_m or bit >= 56:
             return
@@ -199,7 +199,7 @@ class Terrain:
     # grids
 
     def _look_around(self, lat_deg: float, lon_deg: float) -> None:
-        """Have the grids around a place; anew only in another square, or where one may have lost its room to another."""
+        """Load the grids around a position; again only in a new square, or when one may have been evicted."""
         place = self._place(lat_deg, lon_deg)
         square = (place.corner, place.row, place.column)
         if self._looked == (*square, self._made):
@@ -211,7 +211,7 @@ class Terrain:
         self._looked = (*square, self._made)
 
     def _look_at_items(self, mission: Sequence[StoredItem], revision: int) -> None:
-        """Five places at each waypoint, one after the other, each time only what there is room for."""
+        """Search five positions at each waypoint in turn, within the capacity of the cache."""
         if revision != self._revision:
             self._revision, self._items = revision, (revision, 1, 0)
         if self._items is None:
@@ -238,7 +238,7 @@ class Terrain:
         self._items = (revision, index, corner)
 
     def _moved(self, lat_deg: float, lon_deg: float, rows: float, columns: float) -> tuple[float, float]:
-        """A place so many spacings north and east."""
+        """The position a number of spacings north and east."""
         north_deg = rows * self._spacing_m / _M_PER_E7 * 1e-7
         east_deg = columns * self._spacing_m / _M_PER_E7 * 1e-7 / _longitude_scale((lat_deg + north_deg / 2.0) * 1e7)
         return max(-90.0, min(90.0, lat_deg + north_deg)), (lon_deg + east_deg + 180.0) % 360.0 - 180.0
@@ -257,7 +257,7 @@ class Terrain:
         return _Place((south + d_lat, west + d_lon), row, column, north - int(north), east - int(east))
 
     def _grid(self, corner: tuple[int, int]) -> _Grid:
-        """The grid at a corner; a new one takes the place of the one that was used longest ago."""
+        """The grid at a corner; a new one replaces the least recently used one."""
         grid = self._grids.get(corner)
         if grid is None:
             if len(self._grids) >= max(1, int(self._params.get("TERRAIN_CACHE_SZ"))):

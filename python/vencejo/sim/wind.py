@@ -1,4 +1,4 @@
-"""The air's own motion: a steady wind from one side, slower near the ground, and Dryden gusts from a seed.
+"""The wind: a steady wind with a boundary layer near the ground, and seeded Dryden turbulence.
 
 Gusts follow the low-altitude model of MIL-F-8785C (MIL-HDBK-1797): first- and second-order filters over white noise,
 with lengths and intensities that depend on height. They are discretised as in R. W. Beard and T. W. McLain, *Small
@@ -55,7 +55,7 @@ class Wind:
         self._to_east = -self.speed_m_s * math.sin(math.radians(self.from_deg))
 
     def blow(self, height_m: float, airspeed_m_s: float, heading_rad: float, dt_s: float) -> None:
-        """Advance to the air around the plane: sets ``north_m_s``, ``east_m_s`` and ``down_m_s`` (where it goes to)."""
+        """Advance the wind at the plane, as velocities ``north_m_s``, ``east_m_s`` and ``down_m_s``."""
         factor = min(1.0, (max(height_m, 0.1) / _REFERENCE_M) ** _BOUNDARY_EXPONENT)
         self.north_m_s = self._to_north * factor
         self.east_m_s = self._to_east * factor

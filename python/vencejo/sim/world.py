@@ -1,4 +1,4 @@
-"""All simulated planes of one process, without clock or sockets: deterministic, as fast as it is stepped."""
+"""All simulated planes of one process, without clock or sockets: deterministic, advanced by calls."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ __all__ = ["MemoryLink", "World"]
 
 
 class World:
-    """The planes, and which links carry which of them.
+    """The planes, and the links that carry them.
 
     Parameters
     ----------
     options : SimOptions
-        ``links`` and ``speedup`` are not looked at here.
+        ``links`` and ``speedup`` are ignored here.
     autopilot : callable, optional
-        Makes the flying half of each plane; the real one when omitted.
+        Factory of the flying half of each plane; the real one when omitted.
 
     Examples
     --------
@@ -49,18 +49,18 @@ class World:
         self._shown_by_hand = [HandSequence(options.heading_deg) for _ in self.planes] if options.by_hand else []
 
     def attach(self, link: Link, planes: list[PlaneComponent] | None = None) -> None:
-        """A link is up; it carries all planes unless told which."""
+        """Add a link; it carries all planes by default."""
         self._carried[link] = list(planes if planes is not None else self.planes)
         for plane in self._carried[link]:
             plane.attach(link)
 
     def detach(self, link: Link) -> None:
-        """A link is gone."""
+        """Remove a link."""
         for plane in self._carried.pop(link, []):
             plane.detach(link)
 
     def receive(self, link: Link, data: bytes) -> None:
-        """Bytes arrived on a link."""
+        """Handle bytes received on a link."""
         for message in link.receive(data):
             for plane in self._carried.get(link, ()):
                 plane.on_message(link, message)
@@ -84,7 +84,7 @@ class World:
         up_m: float = CARRY_HEIGHT_M,
         plane: int = 0,
     ) -> None:
-        """Take a plane in the hand: see :meth:`vencejo.sim.SimulatedPlane.hold`."""
+        """Hold a plane by hand: see :meth:`vencejo.sim.SimulatedPlane.hold`."""
         values = (roll_deg, pitch_deg, yaw_deg, seconds, north_m, east_m, up_m)
         if not all(map(math.isfinite, values)):
             raise ValueError(f"hold{values}: every number must be finite")
@@ -97,7 +97,7 @@ class World:
         )
 
     def release(self, *, plane: int = 0) -> None:
-        """Put a plane that is held on its wheels, where it is and with its heading."""
+        """Put a held plane down, in place and with its heading."""
         self.planes[plane].autopilot.put_down()
 
     @staticmethod
@@ -106,14 +106,14 @@ class World:
         if due is None or plane.snapshot().armed:
             return
         (roll_deg, pitch_deg, heading_deg, _), seconds = due
-        # One that a force-disarm lets fall is not caught.
+        # A plane that falls after a forced disarming cannot be held.
         with contextlib.suppress(RuntimeError):
             plane.autopilot.move_by_hand(
                 math.radians(roll_deg), math.radians(pitch_deg), math.radians(heading_deg), seconds=seconds
             )
 
     def advance(self, seconds: float, *, until: Callable[[], bool] | None = None) -> bool:
-        """Advance simulated time, at most until a condition holds; tells whether it did (True without one)."""
+        """Advance simulated time, at most until a condition holds; True when it holds, or without one."""
         for _ in range(round(seconds / DT_S)):
             if until is not None and until():
                 return True
@@ -121,12 +121,12 @@ class World:
         return until is None or until()
 
     def connect(self, *, system: int = 255, component: int = 190) -> MemoryLink:
-        """A station in memory, for tests."""
+        """Connect a station in memory, for tests."""
         return MemoryLink(self, system=system, component=component)
 
 
 class MemoryLink:
-    """A station connected without a socket: sends messages and keeps what comes back, in order."""
+    """A station connected without a socket: sends messages and keeps the received ones, in order."""
 
     def __init__(self, world: World, *, system: int, component: int) -> None:
         self.link = Link("memory")
@@ -145,7 +145,7 @@ class MemoryLink:
         self._world.receive(self.link, data)
 
     def receive(self) -> list[MavMessage]:
-        """All messages that wait, in the order in which they would leave."""
+        """All queued messages, in sending order."""
         return self._decoder.feed(b"".join(self.link.take(1 << 30)))
 
     def close(self) -> None:

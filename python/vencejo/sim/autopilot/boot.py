@@ -1,8 +1,8 @@
-"""How ArduPlane starts: what it says, knows and believes in its first twenty seconds, as a function of the time since boot.
+"""ArduPlane's start: its texts and estimates in the first twenty seconds, as functions of the time since boot.
 
-The times are those of tests/fixtures/captures/arduplane-takeoff-to-landing.tlog, whose first seconds are a start. Before its receiver
-has a fix the vehicle counts its way from latitude and longitude 0, and until it has home its heights are the barometer's alone: it
-tells of itself, and what it tells is wrong.
+The times are those of tests/fixtures/captures/arduplane-takeoff-to-landing.tlog, which begins at boot. Before the
+receiver has a fix the vehicle dead-reckons from latitude and longitude 0, and until home is set its heights are those
+of the barometer alone, so the telemetry of these seconds is wrong.
 """
 
 from __future__ import annotations
@@ -25,23 +25,23 @@ __all__ = [
 ]
 
 READY_S = 1.5
-"""Until then it initialises: it says who it is and nothing else."""
+"""End of initialisation; until then only the heartbeat is sent."""
 MEASURED_S = 1.6
-"""When the battery and the heading are first measured, a moment after it has begun to tell of them."""
+"""First measurement of battery and heading, shortly after their telemetry begins."""
 _DRIFT_S = 3.2
-"""When it begins to count its way from nowhere, with the first airspeed."""
+"""Dead reckoning begins, with the first airspeed."""
 _DETECTED_S = 8.8
-"""When it finds its receiver."""
+"""The GPS receiver is detected."""
 FIX_S = 9.1
-"""When that has a fix: it knows its place."""
+"""First GPS fix: the position is known."""
 HOME_S = 9.9
-"""When it takes its first home, from the fixes that came meanwhile."""
+"""Home is first set, from the fixes received since :data:`FIX_S`."""
 HEIGHT_S = 9.92
-"""When its heights count from the sea, just after it has taken its home."""
+"""From here on altitudes are above mean sea level, just after home is set."""
 _EKF_INIT_S = 11.1
 _EKF_ALIGNED_S = 12.0
 ORIGIN_S = 19.2
-"""When the estimator has an origin, and with it the vehicle its home."""
+"""The estimator sets its origin, and the vehicle its home again."""
 _EKF_READY_S = 20.3
 
 TEXTS: tuple[tuple[float, Severity, str], ...] = (
@@ -58,11 +58,11 @@ TEXTS: tuple[tuple[float, Severity, str], ...] = (
     (_EKF_READY_S, Severity.INFO, "EKF3 IMU0 is using GPS"),
     (_EKF_READY_S, Severity.INFO, "AHRS: EKF3 active"),
 )
-"""What it says, with the time since boot in seconds."""
+"""STATUSTEXT messages of the start: time since boot in seconds, severity, text."""
 
 _DRIFT_LENGTH_M = 35.0
 _DRIFT_DECAY_S = 0.6
-"""The recorded drift, west by its heading: 24 m after 0.6 s, 34 m after 2.4 s, 35.6 m when it ends."""
+"""Fit of the recorded drift, due west (its heading): 24 m after 0.6 s, 34 m after 2.4 s, 35.6 m at the end."""
 
 
 def gps_before_fix(time_s: float) -> tuple[int, int]:
@@ -71,12 +71,12 @@ def gps_before_fix(time_s: float) -> tuple[int, int]:
 
 
 def drift_m(time_s: float) -> float:
-    """How far ahead of latitude and longitude 0 it believes itself before :data:`FIX_S`, metres."""
+    """Estimated distance ahead of latitude and longitude 0 before :data:`FIX_S`, metres."""
     return _DRIFT_LENGTH_M * -math.expm1(-max(0.0, time_s - _DRIFT_S) / _DRIFT_DECAY_S)
 
 
 def ekf_flags(time_s: float) -> int:
-    """Flags of the estimator while it starts, and afterwards."""
+    """EKF_STATUS_REPORT flags, during the start and afterwards."""
     if time_s < _EKF_INIT_S:
         return int(EkfFlag.UNINITIALIZED)
     if time_s < _EKF_ALIGNED_S:

@@ -1,7 +1,7 @@
-"""What each mission command means to this plane: how it begins, and when it is done.
+"""How the plane executes each mission command: its start, and the condition that completes it.
 
-Checked against ArduPlane's ``start_command`` and ``verify_command`` (ArduPlane/commands_logic.cpp, 4.8-dev). What ArduPlane
-stores but does not fly is named in :data:`PASSED_OVER`; docs/simulated-plane.md has the whole table.
+Checked against ArduPlane's ``start_command`` and ``verify_command`` (ArduPlane/commands_logic.cpp, 4.8-dev). Commands
+that ArduPlane stores but does not fly are listed in :data:`PASSED_OVER`; docs/simulated-plane.md has the whole table.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from .takeoff import Takeoff
 __all__ = ["PASSED_OVER", "Commands"]
 
 _SCRIPT_SILENCE_S = 1.0
-"""How long ArduPlane waits for a script that gives orders (Plane::nav_scripting_active)."""
+"""Time that ArduPlane waits for a script to take control (Plane::nav_scripting_active)."""
 
 PASSED_OVER = frozenset(
     {
@@ -34,15 +34,15 @@ PASSED_OVER = frozenset(
         Cmd.NAV_SET_YAW_SPEED,
     }
 )
-"""Navigation commands that ArduPlane stores and announces, but cannot begin without vertical lift: the mission goes straight on.
+"""Navigation commands that ArduPlane stores and announces but cannot start; the mission continues with the next item.
 
-Arcs, external guidance and yaw at a speed are ArduCopter's or Rover's: they fall through ``Plane::start_command``, which
-answers "try the next command". ``QuadPlane::do_vtol_takeoff`` and ``do_vtol_land`` refuse while Q_ENABLE is 0.
+Arcs, external guidance and yaw at a speed belong to ArduCopter and Rover: ``Plane::start_command`` has no case for
+them. ``QuadPlane::do_vtol_takeoff`` and ``do_vtol_land`` refuse while Q_ENABLE is 0.
 """
 
 
 class Commands:
-    """Begins and watches the commands of a mission."""
+    """Starts and verifies the commands of a mission."""
 
     def __init__(
         self,
@@ -119,22 +119,20 @@ class Commands:
             Cmd.CONDITION_DISTANCE: lambda item: self._nav.distance < max(0.0, item.p1),
         }
 
-    # both
-
     def start(self, item: StoredItem) -> bool:
-        """Begin a command; False when this plane cannot do it."""
+        """Start a command; False when this plane cannot execute it."""
         start = self._starts.get(item.command)
         if is_nav(item.command):
             self.takeoff_complete = True
             if self._landing.active and item.command != Cmd.NAV_LAND:
                 self._landing.end()
         if start is None:
-            # A payload command that nothing here answers to is done by being announced; others are passed over.
+            # Payload commands without a simulated payload only have to be announced; others are passed over.
             return item.command in AT_ONCE
         return start(item) is not False
 
     def verify(self, item: StoredItem) -> bool:
-        """True when a command is done."""
+        """True when a command is complete."""
         verify = self._verifies.get(item.command)
         if verify is not None:
             return verify(item)
@@ -154,7 +152,7 @@ class Commands:
         here = plane.here()
         target = nav.next
         if item.p3 > 0 and distance_m(nav.previous, target) > 0:
-            # Fly on beyond the point before it counts.
+            # The waypoint counts only this far beyond it.
             target = target.moved(math.atan2(target.e_m - nav.previous.e_m, target.n_m - nav.previous.n_m), item.p3)
         nav.fly_leg(nav.previous if nav.crosstrack else here, target)
         passed = nav.passed(nav.previous, target)
@@ -214,7 +212,7 @@ class Commands:
 
     def _verify_loiter_time(self, item: StoredItem) -> bool:
         plane, loiter = self._plane, self._nav.loiter
-        # The radius of a timed loiter is always WP_LOITER_RAD.
+        # A timed loiter always uses WP_LOITER_RAD.
         self._nav.fly_circle()
         if loiter.started_s is None or not loiter.counting:
             return False
@@ -256,7 +254,7 @@ class Commands:
         nav = self._nav
         spot = plane.spot_of(item)
         nav.previous = plane.here()
-        # The place of a take-off item means nothing: straight ahead it goes.
+        # ArduPlane ignores the position of a take-off item and climbs straight ahead.
         nav.next = Spot(plane.home.n_m, plane.home.e_m, spot.alt_m)
         nav.hold_course_rad = None
         nav.reset_slope()
@@ -279,7 +277,7 @@ class Commands:
         plane = self._plane
         nav = self._nav
         if distance_m(nav.previous, nav.next) < 0.1:
-            # No leg to go on along: take the course of the moment.
+            # There is no leg to continue: use the present course.
             est = plane.est
             course = math.atan2(est.velocity_e_m_s, est.velocity_n_m_s)
             nav.hold_course_rad = None
@@ -308,7 +306,7 @@ class Commands:
 
     def _verify_altitude_wait(self, item: StoredItem) -> bool:
         plane = self._plane
-        # The height of this command is always above mean sea level.
+        # The altitude of this command is always above mean sea level.
         if plane.here().alt_m > item.p1:
             plane.say(Severity.INFO, "Reached altitude")
             return True
@@ -324,7 +322,10 @@ class Commands:
         self._plane.say(Severity.INFO, f"Delaying {int(seconds)} sec")
 
     def _until_utc_s(self, hour: int, minute: int, second: int) -> float:
-        """Seconds until a time of day, the next one that fits; −1 is any (AP_RTC::get_time_utc). 0 while the time is unknown."""
+        """Seconds until the next matching time of day; −1 matches any value (AP_RTC::get_time_utc).
+
+        0 while the time is unknown.
+        """
         now_s = self._plane.utc_s()
         if now_s is None:
             return 0.0
@@ -336,12 +337,12 @@ class Commands:
             period_s = 60.0
         else:
             return 0.0
-        # Elements above the first one that is given do not count; those below it do, with −1 as what it says.
+        # Elements above the first given one are ignored; those below it count, −1 as the number −1.
         wanted_s = (hour * 3_600.0 if hour != -1 else 0.0) + (minute * 60.0 if period_s > 60.0 else 0.0) + second
         left_s = wanted_s - now_s % period_s
         return left_s + period_s if left_s < 0 else left_s
 
-    # a script that is not there
+    # NAV_SCRIPT_TIME without a script
 
     def _start_script(self, _item: StoredItem) -> None:
         plane, est = self._plane, self._plane.est
@@ -351,13 +352,13 @@ class Commands:
 
     @property
     def scripted(self) -> bool:
-        """True while a script may fly the plane."""
+        """True while the plane waits for a script to control it."""
         return self._script_until_s is not None and self._mission.nav_command == Cmd.NAV_SCRIPT_TIME
 
     def order_script(self) -> None:
-        """What ArduPlane flies until the first word of the script: attitude and throttle of the moment the item began.
+        """Hold the attitude and throttle at which the item began.
 
-        ArduPlane holds the rates of that moment; between waypoints they are next to none.
+        ArduPlane holds the angular rates of that moment, which are close to zero between waypoints.
         """
         roll_rad, pitch_rad = self._script_attitude
         self._plane.pilot.fly_bank(roll_rad)
@@ -366,7 +367,7 @@ class Commands:
     def _verify_script(self, _item: StoredItem) -> bool:
         plane = self._plane
         if self._script_until_s is not None and plane.time_s > self._script_until_s:
-            # Nobody gives orders: this plane runs no scripts.
+            # No script takes control: this plane runs none.
             self._script_until_s = None
             plane.say(Severity.INFO, "NavScript time out")
         return self._script_until_s is None
@@ -374,7 +375,7 @@ class Commands:
     def _start_condition_delay(self, item: StoredItem) -> None:
         self._condition_s = self._plane.time_s + max(0.0, item.p1)
 
-    # at once
+    # immediate commands
 
     def _return(self, _item: StoredItem) -> None:
         self._change_mode(Mode.RTL, "mission command")

@@ -1,7 +1,8 @@
-"""The autopilot: one plane that flies itself, step by step, and can be told what to do.
+"""The autopilot: the flying half of one simulated plane, advanced step by step, and the commands it accepts.
 
-It owns the loop (estimate, navigate at 10 Hz, orders, control laws, motion) and the state that commands change: mode, arming,
-home, speed. Where to go is :mod:`navigator`'s, what a mission command means :mod:`commands`', how each mode flies :mod:`modes`'.
+It owns the loop (estimate, navigate at 10 Hz, set-points, control laws, motion) and the state that commands change:
+mode, arming, home, speed. Guidance is in :mod:`navigator`, mission commands in :mod:`commands`, flight modes in
+:mod:`modes`.
 """
 
 from __future__ import annotations
@@ -54,13 +55,13 @@ _REFUSED_MODES: dict[int, tuple[tuple[Severity, str], ...]] = {
     24: (_NOT_ENTERED,),
     26: ((Severity.WARNING, "Must already be flying!"), _NOT_ENTERED),
 }
-"""What is said of the modes of a quadplane, THERMAL without SOAR_ENABLE, and AUTOLAND on the ground."""
+"""Refusals of quadplane modes, of THERMAL without SOAR_ENABLE, and of AUTOLAND on the ground."""
 _NAVIGATE_TICKS = 10
 _STICK_TICKS = 2
 _FLYING_TICKS = 20
 _LANDED_M_S = 3.0
 _HOME_AGAIN_S = 6.0
-"""How often home follows a disarmed plane: Plane::one_second_loop, when more than 5 s have passed; recorded."""
+"""Period at which home follows a disarmed plane, as recorded (Plane::one_second_loop, after more than 5 s)."""
 _EARTH_RADIUS_M = 6_371_008.8
 
 
@@ -70,7 +71,7 @@ class Autopilot(Plane):
     Parameters
     ----------
     config : SimConfig
-        Where it stands, the air around it, its seed.
+        Start position, wind and seed.
     params : Parameters
         The parameter store.
     plan : PlanView
@@ -194,7 +195,7 @@ class Autopilot(Plane):
         self._estimate()
 
     def _navigate(self) -> None:
-        """Everything that runs 10 times a second."""
+        """The tasks that run 10 times a second."""
         if self.flight_mode is Mode.INITIALISING and self.time_s >= boot.READY_S:
             self.change_mode(Mode.MANUAL, "initialised")
         while self._pending_texts and self._pending_texts[0][0] <= self.time_s:
@@ -231,7 +232,7 @@ class Autopilot(Plane):
         self.failsafes.check()
 
     def _prepare_orders(self) -> None:
-        """What the control laws are to do until the next time."""
+        """Set the targets and limits of the control laws."""
         self.mode.update()
         on_ground = self.body.on_wheels
         heading = None
@@ -270,7 +271,7 @@ class Autopilot(Plane):
         )
 
     def _judge_flying(self) -> None:
-        """ArduPlane's guess, 5 times a second: moving through the air or over ground, low-passed."""
+        """ArduPlane's is-flying estimate, 5 times a second: low-pass filtered motion through air or over ground."""
         est = self.est
         moving = est.groundspeed_m_s >= 1.5
         if self.armed:
@@ -334,18 +335,18 @@ class Autopilot(Plane):
             return min(limit, math.degrees(mode.heading[2]))
         return limit
 
-    # what the mission runner asks for
+    # MissionHost
 
     def start_command(self, item: StoredItem) -> bool:
-        """Begin a mission command; outside AUTO, where the mission was only set to it, nothing happens yet."""
+        """Start a mission command; outside AUTO it only becomes the current one (start_command_callback)."""
         return self.commands.start(item) if self.in_auto else True
 
     def verify_command(self, item: StoredItem) -> bool:
-        """Look whether a mission command is done."""
+        """True when a mission command is complete."""
         return self.commands.verify(item)
 
     def mission_complete(self) -> None:
-        """The last item is done: go home."""
+        """The last item is complete: return to launch."""
         if self.in_auto:
             self.change_mode(Mode.RTL, "mission end")
             self.say(Severity.INFO, "Mission complete, changing mode to RTL")
@@ -353,7 +354,7 @@ class Autopilot(Plane):
     # commands
 
     def arm(self, *, force: bool = False) -> MavResult:
-        """Arm, if the pre-arm checks and the mode let it."""
+        """Arm; refused by failing pre-arm checks, and with ``force`` by the mandatory ones alone."""
         if self.armed:
             return MavResult.ACCEPTED
         mandatory = ["Waiting for RC"] if self.failsafes.waits_for_radio else []
@@ -389,17 +390,17 @@ class Autopilot(Plane):
         self._events.append(Disarmed())
         self.say(Severity.INFO, "Throttle disarmed")
         if not self.in_auto:
-            # As ArduPlane: in AUTO the mission stays where it was.
+            # As ArduPlane: in AUTO the mission keeps its current item.
             self.mission.reset()
 
     def set_mode(self, number: int) -> MavResult:
-        """Change the mode as a ground station asks."""
+        """Change the mode at the request of a ground station."""
         if number not in self._modes:
             for severity, text in _REFUSED_MODES.get(number, ((Severity.WARNING, f"No such mode {number}"),)):
                 self.say(severity, text)
             return MavResult.FAILED
         if self.flight_mode is Mode.INITIALISING:
-            # As ArduPlane, which ends its start in the first mode whatever was asked for meanwhile.
+            # As ArduPlane, which enters its initial mode at the end of the start whatever was requested before.
             return MavResult.ACCEPTED
         return MavResult.ACCEPTED if self.change_mode(Mode(number), _STATION_REASON) else MavResult.FAILED
 
@@ -431,7 +432,7 @@ class Autopilot(Plane):
         return True
 
     def enter_auto_to_land(self) -> None:
-        """From RTL into the landing sequence that the mission was just set to."""
+        """Change from RTL to AUTO, whose mission has just been set to a landing sequence."""
         self._enter_auto(RTL_COMPLETE_REASON)
 
     def _enter_auto(self, reason: str) -> bool:
@@ -441,7 +442,7 @@ class Autopilot(Plane):
         return entered
 
     def set_mission_current(self, seq: int, *, reset: bool = False) -> MavResult:
-        """Go to an item of the mission; with ``reset`` jumps count anew, and a mission that has ended runs again."""
+        """Make an item the current one; ``reset`` clears the jump counters and restarts a completed mission."""
         if reset:
             self.mission.reset()
         if not self.mission.set_current(seq):
@@ -451,7 +452,7 @@ class Autopilot(Plane):
         return MavResult.ACCEPTED
 
     def mission_start(self) -> MavResult:
-        """Enter AUTO; accepted even when that is refused, as by ArduPlane."""
+        """Enter AUTO; ACCEPTED even when the mode change is refused, as by ArduPlane."""
         self.set_mode(Mode.AUTO)
         return MavResult.ACCEPTED
 
@@ -467,7 +468,7 @@ class Autopilot(Plane):
             return MavResult.DENIED
         if target.frame not in (0, 3, 10):
             return MavResult.DENIED
-        # As ArduPlane: where the mode change is refused, the present mode gets the new point.
+        # As ArduPlane: when the mode change is refused, the present mode takes the new point.
         self.set_mode(Mode.GUIDED)
         guided = self._guided
         spot = self.here()
@@ -485,7 +486,7 @@ class Autopilot(Plane):
         return MavResult.ACCEPTED
 
     def set_home(self, lat_deg: float | None, lon_deg: float | None, alt_amsl_m: float | None) -> MavResult:
-        """Move home and lock it until the next boot; RTL turns to it at once. All None is where the plane is."""
+        """Set home, here when all are None, and lock it until the next boot; RTL turns to it at once."""
         result = super().set_home(lat_deg, lon_deg, alt_amsl_m)
         if result is MavResult.ACCEPTED:
             self.home_locked = True
@@ -494,7 +495,7 @@ class Autopilot(Plane):
         return result
 
     def change_speed(self, kind: int, speed_m_s: float, throttle_pct: float) -> MavResult:
-        """Target airspeed (0), least ground speed (1) or cruise throttle."""
+        """Set target airspeed (``kind`` 0), minimum ground speed (1) or cruise throttle."""
         return self.energy.change_speed(kind, speed_m_s, throttle_pct)
 
     def change_altitude(self, alt_m: float, frame: int) -> MavResult:
@@ -519,7 +520,7 @@ class Autopilot(Plane):
         return result
 
     def change_heading(self, kind: int, heading_deg: float, accel_m_s2: float) -> MavResult:
-        """A course (0) or heading (1) instead of a point in GUIDED; 2 goes back to the point."""
+        """Fly a course (``kind`` 0) or heading (1) instead of to the point in GUIDED; 2 returns to the point."""
         guided = self.mode
         if not isinstance(guided, GuidedMode) or kind not in (0, 1, 2):
             return MavResult.FAILED
@@ -533,7 +534,7 @@ class Autopilot(Plane):
         return MavResult.ACCEPTED
 
     def do_mission_command(self, item: StoredItem) -> MavResult:
-        """A mission command sent on its own."""
+        """Execute a DO_* command that was sent on its own."""
         command = item.command
         if command == Cmd.DO_LAND_START:
             found = self.mission.jump_to_landing(self.distance_to_item)
@@ -571,7 +572,7 @@ class Autopilot(Plane):
     # the world outside
 
     def rc_input(self, channels: Mapping[int, int | None]) -> None:
-        """Radio channels by number in µs; None gives one back to the transmitter."""
+        """Override radio channels by number, in µs; None returns a channel to the transmitter."""
         self.rc.override(channels)
 
     def move_by_hand(
@@ -583,16 +584,16 @@ class Autopilot(Plane):
         seconds: float = 0.0,
         offset_ned_m: tuple[float, float, float] = (0.0, 0.0, -CARRY_HEIGHT_M),
     ) -> None:
-        """Take the plane in the hand, on the ground and disarmed, and turn and carry it.
+        """Turn and carry the plane by hand, disarmed and on the ground.
 
         Parameters
         ----------
         roll_rad, pitch_rad, yaw_rad : float
-            Attitude to reach.
+            Target attitude.
         seconds : float
-            How long that takes; 0 is at once.
+            Duration; 0 is immediate.
         offset_ned_m : tuple of float
-            Where to, from where it was picked up: north, east, down.
+            North, east and down of the point where it was picked up.
 
         Raises
         ------
@@ -608,30 +609,30 @@ class Autopilot(Plane):
         self._hand.move(roll_rad, pitch_rad, yaw_rad, seconds=seconds, offset_ned_m=offset_ned_m)
 
     def put_down(self) -> None:
-        """Put the plane on its wheels where it is held, with its heading."""
+        """Put the plane down where it is held, with its heading."""
         if self._hand is not None:
             self._hand = None
             self.body.place(self.body.lat_deg, self.body.lon_deg, self.body.yaw_rad)
 
     def failsafe_gcs(self, active: bool) -> None:
-        """The ground station's heartbeat is lost, or back."""
+        """Report that the ground station's heartbeat is lost, or back."""
         self.failsafes.station(is_lost=active)
 
     def fence_breached(self, kind: FenceBreach | None, return_point: tuple[float, float] | None = None) -> None:
-        """A fence was crossed, or all are clear again (None)."""
+        """Report a fence breach, or that all fences are clear again (None)."""
         self._fence.breached(kind, return_point)
 
     def reboot(self) -> None:
-        """Switched off and on where it stands, with what is left in its battery: disarmed, time from zero."""
+        """Restart in place, disarmed, with the charge that is left in the battery; time starts from zero."""
         self.battery.restart()
         self.energy.load_saved()
-        # To a centimetre, as a position travels.
+        # Rounded to a centimetre, the resolution of positions on the wire.
         self._boot(round(self.body.lat_deg, 7), round(self.body.lon_deg, 7))
 
     # camera
 
     def outlook(self) -> Outlook:
-        """Where the plane truly is, for a camera on board."""
+        """The true pose of the plane, for a camera on board."""
         body = self.body
         north, east = self.start.to_plane(body.lat_deg, body.lon_deg)
         revision = self._plan.mission_revision
@@ -656,7 +657,7 @@ class Autopilot(Plane):
     # telemetry
 
     def snapshot(self) -> Snapshot:
-        """The present instant."""
+        """The present state."""
         est, body, sensors, tick = self.est, self.body, self.sensors, self._tick
         aileron, elevator, rudder, throttle = self._surfaces
         gps = sensors.gps(body, math.floor(self.time_s * 5.0) / 5.0)
@@ -772,7 +773,7 @@ class Autopilot(Plane):
         )
 
     def _believed_place(self) -> tuple[float, float]:
-        """Latitude and longitude; without a fix those of a way that began at 0 and 0."""
+        """Estimated latitude and longitude; before the first fix those of dead reckoning from 0, 0."""
         if self.time_s >= boot.FIX_S:
             return self.where()
         drift_deg = math.degrees(boot.drift_m(self.time_s) / _EARTH_RADIUS_M)

@@ -1,4 +1,4 @@
-"""Speed and height by total energy: the speed to fly, and the orders that several modes give."""
+"""Speed and altitude by total energy control: the target airspeed, and the demands shared by several modes."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ __all__ = ["Energy"]
 
 
 class Energy:
-    """Target speed of one plane, and the orders that hold it with the target height."""
+    """Target airspeed of one plane, and the control demands that hold it together with the target altitude."""
 
     def __init__(self, plane: Plane, nav: Navigator, landing: Landing) -> None:
         self._plane = plane
@@ -21,10 +21,10 @@ class Energy:
         self._landing = landing
         self.new_airspeed_m_s: float | None = None
         self.auto_throttle = False
-        """The autopilot, not the stick, moves the throttle in the present mode."""
+        """Whether the autopilot controls the throttle in the present mode."""
 
     def order(self) -> None:
-        """Target height and speed by total energy."""
+        """Demand the target altitude and airspeed."""
         tune = self._plane.tune
         high = tune["PTCH_LIM_MAX_DEG"]
         if tune["TECS_PITCH_MAX"] > 0:
@@ -43,7 +43,7 @@ class Energy:
         )
 
     def airspeed_m_s(self) -> float:
-        """Airspeed to fly, m/s EAS."""
+        """Target airspeed, m/s EAS."""
         plane, tune = self._plane, self._plane.tune
         slow, fast = tune["AIRSPEED_MIN"], tune["AIRSPEED_MAX"]
         target = tune["AIRSPEED_CRUISE"]
@@ -61,13 +61,13 @@ class Energy:
         return min(fast, max(slow, target))
 
     def load_saved(self) -> None:
-        """Return to the saved values of what :meth:`change_speed` changes, as at the end of a landing and at a boot."""
+        """Restore the saved values of the parameters that :meth:`change_speed` sets: after a landing and at a boot."""
         self._plane.tune.load("MIN_GROUNDSPEED", "TRIM_THROTTLE")
 
     def change_speed(self, kind: int, speed_m_s: float, throttle_pct: float) -> MavResult:
-        """Target airspeed (0), least ground speed (1) or cruise throttle.
+        """Set target airspeed (``kind`` 0), minimum ground speed (1) or cruise throttle.
 
-        The last two are parameters, which keep the new value unsaved: in all modes, and after a disarming.
+        The last two are unsaved parameter values: they hold in all modes and after a disarming.
         """
         plane = self._plane
         if not math.isfinite(speed_m_s):

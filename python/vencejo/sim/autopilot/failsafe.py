@@ -1,7 +1,7 @@
-"""What the plane does when its ground station, its remote control or its battery fails.
+"""Failsafes of the ground station, the remote control and the battery.
 
-The rules are those of ArduPlane's ``events.cpp``, ``system.cpp`` (``check_short_failsafe``, ``check_long_failsafe``) and ``radio.cpp``, and of
-``AP_BattMonitor``; there is no parachute, no rotor and no termination here.
+The rules are those of ArduPlane's ``events.cpp``, ``system.cpp`` (``check_short_rc_failsafe``, ``check_long_failsafe``)
+and ``radio.cpp``, and of ``AP_BattMonitor``; parachute, rotors and flight termination are not simulated.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ __all__ = ["BATTERY_REASON", "RADIO_REASON", "BatteryLevel", "Failsafes"]
 RADIO_REASON = "radio failsafe"
 BATTERY_REASON = "battery failsafe"
 _LOST_S = 0.2
-"""How long the radio must be lost or below its mark: ten readings at 50 Hz."""
+"""Duration of a lost signal or a throttle below THR_FS_VALUE that triggers the failsafe: ten readings at 50 Hz."""
 _BY_STICK = (Mode.MANUAL, Mode.STABILIZE, Mode.FBWA, Mode.FBWB, Mode.CRUISE)
 
 
 class _State(Enum):
-    """The failsafe that is on."""
+    """The active failsafe of radio or ground station."""
 
     NONE = ""
     SHORT = "RC Short"
@@ -33,7 +33,7 @@ class _State(Enum):
 
 
 class BatteryLevel(IntEnum):
-    """Which mark of the battery was reached."""
+    """The battery threshold that was crossed."""
 
     FINE = 0
     LOW = 1
@@ -61,7 +61,7 @@ class _LongAction(IntEnum):
 
 
 class _BatteryAction(IntEnum):
-    """BATT_FS_LOW_ACT and BATT_FS_CRT_ACT; the landings of a VTOL are LAND to a plane without rotors."""
+    """BATT_FS_LOW_ACT and BATT_FS_CRT_ACT; the VTOL landings act as LAND on a plane without rotors."""
 
     NONE = 0
     RTL = 1
@@ -80,20 +80,20 @@ _GRAVEST_FIRST = (
     _BatteryAction.RTL,
     _BatteryAction.NONE,
 )
-"""A second mark never makes it do something less grave than the first did."""
+"""Order of severity: a second threshold never triggers a less severe action than the first."""
 
 
 class Failsafes:
-    """The failsafes of one plane; :meth:`check` looks at all of them, ten times a second.
+    """The failsafes of one plane; call :meth:`check` ten times a simulated second.
 
     Parameters
     ----------
     plane, mission, landing
-        What is flown.
+        The state that the failsafes read and act on.
     change_mode : callable
         Changes the mode, with a reason.
     land : callable
-        Enters AUTO, whose mission was just set to a landing, with a reason.
+        Enters AUTO, once the mission has been set to a landing, with a reason.
     climbing_out : callable
         Whether the plane is in the climb of a take-off.
     """
@@ -127,30 +127,30 @@ class Failsafes:
 
     @property
     def is_on(self) -> bool:
-        """Whether any is on."""
+        """Whether any failsafe is active."""
         return self._state is not _State.NONE or self.battery is not BatteryLevel.FINE
 
     @property
     def waits_for_radio(self) -> bool:
-        """Whether it does not arm, not even by force, because no receiver was heard since the boot."""
+        """Whether arming, forced arming included, is refused because no RC frame has arrived since the boot."""
         return not self._has_heard and int(self._plane.tune["THR_FAILSAFE"]) == 1
 
     @property
     def station_is_lost(self) -> bool:
-        """Whether the one of the ground station is on."""
+        """Whether the ground station failsafe is active."""
         return self._state is _State.STATION
 
     def station(self, *, is_lost: bool) -> None:
-        """The ground station's heartbeat is missed, or back."""
+        """Report that the ground station's heartbeat is lost, or back."""
         self._station_lost = is_lost
         self._check_long()
 
     def mode_changed(self) -> None:
-        """What waited for the end of a climb is forgotten."""
+        """Cancel a failsafe action that is postponed to the end of a climb."""
         self._is_pending = False
 
     def check(self) -> None:
-        """Look at the radio and the battery, and act."""
+        """Check radio and battery, and act."""
         self._check_radio()
         self._check_short()
         self._check_long()
@@ -207,7 +207,7 @@ class Failsafes:
         else:
             plane.say(Severity.WARNING, f"RC Short Failsafe: switched to {plane.flight_mode.full_name}")
 
-    # silence that lasts, of the remote control or of the ground station
+    # the long failsafe, of the remote control or of the ground station
 
     def _check_long(self) -> None:
         plane = self._plane
@@ -229,7 +229,7 @@ class Failsafes:
         self._plane.say(Severity.WARNING, text)
 
     def _long(self, state: _State) -> None:
-        """Act as FS_LONG_ACTN says; what "continue" means depends on the mode."""
+        """Act by FS_LONG_ACTN; the effect of "continue" depends on the mode."""
         plane = self._plane
         plane.rc.clear()
         self._state = state
@@ -279,7 +279,7 @@ class Failsafes:
             self._act_on_battery(action)
 
     def _battery_level(self) -> BatteryLevel:
-        """The gravest mark that is passed: a charge at once, a voltage that stays below it for BATT_LOW_TIMER."""
+        """The most severe threshold crossed: of charge at once, of voltage after BATT_LOW_TIMER below it."""
         tune, pack, now_s = self._plane.tune, self._plane.battery, self._plane.time_s
         if int(tune["BATT_MONITOR"]) == 0:
             return BatteryLevel.FINE

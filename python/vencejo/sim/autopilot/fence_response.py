@@ -1,6 +1,7 @@
-"""What the plane does when it crosses its fence, and the mode changes that it then refuses.
+"""The reaction to a fence breach, and the mode changes that are refused after one.
 
-The rules are those of ArduPlane's ``fence.cpp`` and ``Plane::set_mode``. Which fence is crossed is :mod:`vencejo.sim.fence`'s to say.
+The rules are those of ArduPlane's ``fence.cpp`` and ``Plane::set_mode``. Breaches are detected by
+:mod:`vencejo.sim.fence`.
 """
 
 from __future__ import annotations
@@ -17,14 +18,14 @@ from .plane import Plane
 __all__ = ["RTL_COMPLETE_REASON", "FenceResponse"]
 
 RTL_COMPLETE_REASON = "RTL complete"
-"""RTL goes on to the mission's landing."""
+"""Reason of the change from RTL to the mission's landing."""
 _REASON = "fence breached"
 _NO_MODE_CHANGE = 1
-"""FENCE_OPTIONS: no mode change while the plane returns from a breach."""
+"""FENCE_OPTIONS bit 0: mode changes are refused while the plane returns from a breach."""
 
 
 class _Action(IntEnum):
-    """FENCE_ACTION; 8, AUTOLAND where that may be entered, returns here."""
+    """FENCE_ACTION; 8 acts as RTL because mode AUTOLAND is not simulated."""
 
     REPORT = 0
     RTL = 1
@@ -39,7 +40,7 @@ class FenceResponse:
     Parameters
     ----------
     plane, mission, landing
-        What is flown.
+        The state that the reaction reads and acts on.
     change_mode : callable
         Changes the mode, with a reason.
     go_to : callable
@@ -62,7 +63,7 @@ class FenceResponse:
         self._breach: FenceBreach | None = None
 
     def denies_mode_change(self, reason: str) -> bool:
-        """Whether a mode change is refused: during a breach, while the plane returns from it, except to land after RTL."""
+        """Whether a mode change is refused: while the plane returns from a breach, except to land after RTL."""
         plane = self._plane
         is_locked = (
             plane.armed and self._breach is not None and bool(int(plane.tune["FENCE_OPTIONS"]) & _NO_MODE_CHANGE)
@@ -75,7 +76,7 @@ class FenceResponse:
             return
         self._breach = kind
         plane = self._plane
-        # A landing is not broken off in its flare, and while it returns from one breach the plane looks at no other.
+        # A flare is not interrupted, and further breaches are ignored while the plane returns from one.
         if not plane.armed or self._landing.flaring or self._is_recovering:
             return
         if kind is None:
@@ -93,7 +94,7 @@ class FenceResponse:
 
     @property
     def _is_recovering(self) -> bool:
-        """Plane::in_fence_recovery: the present mode was entered for a breach, or leads on from one that was."""
+        """Plane::in_fence_recovery: the present mode, or the RTL before this landing, is due to a breach."""
         plane = self._plane
         if plane.in_auto and not self._mission.in_landing_sequence:
             return False
@@ -101,7 +102,7 @@ class FenceResponse:
         return plane.mode_reason == _REASON or lands_after
 
     def _return_spot(self, return_point: tuple[float, float] | None) -> Spot:
-        """Where FENCE_ACTION 6 and 7 go, at FENCE_RET_ALT or half way between floor and ceiling."""
+        """Target of FENCE_ACTION 6 and 7, at FENCE_RET_ALT or half way between floor and ceiling."""
         plane, tune = self._plane, self._plane.tune
         if tune["FENCE_RET_RALLY"] != 0:
             return plane.return_spot()

@@ -1,7 +1,8 @@
-"""Places: the tangent plane in which the autopilot thinks, and points of it with a height.
+"""The tangent plane of the autopilot's navigation, and its points with an altitude.
 
-The plane touches the ellipsoid where the simulated plane booted. North and east are metres along the meridian and the parallel
-there (radii of curvature of WGS-84); at 5 km the error against the geodesic is below 3 m, the same for the plane and its targets.
+The tangent plane touches the ellipsoid at the boot position. North and east are metres along the meridian and the
+parallel there (radii of curvature of WGS-84); at 5 km the error against the geodesic is below 3 m, the same for the
+plane and its targets.
 """
 
 from __future__ import annotations
@@ -28,11 +29,11 @@ class Spot:
     e_m: float
     alt_m: float
     anticlockwise: bool = False
-    """Loiter around it to the left."""
+    """Loiter around it anticlockwise."""
     exit_tangent: bool = False
     """The leg after a loiter here starts where the circle is left, not at its centre."""
     follows_ground: bool = False
-    """Its height above home is one above the ground below the plane, as ArduPlane keeps it (``terrain_alt``)."""
+    """Its altitude above home counts from the terrain below the plane instead (ArduPlane's ``terrain_alt``)."""
 
     def moved(self, bearing: float, distance: float) -> Spot:
         """The point ``distance`` metres away along a bearing in radians."""
@@ -46,7 +47,7 @@ class Spot:
         )
 
     def copy(self) -> Spot:
-        """Another one like this."""
+        """A copy."""
         return replace(self)
 
 
@@ -61,14 +62,14 @@ def bearing_rad(a: Spot, b: Spot) -> float:
 
 
 def ground_distance_m(lat1_deg: float, lon1_deg: float, lat2_deg: float, lon2_deg: float) -> float:
-    """Distance as ArduPilot counts it (Location::get_distance): on a sphere, with the meridians' width half-way."""
+    """Distance by ArduPilot's Location::get_distance: on a sphere, longitudes scaled at the mean latitude."""
     north = lat2_deg - lat1_deg
     east = ((lon2_deg - lon1_deg + 180.0) % 360.0 - 180.0) * math.cos(math.radians((lat1_deg + lat2_deg) / 2.0))
     return 111_318.845 * math.hypot(north, east)
 
 
 class LocalFrame:
-    """The tangent plane at a place."""
+    """The tangent plane at a position."""
 
     __slots__ = ("_east_per_deg", "_north_per_deg", "lat_deg", "lon_deg")
 
@@ -81,7 +82,7 @@ class LocalFrame:
         self._east_per_deg = math.radians(_A / math.sqrt(w)) * max(1e-6, math.cos(math.radians(lat_deg)))
 
     def to_plane(self, lat_deg: float, lon_deg: float) -> tuple[float, float]:
-        """North and east of a place, metres."""
+        """North and east of a position, metres."""
         east = (lon_deg - self.lon_deg + 180.0) % 360.0 - 180.0
         return (lat_deg - self.lat_deg) * self._north_per_deg, east * self._east_per_deg
 

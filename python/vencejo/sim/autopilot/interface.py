@@ -1,10 +1,10 @@
 """The contract between the flying half of the simulated plane and its MAVLink half.
 
-This file owns the types that cross that line, and nothing that moves: what the autopilot is given
-(:class:`SimConfig`, :class:`Parameters`, :class:`PlanView`), what it shows (:class:`Snapshot`), what it says
-(:class:`Event`) and what it can be told (:class:`AutopilotPort`). All quantities are SI with the unit in the
-name; latitudes and longitudes are degrees WGS-84; ``amsl`` is height above mean sea level; ``rel_home`` is
-height above home; NED is north, east, down; body axes are forward, right, down.
+It has the types of that interface and no behaviour: the autopilot's inputs (:class:`SimConfig`, :class:`Parameters`,
+:class:`PlanView`), its state (:class:`Snapshot`), its events (:class:`Event`) and the commands it accepts
+(:class:`AutopilotPort`). All quantities are SI with the unit in the name; latitudes and longitudes are degrees WGS-84;
+``amsl`` is height above mean sea level; ``rel_home`` is height above home; NED is north, east, down; body axes are
+forward, right, down.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ DT_S = 0.01
 
 
 class MavResult(IntEnum):
-    """MAV_RESULT as commands answer it."""
+    """MAV_RESULT, the result of a command."""
 
     ACCEPTED = 0
     TEMPORARILY_REJECTED = 1
@@ -70,7 +70,7 @@ class Severity(IntEnum):
 
 
 class Mode(IntEnum):
-    """ArduPlane mode numbers (``HEARTBEAT.custom_mode``) that the simulated plane flies, and the one of its start."""
+    """ArduPlane mode numbers (``HEARTBEAT.custom_mode``): the simulated modes, and INITIALISING."""
 
     MANUAL = 0
     CIRCLE = 1
@@ -87,12 +87,12 @@ class Mode(IntEnum):
 
     @property
     def full_name(self) -> str:
-        """As ArduPlane says it in a text."""
+        """ArduPlane's name of the mode in texts."""
         return {"FBWA": "FLY_BY_WIRE_A", "FBWB": "FLY_BY_WIRE_B"}.get(self.name, self.name)
 
     @property
     def failing_checks(self) -> list[str]:
-        """Why this mode does not arm (``Mode::pre_arm_checks``); empty where it does."""
+        """The failing pre-arm check of this mode (``Mode::pre_arm_checks``); empty when it may be armed in."""
         return [f"{self.full_name} mode not armable"] if self in (Mode.RTL, Mode.INITIALISING) else []
 
 
@@ -118,7 +118,10 @@ class MissionState(IntEnum):
 
 
 class SystemState(IntEnum):
-    """MAV_STATE of HEARTBEAT as ArduPlane sets it: CALIBRATING while it starts, STANDBY on the ground, ACTIVE flying, CRITICAL in failsafe."""
+    """MAV_STATE of HEARTBEAT as ArduPlane sets it.
+
+    CALIBRATING during the start, STANDBY on the ground, ACTIVE in flight, CRITICAL during a failsafe.
+    """
 
     CALIBRATING = 2
     STANDBY = 3
@@ -143,7 +146,7 @@ class EkfFlag(IntEnum):
 
 
 class FenceBreach(Enum):
-    """Which fence was crossed (FENCE_BREACH: MINALT 1, MAXALT 2, BOUNDARY 3)."""
+    """The breached fence (FENCE_BREACH: MINALT 1, MAXALT 2, BOUNDARY 3)."""
 
     MIN_ALT = "Min Alt"
     MAX_ALT = "Max Alt"
@@ -153,16 +156,16 @@ class FenceBreach(Enum):
 
 @dataclass(frozen=True, slots=True)
 class SimConfig:
-    """What one simulated plane is started with.
+    """Configuration of one simulated plane.
 
     Parameters
     ----------
     home_lat_deg, home_lon_deg : float
-        Where it stands, degrees WGS-84.
+        Start position, degrees WGS-84.
     home_alt_amsl_m : float
         Ground elevation there (flat earth around it), metres.
     heading_deg : float
-        Where it looks, degrees true, 0 to 360.
+        Start heading, degrees true, 0 to 360.
     wind_m_s, wind_from_deg : float
         Steady wind speed and the direction it comes from (degrees true).
     gust_m_s : float
@@ -172,9 +175,9 @@ class SimConfig:
     system_id : int
         MAVLink system id, 1 to 255.
     geoid_m : float
-        Height of the sea's level there above the WGS-84 ellipsoid, metres.
+        Height of the geoid above the WGS-84 ellipsoid there, metres.
     launch : {"runway", "hand"}
-        Take-off by rolling on its belly skid along a strip, or thrown by hand.
+        Take-off along a runway on its belly skid, or launch by hand.
     """
 
     home_lat_deg: float = 40.3332
@@ -192,10 +195,11 @@ class SimConfig:
 
 @dataclass(frozen=True, slots=True)
 class StoredItem:
-    """A mission item as the autopilot keeps it (already normalised by the plan store).
+    """A mission item as stored by the autopilot (already normalised by the plan store).
 
-    ``seq`` 0 is home. ``frame`` is MAV_FRAME 0 (AMSL), 3 (relative to home) or 10 (above the
-    ground below the plane, as far as that is known; else above home). ``lat_deg`` and ``lon_deg`` are 0 when the item has no position. ``p1`` to ``p4`` are as read back.
+    ``seq`` 0 is home. ``frame`` is MAV_FRAME 0 (AMSL), 3 (relative to home) or 10 (above the terrain below the
+    plane, or above home where that is unknown). ``lat_deg`` and ``lon_deg`` are 0 when the item has no position.
+    ``p1`` to ``p4`` are as read back.
     """
 
     seq: int
@@ -209,9 +213,9 @@ class StoredItem:
     lon_deg: float
     alt_m: float
     x: int = 0
-    """Raw x of the wire, for commands that carry no position there."""
+    """Raw x on the wire, for commands without a position."""
     y: int = 0
-    """Raw y of the wire."""
+    """Raw y on the wire."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -225,7 +229,7 @@ class RallyPoint:
 
 
 class Parameters(Protocol):
-    """The parameter store, ArduPlane's names."""
+    """The parameter store, by ArduPlane's names."""
 
     def get(self, name: str) -> float:
         """Value of a parameter.
@@ -233,52 +237,52 @@ class Parameters(Protocol):
         Raises
         ------
         KeyError
-            The plane has no such parameter.
+            There is no such parameter.
         """
         ...
 
     def set_unsaved(self, name: str, value: float) -> None:
-        """Change a value until it is loaded again."""
+        """Set a value without saving it, until :meth:`load`."""
         ...
 
     def load(self, name: str) -> None:
-        """Return to the saved value."""
+        """Restore the saved value."""
         ...
 
     @property
     def revision(self) -> int:
-        """Grows by at least one with every change of any value (the autopilot re-reads its parameters then)."""
+        """Increases with every change of any value; the autopilot then reads its parameters again."""
         ...
 
 
 class GroundView(Protocol):
-    """What the autopilot knows of the ground, metres above mean sea level; None where it does not."""
+    """The autopilot's terrain data, metres above mean sea level; None where it has none."""
 
     def height_m(self, lat_deg: float, lon_deg: float) -> float | None:
-        """Height of the ground at a place."""
+        """Terrain altitude at a position."""
         ...
 
     def below_m(self, lat_deg: float, lon_deg: float) -> float | None:
-        """Height of the ground below the plane, or the last that was known there."""
+        """Terrain altitude below the plane, or the last known one."""
         ...
 
 
 class PlanView(Protocol):
-    """What the autopilot reads of the stored plan. Read at once, never kept: an upload may replace it."""
+    """The stored plan as the autopilot reads it. Never kept, because an upload may replace it."""
 
     @property
     def mission(self) -> Sequence[StoredItem]:
-        """Stored items by ``seq``; ``mission[0]`` is home (its content is ignored, the autopilot owns home)."""
+        """Stored items by ``seq``; ``mission[0]`` is home, whose content is ignored: the autopilot owns home."""
         ...
 
     @property
     def mission_revision(self) -> int:
-        """Grows with every change of the mission."""
+        """Increases with every change of the mission."""
         ...
 
     @property
     def mission_clears(self) -> int:
-        """How often the whole mission was removed: by MISSION_CLEAR_ALL, or before one that came as a file."""
+        """Number of removals of the whole mission: by MISSION_CLEAR_ALL, or before an upload as a file."""
         ...
 
     @property
@@ -289,7 +293,7 @@ class PlanView(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class StatusText:
-    """A text for STATUSTEXT, unchunked."""
+    """A STATUSTEXT message, before it is split into chunks."""
 
     severity: int
     text: str
@@ -313,7 +317,7 @@ class HomeChanged:
 
 @dataclass(frozen=True, slots=True)
 class ModeChanged:
-    """The mode changed; ``reason`` is free text for the log."""
+    """The mode changed; ``reason`` is free text."""
 
     mode: Mode
     reason: str
@@ -321,17 +325,17 @@ class ModeChanged:
 
 @dataclass(frozen=True, slots=True)
 class Armed:
-    """The motor is armed."""
+    """The plane was armed."""
 
 
 @dataclass(frozen=True, slots=True)
 class Disarmed:
-    """The motor is disarmed."""
+    """The plane was disarmed."""
 
 
 @dataclass(frozen=True, slots=True)
 class CameraTriggered:
-    """The camera took picture ``index`` here: CAMERA_FEEDBACK is due."""
+    """The camera took picture ``index`` at this position: CAMERA_FEEDBACK is due."""
 
     index: int
     lat_deg: float
@@ -348,7 +352,7 @@ Event: TypeAlias = StatusText | MissionItemReached | HomeChanged | ModeChanged |
 
 @dataclass(frozen=True, slots=True)
 class Snapshot:
-    """Everything that telemetry shows of one instant."""
+    """The state shown by telemetry, at one instant."""
 
     time_s: float
     """Simulated time since boot."""
@@ -361,9 +365,9 @@ class Snapshot:
     is_flying: bool
     gcs_failsafe: bool
     radio_lost: bool
-    """The failsafe of the remote control counts it as lost."""
+    """Whether the remote control counts as lost."""
     waits_for_radio: bool
-    """It does not arm, not even by force, before a receiver was heard."""
+    """Arming, forced arming included, is refused until a first RC frame arrives."""
 
     # attitude estimate
     roll_rad: float
@@ -374,14 +378,14 @@ class Snapshot:
     pitch_rate_rad_s: float
     yaw_rate_rad_s: float
 
-    # position and velocity estimate; before the first fix near latitude and longitude 0, and the height is the barometer's
+    # position and velocity estimate; before the first fix near latitude and longitude 0, with barometric height
     lat_deg: float
     lon_deg: float
     alt_amsl_m: float
     alt_rel_home_m: float
     alt_agl_m: float
     north_m: float
-    """From the EKF origin (where the plane booted), for LOCAL_POSITION_NED."""
+    """From the EKF origin (the boot position), for LOCAL_POSITION_NED."""
     east_m: float
     down_m: float
     velocity_n_m_s: float
@@ -421,21 +425,21 @@ class Snapshot:
     gps_speed_m_s: float
     gps_course_deg: float
 
-    # wind estimate: the direction it comes from
+    # wind estimate
     wind_from_deg: float
     wind_speed_m_s: float
     wind_down_m_s: float
 
     # battery
     battery_measured: bool
-    """False until the monitor has read it for the first time."""
+    """False until the first reading of the battery monitor."""
     battery_voltage_v: float
     battery_current_a: float
     battery_consumed_mah: float
     battery_consumed_j: float
     battery_remaining_pct: int
     battery_failsafe: int
-    """Which mark was reached in flight: 0 none, 1 low, 2 critical."""
+    """Threshold crossed in flight: 0 none, 1 low, 2 critical."""
 
     # navigation controller
     nav_roll_deg: float
@@ -455,21 +459,21 @@ class Snapshot:
 
     # servos and radio
     servo_pwm_us: tuple[int, ...]
-    """Outputs 1 to 8: aileron, elevator, throttle, rudder, then 0 for unused."""
+    """Outputs 1 to 8: aileron, elevator, throttle, rudder; 0 for unused ones."""
     rc_pwm_us: tuple[int, ...]
-    """Radio channels 1 to 8 as in use (override or the simulated radio)."""
+    """Radio channels 1 to 8 in effect (override or the simulated transmitter)."""
 
     # mission
     mission_current: int
     mission_total: int
-    """Items without home, as MISSION_CURRENT.total."""
+    """Number of items, home excluded, as MISSION_CURRENT.total."""
     mission_state: MissionState
     mission_in_landing: bool
-    """In a landing sequence, and the next command is no take-off: nothing to arm for."""
+    """In a landing sequence, and the next command is not a take-off: arming is refused."""
 
     # estimator health
     origin_set: bool
-    """The estimator has its origin: GPS_GLOBAL_ORIGIN is known."""
+    """The estimator has set its origin (GPS_GLOBAL_ORIGIN)."""
     ekf_flags: int
     ekf_velocity_variance: float
     ekf_pos_horiz_variance: float
@@ -480,7 +484,7 @@ class Snapshot:
 
 @dataclass(frozen=True, slots=True)
 class RepositionTarget:
-    """Where DO_REPOSITION sends the plane. None: keep as it is."""
+    """Target of DO_REPOSITION. None keeps the present value."""
 
     lat_deg: float | None
     lon_deg: float | None
@@ -490,16 +494,16 @@ class RepositionTarget:
     radius_m: float | None = None
     """Loiter radius; negative turns anticlockwise."""
     change_mode: bool = True
-    """MAV_DO_REPOSITION_FLAGS_CHANGE_MODE; without it, refused unless already in GUIDED."""
+    """MAV_DO_REPOSITION_FLAGS_CHANGE_MODE; without it the target is refused outside GUIDED."""
 
 
 class Outlook(NamedTuple):
-    """What a camera on board needs: the true pose, and what lies marked on the ground. Metres from the start place."""
+    """Input of a camera on board: the true pose, and the marks on the ground. Metres from the start position."""
 
     north_m: float
     east_m: float
     up_m: float
-    """Height of the centre of gravity over the ground."""
+    """Height of the centre of gravity above the ground."""
     roll_rad: float
     pitch_rad: float
     yaw_rad: float
@@ -510,33 +514,33 @@ class Outlook(NamedTuple):
 
 
 class AutopilotPort(Protocol):
-    """What :class:`vencejo.sim.autopilot.Autopilot` offers to the MAVLink half. Single-threaded."""
+    """The interface of :class:`vencejo.sim.autopilot.Autopilot` to the MAVLink half. Single-threaded."""
 
     time_s: float
     prearm: Callable[[], list[str]]
-    """Called by :meth:`arm`; returns the failing checks without the "Arm: " prefix. May be replaced after construction."""
+    """Returns the failing checks without the prefix "Arm: ", for :meth:`arm`. May be replaced."""
 
     def step(self) -> None:
         """Advance the simulation by :data:`DT_S`."""
         ...
 
     def snapshot(self) -> Snapshot:
-        """The present instant, all of it: costs twice what a step does, so not to be asked for in each."""
+        """The present state. It costs twice as much as a step, so it is not built in each."""
         ...
 
     @property
     def flight_mode(self) -> Mode:
-        """The snapshot's ``mode`` alone."""
+        """The snapshot's ``mode``, without the cost of a snapshot."""
         ...
 
     def events(self) -> list[Event]:
-        """Events since the last call, oldest first; at most 1,024 are kept (oldest dropped)."""
+        """Events since the last call, oldest first; beyond 1,024 the oldest are dropped."""
         ...
 
-    # commands: each answers a MAV_RESULT, and the texts that ArduPlane would send appear in events()
+    # commands: each returns a MAV_RESULT; ArduPlane's texts are in events()
 
     def arm(self, *, force: bool = False) -> MavResult:
-        """COMPONENT_ARM_DISARM 1; ``force`` is the magic 2989 or 21196."""
+        """COMPONENT_ARM_DISARM 1; ``force`` is parameter 2 of 2989 or 21196."""
         ...
 
     def disarm(self, *, force: bool = False) -> MavResult:
@@ -552,15 +556,15 @@ class AutopilotPort(Protocol):
         ...
 
     def mission_start(self) -> MavResult:
-        """MISSION_START: enters AUTO; accepted even when that is refused."""
+        """MISSION_START: enters AUTO; ACCEPTED even when the mode change is refused."""
         ...
 
     def reposition(self, target: RepositionTarget) -> MavResult:
-        """DO_REPOSITION: GUIDED towards a point."""
+        """DO_REPOSITION: enter GUIDED and fly to a point."""
         ...
 
     def change_speed(self, kind: int, speed_m_s: float, throttle_pct: float) -> MavResult:
-        """DO_CHANGE_SPEED: ``kind`` 0 airspeed, 1 ground speed; speed −1 or throttle −1 keep, −2 default."""
+        """DO_CHANGE_SPEED: ``kind`` 0 airspeed, 1 ground speed; −1 keeps speed or throttle, −2 restores the default."""
         ...
 
     def change_altitude(self, alt_m: float, frame: int) -> MavResult:
@@ -572,11 +576,11 @@ class AutopilotPort(Protocol):
         ...
 
     def change_heading(self, kind: int, heading_deg: float, accel_m_s2: float) -> MavResult:
-        """GUIDED_CHANGE_HEADING (43002): ``kind`` 0 course over ground, 1 heading, 2 back to the point."""
+        """GUIDED_CHANGE_HEADING (43002): ``kind`` 0 course over ground, 1 heading, 2 return to the point."""
         ...
 
     def set_home(self, lat_deg: float | None, lon_deg: float | None, alt_amsl_m: float | None) -> MavResult:
-        """DO_SET_HOME; all None is where the plane is."""
+        """DO_SET_HOME; to the present position when all are None."""
         ...
 
     def do_mission_command(self, item: StoredItem) -> MavResult:
@@ -584,13 +588,13 @@ class AutopilotPort(Protocol):
         ...
 
     def abort_landing(self, climb_to_m: float) -> MavResult:
-        """DO_GO_AROUND: by the mission's pattern, else a climb to a height above home (0: the landing's own)."""
+        """DO_GO_AROUND: fly the mission's abort pattern, else climb to a height above home (0: the landing's own)."""
         ...
 
-    # the world outside
+    # inputs from outside
 
     def rc_input(self, channels: Mapping[int, int | None]) -> None:
-        """Radio channels by number (1 to 16) in µs; None gives a channel back to the simulated radio."""
+        """Override radio channels by number (1 to 16), in µs; None returns a channel to the simulated transmitter."""
         ...
 
     def move_by_hand(
@@ -602,31 +606,31 @@ class AutopilotPort(Protocol):
         seconds: float = ...,
         offset_ned_m: tuple[float, float, float] = ...,
     ) -> None:
-        """A plane held in the hand on the ground: attitude and sensors follow in all three axes.
+        """Hold the plane by hand on the ground: attitude and sensors follow in all three axes.
 
-        RuntimeError while it is armed or not at rest on the ground.
+        Raises RuntimeError while it is armed or not at rest on the ground.
         """
         ...
 
     def put_down(self) -> None:
-        """End of :meth:`move_by_hand`: back on its skid, keeping its heading."""
+        """End :meth:`move_by_hand`: put the plane on its skid, with its heading."""
         ...
 
     def outlook(self) -> Outlook:
-        """Where the plane truly is, for a camera on board."""
+        """The true pose of the plane, for a camera on board."""
         ...
 
     def failsafe_gcs(self, active: bool) -> None:
-        """The ground station's heartbeat is lost (True) or back; acts as FS_LONG_ACTN says."""
+        """Report that the ground station's heartbeat is lost (True) or back; acts by FS_LONG_ACTN."""
         ...
 
     def fence_breached(self, kind: FenceBreach | None, return_point: tuple[float, float] | None = None) -> None:
-        """A fence was crossed (None: all clear again); acts as FENCE_ACTION says.
+        """Report a fence breach, or that all fences are clear again (None); acts by FENCE_ACTION.
 
-        ``return_point`` is the fence's: latitude and longitude, degrees; home without one.
+        ``return_point`` is the fence's return point (latitude and longitude, degrees), home when None.
         """
         ...
 
     def reboot(self) -> None:
-        """PREFLIGHT_REBOOT_SHUTDOWN: where it stands, with what is left in its battery, disarmed, time from zero."""
+        """PREFLIGHT_REBOOT_SHUTDOWN: restart in place, disarmed, with the charge left; time from zero."""
         ...

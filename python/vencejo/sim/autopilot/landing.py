@@ -1,8 +1,8 @@
 """The landing: approach along a glide slope to an aim point before the landing point, flare, and roll to rest.
 
-The slope is ArduPlane's (LAND_TYPE 0): straight to a point above and before the landing point, where the flare begins. How far before
-is what an owner tunes on a real plane (LAND_FLARE_AIM); here it is worked out for the airframe, so that it comes to rest on the
-point: the time it floats, the speed at which it touches down and the roll, with the wind of the moment.
+The slope is ArduPlane's (LAND_TYPE 0): straight to the start of the flare, above and before the landing point. The
+owner of a real plane tunes that distance (LAND_FLARE_AIM); here it is computed for the airframe, from the float time,
+the touchdown speed, the ground roll and the present wind, so that the plane comes to rest on the landing point.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ __all__ = ["Landing", "Stage"]
 
 _PROJECTION_M = 500.0
 _TOUCHDOWN_M_S = 11.7
-"""Equivalent airspeed at which the wheels touch, whatever the approach speed: the wing's at the pitch of LAND_PITCH_DEG."""
+"""Equivalent airspeed at touchdown, independent of the approach speed: that of the wing at LAND_PITCH_DEG."""
 _FLARE_S, _FLARE_S_PER_M, _FLARE_S_PER_M_S = 4.3, 0.5, 0.25
-"""Duration of the flare: at least, per metre of its height, and per m/s of tail wind."""
+"""Duration of the flare: minimum, per metre of its height, and per m/s of tail wind."""
 _ROLL_DECEL_M_S2 = 2.1
-"""How fast it slows down on its wheels: rolling friction of the airframe file and drag."""
+"""Deceleration of the ground roll: rolling friction of the airframe file, and drag."""
 _GROUND_WIND = 0.6
-"""Wind at the height of the wing over the ground, part of that on the approach (boundary layer, wind.py)."""
+"""Wind at wing height on the ground, as a share of that on the approach (boundary layer, wind.py)."""
 
 
 class Stage(IntEnum):
@@ -82,17 +82,17 @@ class Landing:
         plane.say(Severity.INFO, f"Landing approach start at {plane.alt_rel_home_m:.1f}m")
 
     def end(self) -> None:
-        """Another command or mode takes over."""
+        """End the landing: another command or mode takes over."""
         self.active = self._nav.is_landing = False
         self.aborting = False
         self.stage = Stage.NORMAL
         self._report = False
 
     def request_go_around(self, climb_to_m: float) -> bool:
-        """Break off (Plane::trigger_land_abort): by the pattern that the mission has for it, else straight ahead.
+        """Abort (Plane::trigger_land_abort): by the mission's abort pattern, else straight ahead.
 
-        ``climb_to_m`` is the height above home to climb to without a pattern; 0 is that of NAV_LAND or of the take-off.
-        False when no landing is flown.
+        ``climb_to_m`` is the height above home to climb to without a pattern; 0 selects that of NAV_LAND or of the
+        take-off. False when the plane is not landing.
         """
         if not self.active:
             return False
@@ -113,7 +113,7 @@ class Landing:
     # navigation, 10 times a second
 
     def verify(self) -> None:
-        """Follow the runway and see which stage it is."""
+        """Follow the final leg and determine the stage."""
         plane = self._plane
         nav = self._nav
         if self.aborting:
@@ -127,7 +127,7 @@ class Landing:
             return
         height = nav.above_next_m
         sink = plane.est.velocity_d_m_s
-        # Gusts do not move the aim point.
+        # Low-pass filtered, so that gusts do not move the aim point.
         self._groundspeed_m_s += (plane.est.groundspeed_m_s - self._groundspeed_m_s) * 0.05
         if self.stage is Stage.NORMAL and self._fresh:
             track = plane.pilot.track
@@ -146,7 +146,7 @@ class Landing:
         approaching = self.stage in (Stage.APPROACH, Stage.PREFLARE)
         flare_seconds = tune["LAND_FLARE_SEC"]
         low = height <= tune["LAND_FLARE_ALT"]
-        # Not above twice LAND_FLARE_ALT, where the aim point expects it at the most.
+        # At most twice LAND_FLARE_ALT, the highest flare that the aim point allows for.
         soon = flare_seconds > 0 and height <= sink * flare_seconds and nav.proportion > 0.5
         soon = soon and (tune["LAND_FLARE_ALT"] <= 0 or height <= 2.0 * tune["LAND_FLARE_ALT"])
         crashed = abs(sink) < 0.2 and not plane.is_flying
@@ -166,20 +166,20 @@ class Landing:
             if by_alt or by_time:
                 self.stage = Stage.PREFLARE
         self._fresh = True
-        # The line goes on beyond the point, so that nothing turns when the plane floats past it.
+        # The leg is extended beyond the point, so that the plane does not turn when it floats past it.
         bearing = bearing_rad(nav.previous, nav.next)
         ahead = nav.next.moved(bearing, distance_m(nav.previous, plane.here()) + 200.0)
         nav.fly_leg(nav.previous, ahead)
 
     def report_rest(self) -> None:
-        """After disarming: say how far from the point the plane stands."""
+        """Report the distance from the landing point, after disarming."""
         if self._report:
             self._report = False
             distance = distance_m(self._plane.here(), self._nav.next)
             self._plane.say(Severity.INFO, f"Distance from LAND point={distance:.2f}m")
 
     def airspeed_m_s(self) -> float:
-        """Target airspeed: the approach speed, and half of the head wind on top."""
+        """Target airspeed: the approach speed plus LAND_WIND_COMP percent of the head wind."""
         tune = self._plane.tune
         cruise, slowest = tune["AIRSPEED_CRUISE"], tune["AIRSPEED_MIN"]
         target = tune["TECS_LAND_ARSPD"] if tune["TECS_LAND_ARSPD"] >= 0 else 0.5 * (cruise + slowest)
@@ -191,7 +191,7 @@ class Landing:
         return min(max(target + part * self._plane.head_wind_m_s(), target), max(cruise, target))
 
     def adjust_altitude(self) -> bool:
-        """Target height on the glide slope; False while another rule gives it."""
+        """Set the target altitude on the glide slope; False while another rule sets it."""
         if not self.active or self.aborting or self.stage is Stage.NORMAL:
             return False
         plane = self._plane
@@ -199,7 +199,7 @@ class Landing:
         total = max(1.0, distance_m(nav.previous, nav.next))
         sink_height = nav.previous.alt_m - nav.next.alt_m
         groundspeed = max(0.5, self._groundspeed_m_s)
-        # The slope found last time is the steeper one that leads to the aim point.
+        # The slope of the last call is the steeper one to the aim point.
         slope = sink_height / total if self._slope is None else self._slope
         sink_rate = groundspeed * max(0.0, slope)
 
@@ -214,7 +214,7 @@ class Landing:
         self._slope = slope
         if first:
             plane.say(Severity.INFO, f"Landing glide slope {math.degrees(math.atan(slope)):.1f} degrees")
-        # Aim beyond the ground, so that the target height has no kink near the runway.
+        # The end of the slope is below the ground, so that the target altitude has no kink near the runway.
         bearing = bearing_rad(nav.previous, nav.next)
         end = nav.next.moved(bearing, _PROJECTION_M - flare_distance)
         end.alt_m = nav.next.alt_m + aim_height - slope * _PROJECTION_M
@@ -222,17 +222,17 @@ class Landing:
         return True
 
     def _distance_to_rest(self, groundspeed: float, height: float) -> float:
-        """Ground covered from the flare, begun at ``height``, to rest.
+        """Distance over ground from the start of the flare, at ``height``, to rest.
 
-        The flare's duration and the touchdown speed are fitted to flights of this airframe from slopes of 2° to 7°, within 0.4 s
-        and 0.5 m/s: it floats longer from a higher flare and with the wind behind, and touches down at the same speed
-        through the air.
+        The duration of the flare and the touchdown speed are fitted to flights of this airframe on slopes of 2° to 7°,
+        within 0.4 s and 0.5 m/s: a higher flare and a tail wind lengthen the float, the touchdown airspeed stays the
+        same.
         """
         plane = self._plane
         bearing = bearing_rad(self._nav.previous, self._nav.next)
         tail_wind = plane.wind_along_m_s(bearing)
         seconds = _FLARE_S + _FLARE_S_PER_M * height + _FLARE_S_PER_M_S * max(0.0, tail_wind)
-        # 50 is the default, and means as worked out.
+        # The default of 50 means as computed.
         seconds *= min(2.0, max(0.0, plane.tune["LAND_FLARE_AIM"] / 50.0))
         touch_speed = max(0.0, _TOUCHDOWN_M_S * plane.est.eas_to_tas + _GROUND_WIND * tail_wind)
         touch_speed = min(touch_speed, groundspeed)
@@ -241,7 +241,7 @@ class Landing:
     # control
 
     def order(self) -> None:
-        """Pitch and throttle for this stage, once it is no longer :data:`Stage.NORMAL`."""
+        """Pitch and throttle demands of the stages after :data:`Stage.NORMAL`."""
         plane = self._plane
         tune = plane.tune
         nav = self._nav
@@ -274,7 +274,7 @@ class Landing:
             )
 
     def ground_heading_rad(self) -> float | None:
-        """Runway heading to steer when rolling."""
+        """Runway heading to hold during the ground roll."""
         if not self.flaring:
             return None
         return wrap_pi(bearing_rad(self._nav.previous, self._nav.next))

@@ -1,7 +1,8 @@
-"""The flow of a mission: which item is flown, which DO and CONDITION commands run beside it, jumps and landing sequences.
+"""The flow of a mission: navigation commands, DO and CONDITION commands, jumps and landing sequences.
 
-One navigation command is flown at a time. The DO and CONDITION commands that stand before the next navigation command run one
-after another meanwhile; those not reached when it completes are skipped, as ArduPlane does. What a command means is the host's business.
+One navigation command is flown at a time. The DO and CONDITION commands before the next navigation command run one
+after another meanwhile; those not reached when it completes are skipped, as by ArduPlane. The host executes the
+commands.
 """
 
 from __future__ import annotations
@@ -22,13 +23,13 @@ __all__ = ["MissionHost", "MissionRunner", "RunState"]
 _FIRST = 1
 _FOREVER = -1
 _HISTORY = 7
-"""How many places are remembered (AP_MISSION_MAX_WP_HISTORY)."""
+"""Number of past waypoints kept (AP_MISSION_MAX_WP_HISTORY)."""
 _LANDINGS = (Cmd.NAV_LAND, Cmd.NAV_VTOL_LAND)
 _TAKEOFFS = (Cmd.NAV_TAKEOFF, Cmd.NAV_VTOL_TAKEOFF)
 
 
 class RunState(Enum):
-    """Whether the mission runs."""
+    """State of the mission."""
 
     STOPPED = 0
     RUNNING = 1
@@ -36,22 +37,22 @@ class RunState(Enum):
 
 
 class MissionHost(Protocol):
-    """Who flies the commands."""
+    """Executes the commands of a mission."""
 
     def start_command(self, item: StoredItem) -> bool:
-        """Begin a command; False when this plane cannot do it."""
+        """Start a command; False when the plane cannot execute it."""
         ...
 
     def verify_command(self, item: StoredItem) -> bool:
-        """True when the command is done."""
+        """True when the command is complete."""
         ...
 
     def mission_complete(self) -> None:
-        """The last command is done."""
+        """The last command is complete."""
         ...
 
     def say(self, severity: Severity, text: str) -> None:
-        """Announce something."""
+        """Send a status text."""
         ...
 
     def where(self) -> tuple[float, float]:
@@ -65,9 +66,9 @@ class MissionRunner:
     Attributes
     ----------
     state : RunState
-        Whether it runs.
+        State of the mission.
     nav : StoredItem or None
-        The navigation command that is flown, or was last.
+        The present or last navigation command.
     in_landing_sequence, in_return_path : bool
         Set by landing commands and by jumps into those parts of the mission.
     """
@@ -89,7 +90,7 @@ class MissionRunner:
         self._previous_wp_seq: int | None = None
         self._jumps: dict[int, int] = {}
         self._way: deque[StoredItem] = deque(maxlen=_HISTORY)
-        """The last places that were made for, the present one last."""
+        """The last waypoints flown to, the present one last."""
         self._repeat_m = 0.0
         self._resume: StoredItem | None = None
         self._resuming = False
@@ -99,21 +100,21 @@ class MissionRunner:
 
     @property
     def nav_command(self) -> int | None:
-        """Number of the navigation command that is flown."""
+        """MAV_CMD of the present navigation command."""
         return None if self.nav is None else self.nav.command
 
     @property
     def total(self) -> int:
-        """Items without home."""
+        """Number of items, home excluded."""
         return max(0, len(self._plan.mission) - 1)
 
     @property
     def current_seq(self) -> int:
-        """Sequence number of the command being flown, 0 before the first."""
+        """Sequence number of the present navigation command, 0 before the first."""
         return 0 if self.nav is None else self.nav.seq
 
     def next_nav(self, start: int) -> StoredItem | None:
-        """The navigation command at or after ``start``, jumps followed but not counted."""
+        """The navigation command at or after ``start``; jumps are followed but not counted."""
         seq = start
         for _ in range(self.total + 1):
             item = self._next(seq, count=False)
@@ -139,7 +140,7 @@ class MissionRunner:
     # running
 
     def start_or_resume(self, *, restart: bool) -> None:
-        """Enter AUTO: go on where the mission was, or from the beginning."""
+        """Enter AUTO: resume the mission, or start it from the beginning."""
         self._forget_removed()
         if restart or self.state is RunState.COMPLETE or self.nav is None or self.nav.seq >= len(self._plan.mission):
             self._start()
@@ -153,12 +154,12 @@ class MissionRunner:
             self.set_current(self.nav.seq)
 
     def stop(self) -> None:
-        """Leave AUTO."""
+        """Stop the mission, when AUTO is left."""
         if self.state is RunState.RUNNING:
             self.state = RunState.STOPPED
 
     def reset(self) -> None:
-        """Back before the first command."""
+        """Return to before the first command."""
         self.nav = None
         self.previous_nav_command = None
         self._previous_wp_seq = None
@@ -169,11 +170,11 @@ class MissionRunner:
         self._forget_way()
 
     def repeat_on_resume(self, distance_m: float) -> None:
-        """DO_SET_RESUME_REPEAT_DIST: when the mission is interrupted, it goes on so far back along its way."""
+        """DO_SET_RESUME_REPEAT_DIST: an interrupted mission resumes this far back along the path flown."""
         self._repeat_m = distance_m
 
     def update(self) -> list[int]:
-        """Look after the running commands, 10 times a second; returns the items that were completed."""
+        """Verify the running commands, 10 times a second; returns the items that were completed."""
         reached: list[int] = []
         if self.state is not RunState.RUNNING or self.total == 0:
             return reached
@@ -188,7 +189,7 @@ class MissionRunner:
                 self._complete()
                 return reached
         if not self._running():
-            # A command changed the mode.
+            # A command has changed the mode.
             return reached
         if not self._do_loaded:
             self._advance_do()
@@ -197,7 +198,7 @@ class MissionRunner:
         return reached
 
     def notice_change(self) -> bool:
-        """Stop and forget the command that was flown when the mission was removed; True when the mission changed."""
+        """Stop and reset the present command when the mission was removed; True when the mission has changed."""
         self._forget_removed()
         revision = self._plan.mission_revision
         is_new = revision != self._revision
@@ -205,7 +206,7 @@ class MissionRunner:
         return is_new
 
     def set_current(self, seq: int) -> bool:
-        """Go to an item; False when there is none."""
+        """Make an item the current one; False when it does not exist."""
         self._forget_removed()
         self.in_landing_sequence = self.in_return_path = False
         self._forget_way()
@@ -226,7 +227,7 @@ class MissionRunner:
                 self._complete()
                 return False
             return True
-        # Not running: only remember where to go on.
+        # Not running: only set where the mission resumes.
         for _ in range(self.total + 1):
             item = self._next(seq, count=True)
             if item is None:
@@ -246,7 +247,7 @@ class MissionRunner:
     # landing and return
 
     def landing_start(self, distance_to: Callable[[StoredItem], float | None]) -> int | None:
-        """The nearest DO_LAND_START. ``distance_to`` answers None for an item without a place."""
+        """The nearest DO_LAND_START. ``distance_to`` returns None for an item without a position."""
         best: tuple[float, int] | None = None
         for item in self._plan.mission[_FIRST:]:
             if item.command != Cmd.DO_LAND_START:
@@ -260,7 +261,7 @@ class MissionRunner:
         return None if best is None else best[1]
 
     def jump_to_landing(self, distance_to: Callable[[StoredItem], float | None]) -> bool:
-        """Go to the nearest landing sequence; False and a warning when there is none."""
+        """Jump to the nearest landing sequence; False and a warning without one."""
         seq = self.landing_start(distance_to)
         if seq is not None and self.set_current(seq):
             if self.state is RunState.STOPPED:
@@ -272,7 +273,7 @@ class MissionRunner:
         return False
 
     def jump_to_abort(self, distance_to: Callable[[StoredItem], float | None]) -> bool:
-        """Go to the nearest DO_GO_AROUND, where an aborted landing goes on; False and a warning when there is none."""
+        """Jump to the nearest DO_GO_AROUND, the start of an abort pattern; False and a warning without one."""
 
         def distance_m(item: StoredItem) -> float:
             distance = distance_to(item)
@@ -313,7 +314,7 @@ class MissionRunner:
         return False
 
     def restart_landing(self, distance_to: Callable[[StoredItem], float | None]) -> bool:
-        """After an aborted landing: climb item, landing start, or the waypoint before."""
+        """Restart an aborted landing: at the climb item after it, at DO_LAND_START, or at the waypoint before it."""
         if self.nav is None or self.nav.command != Cmd.NAV_LAND:
             return False
         items = self._plan.mission
@@ -334,10 +335,10 @@ class MissionRunner:
         self._host.say(Severity.WARNING, "Unable to restart landing sequence")
         return False
 
-    # inside
+    # internals
 
     def _forget_removed(self) -> None:
-        """AP_Mission::clear, which acts before whatever is asked next. That it was landing it does not forget, nor its jumps."""
+        """Apply a removal of the mission (AP_Mission::clear). Landing flag and jump counters remain."""
         clears = self._plan.mission_clears
         if clears != self._clears:
             self._clears = clears
@@ -410,7 +411,7 @@ class MissionRunner:
             seq = item.seq + 1
         return False
 
-    # the way back (AP_Mission::calc_rewind_pos)
+    # resuming further back (AP_Mission::calc_rewind_pos)
 
     def _forget_way(self) -> None:
         self._way.clear()
@@ -426,7 +427,7 @@ class MissionRunner:
             self._resuming = False
 
     def _rewind(self) -> bool:
-        """Go on from a point behind on the way flown; False when nothing asks for that or nothing was flown."""
+        """Resume at a point back along the path flown; False without a repeat distance or a path."""
         if self._repeat_m <= 0 or len(self._way) < 2 or self._left_at is None:
             return False
         if not self._resuming:
@@ -438,7 +439,7 @@ class MissionRunner:
         return True
 
     def _behind(self, here: tuple[float, float]) -> StoredItem:
-        """Where the plane was so many metres before: between two places that it passed, or the first that is remembered."""
+        """The point one repeat distance back along the path: between two past waypoints, or the oldest one kept."""
         *passed, _ = self._way
         left_m = self._repeat_m
         following: StoredItem | None = None
@@ -446,8 +447,8 @@ class MissionRunner:
             leg_m = ground_distance_m(item.lat_deg, item.lon_deg, *here)
             left_m -= leg_m
             if left_m <= 0.0:
-                # On the leg just passed the mark is between this place and where the mission was left: as ArduPlane, the
-                # share is of the leg between the places.
+                # On the last leg the point lies between this waypoint and the position at which the mission was left;
+                # as in ArduPlane the share is that of the whole leg.
                 after = self._way[-1] if following is None else following
                 whole_m = ground_distance_m(item.lat_deg, item.lon_deg, after.lat_deg, after.lon_deg)
                 part = -left_m / whole_m if whole_m > 0.0 else 0.0
@@ -472,7 +473,7 @@ class MissionRunner:
         self._begin(item)
 
     def _next(self, start: int, *, count: bool) -> StoredItem | None:
-        """The command at or after ``start`` that is not a jump."""
+        """The first command at or after ``start`` that is not a jump."""
         items = self._plan.mission
         seq = start
         first_jump: int | None = None

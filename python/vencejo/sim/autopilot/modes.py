@@ -1,4 +1,4 @@
-"""The flight modes: what each does when it is entered, where it navigates, and what it orders of the control laws."""
+"""The flight modes: their entry, their navigation, and their demands on the control laws."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ __all__ = ["Controls", "FlightMode", "GuidedMode", "TakeoffMode", "make_modes"]
 
 @dataclass(frozen=True, slots=True)
 class Controls:
-    """What a mode flies the plane with."""
+    """The components that a flight mode uses."""
 
     plane: Plane
     nav: Navigator
@@ -36,15 +36,15 @@ class Controls:
 
 
 class FlightMode:
-    """One mode. ``navigate`` and ``update`` run 10 times a second, ``update`` 50 times when a stick flies."""
+    """One mode. ``navigate`` and ``update`` run 10 times a second, ``update`` 50 times in modes flown by stick."""
 
     number: Mode
     auto_throttle = False
-    """The autopilot, not the stick, moves the throttle."""
+    """Whether the autopilot controls the throttle."""
     stick = False
-    """The pilot's sticks matter from step to step."""
+    """Whether the mode is flown by stick."""
     navigates = False
-    """The autopilot chooses the way (ArduPlane's ``does_auto_navigation``)."""
+    """Whether the autopilot navigates (ArduPlane's ``does_auto_navigation``)."""
 
     def __init__(self, controls: Controls) -> None:
         self._plane = controls.plane
@@ -58,24 +58,24 @@ class FlightMode:
         self._enter_auto_to_land = controls.enter_auto_to_land
 
     def enter(self) -> None:
-        """The mode begins."""
+        """Enter the mode."""
 
     def leave(self) -> None:
-        """Another mode begins."""
+        """Leave the mode."""
 
     def navigate(self) -> None:
-        """Where to go."""
+        """Guide the plane to its target."""
 
     def update(self) -> None:
-        """Orders to the control laws."""
+        """Set the demands on the control laws."""
 
     def adjust_altitude(self) -> None:
-        """Target height."""
+        """Set the target altitude."""
         self._nav.adjust_altitude()
 
 
 class ManualMode(FlightMode):
-    """Sticks straight to the surfaces."""
+    """The sticks move the surfaces directly."""
 
     number = Mode.MANUAL
     stick = True
@@ -87,7 +87,7 @@ class ManualMode(FlightMode):
 
 
 class StabilizeMode(FlightMode):
-    """Level when the sticks are let go, and the stick adds to the surfaces."""
+    """Levels with centred sticks; large deflections move the surfaces directly."""
 
     number = Mode.STABILIZE
     stick = True
@@ -106,7 +106,7 @@ class StabilizeMode(FlightMode):
 
 
 class FbwaMode(FlightMode):
-    """Sticks ask for bank and pitch, within limits."""
+    """The sticks demand bank and pitch, within limits."""
 
     number = Mode.FBWA
     stick = True
@@ -118,7 +118,7 @@ class FbwaMode(FlightMode):
 
 
 class FbwbMode(FlightMode):
-    """Stick asks for bank and climb rate, throttle stick for airspeed; height is held."""
+    """The sticks demand bank and climb rate, the throttle stick airspeed; altitude is held."""
 
     number = Mode.FBWB
     stick = True
@@ -128,7 +128,7 @@ class FbwbMode(FlightMode):
         self._nav.target_alt_m = self._plane.here().alt_m
 
     def navigate(self) -> None:
-        """Height follows the stick."""
+        """Move the target altitude with the stick."""
         self._climb_with_stick()
 
     def update(self) -> None:
@@ -137,7 +137,7 @@ class FbwbMode(FlightMode):
         self._energy.order()
 
     def adjust_altitude(self) -> None:
-        """The stick does."""
+        """Nothing: the stick moves the target altitude."""
 
     def _climb_with_stick(self) -> None:
         plane = self._plane
@@ -145,7 +145,7 @@ class FbwbMode(FlightMode):
 
 
 class CruiseMode(FbwbMode):
-    """As FBWB, and with the roll stick let go the course over ground is held."""
+    """As FBWB, and holds the course over ground while the roll stick is centred."""
 
     number = Mode.CRUISE
 
@@ -170,7 +170,7 @@ class CruiseMode(FbwbMode):
         if self._start is not None:
             nav = self._nav
             nav.previous = self._start
-            # Always a kilometre ahead.
+            # The target stays a kilometre ahead.
             nav.next = self._start.moved(self._course_rad, distance_m(self._start, plane.here()) + 1000.0)
             nav.next.alt_m = nav.target_alt_m
 
@@ -184,7 +184,7 @@ class CruiseMode(FbwbMode):
 
 
 class CircleMode(FlightMode):
-    """A gentle circle, wherever the wind takes it, at the height of entry."""
+    """A constant bank that drifts with the wind, at the altitude of entry."""
 
     number = Mode.CIRCLE
     auto_throttle = True
@@ -200,7 +200,7 @@ class CircleMode(FlightMode):
 
 
 class LoiterMode(FlightMode):
-    """Circles around where it was entered."""
+    """Circles the position of entry."""
 
     number = Mode.LOITER
     auto_throttle = True
@@ -221,7 +221,7 @@ class LoiterMode(FlightMode):
 
 
 class RtlMode(FlightMode):
-    """Home or to the nearest rally point, circles there, and lands if RTL_AUTOLAND says so."""
+    """Returns to home or the nearest rally point, circles there, and lands by RTL_AUTOLAND."""
 
     number = Mode.RTL
     auto_throttle = True
@@ -236,7 +236,7 @@ class RtlMode(FlightMode):
         nav = self._nav
         self._asked_for_landing = False
         spot = plane.return_spot()
-        # TERRAIN_FOLLOW: all modes, or this one.
+        # TERRAIN_FOLLOW bits: all modes, or RTL.
         ground_m = plane.ground_rel_home_m(spot) if int(plane.tune["TERRAIN_FOLLOW"]) & (1 | 1 << 4) else None
         if ground_m is not None:
             spot.alt_m, spot.follows_ground = spot.alt_m - ground_m, True
@@ -270,7 +270,7 @@ class RtlMode(FlightMode):
 
 
 class GuidedMode(FlightMode):
-    """Flies to a point that the ground station gives, and circles it."""
+    """Flies to a point set by the ground station, and circles it."""
 
     number = Mode.GUIDED
     auto_throttle = True
@@ -286,21 +286,21 @@ class GuidedMode(FlightMode):
         self._announced = False
 
     def enter(self) -> None:
-        """Set everything up."""
+        """Enter the mode."""
         self.radius_m = 0.0
         self.heading = None
         self.climb_rate_m_s = 0.0
         self.go_to(self._plane.here())
 
     def go_to(self, spot: Spot) -> None:
-        """A new target."""
+        """Set a new target."""
         self.heading = None
         self._nav.set_guided(spot)
         if self.radius_m > 0:
             self._nav.loiter.clockwise = self.clockwise
 
     def navigate(self) -> None:
-        """Where to go."""
+        """Guide the plane to its target."""
         nav = self._nav
         if self.heading is None:
             nav.fly_circle(self.radius_m)
@@ -313,11 +313,11 @@ class GuidedMode(FlightMode):
         self._plane.pilot.fly_heading(wrap_pi(angle + drift))
 
     def update(self) -> None:
-        """Orders to the control laws."""
+        """Set the demands on the control laws."""
         self._energy.order()
 
     def adjust_altitude(self) -> None:
-        """Target height."""
+        """Set the target altitude."""
         nav = self._nav
         if self.climb_rate_m_s > 0:
             step = self.climb_rate_m_s * 0.1
@@ -327,7 +327,7 @@ class GuidedMode(FlightMode):
 
 
 class TakeoffMode(FlightMode):
-    """Takes off straight ahead to TKOFF_ALT and circles TKOFF_DIST away."""
+    """Takes off straight ahead to TKOFF_ALT and circles at TKOFF_DIST."""
 
     number = Mode.TAKEOFF
     auto_throttle = True
@@ -339,14 +339,14 @@ class TakeoffMode(FlightMode):
         self.climbing = False
 
     def enter(self) -> None:
-        """Set everything up."""
+        """Enter the mode."""
         self._start = None
         self.climbing = True
         plane = self._plane
         self._climbout.begin_climb(plane.tune["TKOFF_LVL_PITCH"], plane.tune["TKOFF_ALT"])
 
     def navigate(self) -> None:
-        """Where to go."""
+        """Guide the plane to its target."""
         plane = self._plane
         nav, tune, est = self._nav, plane.tune, plane.est
         alt, dist = tune["TKOFF_ALT"], tune["TKOFF_DIST"]
@@ -386,7 +386,7 @@ class TakeoffMode(FlightMode):
         nav.fly_circle()
 
     def update(self) -> None:
-        """Orders to the control laws."""
+        """Set the demands on the control laws."""
         if self.climbing:
             self._climbout.order_climb(self._energy.airspeed_m_s())
         else:
@@ -423,7 +423,7 @@ class AutoMode(FlightMode):
     def update(self) -> None:
         plane = self._plane
         if self._mission.state is not RunState.RUNNING:
-            # Its mission was removed, or a landing could not be restarted.
+            # The mission was removed, or a landing could not be restarted.
             self._change_mode(Mode.RTL, "mission end")
             plane.say(Severity.INFO, "Aircraft in auto without a running mission")
             return

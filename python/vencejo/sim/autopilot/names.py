@@ -1,4 +1,4 @@
-"""MAV_CMD numbers of missions, and the words ArduPlane has for them in "Mission: 2 WP"."""
+"""MAV_CMD numbers of missions, and ArduPlane's names of them, as in "Mission: 2 WP"."""
 
 from __future__ import annotations
 
@@ -166,16 +166,16 @@ AT_ONCE = frozenset(
         Cmd.VIDEO_STOP_CAPTURE,
     }
 )
-"""Payload commands: done as soon as they are begun, without a MISSION_ITEM_REACHED."""
+"""Payload commands: complete as soon as they start, without MISSION_ITEM_REACHED."""
 
 
 def is_nav(command: int) -> bool:
-    """True for a command that moves the plane and holds the mission until it is done."""
+    """True for a navigation command: it moves the plane and holds the mission until it is complete."""
     return command <= Cmd.NAV_LAST or command in (Cmd.NAV_SET_YAW_SPEED, Cmd.NAV_SCRIPT_TIME, 42703)
 
 
 def word(command: int) -> str:
-    """ArduPlane's word for a command."""
+    """ArduPlane's name of a command."""
     try:
         return _WORDS[Cmd(command)]
     except (ValueError, KeyError):

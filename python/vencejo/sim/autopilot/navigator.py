@@ -1,7 +1,7 @@
-"""Where the plane is going: the leg or circle being flown, its target height, and the loiter turns counted.
+"""Guidance: the leg or circle being flown, the target altitude, and the count of loiter turns.
 
-It owns the geometry between mission or mode and the control laws. Distances are metres in the tangent plane, heights above mean
-sea level.
+It owns the geometry between missions or modes and the control laws. Distances are metres in the tangent plane,
+altitudes above mean sea level.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ __all__ = ["Loiter", "Navigator"]
 _HEADING_TOLERANCE_RAD = math.radians(10.0)
 _LOOK_S = 0.5
 _LOOKS_AHEAD_M = 10_000.0
-"""How far ahead the ground is looked at, whatever TERRAIN_LOOKAHD is set to: the end of its range."""
+"""Upper limit of the terrain look-ahead: the end of TERRAIN_LOOKAHD's range."""
 _ALONG_THE_LEG_RADII = 3.0
-"""Radii from its centre beyond which a mission's circle is flown to along the leg that leads there."""
+"""Distance in radii beyond which a mission's circle is approached along the leg to it."""
 
 
 @dataclass(slots=True)
@@ -30,18 +30,18 @@ class Loiter:
 
     clockwise: bool = True
     radius_m: float = 0.0
-    """Radius at sea level, as ordered."""
+    """Demanded radius, at sea level."""
     turned_rad: float = 0.0
-    """Angle flown on the circle since it was reached."""
+    """Angle flown since the circle was reached."""
     ordered: bool = False
-    """It is what the pilot flies; not the one before, nor a leg that leads here."""
+    """Whether the control laws fly this circle, not an earlier one nor the leg to it."""
     counting: bool = False
     last_bearing_rad: float = 0.0
     started_s: float | None = None
     total_rad: float = 0.0
     duration_s: float = 0.0
     goal_met: bool = False
-    """The turns, the time or the height are done; only the exit heading is missing."""
+    """Turns, time or altitude are reached; only the exit heading is missing."""
     reached_alt: bool = False
     stuck: bool = False
     next_lap_check_rad: float = 0.0
@@ -49,7 +49,7 @@ class Loiter:
 
 
 class Navigator:
-    """Legs, circles and heights of one plane."""
+    """Legs, circles and target altitude of one plane."""
 
     def __init__(self, plane: Plane, mission: MissionRunner) -> None:
         self._plane = plane
@@ -64,23 +64,23 @@ class Navigator:
         self.turn_angle_deg = 90.0
         self.loiter = Loiter()
         self._circled: Spot | None = None
-        """Centre of the circle that the pilot was told last; ``None`` for a leg."""
+        """Centre of the circle last set in the control laws; None for a leg."""
         self.hold_course_rad: float | None = None
         self.is_landing = False
-        """The leg is a landing's, whose slope is flown however small it is."""
+        """Whether the leg belongs to a landing, whose slope is flown however small it is."""
         self.target_alt_m = here.alt_m
         self._offset_m = 0.0
-        """Height between start and end of a sloped leg; 0 when the target is simply the end's height."""
+        """Altitude difference along a sloped leg; 0 when the target altitude is that of the end."""
         self._follows = False
-        """The target height counts from the ground below."""
+        """Whether the target altitude counts from the terrain below."""
         self._rise_m = 0.0
-        """How much higher the plane is to be for the ground ahead."""
+        """Climb added for rising terrain ahead."""
         self._looked_s = -math.inf
 
     # targets
 
     def set_next(self, spot: Spot) -> None:
-        """Fly to the next waypoint of a mission, along the line from the last one."""
+        """Fly to the next waypoint of a mission, along the leg from the last one."""
         here = self._plane.here()
         if self.next_crosstrack:
             self.previous = self.next
@@ -99,7 +99,7 @@ class Navigator:
         self.adjust_altitude()
 
     def set_guided(self, spot: Spot) -> None:
-        """Fly straight to a point that no mission gave."""
+        """Fly straight to a point outside a mission."""
         here = self._plane.here()
         self.previous = here
         self.next = spot
@@ -112,35 +112,35 @@ class Navigator:
         self._set_up_turn()
 
     def stay(self) -> None:
-        """The next point is here."""
+        """Make the present position the next point."""
         self.previous = self._plane.here()
         self.next = self.previous.copy()
 
     def reset_loiter(self) -> None:
-        """A new target is a new loiter."""
+        """Reset the loiter, for a new target."""
         clockwise, radius = self.loiter.clockwise, self.loiter.radius_m
         self.loiter = Loiter(clockwise=clockwise, radius_m=radius)
 
     def change_altitude(self, alt_m: float, *, follows_ground: bool) -> None:
-        """Change the altitude of the next point, and climb or descend to it without a slope."""
+        """Change the altitude of the next point, to be reached without a slope."""
         self.next = self.next.copy()
         self.next.alt_m, self.next.follows_ground = alt_m, follows_ground
         self.reset_slope()
 
     def reset_slope(self) -> None:
-        """Go to the target height at once."""
+        """Fly to the target altitude without a slope."""
         self._offset_m = 0.0
 
     # geometry
 
     def update_distance(self) -> None:
-        """Distance to go and part of the leg flown; 10 times a second."""
+        """Update the distance to go and the share of the leg flown; 10 times a second."""
         here = self._plane.here()
         self.distance = distance_m(here, self.next)
         self.proportion = self.proportion_of(self.previous, self.next)
 
     def proportion_of(self, start: Spot, end: Spot) -> float:
-        """Part of a leg that lies behind the plane: 0 at its start, 1 at its end."""
+        """Share of a leg that is behind the plane: 0 at its start, 1 at its end."""
         here = self._plane.here()
         n, e = end.n_m - start.n_m, end.e_m - start.e_m
         square = n * n + e * e
@@ -149,14 +149,14 @@ class Navigator:
         return ((here.n_m - start.n_m) * n + (here.e_m - start.e_m) * e) / square
 
     def passed(self, start: Spot, end: Spot) -> bool:
-        """True beyond the line across the end of a leg."""
+        """True beyond the finish line across the end of a leg."""
         return self.proportion_of(start, end) >= 1.0
 
     def turn_distance(self) -> float:
-        """How far before a waypoint the turn to the next leg begins.
+        """Distance before a waypoint at which the turn to the next leg begins.
 
-        WP_RADIUS, but not more than the L1 length, and less for turns below 90°. ArduPlane widens WP_RADIUS by the square of
-        true over equivalent airspeed (53 m for 50 m at 700 m above the sea); here a waypoint counts within WP_RADIUS always.
+        WP_RADIUS, at most the L1 length, and less for turns below 90°. ArduPlane scales WP_RADIUS by the square of true
+        over equivalent airspeed (53 m for 50 m at 700 m AMSL); here it is not scaled.
         """
         plane = self._plane
         full = min(plane.tune["WP_RADIUS"], plane.l1_length_m())
@@ -173,18 +173,19 @@ class Navigator:
         now = bearing_rad(self.previous, self.next)
         self.turn_angle_deg = math.degrees(wrap_pi(bearing_rad(self.next, place) - now))
 
-    # heights
+    # altitudes
 
     def _set_up_slope(self, *, mission: bool) -> None:
-        """Decide between a slope along the leg and going to the height at once.
+        """Choose between a slope along the leg and an immediate change of altitude.
 
-        As ArduPlane: a mission slopes when it is above 20 m or descends, other modes only when they descend; height differences
-        below ALT_SLOPE_MIN are flown at once.
+        As ArduPlane: a mission slopes above 20 m or when it descends, other modes only when they descend; differences
+        below ALT_SLOPE_MIN are flown immediately.
         """
         here = self._plane.here()
         descends = self.above_next_m > 0.0
         if descends or (mission and here.alt_m - self._plane.home.alt_m > 20.0):
-            # From one height above ground to the next it counts from the present one; else the numbers are compared as they are.
+            # Between two heights above terrain the slope starts at the present one; otherwise the altitudes are
+            # compared.
             on_ground = self.next.follows_ground and self._follows
             self._set_offset(-self.above_next_m if on_ground else self.next.alt_m - self.previous.alt_m)
         else:
@@ -197,7 +198,7 @@ class Navigator:
             self._offset_m = 0.0
 
     def adjust_altitude(self) -> None:
-        """Target height for now."""
+        """Set the present target altitude."""
         if self._offset_m == 0.0 or self.on_circle or self.passed(self.previous, self.next):
             self._aim(self.next.alt_m)
             return
@@ -206,7 +207,7 @@ class Navigator:
         highest = self._plane.tune["ALT_SLOPE_MAXHGT"]
         target_m = self.target_alt_m
         if highest > 0 and self._offset_m > 0 and here.alt_m > target_m + highest:
-            # Far above a climbing slope (the zoom after a take-off): begin a new one from here.
+            # Far above a climbing slope (after the zoom of a take-off): start a new one here.
             from_m = self.next.alt_m + self.above_next_m
             self.previous = Spot(self.previous.n_m, self.previous.e_m, from_m)
             self._set_offset(self.next.alt_m - from_m)
@@ -216,11 +217,11 @@ class Navigator:
             self.target_alt_m = min(high, max(low, self.target_alt_m))
 
     def set_proportion(self, end: Spot, offset_m: float, part: float) -> None:
-        """Target height ``part`` of the offset before the end of a slope."""
+        """Set the target altitude where ``part`` of the offset remains to the end of a slope."""
         self._aim(end.alt_m - offset_m * min(1.0, max(0.0, part)))
 
     def _aim(self, alt_m: float) -> None:
-        """Take a target height; one above the ground is followed where that is known, else it counts from home, as on ArduPlane."""
+        """Set a target altitude; one above terrain counts from home where terrain is unknown, as in ArduPlane."""
         ground_m = self._plane.ground_rel_home_m() if self.next.follows_ground else None
         self._follows = ground_m is not None
         self.target_alt_m = alt_m
@@ -230,17 +231,17 @@ class Navigator:
 
     @property
     def next_alt_m(self) -> float:
-        """Height of the next point above mean sea level, above the ground below the plane where it follows that."""
+        """Altitude of the next point above mean sea level; with terrain following over the terrain below."""
         ground_m = self._plane.ground_rel_home_m() if self.next.follows_ground else None
         return self.next.alt_m + (ground_m or 0.0)
 
     @property
     def above_next_m(self) -> float:
-        """How much higher the plane is than the next point, both above the ground below where the point's height counts from that."""
+        """Height of the plane above the next point."""
         return self._plane.here().alt_m - self.next_alt_m
 
     def _look_ahead(self, ground_m: float) -> None:
-        """How much higher to be for what rises ahead (Plane::lookahead_adjustment), looked at twice a second."""
+        """Compute the climb for rising terrain ahead (Plane::lookahead_adjustment), twice a second."""
         plane = self._plane
         speed = plane.est.groundspeed_m_s
         if self.on_circle or speed < 1.0:
@@ -261,10 +262,10 @@ class Navigator:
                 rise_m = max(rise_m, ahead_m - ground_m - climb * far_m)
         self._rise_m = min(1000.0, max(0.0, rise_m + min(0.0, self._offset_m)))
 
-    # orders
+    # demands on the control laws
 
     def fly_leg(self, start: Spot, end: Spot) -> None:
-        """Follow a leg."""
+        """Fly along a leg."""
         self._circled = None
         self._plane.pilot.fly_leg(from_north_m=start.n_m, from_east_m=start.e_m, to_north_m=end.n_m, to_east_m=end.e_m)
 
@@ -279,10 +280,10 @@ class Navigator:
         loiter.radius_m = radius_m
         never_there = loiter.started_s is None and plane.in_auto and self.crosstrack
         if never_there and distance_m(plane.here(), self.next) > _ALONG_THE_LEG_RADII * self.circle_radius_m:
-            # As ArduPlane's update_loiter_update_nav: a circle far away is the end of a leg.
+            # ArduPlane's update_loiter_update_nav: a distant circle is approached along its leg.
             self.fly_leg(self.previous, self.next)
         else:
-            # In thin air the same bank needs a wider circle: true airspeed grows.
+            # The radius grows with true airspeed: the same bank needs a wider circle in thin air.
             plane.pilot.fly_circle(
                 north_m=self.next.n_m,
                 east_m=self.next.e_m,
@@ -298,7 +299,7 @@ class Navigator:
 
     @property
     def on_circle(self) -> bool:
-        """True while the circle around the next point is flown, not still approached."""
+        """True on the circle around the next point, not on the approach to it."""
         return self.loiter.ordered and self._plane.pilot.on_circle
 
     @property
@@ -307,10 +308,10 @@ class Navigator:
         return self.loiter.radius_m * self._plane.est.eas_to_tas**2
 
     def count_turns(self) -> None:
-        """Add up the angle flown on the circle, and see whether its height is reached; 10 times a second.
+        """Sum up the angle flown on the circle, and check its altitude; 10 times a second.
 
-        By what was steered for last, as ArduPlane (``loiter_angle_update``): a circle right after another is counted from its first moment,
-        from the bearing of the other's centre on.
+        As ArduPlane's ``loiter_angle_update`` it uses the last guidance: a circle directly after another counts from
+        its first moment, starting at the bearing of the previous centre.
         """
         plane, loiter = self._plane, self.loiter
         here = plane.here()
@@ -326,7 +327,8 @@ class Navigator:
             delta = wrap_pi(bearing - loiter.last_bearing_rad)
             loiter.turned_rad += delta if loiter.clockwise else -delta
         loiter.last_bearing_rad = bearing
-        # The height asked for may still be that of the slope that led here: ArduPlane's is the circle's from its first moment.
+        # Compared with the altitude of the circle, as in ArduPlane; the target altitude may still be on the slope to
+        # it.
         if is_on and abs(here.alt_m - self.next.alt_m) < 5.0:
             loiter.reached_alt = True
             loiter.stuck = False
@@ -338,8 +340,8 @@ class Navigator:
     def lined_up(self, target: Spot | None) -> bool:
         """True when the circle may be left towards ``target``.
 
-        The tangent must point there within 10°, and 10° more for each turn flown meanwhile, so that no wind keeps the plane
-        circling.
+        The tangent must point there within 10°, and 10° more for each turn flown meanwhile, so that no wind keeps the
+        plane circling.
         """
         if target is None:
             return True
@@ -356,7 +358,7 @@ class Navigator:
         if distance >= radius:
             wanted = bearing_rad(on_circle, target)
         else:
-            # Inside the circle nothing lines up: turn off where the chord is shortest.
+            # A target inside the circle never lines up: leave where the chord is shortest.
             chord = 2.0 * math.asin((radius - distance) / (2.0 * radius))
             wanted = bearing_rad(self.next, target) + (math.pi / 2 - chord) * side
         heading = from_centre + math.pi / 2 * side

@@ -1,6 +1,6 @@
-"""The plane itself, as all that flies it sees it: its body, what it believes of itself, home, radio, speech and camera.
+"""State shared by everything that flies the plane: airframe, estimate, home, radio, texts and camera.
 
-Where it goes and what it does is not known here: that is the business of those who are given it.
+Guidance and commands are in the modules that are given a :class:`Plane`.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ _EVENT_LIMIT = 1024
 
 @dataclass(slots=True)
 class Estimate:
-    """The state as the autopilot believes it; the estimator itself is not modelled, its errors are."""
+    """The estimated state: the true one with modelled errors; the estimator itself is not simulated."""
 
     n_m: float = 0.0
     e_m: float = 0.0
@@ -66,21 +66,21 @@ class Estimate:
 
 
 class Plane:
-    """One plane, and what is ordered of it from moment to moment."""
+    """One plane, with its estimate and its control laws."""
 
     def __init__(self, config: SimConfig, params: Parameters, plan: PlanView) -> None:
         self.config = config
         self.on_fence_enable: Callable[[int], None] | None = None
         """Called with 0 or 1 by DO_FENCE_ENABLE (2 disables the floor only)."""
         self.utc_s: Callable[[], float | None] = lambda: None
-        """Answers the time in seconds since 1970, None while it is unknown; for NAV_DELAY."""
+        """Returns the time in seconds since 1970, None while it is unknown; for NAV_DELAY."""
         self.ground: GroundView | None = None
-        """What it knows of the ground."""
+        """Its terrain data."""
         self.tune = Tuning(params)
         self._plan = plan
         self._events: deque[Event] = deque(maxlen=_EVENT_LIMIT)
         self.start = LocalFrame(config.home_lat_deg, config.home_lon_deg)
-        """Around the place where it was put at first."""
+        """The tangent plane at the start position."""
         self.body = Dynamics(
             lat_deg=config.home_lat_deg,
             lon_deg=config.home_lon_deg,
@@ -94,7 +94,7 @@ class Plane:
         self._boot(config.home_lat_deg, config.home_lon_deg)
 
     def _boot(self, lat_deg: float, lon_deg: float) -> None:
-        """Switched on where it stands, with nothing in its mind."""
+        """Initialise the state at a boot."""
         self.time_s = 0.0
         self.frame = LocalFrame(lat_deg, lon_deg)
         self._errors = self.sensors.errors(0.0)
@@ -103,7 +103,7 @@ class Plane:
         self.home = Spot(0.0, 0.0, self.config.home_alt_amsl_m)
         self._home_lat_lon = (lat_deg, lon_deg)
         self.home_locked = False
-        """A ground station set home: it no longer follows the plane (AP_AHRS::lock_home)."""
+        """Home was set by a command and no longer follows the plane (AP_AHRS::lock_home)."""
         self.rc = Radio()
         self.pilot = PlanePilot()
         self.pilot.set_params(self.tune.for_pilot())
@@ -121,9 +121,9 @@ class Plane:
         self.flight_mode = Mode.MANUAL
         """The present mode."""
         self.mode_reason = ""
-        """Why it was changed to that."""
+        """Reason of the present mode."""
         self.previous_mode_reason = ""
-        """Why it was changed to the mode before."""
+        """Reason of the mode before the present one."""
 
     def _estimate(self) -> None:
         body, est, errors = self.body, self.est, self._errors
@@ -147,16 +147,16 @@ class Plane:
         est.forward_accel_m_s2 = body.accel_x_m_s2
 
     def stick_pitch_rad(self, stick: float) -> float:
-        """Pitch that a stick asks for, within PTCH_LIM_MAX_DEG and PTCH_LIM_MIN_DEG."""
+        """Pitch demanded by a stick, within PTCH_LIM_MAX_DEG and PTCH_LIM_MIN_DEG."""
         limit = self.tune["PTCH_LIM_MAX_DEG"] if stick >= 0 else -self.tune["PTCH_LIM_MIN_DEG"]
         return math.radians(stick * limit)
 
     def throttle_ramp(self, target: float) -> float:
-        """Throttle on its way to a target, 0.1 s at 100 %/s further than it is."""
+        """Throttle towards a target, at most 0.1 s at 100 %/s above the present one."""
         return min(target, self._surfaces[3] + 0.1)
 
     def bank_limit_deg(self) -> float:
-        """ROLL_LIMIT_DEG, less when the airspeed does not carry the load of so steep a turn."""
+        """ROLL_LIMIT_DEG, reduced when the airspeed is too low for the load factor of such a turn."""
         limit = self.tune["ROLL_LIMIT_DEG"]
         if self.tune["STALL_PREVENTION"] == 0 or not self.is_flying:
             return limit
@@ -167,12 +167,12 @@ class Plane:
         return min(limit, max(25.0, math.degrees(math.acos(1.0 / load))))
 
     def head_wind_m_s(self) -> float:
-        """Estimated wind against the nose."""
+        """Estimated head wind."""
         north, east = self._wind_estimate
         return -(north * math.cos(self.est.yaw_rad) + east * math.sin(self.est.yaw_rad))
 
     def wind_along_m_s(self, bearing: float) -> float:
-        """Estimated wind blowing along a bearing, negative against it."""
+        """Estimated wind component along a bearing; negative is a head wind."""
         north, east = self._wind_estimate
         return north * math.cos(bearing) + east * math.sin(bearing)
 
@@ -182,13 +182,13 @@ class Plane:
         return self._surfaces[3]
 
     def l1_length_m(self) -> float:
-        """Present length of the lateral law."""
+        """Present L1 length of the lateral control law."""
         return self.pilot.track[4]
 
-    # places
+    # positions
 
     def here(self) -> Spot:
-        """Where the plane believes it is."""
+        """The estimated position."""
         est = self.est
         return Spot(est.n_m, est.e_m, est.alt_m)
 
@@ -203,7 +203,7 @@ class Plane:
         return self.flight_mode is Mode.AUTO
 
     def ground_rel_home_m(self, spot: Spot | None = None) -> float | None:
-        """Height of the known ground above home, below the plane or at a place; None when it is not known there or at home."""
+        """Terrain height above home, below the plane or at a position; None while it is unknown there or at home."""
         if self.ground is None or self.ground.height_m(*self._home_lat_lon) is None:
             return None
         if spot is None:
@@ -213,7 +213,7 @@ class Plane:
         return None if height_m is None else height_m - self.home.alt_m
 
     def alt_of(self, item: StoredItem) -> float:
-        """Height of an item above mean sea level; one above the ground counts from home (:attr:`Spot.follows_ground`)."""
+        """Altitude of an item above mean sea level; above terrain it counts from home (:attr:`Spot.follows_ground`)."""
         return item.alt_m if item.frame == 0 else item.alt_m + self.home.alt_m
 
     @overload
@@ -221,7 +221,7 @@ class Plane:
     @overload
     def spot_of(self, item: StoredItem, *, or_none: Literal[True]) -> Spot | None: ...
     def spot_of(self, item: StoredItem, *, or_none: bool = False) -> Spot | None:
-        """Place of an item; without one, where the plane is (or None), and without height, its height."""
+        """Position of an item; without one the plane's (or None), without an altitude the plane's altitude."""
         if item.lat_deg == 0.0 and item.lon_deg == 0.0:
             if or_none:
                 return None
@@ -233,7 +233,7 @@ class Plane:
         return Spot(north, east, self.alt_of(item), follows_ground=item.frame == 10)
 
     def distance_to_item(self, item: StoredItem) -> float | None:
-        """Distance to an item's place, or None without one."""
+        """Distance to an item's position, or None without one."""
         spot = self.spot_of(item, or_none=True)
         if spot is None:
             return None
@@ -241,7 +241,7 @@ class Plane:
         return math.hypot(distance_m(here, spot), spot.alt_m - here.alt_m)
 
     def return_spot(self) -> Spot:
-        """Where RTL goes: the nearest rally point within RALLY_LIMIT_KM, or home at RTL_ALTITUDE."""
+        """Target of RTL: the nearest rally point within RALLY_LIMIT_KM, or home at RTL_ALTITUDE."""
         here = self.here()
         altitude = self.tune["RTL_ALTITUDE"]
         home = Spot(self.home.n_m, self.home.e_m, here.alt_m if altitude < 0 else self.home.alt_m + altitude)
@@ -261,10 +261,10 @@ class Plane:
         return best
 
     def where(self) -> tuple[float, float]:
-        """Latitude and longitude where the plane believes it is."""
+        """Estimated latitude and longitude."""
         return self.frame.to_earth(self.est.n_m, self.est.e_m)
 
-    # saying
+    # events
 
     def say(self, severity: Severity, text: str) -> None:
         """Send a status text."""
@@ -275,7 +275,7 @@ class Plane:
         self._events.append(MissionItemReached(seq))
 
     def events(self) -> list[Event]:
-        """Events since the last call, oldest first; at most 1,024 are kept (the oldest are dropped)."""
+        """Events since the last call, oldest first; beyond 1,024 the oldest are dropped."""
         if not self._events:
             return []
         drained = list(self._events)
@@ -285,7 +285,7 @@ class Plane:
     # home
 
     def set_home(self, lat_deg: float | None, lon_deg: float | None, alt_amsl_m: float | None) -> MavResult:
-        """Move home; all None is where the plane is, which fails before its receiver has a fix."""
+        """Set home, to the present position when all are None, which fails before the first fix."""
         if lat_deg is None or lon_deg is None:
             if self.time_s < boot.FIX_S:
                 return MavResult.FAILED
@@ -298,7 +298,7 @@ class Plane:
         return MavResult.ACCEPTED
 
     def _put_home_here(self) -> None:
-        """Home is where the plane is: to a centimetre, as a position travels, so one that never moved stays at home exactly."""
+        """Set home here, rounded to the centimetre of the wire: a plane that never moved stays exactly at home."""
         body, ground_m = self.body, self.config.home_alt_amsl_m
         alt_m = ground_m if body.on_wheels else round(ground_m + body.height_m, 2)
         self._put_home(round(body.lat_deg, 7), round(body.lon_deg, 7), alt_m)

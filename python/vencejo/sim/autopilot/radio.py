@@ -1,4 +1,4 @@
-"""The radio: channels as a transmitter in the pilot's hand gives them, and overrides from a ground station."""
+"""The radio: the channels of the pilot's transmitter, and overrides by a ground station."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ __all__ = ["Radio"]
 _IDLE_US = (1500, 1500, 1000, 1500, 1800, 1000, 1000, 1800, 0, 0, 0, 0, 0, 0, 0, 0)
 """Sticks centred, throttle down."""
 _FAILED_THROTTLE_US = 950
-"""What a receiver that lost its transmitter gives, set up as ArduPlane wants it."""
+"""Throttle output of a receiver without signal, configured as ArduPlane recommends."""
 _DEAD_ZONE_US = 30
 _LOW_US, _HIGH_US = 800, 2200
 _THROTTLE = 3
@@ -23,12 +23,12 @@ class Radio:
     def __init__(self) -> None:
         self._overrides: dict[int, int] = {}
         self.failure = 0
-        """As SIM_RC_FAIL: 0 none, 1 nothing arrives, 2 the throttle drops to 950 µs."""
+        """As SIM_RC_FAIL: 0 none, 1 no frames arrive, 2 the throttle drops to 950 µs."""
         self.is_believed = True
-        """False while the autopilot takes the sticks for centred and the throttle for closed, whatever arrives."""
+        """False while the autopilot assumes centred sticks and closed throttle, whatever arrives."""
 
     def override(self, channels: Mapping[int, int | None]) -> None:
-        """Set channels by number (1 to 16); None gives one back to the transmitter. Values no servo knows are ignored."""
+        """Set channels by number (1 to 16), 800 to 2200 µs, others are ignored; None returns one to the transmitter."""
         for number, value in channels.items():
             if not 1 <= number <= len(_IDLE_US):
                 continue
@@ -38,7 +38,7 @@ class Radio:
                 self._overrides[number] = value
 
     def clear(self) -> None:
-        """Everything back to the transmitter."""
+        """Remove all overrides."""
         self._overrides.clear()
 
     @property
@@ -54,11 +54,11 @@ class Radio:
 
     @property
     def throttle_us(self) -> int:
-        """The throttle's channel."""
+        """The throttle channel."""
         return self._us(_THROTTLE)
 
     def stick(self, number: int) -> float:
-        """Deflection of a centred stick, −1 to 1, with its dead zone."""
+        """Deflection of a centred stick, −1 to 1, zero within its dead zone."""
         offset = self._us(number) - 1500
         if not self.is_believed or abs(offset) <= _DEAD_ZONE_US:
             return 0.0

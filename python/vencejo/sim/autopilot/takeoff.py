@@ -1,4 +1,4 @@
-"""The take-off: throttle held back until the plane is armed and level, the roll on the runway or the throw, and the climb.
+"""The take-off: throttle suppressed until the plane is armed and level, ground roll or hand launch, and climb.
 
 Shared by NAV_TAKEOFF, mode TAKEOFF and the climb after an aborted landing.
 """
@@ -44,13 +44,13 @@ class Takeoff:
         self._start_alt_m = self._plane.here().alt_m
 
     def reset(self) -> None:
-        """Disarmed: everything begins again."""
+        """Restart the launch sequence, after a disarming."""
         self._timer_s = None
         self._triggered_s = None
         self._thrown = False
 
     def check_launch(self) -> bool:
-        """The launch sequence, 10 times a second while the throttle is held back; True when it may be opened."""
+        """The launch sequence, 10 times a second while the throttle is suppressed; True when it may be opened."""
         plane = self._plane
         if not plane.armed:
             self.reset()
@@ -79,7 +79,7 @@ class Takeoff:
         return False
 
     def throw(self) -> None:
-        """A hand launch: once the motor runs, the plane leaves the hand at flying speed."""
+        """Hand launch: once the motor runs, the plane leaves the hand at flying speed."""
         plane = self._plane
         if self._thrown or self._triggered_s is None or plane.time_s - self._triggered_s < 0.6:
             return
@@ -87,7 +87,7 @@ class Takeoff:
         body = plane.body
         if body.height_m > 1.0 or plane.est.groundspeed_m_s > 5.0:
             return
-        # Thrown at 9 m/s over ground, level with the eyes, 12° up.
+        # At 9 m/s over ground, at eye level, pitched up 12°.
         body.place(
             body.lat_deg,
             body.lon_deg,
@@ -101,7 +101,7 @@ class Takeoff:
     # NAV_TAKEOFF, 10 times a second
 
     def verify(self) -> bool:
-        """Hold the course of the roll; True when the height is reached."""
+        """Hold the course of the ground roll; True when the altitude is reached."""
         plane = self._plane
         nav = self._nav
         est = plane.est
@@ -134,19 +134,19 @@ class Takeoff:
     # control
 
     def order_climb(self, airspeed_m_s: float) -> None:
-        """Full throttle; pitch for speed, above the climb's pitch, which fades over the last seconds."""
+        """Full throttle; pitch controls the airspeed, above a minimum pitch that fades over the last seconds."""
         plane = self._plane
         tune = plane.tune
         est = plane.est
         slow = max(tune["TKOFF_ROTATE_SPD"], tune["AIRSPEED_MIN"])
         throttle = (tune["TKOFF_THR_MAX"] or tune["THR_MAX"]) * 0.01
         if plane.body.on_wheels and est.airspeed_m_s < slow:
-            # Rolling: the wheels carry the plane until it can fly.
+            # Ground roll, until the plane can fly.
             plane.pilot.fly_pitch(0.0, plane.throttle_ramp(throttle))
             return
         low = self._pitch_min_deg()
-        # Nose and throttle come down with the height that is left. ArduPlane lowers its least pitch only: at full throttle it
-        # climbs on to hold its speed, and comes back (62.7 m for 50 in guided-flight.tlog).
+        # Pitch and throttle decrease with the remaining height. ArduPlane lowers its minimum pitch only: at full
+        # throttle it overshoots to hold its airspeed, and descends again (62.7 m for 50 m in guided-flight.tlog).
         left = self._left()
         high = max(low, min(tune["PTCH_LIM_MAX_DEG"], tune["TECS_PITCH_MAX"] or tune["PTCH_LIM_MAX_DEG"]) * left)
         cruise = min(throttle, tune["TRIM_THROTTLE"] * 0.01)
@@ -175,7 +175,7 @@ class Takeoff:
         return self.pitch_deg
 
     def _left(self) -> float:
-        """Part of the level-off that is still to be climbed; 1 before it."""
+        """Remaining share of the level-off's height; 1 before it."""
         if self._level_off_m is None:
             return 1.0
         remaining = (self.altitude_rel_m or 0.0) - self._plane.alt_rel_home_m
@@ -183,16 +183,16 @@ class Takeoff:
 
     @property
     def is_level(self) -> bool:
-        """The level-off has had its time, and the last metres are climbed in cruise (Plane::check_takeoff_timeout_level_off).
+        """Whether the level-off has timed out; the last metres are climbed in cruise (check_takeoff_timeout_level_off).
 
-        ArduPlane gives it TKOFF_PLIM_SEC at its full climb rate; here the climb ends with it, so its mean is half of that.
+        ArduPlane allows TKOFF_PLIM_SEC at the full climb rate; here the climb rate falls to zero, so twice that time.
         """
         if self._level_off_s is None:
             return False
         return self._plane.time_s - self._level_off_s > 2.0 * self._plane.tune["TKOFF_PLIM_SEC"]
 
     def bank_limit_deg(self, full_deg: float) -> float:
-        """Bank limit: LEVEL_ROLL_LIMIT near the ground, all of it at three times TKOFF_LVL_ALT."""
+        """Bank limit: LEVEL_ROLL_LIMIT near the ground, rising to ``full_deg`` at three times TKOFF_LVL_ALT."""
         plane = self._plane
         level = plane.tune["LEVEL_ROLL_LIMIT"]
         low = max(0.0, plane.tune["TKOFF_LVL_ALT"])

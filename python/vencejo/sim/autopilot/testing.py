@@ -1,4 +1,4 @@
-"""A parameter store and a plan that do not move: for tests, examples and measurements without a link."""
+"""Fixed parameters and a fixed plan, for tests, examples and measurements without a link."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ __all__ = ["FixedParameters", "FixedPlan", "home_item", "item"]
 
 
 class FixedParameters:
-    """Parameters from a mapping; names that it lacks have the autopilot's defaults."""
+    """Parameters from a mapping; other names have the autopilot's defaults."""
 
     def __init__(self, values: Mapping[str, float] | None = None) -> None:
         self._values = dict(values or {})
@@ -18,21 +18,21 @@ class FixedParameters:
         self.revision = 0
 
     def get(self, name: str) -> float:
-        """Value of a parameter; KeyError when it is not here."""
+        """Value of a parameter; KeyError when the mapping lacks it."""
         return self._values[name]
 
     def set(self, name: str, value: float) -> None:
-        """Change a parameter."""
+        """Set a parameter."""
         self._values[name] = value
         self.revision += 1
 
     def set_unsaved(self, name: str, value: float) -> None:
-        """Change a parameter until it is loaded again."""
+        """Set a parameter without saving it, until :meth:`load`."""
         self._saved.setdefault(name, self._values.get(name))
         self.set(name, value)
 
     def load(self, name: str) -> None:
-        """Return to the saved value, or to the autopilot's default."""
+        """Restore the saved value, or the autopilot's default."""
         if name not in self._saved:
             return
         saved = self._saved.pop(name)

@@ -1,4 +1,4 @@
-"""The parameters as the autopilot reads them: by ArduPlane's name, cached until one changes."""
+"""The autopilot's view of the parameters: by ArduPlane's names, cached until one changes."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ PILOT_NAMES: tuple[str, ...] = (
     "PTCH_RATE_D",
     "PTCH_RATE_IMAX",
 )
-"""Parameters of the control laws, handed to them as they are."""
+"""Parameters passed to the control laws unchanged."""
 
 _DEFAULTS = {
     "AIRSPEED_CRUISE": 22.0,
@@ -128,7 +128,7 @@ _DEFAULTS = {
     "WP_MAX_RADIUS": 0.0,
     "WP_RADIUS": 50.0,
 }
-"""ArduPlane's values, for a store that lacks a name."""
+"""ArduPlane's defaults, for names that the store lacks."""
 
 
 class Tuning:
@@ -152,16 +152,16 @@ class Tuning:
         return value
 
     def set_unsaved(self, name: str, value: float) -> None:
-        """Change a parameter until it is loaded again; in effect from the next :meth:`refresh` on."""
+        """Set a parameter without saving it; in effect from the next :meth:`refresh` on."""
         self._params.set_unsaved(name, value)
 
     def load(self, *names: str) -> None:
-        """Return to the saved values."""
+        """Restore saved values."""
         for name in names:
             self._params.load(name)
 
     def refresh(self) -> bool:
-        """Forget cached values when the store changed; True when it did."""
+        """Drop the cached values when the store has changed; True when it has."""
         revision = self._params.revision
         if revision == self._revision:
             return False

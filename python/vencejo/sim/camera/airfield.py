@@ -1,6 +1,6 @@
-"""What stands and is painted at home: the runway, the home mark, the landing mark, a hangar and a mast.
+"""The objects at home: runway, home mark, landing mark, hangar and mast.
 
-The runway lies where the plane takes off: along its first heading, from 20 m behind home, 300 m long and 16 m wide.
+The runway lies along the start heading, from 20 m behind home, 300 m long and 16 m wide.
 Points are north, east, up in metres from home.
 """
 
@@ -28,20 +28,20 @@ _SUN_NE = (-math.sqrt(0.5), math.sqrt(0.5))
 
 @dataclass(frozen=True, slots=True)
 class Face:
-    """A plane convex piece of something, of one colour (blue, green, red)."""
+    """A plane convex polygon of one colour (blue, green, red)."""
 
     corners_m: npt.NDArray[np.float64]
     colour: tuple[int, int, int]
     solid: bool = False
-    """It stands up: painted after the ground, the far ones first."""
+    """Upright: painted after the ground, the far ones first."""
 
 
 def airfield(heading_deg: float) -> list[Face]:
-    """Everything fixed, in the order in which it is painted on the ground."""
+    """All fixed faces, in painting order."""
     place = _Place(0.0, 0.0, heading_deg)
     half = RUNWAY_WIDTH_M / 2.0
     start, end = -RUNWAY_BEHIND_M, RUNWAY_LENGTH_M - RUNWAY_BEHIND_M
-    # In pieces: a long thin face far away and near by at once is cut better that way.
+    # In segments: a long thin face that is near and far at once clips better that way.
     faces = [place.flat(along, along + 50.0, -half, half, _ASPHALT) for along in np.arange(start, end, 50.0)]
     for side in (-half + 0.6, half - 0.6):
         faces += [
@@ -72,7 +72,7 @@ def home_mark(north_m: float, east_m: float) -> list[Face]:
 
 
 def landing_mark(north_m: float, east_m: float) -> list[Face]:
-    """An orange cross of 12 m in a ring, lying where the plane is to touch down."""
+    """An orange cross of 12 m in a ring, at a landing point."""
     place = _Place(north_m, east_m, 45.0)
     return [
         *place.ring(7.0, 6.2, _ORANGE),
@@ -82,7 +82,7 @@ def landing_mark(north_m: float, east_m: float) -> list[Face]:
 
 
 class _Place:
-    """Points ahead of and right of a spot with a heading."""
+    """Points ahead and to the right of a position with a heading."""
 
     def __init__(self, north_m: float, east_m: float, heading_deg: float) -> None:
         self._north, self._east = north_m, east_m
@@ -118,7 +118,7 @@ def _shaded(colour: tuple[int, int, int], light: float) -> tuple[int, int, int]:
 def _box(
     place: _Place, along: float, right: float, size: tuple[float, float, float], colour: tuple[int, int, int]
 ) -> list[Face]:
-    """An upright box: walls lit by how they look at the sun, and a roof."""
+    """An upright box with a roof; walls are lit by their angle to the sun."""
     long, wide, high = size
     corners = [(along, right), (along + long, right), (along + long, right + wide), (along, right + wide)]
     faces = []

@@ -1,7 +1,7 @@
-"""The land: fields, hedges and trees under a late-morning sun, with a grid of lines every 100 m, thicker ones every 500 m.
+"""The ground texture: fields, hedges and trees in morning sun, with grid lines every 100 m, thicker every 500 m.
 
 One square kilometre that repeats in all directions, with the pyramid of its smaller copies (L. Williams, "Pyramidal
-parametrics", SIGGRAPH 1983) so that what is far away does not glitter. It is the same for every plane.
+parametrics", SIGGRAPH 1983) so that distant ground does not flicker. It is the same for every plane.
 """
 
 from __future__ import annotations
@@ -16,9 +16,9 @@ from cv2.typing import MatLike
 __all__ = ["PERIOD_M", "SIZE_PX", "detail", "fields", "pyramid"]
 
 PERIOD_M = 1000.0
-"""After how many metres the land repeats."""
+"""Period of the texture, metres."""
 SIZE_PX = 2048
-"""Pixels along that way; a power of two."""
+"""Pixels per period; a power of two."""
 
 _SEED = "vencejo land"
 _LEAST_FIELD_PX = 130
@@ -31,12 +31,12 @@ _TRACK = (150, 172, 186)
 _TREE = (34, 74, 44)
 _SHADOW = (30, 52, 40)
 _SHADOW_PX = (-5, -5)
-"""The sun stands in the south-east: shadows fall to the north-west, left and up in the picture of the land."""
+"""The sun is in the south-east: shadows fall to the north-west, left and up in the texture."""
 _GRID = np.array((235, 240, 240), np.float32)
 
 
 def fields() -> MatLike:
-    """The land from above, north up; its left and upper edges continue its right and lower ones."""
+    """The texture from above, north up; opposite edges match."""
     source = random.Random(_SEED)
     land = np.zeros((SIZE_PX, SIZE_PX, 3), np.float32)
     lots = [(0, 0, SIZE_PX, SIZE_PX)]
@@ -79,10 +79,10 @@ def fields() -> MatLike:
 
 
 def pyramid(land: MatLike) -> MatLike:
-    """The land and its halves, quarters, … side by side in one picture of double width.
+    """The mipmap pyramid of the texture, side by side in one image of double width.
 
-    Level k begins at column 2 S (1 − 2⁻ᵏ) and is S 2⁻ᵏ wide. Below each level it continues with itself, so that a blend over
-    its edge finds what lies there.
+    Level k begins at column 2 S (1 − 2⁻ᵏ) and is S 2⁻ᵏ wide. Each level is repeated below itself, so that interpolation
+    across its edge finds valid pixels.
     """
     atlas: MatLike = np.zeros((SIZE_PX + 1, 2 * SIZE_PX, 3), np.uint8)
     level: MatLike = land
@@ -99,7 +99,7 @@ def pyramid(land: MatLike) -> MatLike:
 
 
 def detail() -> MatLike:
-    """Grass from near by: brightness around 128, 256 × 256 pixels that repeat."""
+    """Grass close up: brightness around 128, 256 × 256 repeating pixels."""
     noise = np.random.default_rng(7).normal(0.0, 1.0, (256, 256)).astype(np.float32)
     sum_ = np.zeros_like(noise)
     for blur, weight in ((0, 6.0), (2, 14.0), (7, 26.0)):
@@ -110,7 +110,7 @@ def detail() -> MatLike:
 
 
 def _cloudy() -> npt.NDArray[np.float32]:
-    """Slow changes of brightness that repeat with the land."""
+    """Slow changes of brightness, with the period of the texture."""
     noise = np.random.default_rng(3).normal(0.0, 1.0, (64, 64)).astype(np.float32)
     wide = cv2.GaussianBlur(np.tile(noise, (3, 3)), (0, 0), 1.5)[64:128, 64:128]
     wide = np.tile(wide / float(wide.std()), (2, 2))
@@ -126,7 +126,7 @@ def _tree(picture: MatLike, source: random.Random, x: int, y: int) -> None:
 
 
 def _with_grid(picture: MatLike) -> MatLike:
-    """Lines through home and every 100 m from it."""
+    """Grid lines through home and every 100 m from it."""
     metre_px = SIZE_PX / PERIOD_M
     share = np.zeros(SIZE_PX, np.float32)
     for line_m in range(0, int(PERIOD_M), 100):

@@ -1,13 +1,13 @@
-"""Serves the pictures as a network camera does: Motion JPEG over HTTP, and single pictures.
+"""Serves the pictures like a network camera: Motion JPEG over HTTP, and single pictures.
 
 =========================  =====================================================================================
 ``/stream.mjpg``           ``multipart/x-mixed-replace``, one JPEG a part; ``X-Timestamp`` is when it was taken, in
                            seconds since 1970, as mjpg-streamer writes it
 ``/snapshot.jpg``          one JPEG with the same header
-``/<system id>/…``         both, of that plane; without it of the first
+``/<system id>/…``         both, of that plane; of the first plane without it
 =========================  =====================================================================================
 
-It listens on loopback only: like the cameras it stands for, it asks nobody who they are.
+It listens on loopback only, because like most such cameras it has no authentication.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ __all__ = ["BOUNDARY", "CameraServer", "parse_address"]
 BOUNDARY = "vencejoframe"
 _MAX_VIEWERS = 16
 _SILENCE_S = 10.0
-"""A client that neither asks nor takes for so long is left."""
+"""Time-out of a client that neither sends nor receives."""
 
 
 def parse_address(text: str) -> tuple[str, int]:
@@ -69,7 +69,7 @@ class CameraServer:
     Raises
     ------
     OSError
-        The port cannot be had; the message names it.
+        The port is not available; the message names it.
     """
 
     def __init__(self, address: tuple[str, int], cameras: Mapping[int, NoseCamera]) -> None:
@@ -84,11 +84,11 @@ class CameraServer:
         self._thread.start()
 
     def stream_url(self, system_id: int) -> str:
-        """Address of a plane's stream."""
+        """URL of a plane's stream."""
         return self._url(system_id, "stream.mjpg")
 
     def snapshot_url(self, system_id: int) -> str:
-        """Address of a plane's single pictures."""
+        """URL of a plane's single pictures."""
         return self._url(system_id, "snapshot.jpg")
 
     def close(self) -> None:
@@ -118,7 +118,7 @@ class _Server(ThreadingHTTPServer):
         self.places = threading.BoundedSemaphore(_MAX_VIEWERS)
 
     def handle_error(self, request: Any, client_address: Any) -> None:
-        """A viewer that goes away is no error; nothing else is raised."""
+        """Ignore errors: only a disconnected viewer raises one."""
 
 
 class _Handler(BaseHTTPRequestHandler):
@@ -129,16 +129,16 @@ class _Handler(BaseHTTPRequestHandler):
     server: _Server
 
     def do_GET(self) -> None:
-        """Stream, snapshot, or what there is."""
+        """Serve the stream or a snapshot; other paths are refused with a list of the valid ones."""
         place, _, name = self.path.partition("?")[0].rpartition("/")
         camera = self.server.cameras.get(place)
         serve = {"stream.mjpg": self._stream, "snapshot.jpg": self._snapshot}.get(name)
         if camera is None or serve is None:
             known = " ".join(f"{p}/stream.mjpg {p}/snapshot.jpg" for p in self.server.cameras)
-            self._say(HTTPStatus.NOT_FOUND, f"There is no {self.path!r} here. There is: {known}\n")
+            self._say(HTTPStatus.NOT_FOUND, f"{self.path!r} does not exist. Available: {known}\n")
             return
         if not self.server.places.acquire(blocking=False):
-            self._say(HTTPStatus.SERVICE_UNAVAILABLE, f"{_MAX_VIEWERS} look already: come back later.\n")
+            self._say(HTTPStatus.SERVICE_UNAVAILABLE, f"There are {_MAX_VIEWERS} viewers already: try again later.\n")
             return
         try:
             with camera:
@@ -147,7 +147,7 @@ class _Handler(BaseHTTPRequestHandler):
             self.server.places.release()
 
     def log_message(self, format: str, *args: Any) -> None:
-        """Nothing is written to the terminal."""
+        """Log nothing to the terminal."""
 
     def _stream(self, camera: NoseCamera) -> None:
         self.close_connection = True

@@ -1,4 +1,4 @@
-"""The camera of one plane: takes pictures at its rate, but only while somebody looks."""
+"""The camera of one plane: takes pictures at its rate, but only while there are viewers."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ __all__ = ["Frame", "NoseCamera"]
 
 _JPEG_QUALITY = 80
 _NO_FRAME_S = 60.0
-"""A viewer that got nothing for so long is told so; a busy machine is slow, not broken."""
+"""Time without a picture after which a viewer gets an error; generous, for busy machines."""
 
 
 class Frame(NamedTuple):
@@ -25,19 +25,19 @@ class Frame(NamedTuple):
 
     number: int
     unix_s: float
-    """When it was taken: the time of the pose it shows."""
+    """Time of the pose that it shows, seconds since 1970."""
     jpeg: bytes
 
 
 class NoseCamera:
-    """Pictures of one plane for any number of viewers; each gets the newest, a slow one misses some.
+    """Pictures of one plane for any number of viewers; each gets the newest, and a slow one skips some.
 
     Parameters
     ----------
     heading_deg : float
         Direction of the runway, degrees true.
     rate_hz : float
-        Pictures a second while somebody looks, 1 to 30.
+        Pictures a second while there are viewers, 1 to 30.
     camera : Pinhole, optional
     """
 
@@ -57,17 +57,17 @@ class NoseCamera:
 
     @property
     def watched(self) -> bool:
-        """True while somebody looks: then, and only then, the simulator has to tell what there is to see."""
+        """True while there are viewers; only then the simulator has to call :meth:`see`."""
         return self._viewers > 0
 
     def see(self, unix_s: float, outlook: Outlook) -> None:
-        """The newest instant: when it was, seconds since 1970, and what there is to see."""
+        """Set the newest state: its time, seconds since 1970, and the outlook."""
         with self._changed:
             self._sight = (unix_s, outlook)
             self._changed.notify_all()
 
     def close(self) -> None:
-        """Stop; viewers are told that there is no more."""
+        """Stop; viewers see the end of the stream."""
         with self._changed:
             self._closed = True
             self._changed.notify_all()
@@ -89,11 +89,11 @@ class NoseCamera:
         with self._changed:
             self._viewers -= 1
             if self._viewers == 0:
-                # The next viewer gets no picture of the past.
+                # The next viewer must not get an old picture.
                 self._sight = self._frame = None
 
     def next_frame(self, after: int = 0, timeout_s: float = _NO_FRAME_S) -> Frame | None:
-        """The newest picture, as soon as there is one with a number above ``after``; None when there is no more."""
+        """Wait for a picture with a number above ``after``; None when the camera has stopped."""
         with self._changed:
             self._changed.wait_for(
                 lambda: self._closed or (self._frame is not None and self._frame.number > after), timeout_s
@@ -101,7 +101,7 @@ class NoseCamera:
             frame = self._frame
             return None if self._closed or frame is None or frame.number <= after else frame
 
-    # inside
+    # internals
 
     def _run(self) -> None:
         number = 0
@@ -109,7 +109,7 @@ class NoseCamera:
         taken: tuple[float, Outlook] | None = None
 
         def is_new() -> bool:
-            # a simulator that is slower than its camera has nothing new to see: no instant is shown as two pictures
+            # While the simulator is slower than the camera, a state is not shown twice.
             return self._viewers > 0 and self._sight is not None and self._sight is not taken
 
         while True:
@@ -133,7 +133,7 @@ class NoseCamera:
                 self._changed.notify_all()
 
     def _picture(self, outlook: Outlook) -> bytes:
-        # OpenCV takes its time to load: the first who looks waits for it, not the simulator's start.
+        # OpenCV loads slowly: the first viewer waits for it, not the start of the simulator.
         import cv2
 
         if self._renderer is None:

@@ -1,4 +1,4 @@
-"""Paints what the camera sees: sky, sun, land in haze, airfield."""
+"""Renders the camera's picture: sky, sun, ground in haze, airfield."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ SUN_ELEVATION_DEG = 38.0
 _HAZE = (222, 212, 202)
 _ZENITH = (178, 118, 52)
 _HAZE_M = 9_000.0
-"""Distance at which half of what is seen is haze."""
+"""Distance at which haze reaches one half."""
 _SKY_ROWS = 512
 _SKY_COLUMN = ground.SIZE_PX * 13 // 8
-"""Below the second half of the land there is room in the pyramid."""
+"""Free part of the pyramid, below its second level."""
 _DETAIL_BELOW_M = 40.0
-"""Lower than that, the grass is seen singly."""
+"""Height below which single tufts of grass are visible."""
 _DETAIL_PERIOD_M = 6.0
 _NEAREST_M = 0.15
 _FARTHEST_FACE_M = 6_000.0
@@ -57,7 +57,7 @@ class Renderer:
         self._down = ((np.arange(self.camera.height_px) - row) / self.camera.focal_px).astype(np.float32)
 
     def mark(self, home_m: tuple[float, float], landings_m: Sequence[tuple[float, float]]) -> None:
-        """Where home and the landing points are now: north and east in metres."""
+        """Set the positions of home and the landing points: north and east in metres."""
         wanted = (home_m, *landings_m)
         if wanted == self._marked:
             return
@@ -76,7 +76,7 @@ class Renderer:
         self._paint_faces(picture, pose)
         return picture
 
-    # land and sky: one look-up a pixel
+    # ground and sky: one look-up per pixel
 
     def _land_and_sky(self, pose: Pose) -> MatLike:
         north, east, height = pose.lens_m()
@@ -89,7 +89,7 @@ class Renderer:
         level = np.sqrt(to_north * to_north + to_east * to_east)
         np.maximum(level, 1e-6, out=level)
         slope = to_down / level
-        # Where a falling line meets the falling ground: h − d t + d²/2R = 0, in the form that loses no digits.
+        # Intersection of the view ray with the curved ground: h − d t + d²/2R = 0, in a form without cancellation.
         under = slope * slope
         under -= np.float32(2.0 * height / EARTH_RADIUS_M)
         land = (slope > 0) & (under >= 0)
@@ -118,7 +118,7 @@ class Renderer:
     def _atlas_places(
         self, north: float, east: float, to_north: Array, to_east: Array, distance: Array, slope: Array
     ) -> tuple[Array, Array]:
-        """Column and row in the pyramid: the level whose pixels are as large as what a pixel of the camera covers."""
+        """Column and row in the pyramid, at the level whose pixels match the footprint of a camera pixel."""
         size = ground.SIZE_PX
         period = ground.PERIOD_M
         x = to_east * np.float32(1.0 / period)
@@ -127,7 +127,7 @@ class Renderer:
         y = to_north * np.float32(-1.0 / period)
         y -= np.float32(north / period % 1.0)
         y -= np.floor(y)
-        # Metres² that a pixel covers: (d/f)² (1 + t²)^1.5 / t.
+        # Footprint of a pixel, m²: (d/f)² (1 + t²)^1.5 / t.
         texel = period / size
         cover = distance * distance
         cover *= np.float32((1.0 / (self.camera.focal_px * texel)) ** 2)
@@ -156,7 +156,7 @@ class Renderer:
         distance: Array,
         height: float,
     ) -> None:
-        """Brightness of single tufts, fading with the distance; at half resolution, it is a texture only."""
+        """Brightness of single tufts, fading with distance; a texture at half resolution."""
         half = (slice(None, None, 2), slice(None, None, 2))
         scale = 256.0 / _DETAIL_PERIOD_M
         seen = land[half]
@@ -167,7 +167,7 @@ class Renderer:
             axis -= np.floor(axis)
             axis *= 256
         tufts = cv2.remap(self._detail, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_WRAP)
-        # A tuft that is smaller than a pixel is not seen.
+        # Tufts smaller than a pixel are invisible.
         near = np.float32(4.0 * math.sqrt(height) + 2.0)
         weight = near / (near + distance[half] ** 2 / near)
         weight[~seen] = 0
@@ -203,7 +203,7 @@ class Renderer:
         points = camera.from_world(pose, self._corners)
         least = np.array((_NEAREST_M, 0.0, 0.0, 0.0, 0.0))
         outside = np.less(points @ _sides(camera, 1.0), least)
-        # Seen unless all corners lie beyond one side; whole when no corner is far beyond any.
+        # Visible unless all corners lie outside one side; unclipped when no corner is far outside any.
         seen = np.invert(np.logical_and.reduceat(outside, self._starts).any(axis=1))
         beyond = np.less(points @ _sides(camera, 2.0), least)
         whole = np.invert(np.logical_or.reduceat(beyond, self._starts).any(axis=1))
@@ -232,14 +232,14 @@ class Renderer:
 
 
 def _sides(camera: Pinhole, margin: float) -> npt.NDArray[np.float64]:
-    """Columns that, times a point (right, down, ahead), tell how far within each side of the view it lies: near, then around."""
+    """Clipping planes: times a point (right, down, ahead) the distance inside each, the near plane first."""
     wide = margin * camera.width_px / 2 / camera.focal_px
     high = margin * camera.height_px / 2 / camera.focal_px
     return np.array(((0, -1, 1, 0, 0), (0, 0, 0, -1, 1), (1, wide, wide, high, high)), np.float64)
 
 
 def _clipped(piece: npt.NDArray[np.float64], camera: Pinhole) -> npt.NDArray[np.float64]:
-    """What of a face lies ahead and not far outside the picture (Sutherland and Hodgman, Comm. ACM 17, 1974)."""
+    """Clip a face to the view (Sutherland and Hodgman, Comm. ACM 17, 1974)."""
     for side, normal in enumerate(_sides(camera, 2.0).T):
         inside = piece @ normal - (_NEAREST_M if side == 0 else 0.0)
         kept = []
@@ -260,12 +260,12 @@ _PAINTING = threading.Lock()
 
 @functools.cache
 def _world() -> tuple[MatLike, int, MatLike]:
-    """Pyramid with the sky, the sky's row in it, and the grass: painted once, the same for all cameras."""
+    """Pyramid with the sky, the sky's row in it, and the grass: painted once for all cameras."""
     return *_with_sky(ground.pyramid(ground.fields())), ground.detail()
 
 
 def _with_sky(atlas: MatLike) -> tuple[MatLike, int]:
-    """The sky's colours by elevation, in a free part of the pyramid: rows from the horizon up to the zenith."""
+    """Sky colours by elevation, in the free part of the pyramid: rows from the horizon to the zenith."""
     row = ground.SIZE_PX + 1 - _SKY_ROWS
     part = np.linspace(0.0, 1.0, _SKY_ROWS, dtype=np.float32)[:, None] ** 0.8
     colours = np.array(_HAZE, np.float32) + (np.array(_ZENITH, np.float32) - np.array(_HAZE, np.float32)) * part
@@ -274,7 +274,7 @@ def _with_sky(atlas: MatLike) -> tuple[MatLike, int]:
 
 
 def _hazed(picture: MatLike, thick: Array) -> MatLike:
-    """The picture seen through haze of a given share."""
+    """Blend the picture with a given share of haze."""
     veil = np.empty_like(picture)
     veil[:] = _HAZE
     return cv2.blendLinear(picture, veil, 1 - thick, thick)

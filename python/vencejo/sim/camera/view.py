@@ -1,8 +1,9 @@
-"""Where a point of the world appears in the picture, and what a pixel looks at.
+"""The camera geometry: projection of world points to pixels, and back to directions.
 
-A pinhole camera in the nose, looking along the body's x axis, its rows parallel to the wings. The world is north, east, up in
-metres from home; the ground falls away from the camera as the square of the distance over twice the Earth's radius, so that
-the horizon is where it is (A. French, "How far away is the horizon?", Am. J. Phys. 50, 1982, without refraction).
+A pinhole camera in the nose, looking along the body's x axis, its rows parallel to the wings. The world is north, east,
+up in metres from home; the ground falls away from the camera with the square of the distance over twice the Earth's
+radius, which puts the horizon at its true dip (A. French, "How far away is the horizon?", Am. J. Phys. 50, 1982,
+without refraction).
 """
 
 from __future__ import annotations
@@ -20,23 +21,23 @@ Array = npt.NDArray[np.float32]
 EARTH_RADIUS_M = 6_371_008.8
 """Mean radius (IUGG)."""
 NOSE_M = 0.35
-"""How far ahead of the centre of gravity the lens is."""
+"""Distance of the lens ahead of the centre of gravity."""
 
 
 @dataclass(frozen=True, slots=True)
 class Pose:
-    """Where the plane truly is, and how it is turned."""
+    """True position and attitude of the plane."""
 
     north_m: float
     east_m: float
     up_m: float
-    """Height of the centre of gravity over the ground at home."""
+    """Height of the centre of gravity above the ground at home."""
     roll_rad: float
     pitch_rad: float
     yaw_rad: float
 
     def lens_m(self) -> tuple[float, float, float]:
-        """North, east, up of the lens; never in the ground."""
+        """North, east, up of the lens; never below the ground."""
         forward = ned_from_body(self.roll_rad, self.pitch_rad, self.yaw_rad)[:, 0] * NOSE_M
         return (
             self.north_m + float(forward[0]),
@@ -61,7 +62,7 @@ class Pinhole:
 
     @property
     def centre_px(self) -> tuple[float, float]:
-        """Column and row that look straight ahead."""
+        """Column and row of the optical axis."""
         return (self.width_px - 1) / 2.0, (self.height_px - 1) / 2.0
 
     def from_world(self, pose: Pose, points_m: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
@@ -74,7 +75,7 @@ class Pinhole:
         return body[:, (1, 2, 0)]
 
     def pixel(self, camera_m: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-        """Column and row of camera coordinates that lie ahead."""
+        """Column and row of camera coordinates in front of the camera."""
         column, row = self.centre_px
         scale = self.focal_px / camera_m[:, 2]
         return np.column_stack((column + camera_m[:, 0] * scale, row + camera_m[:, 1] * scale))

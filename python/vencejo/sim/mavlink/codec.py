@@ -30,7 +30,7 @@ _V1_MARK = 0xFE
 
 @dataclass(frozen=True, slots=True)
 class Payload:
-    """A packed message: what is the same for every link."""
+    """A packed message: the part that is the same on every link."""
 
     message_id: int
     crc_extra: int
@@ -48,7 +48,7 @@ class _Packer:
         self.lengths: list[int] = []
         for name, array, length in zip(cls.ordered_fieldnames, cls.array_lengths, cls.lengths, strict=True):
             text = cls.fieldtypes[cls.fieldnames.index(name)] == "char" and array
-            # Text keeps its bytes, padding and all, beside the decoded string.
+            # Text fields keep their raw bytes, padding included, next to the decoded string.
             names.append(f"_{name}_raw" if text else name)
             self.lengths.append(0 if text or not array else length)
         self.get: Callable[[MavMessage], Any] = attrgetter(*names)
@@ -106,9 +106,9 @@ def _v1_length(message_id: int) -> int | None:
 def frame(
     payload: Payload, *, sequence: int, system: int, component: int, version: int, signed: bool = False
 ) -> bytes | None:
-    """A whole frame; None when MAVLink 1 is asked for and cannot carry the message.
+    """A whole frame; None for MAVLink 1 when that cannot carry the message.
 
-    With `signed` it says that a signature follows (MAVLink 2 only).
+    ``signed`` sets the flag that a signature follows (MAVLink 2 only).
     """
     data = payload.data
     if version == 1:
@@ -135,19 +135,19 @@ def source_version(message: MavMessage) -> int:
 
 
 class Decoder:
-    """Byte stream to messages; whatever is not a valid frame is counted and skipped."""
+    """Decodes a byte stream into messages; anything that is not a valid frame is counted and skipped."""
 
     def __init__(self) -> None:
         self._parser = dialect.MAVLink(None)
         self._parser.robust_parsing = True
         self.bad = 0
-        """Stretches of bytes that were no frame, or frames with a wrong checksum."""
+        """Number of skipped byte sequences and of frames with a wrong checksum."""
 
     def feed(self, data: bytes) -> list[MavMessage]:
-        """Take bytes as they came and return the messages they complete."""
+        """Take received bytes and return the messages they complete."""
         try:
             found = self._parser.parse_buffer(data) or []
-        except Exception:  # noqa: BLE001  (whatever a hostile frame makes of the parser: start afresh)
+        except Exception:  # noqa: BLE001  (whatever a hostile frame makes the parser raise: reset it)
             self._parser = dialect.MAVLink(None)
             self._parser.robust_parsing = True
             self.bad += 1

@@ -1,7 +1,7 @@
-"""COMMAND_LONG and COMMAND_INT: which ones ArduPlane knows, how it checks them, and what it answers.
+"""COMMAND_LONG and COMMAND_INT: the commands that ArduPlane implements, its checks, and its answers.
 
-Flying is the autopilot's; this file turns each command's fields into one call of it. A command that ArduPlane does
-not implement is UNSUPPORTED. Like ArduPlane, COMMAND_LONG is handled as the COMMAND_INT of the same content.
+Each command becomes one call of the autopilot. Commands that ArduPlane does not implement are UNSUPPORTED. As in
+ArduPlane, COMMAND_LONG is converted to COMMAND_INT.
 """
 
 from __future__ import annotations
@@ -32,15 +32,15 @@ IN_PROGRESS = 5
 _FORCE = (2989.0, 21196.0)
 _FRAMES = {0: 0, 5: 0, 3: 3, 6: 3, 10: 10, 11: 10}
 _FASTEST_SHARE = 0.8
-"""A message may be sent at up to this share of the main loop's rate."""
+"""Highest message rate, as a share of the main loop's rate."""
 _CALIBRATION_S = 1.7
-"""How long the airspeed sensor takes to calibrate, as recorded after boot."""
+"""Duration of an airspeed calibration, as recorded after boot."""
 
 _AS_MISSION_ITEM = frozenset(
     {181, 182, 183, 184, 195, 197, 201, 202, 203, 205, 206, 208, 211, 212, 216, 218, 223,
      531, 532, 534, 601, 1000, 2000, 2001, 2500, 2501}
 )  # fmt: skip
-"""Commands that do, at once, what the mission item of that number does."""
+"""Commands that act immediately as the mission item of the same number does."""
 _FLIGHT_ITEMS = frozenset({188, 189})
 """Return path start and landing start."""
 
@@ -76,13 +76,13 @@ class Command:
 
     @classmethod
     def from_long(cls, message: MavMessage) -> Command | None:
-        """From COMMAND_LONG; None when ArduPlane takes that command as COMMAND_INT only."""
+        """From COMMAND_LONG; None for commands that ArduPlane accepts as COMMAND_INT only."""
         frame, scale = 3, 1.0
         if message.command in (179, 195, 201):  # set home, regions of interest: degrees
             frame, scale = (0 if message.command == 179 else 3), 1e7
         elif message.command == 192:  # DO_REPOSITION
             return None
-        # In 32-bit floats, as the autopilot computes: 40.3340 arrives as 40.333999… and becomes 403340000.
+        # In 32-bit floats, as in the autopilot: 40.3340 arrives as 40.333999… and becomes 403340000.
         x, y = float32(message.param5 * scale), float32(message.param6 * scale)
         return cls(
             message.command,
@@ -98,12 +98,12 @@ class Command:
 
 
 def _whole(value: float) -> int:
-    """The integer part; −1 for what has none."""
+    """The integer part; −1 for values without one."""
     return int(value) if math.isfinite(value) and abs(value) < 2**31 else -1
 
 
 class Vehicle(Protocol):
-    """What commands need of the plane they are for (:class:`vencejo.sim.mavlink.component.PlaneComponent`)."""
+    """The part of :class:`vencejo.sim.mavlink.component.PlaneComponent` that commands use."""
 
     autopilot: AutopilotPort
     params: ParamStore
@@ -112,10 +112,10 @@ class Vehicle(Protocol):
 
     @property
     def home_set(self) -> bool:
-        """Whether the vehicle knows its home."""
+        """Whether home is set."""
 
     def schedule_of(self, peer: Peer) -> StreamSchedule:
-        """What is streamed to a peer's link."""
+        """Stream schedule of a peer's link."""
 
     def say(self, severity: Severity, text: str) -> None:
         """Send a text to every link."""
@@ -124,19 +124,19 @@ class Vehicle(Protocol):
         """Send to one peer's link."""
 
     def send_telemetry(self, peer: Peer, message_id: int) -> None:
-        """Send one telemetry message now, when there is one to send."""
+        """Send one telemetry message now, if it is available."""
 
     def default_interval_us(self, message_id: int) -> int | None:
-        """At what interval the stream parameters have a message, None when not at all."""
+        """Interval of a message by the stream parameters, None when it is off."""
 
     def send_banner(self, peer: Peer) -> None:
-        """Say what the vehicle is."""
+        """Send the banner texts."""
 
     def now_us(self) -> int:
         """Simulated time since boot in microseconds."""
 
     def later(self, delay_s: float, action: Callable[[], None]) -> None:
-        """Run something after some simulated time."""
+        """Run an action after some simulated time."""
 
     def request_reboot(self) -> None:
         """Reboot at the next tick."""
@@ -250,7 +250,7 @@ class CommandHandler:
         if not math.isfinite(command.z) or abs(command.z) > 80_000:
             return MavResult.DENIED
         if (command.x == 0 and command.y == 0) or (frame != 0 and int(command.z * 100.0) == 0):
-            # Location::sanitize would put the present place or altitude there, and what it changes is denied.
+            # Location::sanitize replaces these by the present position or altitude, and a changed location is denied.
             return MavResult.DENIED
         lat_deg, lon_deg = command.x * 1e-7, command.y * 1e-7
         now = self._vehicle.autopilot.snapshot()
@@ -395,7 +395,7 @@ class CommandHandler:
             return MavResult.ACCEPTED
         if asked_us < 0:
             return MavResult.DENIED
-        # ArduPlane counts in milliseconds, of one to sixty thousand.
+        # ArduPlane stores milliseconds, 1 to 60,000.
         interval_us = (
             min(max(asked_us // 1000, 1), 60_000) * 1000 if asked_us else self._vehicle.default_interval_us(message_id)
         )
@@ -412,15 +412,15 @@ class CommandHandler:
 
     @staticmethod
     def fastest_us(params: ParamStore) -> int:
-        """The shortest interval that the main loop's rate allows, in microseconds."""
+        """Shortest message interval that the main loop's rate allows, in microseconds."""
         return round(1e6 / (_FASTEST_SHARE * max(1.0, params.get("SCHED_LOOP_RATE"))))
 
     def _get_message_interval(self, peer: Peer, command: Command) -> int:
         message_id = _whole(command.p1)
         known = message_id in BUILDERS
         interval_us = self._vehicle.schedule_of(peer).interval(message_id)
-        told = 0 if not known else -1 if interval_us is None else interval_us
-        self._vehicle.reply(peer, dialect.MAVLink_message_interval_message(max(message_id, 0) & 0xFFFF, told))
+        reported_us = 0 if not known else -1 if interval_us is None else interval_us
+        self._vehicle.reply(peer, dialect.MAVLink_message_interval_message(max(message_id, 0) & 0xFFFF, reported_us))
         return MavResult.ACCEPTED if known else MavResult.FAILED
 
     def _request_message(self, peer: Peer, command: Command) -> int:

@@ -1,4 +1,4 @@
-"""One plane as MAVLink sees it: routes messages to the protocols, ticks them, and turns events into messages."""
+"""The MAVLink component of one plane: routes messages to the protocols, ticks them, and turns events into messages."""
 
 from __future__ import annotations
 
@@ -54,12 +54,12 @@ _TEXT_BYTES = 50
 _SLOW_TICKS = 10
 """Ticks of 10 ms between the checks that run ten times a second."""
 _OFF_TICKS = 200
-"""How long a reboot is silent: 2 s, as an autopilot's boot loader and start take."""
+"""Silence of a reboot, in ticks: 2 s, as of an autopilot's boot loader and start."""
 _HEARTBEAT_US = 1_000_000
 _TIMESYNC_US = 10_000_000
 _PREARM_TEXT_S = 30.0
 _STORAGE_READY_S = 1.0
-"""Before that no mission fits ("Only 0 items are supported")."""
+"""Until then no mission is accepted ("Only 0 items are supported")."""
 _TERRAIN_REQUEST = 133
 _IGNORED_CHANNEL = 65535
 _IGNORED_AXIS = 32767
@@ -78,7 +78,7 @@ def _default_autopilot(
 
 
 class PlaneComponent:
-    """The MAVLink face of one plane. Single-threaded: the owner calls it from one loop.
+    """The MAVLink half of one plane. Single-threaded: the owner calls it from one loop.
 
     Parameters
     ----------
@@ -87,9 +87,9 @@ class PlaneComponent:
     params : ParamStore, optional
         ArduPlane's defaults when omitted.
     autopilot : callable, optional
-        Makes the flying half; tests put a double here.
+        Factory of the flying half; tests pass a double.
     unix_s_at_boot : float, optional
-        What SYSTEM_TIME calls the boot.
+        Unix time of the boot in SYSTEM_TIME; the real time when omitted.
     """
 
     def __init__(
@@ -119,11 +119,11 @@ class PlaneComponent:
         self._later: list[tuple[float, int, Callable[[], None]]] = []
         self._later_number = itertools.count()
         self._off_ticks = 0
-        """Ticks until it has rebooted; 0 when it is on."""
+        """Ticks until a reboot is complete; 0 when the plane is on."""
         self._held_texts: list[tuple[Severity, str]] | None = None
         self._text_id = 0
         self.gcs_seen_s: float | None = None
-        """When the heartbeat of a ground station was heard last; before the first no failsafe waits for it."""
+        """Time of the last heartbeat of the ground station; its failsafe is inactive before the first."""
         self._gcs_lost = False
         self._overrides: dict[int, float] = {}
         self._announced: dict[str, float] = {}
@@ -201,7 +201,7 @@ class PlaneComponent:
         self.fence.enable(action == 1, fences)
 
     def _utc_s(self) -> float | None:
-        """Seconds since 1970, once a GPS has told them."""
+        """Seconds since 1970, from the first GPS fix on."""
         if self.snapshot().gps_fix_type < 3:
             return None
         return (self._unix_us_at_boot + self.now_us()) * 1e-6
@@ -209,12 +209,12 @@ class PlaneComponent:
     def _start_clocks(self) -> None:
         self._ticks = 0
         self._heartbeat_due_us = 0
-        self._mode_told: Mode | None = None
+        self._mode_sent: Mode | None = None
         self._timesync_due_us = _TIMESYNC_US
         self._prearm_ok = False
         self._prearm_text_due_s = _PREARM_TEXT_S
 
-    # what the protocols are given
+    # used by the protocols
 
     @property
     def system_id(self) -> int:
@@ -223,11 +223,11 @@ class PlaneComponent:
 
     @property
     def home_set(self) -> bool:
-        """Whether the vehicle knows its home."""
+        """Whether home is set."""
         return self.plans.mission_store.home is not None
 
     def snapshot(self) -> Snapshot:
-        """The present instant, built once a tick."""
+        """The present state, built once a tick."""
         if self._snapshot is None:
             self._snapshot = self.autopilot.snapshot()
         return self._snapshot
@@ -237,7 +237,7 @@ class PlaneComponent:
         return round(self.autopilot.time_s * 1e6)
 
     def _mission_may_go(self) -> bool:
-        """Not the mission that is being flown (AP_Mission::clear)."""
+        """Whether the mission may be removed: not while it is flown (AP_Mission::clear)."""
         now = self.snapshot()
         return not (now.armed and now.mission_state is MissionState.ACTIVE)
 
@@ -245,7 +245,7 @@ class PlaneComponent:
         return self.autopilot.time_s
 
     def schedule_of(self, peer: Peer) -> StreamSchedule:
-        """What is streamed to a peer's link."""
+        """Stream schedule of a peer's link."""
         return self._links[peer.link]
 
     def reply(self, peer: Peer, message: MavMessage) -> None:
@@ -255,7 +255,7 @@ class PlaneComponent:
     def say(self, severity: Severity, text: str) -> None:
         """Send a text to every link, in chunks of fifty bytes when it is longer.
 
-        What is said while a message is handled leaves after the answers to it, as on ArduPlane.
+        Texts of a message being handled are sent after the answers to it, as by ArduPlane.
         """
         if self._held_texts is not None:
             self._held_texts.append((severity, text))
@@ -270,13 +270,13 @@ class PlaneComponent:
             self._broadcast(dialect.MAVLink_statustext_message(int(severity), part, number, chunk))
 
     def send_telemetry(self, peer: Peer, message_id: int) -> None:
-        """Send one telemetry message now, when there is one to send."""
+        """Send one telemetry message now, if it is available."""
         message = build(message_id, self.snapshot(), self._context())
         if message is not None:
             self.reply(peer, message)
 
     def default_interval_us(self, message_id: int) -> int | None:
-        """At what interval the stream parameters have a message, None when not at all."""
+        """Interval of a message by the stream parameters, None when it is off."""
         for group, messages in GROUPS.items():
             if message_id in messages:
                 rate_hz = self.params.get(f"MAV1_{GROUP_PARAMS[group]}")
@@ -284,39 +284,39 @@ class PlaneComponent:
         return None
 
     def send_banner(self, peer: Peer) -> None:
-        """Say what the vehicle is."""
+        """Send the banner texts."""
         for line in BANNER:
             self.reply(peer, dialect.MAVLink_statustext_message(int(Severity.INFO), line.encode("ascii")))
 
     def later(self, delay_s: float, action: Callable[[], None]) -> None:
-        """Run something after some simulated time, unless the vehicle reboots before."""
+        """Run an action after some simulated time, unless the vehicle reboots before."""
         heapq.heappush(self._later, (self.autopilot.time_s + delay_s, next(self._later_number), action))
 
     def request_reboot(self) -> None:
-        """Switch off at the next tick, and on again after a while."""
+        """Reboot at the next tick."""
         self._off_ticks = _OFF_TICKS
 
     # links
 
     def attach(self, link: Link) -> None:
-        """A link is up: it gets telemetry from now on."""
+        """Add a link: it receives telemetry from now on."""
         schedule = StreamSchedule({g: self.params.get(f"MAV1_{name}") for g, name in GROUP_PARAMS.items()})
         schedule.restart(self.now_us())
         self._links[link] = schedule
         self.signing.attach(link)
 
     def detach(self, link: Link) -> None:
-        """A link is gone."""
+        """Remove a link."""
         self._links.pop(link, None)
         self.signing.detach(link)
         self._parameters.forget(link)
         self.terrain.forget(link)
-        # What it asked of the file server is served all the same: the queue is the server's, as on the vehicle.
+        # Its queued file requests are still served: the queue belongs to the server, as on the vehicle.
         for plan in self._plan_protocols.values():
             plan.forget(link)
 
     def on_message(self, link: Link, message: MavMessage) -> None:
-        """Handle a message from a station; what is not for this plane is ignored."""
+        """Handle a message from a station; those for other vehicles are ignored."""
         if link not in self._links or self._off_ticks:
             return
         system, component = message.get_srcSystem(), message.get_srcComponent()
@@ -342,7 +342,7 @@ class PlaneComponent:
     def tick(self) -> None:
         """Advance the plane by 10 ms of simulated time and send what is due."""
         if self._off_ticks:
-            # It is on the ground, or in somebody's hand, and stands still meanwhile.
+            # The plane stands on the ground or is held by hand, and does not move meanwhile.
             self._off_ticks -= 1
             if self._off_ticks:
                 return
@@ -384,7 +384,7 @@ class PlaneComponent:
         self._drain_events()
 
     def _check_gcs(self, now: Snapshot) -> None:
-        """FS_GCS_ENABL: 1 and 2 always, 3 in AUTO; counts the heartbeats of its ground station, once one was seen."""
+        """FS_GCS_ENABL: 1 and 2 in all modes, 3 in AUTO; active from the first heartbeat of the ground station on."""
         if self.gcs_seen_s is None:
             return
         enabled = self.params.integer("FS_GCS_ENABL")
@@ -404,10 +404,10 @@ class PlaneComponent:
         is_due = now_us >= self._heartbeat_due_us
         if is_due:
             self._heartbeat_due_us = now_us + _HEARTBEAT_US
-        # A new mode is told at once (ArduPlane's set_mode()), and the beat goes on as before.
+        # A mode change sends a heartbeat immediately (ArduPlane's set_mode()), in addition to the periodic ones.
         mode = self.autopilot.flight_mode
-        if is_due or mode is not self._mode_told:
-            self._mode_told = mode
+        if is_due or mode is not self._mode_sent:
+            self._mode_sent = mode
             self._broadcast(build(0, self.snapshot(), self._context()))
         if mode is Mode.INITIALISING:
             return
@@ -453,7 +453,7 @@ class PlaneComponent:
         self.terrain.update((now.lat_deg, now.lon_deg), home, self.plans.mission, self.plans.mission_revision)
 
     def _terrain_report(self, lat_deg: float, lon_deg: float) -> MavMessage:
-        """What is known of the ground at a place, and how high the plane is above the ground below itself."""
+        """TERRAIN_REPORT: terrain at a position, and the height of the plane above the terrain below it."""
         now = self.snapshot()
         here_m = self.terrain.below_m(now.lat_deg, now.lon_deg)
         is_here = (lat_deg, lon_deg) == (now.lat_deg, now.lon_deg)
@@ -512,14 +512,14 @@ class PlaneComponent:
             if isinstance(event, StatusText):
                 texts.append(event)
             elif isinstance(event, MissionItemReached):
-                # One index is pending on each link of an ArduPlane: of one moment only the last item is announced.
+                # ArduPlane keeps one pending index per link: of simultaneous items only the last is announced.
                 reached = event.seq
             else:
                 self._on_event(event)
         if reached is not None:
             self._broadcast(dialect.MAVLink_mission_item_reached_message(reached))
         for severity, text in ((Severity(said.severity), said.text) for said in texts):
-            self.say(severity, text)  # after the messages of the same instant, as ArduPlane's own queue does
+            self.say(severity, text)  # after the other messages of the same instant, as from ArduPlane's queue
 
     def _on_event(self, event: Event) -> None:
         match event:
@@ -564,7 +564,7 @@ class PlaneComponent:
             link.send_payload(payload, self.source)
 
     def _announce_totals(self) -> None:
-        """Parameters that mirror the stored plan: told when they change."""
+        """Announce the parameters that mirror the stored plan when they change."""
         plans = self.plans
         revisions = (plans.mission_store.revision, plans.fence_store.revision, plans.rally_store.revision)
         if revisions == self._announced_revisions:
@@ -605,7 +605,7 @@ class PlaneComponent:
             self._plan(peer, message, lambda plan: plan.on_item(peer, message))
 
     def _guided_item(self, peer: Peer, message: MavMessage) -> None:
-        """The old way to fly somewhere: a mission item with ``current`` 2 (a point) or 3 (an altitude)."""
+        """The legacy guided commands: a mission item with ``current`` 2 (a point) or 3 (an altitude)."""
         item = item_from_message(message)
         stored = item if isinstance(item, MissionResult) else normalise(item)
         if isinstance(stored, MissionResult):
@@ -624,14 +624,14 @@ class PlaneComponent:
         self.reply(peer, dialect.MAVLink_mission_ack_message(peer.system, peer.component, int(result), 0))
 
     def _on_mission_set_current(self, peer: Peer, message: MavMessage) -> None:
-        """Make an item the current one. The answer has the number that was asked, even of home or an action."""
+        """Make an item the current one. The answer has the requested number, even that of home or a DO command."""
         if self.autopilot.set_mission_current(message.seq) is MavResult.ACCEPTED:
             answer = build(42, replace(self.autopilot.snapshot(), mission_current=message.seq), self._context())
             if answer is not None:
                 self.reply(peer, answer)
 
     def _is_station(self, system: int) -> bool:
-        """Whether that is the ground station of this plane: MAV_GCS_SYSID, or up to MAV_GCS_SYSID_HI."""
+        """Whether a system is the ground station of this plane: MAV_GCS_SYSID to MAV_GCS_SYSID_HI."""
         first, last = self.params.integer("MAV_GCS_SYSID"), self.params.integer("MAV_GCS_SYSID_HI")
         return first <= system <= max(first, last)
 
@@ -648,7 +648,7 @@ class PlaneComponent:
         self._parameters.on_request_list(peer, message)
 
     def _on_request_data_stream(self, peer: Peer, message: MavMessage) -> None:
-        """Rates of the stream groups of this link; the parameters that hold them are told, as recorded."""
+        """Set the rates of the stream groups of this link; changed rate parameters are announced, as recorded."""
         groups = GROUPS if message.req_stream_id == 0 else {message.req_stream_id: ()}
         rate_hz = float(message.req_message_rate) if message.start_stop else 0.0
         fastest_hz = 1e6 / self._commands.fastest_us(self.params)
@@ -717,7 +717,7 @@ class PlaneComponent:
             self.autopilot.rc_input(dict.fromkeys(expired))
 
     def _on_set_position_target(self, _peer: Peer, message: MavMessage) -> None:
-        """SET_POSITION_TARGET_GLOBAL_INT: ArduPlane takes the altitude of it, in GUIDED."""
+        """SET_POSITION_TARGET_GLOBAL_INT: ArduPlane uses its altitude, in GUIDED."""
         frames = {0: 0, 5: 0, 3: 3, 6: 3, 10: 10, 11: 10}
         if self.snapshot().mode is not Mode.GUIDED or message.type_mask & 4 or not math.isfinite(message.alt):
             return

@@ -1,4 +1,4 @@
-"""The virtual files that MAVFTP serves: packed parameters and the three plans. There are no others.
+"""The virtual files of MAVFTP, the only ones served: packed parameters and the three plans.
 
 Plan file: five uint16 (magic 0x763d, MAV_MISSION_TYPE, options, first item, number of items), then that many packed
 38-byte MISSION_ITEM_INT. Parameter file: see :meth:`vencejo.sim.params.ParamStore.pack`.
@@ -23,14 +23,14 @@ _HEADER = struct.Struct("<HHHHH")
 _ITEM = struct.Struct("<ffffiifHHBBBBBB")
 _NO_CLEAR = 1
 _PLAN_SIZE = 1024 * 1024
-"""What opening a plan file says its size is: ArduPlane does not know before it has been read."""
+"""Size reported when a plan file is opened: ArduPlane does not know it before reading the file."""
 _PARAM_BYTES = 12
-"""Likewise the parameter file: twelve bytes a parameter."""
+"""Reported size of the parameter file: twelve bytes a parameter."""
 _MAX_WRITE = 1 << 20
 
 
 class FileError(Exception):
-    """An operation failed; ``errno`` says how, as in C."""
+    """A failed operation; ``errno`` is C's error number."""
 
     def __init__(self, number: int) -> None:
         super().__init__(errno.errorcode.get(number, str(number)))
@@ -38,7 +38,7 @@ class FileError(Exception):
 
 
 class ReadHandle:
-    """An open file; its content may depend on the size of the blocks in which it is read (parameters)."""
+    """An open file; the content of the parameter file depends on the block size of the reads."""
 
     def __init__(self, size: int, content: Callable[[int], bytes], *, one_block_size: bool) -> None:
         self.size = size
@@ -48,12 +48,12 @@ class ReadHandle:
         self._data: bytes | None = None
 
     def read(self, offset: int, length: int) -> bytes:
-        """Bytes at an offset, fewer at the end, none beyond it.
+        """Read at an offset: fewer bytes at the end, none beyond it.
 
         Raises
         ------
         FileError
-            Another block size than in the first read, for a file that is padded for one.
+            The block size differs from that of the first read, in a file that is padded for it.
         """
         if self._block_size and self._one_block_size and length != self._block_size:
             raise FileError(errno.EINVAL)
@@ -64,14 +64,14 @@ class ReadHandle:
 
 
 class WriteHandle:
-    """A file being written; it counts when it is closed."""
+    """A file being written; it takes effect when it is closed."""
 
     def __init__(self, commit: Callable[[bytes], bool]) -> None:
         self._commit = commit
         self._data = bytearray()
 
     def write(self, offset: int, data: bytes) -> None:
-        """Put bytes at an offset; gaps are zero until written."""
+        """Write at an offset; gaps are zero until written."""
         end = offset + len(data)
         if end > _MAX_WRITE:
             raise FileError(errno.ENOSPC)
@@ -80,7 +80,7 @@ class WriteHandle:
         self._data[offset:end] = data
 
     def close(self) -> bool:
-        """Make it the vehicle's; False when it was malformed (nobody is told, as on ArduPlane)."""
+        """Apply the file; False when it is malformed (which ArduPlane does not report either)."""
         return self._commit(bytes(self._data))
 
 
@@ -94,7 +94,7 @@ class VirtualFiles:
     say : callable
         Sends a text to every link.
     param_set : callable
-        Told of each parameter that an uploaded file changed.
+        Receives each parameter changed by an uploaded file.
     """
 
     def __init__(
@@ -132,7 +132,7 @@ class VirtualFiles:
         return WriteHandle(lambda data: self._commit_plan(*plan, data))
 
     def list(self, path: str) -> list[str]:
-        """Directory entries as MAVFTP tells them. As on ArduPlane, the virtual files are in no listing."""
+        """Directory entries for MAVFTP. As on ArduPlane, no listing has the virtual files."""
         if path.rstrip("/") in ("", "."):
             return ["D.", "D.."]
         raise FileError(errno.ENOENT)
@@ -184,7 +184,8 @@ class VirtualFiles:
         keep = bool(options & _NO_CLEAR)
         if keep and kind.number != 0:
             return False
-        # A fence is replaced when the new one is whole. What may not be cleared is written over, and its tail stays.
+        # A fence is replaced once the new one is complete. A plan that may not be cleared is overwritten, and its tail
+        # stays.
         if not keep and (kind.number == 1 or store.clear()):
             store.begin(count)
         for item in items:

@@ -1,7 +1,6 @@
 """MAVFTP: ArduPlane's file server, one session at a time (https://mavlink.io/en/services/ftp.html).
 
-Like ArduPlane's it queues only a few requests and works them off one after another, so a station that sends more
-at once than :data:`QUEUE_REQUESTS` loses the rest.
+As on ArduPlane the queue is short: of more than :data:`QUEUE_REQUESTS` simultaneous requests the rest are lost.
 """
 
 from __future__ import annotations
@@ -22,9 +21,9 @@ from vencejo.sim.mavlink.link import Peer
 __all__ = ["FtpError", "FtpOp", "FtpServer"]
 
 QUEUE_REQUESTS = 5
-"""Requests waiting; one more is lost without a word."""
+"""Length of the request queue; further requests are dropped without an answer."""
 REQUESTS_PER_TICK = 3
-"""Requests worked off in one tick of 10 ms."""
+"""Requests handled in one tick of 10 ms."""
 _BURST_BLOCKS = 500
 _SESSION_TIMEOUT_S = 3.0
 _HEADER = struct.Struct("<HBBBBBBI")
@@ -127,7 +126,7 @@ class FtpServer:
         self._used_s = 0.0
         self._banner_due = False
         self._last: tuple[int, int, int, _Reply] | None = None
-        """The last request's system, component and session, and its answer, sent again when it is repeated."""
+        """System, component and session of the last request, and its answer, which is resent on a retry."""
 
     def on_message(self, peer: Peer, message: MavMessage) -> None:
         """Queue a request."""
@@ -138,12 +137,12 @@ class FtpServer:
         self._queue.append(_Request(peer, sequence, session, opcode, size, offset, payload[_HEADER.size :]))
 
     def tick(self) -> None:
-        """Work off a few requests."""
+        """Handle some requests."""
         for _ in range(min(REQUESTS_PER_TICK, len(self._queue))):
             self._serve(self._queue.popleft())
 
     def reset(self) -> None:
-        """After a reboot: what was being written is lost."""
+        """Reset after a reboot: files being written are lost."""
         self._queue.clear()
         self._session = self._handle = self._last = None
 
@@ -307,7 +306,7 @@ def _nak(reply: _Reply, error: FtpError) -> _Reply:
 
 
 def _path(request: _Request) -> str | None:
-    """The path of a request, None when its length and the size field disagree."""
+    """The path of a request, None when its length contradicts the size field."""
     text = request.data.split(b"\0", 1)[0]
     if not text or len(text) != request.size:
         return None

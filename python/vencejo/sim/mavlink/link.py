@@ -11,13 +11,13 @@ from vencejo.sim.mavlink.codec import Decoder, MavMessage, Payload, frame, paylo
 __all__ = ["Link", "Peer", "Source"]
 
 MAX_REPLIES = 8192
-"""Frames waiting that must not be lost (answers, texts). Beyond it the link has failed and is closed."""
+"""Most queued frames that must not be lost (answers, texts). Beyond it the link has failed and is closed."""
 MAX_STREAMED = 512
-"""Telemetry frames waiting; beyond it the oldest are dropped."""
+"""Most queued telemetry frames; beyond it the oldest are dropped."""
 
 
 class Source(NamedTuple):
-    """Who on board sends: MAVLink system and component id."""
+    """MAVLink system and component id of a sender on board."""
 
     system: int
     component: int
@@ -26,35 +26,34 @@ class Source(NamedTuple):
 class Link:
     """The protocol state of one connection.
 
-    Frames are queued unframed and get their sequence number when they leave, so answers may overtake telemetry
-    without looking like loss.
+    Payloads are framed and numbered when they are sent, so answers may overtake telemetry without appearing as loss.
 
     Parameters
     ----------
     name : str
-        For log lines.
+        For logging.
     is_usb : bool
-        Whether nobody else can reach it, so that what is not signed is believed.
+        Whether it counts as the USB port, on which unsigned messages are accepted.
     """
 
     def __init__(self, name: str, *, is_usb: bool = True) -> None:
         self.name = name
         self.is_usb = is_usb
         self.signers: dict[int, Callable[[bytes], bytes]] = {}
-        """What signs the frames of a system that leave, when it has a key."""
+        """Signing function of each system that has a key."""
         self.decoder = Decoder()
         self.version = 2
         self.failed = False
-        """Too many answers wait: the owner should close the connection."""
+        """Too many answers are queued: the owner should close the connection."""
         self.dropped = 0
-        """Telemetry frames dropped because the station reads too slowly."""
+        """Number of telemetry frames dropped because the station reads too slowly."""
         self._seen_v2 = False
         self._replies: deque[tuple[Payload, Source]] = deque()
         self._streamed: deque[tuple[Payload, Source]] = deque(maxlen=MAX_STREAMED)
         self._sequence: dict[Source, int] = {}
 
     def receive(self, data: bytes) -> list[MavMessage]:
-        """Decode what arrived, and answer in the MAVLink version that the station speaks."""
+        """Decode received bytes; answers use the MAVLink version of the station."""
         messages = self.decoder.feed(data)
         for message in messages:
             if source_version(message) == 2:
@@ -69,7 +68,7 @@ class Link:
         self.send_payload(payload_of(message), source)
 
     def send_payload(self, payload: Payload, source: Source) -> None:
-        """Queue an answer that is already packed."""
+        """Queue a packed answer."""
         if len(self._replies) >= MAX_REPLIES:
             self.failed = True
             return
@@ -82,21 +81,21 @@ class Link:
         self._streamed.append((payload, source))
 
     def restart(self, source: Source) -> None:
-        """Who sends starts anew, with what it sends from now on: its sequence numbers begin at 0."""
+        """Restart the sequence numbers of a sender at 0, from its next frame on."""
         self._sequence.pop(source, None)
 
     @property
     def waiting_replies(self) -> int:
-        """Answers not yet taken."""
+        """Number of queued answers."""
         return len(self._replies)
 
     @property
     def pending(self) -> bool:
-        """Whether anything waits to leave."""
+        """Whether anything is queued."""
         return bool(self._replies or self._streamed)
 
     def take(self, max_bytes: int) -> list[bytes]:
-        """Frames to send now, answers first, up to about ``max_bytes``."""
+        """Take frames to send, answers first, up to about ``max_bytes``."""
         out: list[bytes] = []
         size = 0
         while size < max_bytes:
@@ -127,7 +126,7 @@ class Link:
 
 
 class Peer(NamedTuple):
-    """Whom to answer: a station on a link."""
+    """The address of an answer: a station on a link."""
 
     link: Link
     system: int

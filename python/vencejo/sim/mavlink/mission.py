@@ -1,8 +1,8 @@
-"""The mission protocol for mission, fence and rally points, as ArduPlane's MissionItemProtocol speaks it.
+"""The mission protocol for mission, fence and rally points, as implemented by ArduPlane's MissionItemProtocol.
 
-It asks for items with MISSION_REQUEST, in order, one at a time; takes items that arrive ahead of its request as
-long as they are in order; refuses strays with INVALID_SEQUENCE without ending the upload; asks again after a second
-of silence and gives up after eight. Protocol: https://mavlink.io/en/services/mission.html
+It requests items with MISSION_REQUEST, in order, one at a time; accepts items ahead of a request if they are in
+order; refuses others with INVALID_SEQUENCE without ending the upload; repeats a request after one second and times
+out after eight. Protocol: https://mavlink.io/en/services/mission.html
 """
 
 from __future__ import annotations
@@ -24,33 +24,33 @@ _GIVE_UP_S = 8.0
 
 
 class PlanItems(Protocol):
-    """What a transfer needs of a store (:class:`vencejo.sim.plan_store.MissionStore` and its likes)."""
+    """The part of a plan store that a transfer uses (:class:`vencejo.sim.plan_store.MissionStore` and others)."""
 
     max_items: int
     complaints: tuple[tuple[Severity, str], ...]
-    """What is said when a complete upload is refused."""
+    """Texts sent when a complete upload is refused."""
 
     def __len__(self) -> int:
-        """Items stored, or being uploaded."""
+        """Number of items, stored or being uploaded."""
 
     def begin(self, count: int) -> None:
-        """Begin an upload of so many items."""
+        """Start an upload of ``count`` items."""
 
     def put(self, item: WireItem, *, last_seq: int) -> MissionResult:
-        """Take an item of an upload that ends with ``last_seq``."""
+        """Store an item of an upload that ends with ``last_seq``."""
 
     def complete(self) -> MissionResult:
-        """End the upload."""
+        """Complete the upload."""
 
     def abandon(self) -> None:
-        """Give the upload up."""
+        """Abandon the upload."""
 
     def clear(self) -> bool:
-        """Forget all items; False when that may not be now."""
+        """Remove all items; False when that is not allowed now."""
         ...
 
     def read(self, seq: int) -> WireItem | None:
-        """Read an item back, None when there is none."""
+        """Read an item back, None when it does not exist."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,11 +62,11 @@ class PlanKind:
     name: str
     """As in "Mission upload timeout"."""
     received: tuple[Severity, str] | None
-    """Said when an upload is complete."""
+    """Text sent when an upload is complete."""
 
 
 def item_from_message(message: MavMessage) -> WireItem | MissionResult:
-    """A MISSION_ITEM or MISSION_ITEM_INT as its raw fields, positions of the former converted to integers."""
+    """Raw fields of a MISSION_ITEM or MISSION_ITEM_INT; positions of the former are converted to integers."""
     x, y = message.x, message.y
     if message.get_type() == "MISSION_ITEM":
         if not (math.isfinite(x) and math.isfinite(y)):
@@ -96,7 +96,7 @@ def item_from_message(message: MavMessage) -> WireItem | MissionResult:
 
 
 def item_to_message(item: WireItem, *, seq: int, system: int, component: int, as_float: bool) -> MavMessage:
-    """MISSION_ITEM_INT (or, asked for with MISSION_REQUEST, MISSION_ITEM) of a stored item."""
+    """MISSION_ITEM_INT of a stored item, or MISSION_ITEM in answer to MISSION_REQUEST."""
     cls = dialect.MAVLink_mission_item_message if as_float else dialect.MAVLink_mission_item_int_message
     scale = 1e-7 if as_float and has_position(item.command) else 1
     x, y = item.x * scale, item.y * scale
@@ -135,7 +135,7 @@ class PlanProtocol:
     ----------
     kind : PlanKind
     store
-        Where items go and come from.
+        The stored items.
     reply : callable
         Sends a message to one peer.
     say : callable
@@ -143,7 +143,7 @@ class PlanProtocol:
     now_s : callable
         Simulated time.
     capacity : callable, optional
-        Items that fit at this moment (none in the first moments after boot).
+        Number of items that fit at present (0 just after boot).
     """
 
     def __init__(
@@ -168,11 +168,11 @@ class PlanProtocol:
 
     @property
     def receiving(self) -> bool:
-        """Whether an upload is under way."""
+        """Whether an upload is in progress."""
         return self._upload is not None
 
     def on_count(self, peer: Peer, message: MavMessage) -> None:
-        """MISSION_COUNT: an upload begins, or begins again."""
+        """MISSION_COUNT: start or restart an upload."""
         if not self._allowed(peer) or not self._cancel(peer):
             return
         count = int(message.count)
@@ -237,7 +237,7 @@ class PlanProtocol:
             self._request(upload)
 
     def on_request_list(self, peer: Peer) -> None:
-        """MISSION_REQUEST_LIST: tell how many items there are."""
+        """MISSION_REQUEST_LIST: send the number of items."""
         if not self._allowed(peer):
             return
         if self._upload is not None:
@@ -246,7 +246,7 @@ class PlanProtocol:
         self._send_count(peer)
 
     def on_request(self, peer: Peer, seq: int, *, as_float: bool) -> None:
-        """MISSION_REQUEST_INT, or MISSION_REQUEST, which ArduPlane answers with the old MISSION_ITEM."""
+        """MISSION_REQUEST_INT, or MISSION_REQUEST, which ArduPlane answers with the deprecated MISSION_ITEM."""
         if not self._allowed(peer):
             return
         if self._upload is not None and not as_float:
@@ -275,7 +275,7 @@ class PlanProtocol:
         self._ack(peer, MissionResult.ACCEPTED if self._store.clear() else MissionResult.ERROR)
 
     def tick(self) -> None:
-        """Ask again, or give up."""
+        """Repeat a request, or time out."""
         upload = self._upload
         if upload is None:
             return
@@ -289,12 +289,12 @@ class PlanProtocol:
             self._request(upload)
 
     def forget(self, link: Link) -> None:
-        """A link is gone; an upload from it goes on nowhere and times out, unless the vehicle reboots first."""
+        """Handle the loss of a link; an upload on it times out, unless the vehicle reboots first."""
         if self._upload is not None and self._upload.peer.link is link:
             self._upload.peer = Peer(Link("gone"), self._upload.peer.system, self._upload.peer.component)
 
     def reset(self) -> None:
-        """After a reboot."""
+        """Reset after a reboot."""
         if self._upload is not None:
             self._upload = None
             self._store.abandon()

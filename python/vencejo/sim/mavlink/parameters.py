@@ -12,9 +12,9 @@ from vencejo.sim.params import Parameter, ParamStore, ParamValueError
 __all__ = ["ParameterProtocol"]
 
 _PER_TICK = 64
-"""PARAM_VALUE sent in one tick of a list; the whole list takes about a fifth of a simulated second."""
+"""Values of a list sent per tick; the whole list takes about a fifth of a simulated second."""
 _QUEUE_ROOM = 512
-"""A list waits while more answers than this wait on its link."""
+"""A list pauses while its link has more queued answers than this."""
 _UNSPECIFIED = 65535
 _DOES_NOT_EXIST = 1
 _VALUE_OUT_OF_RANGE = 2
@@ -31,7 +31,7 @@ class ParameterProtocol:
     announce : callable
         Sends a message to every link.
     changed : callable
-        Told of each parameter that a station set.
+        Receives each parameter that a station changed.
     """
 
     def __init__(
@@ -47,7 +47,7 @@ class ParameterProtocol:
         self._announce = announce
         self._changed = changed
         self._lists: deque[tuple[Peer, int]] = deque(maxlen=16)
-        """Lists being sent: to whom, and the next index. One a link; the oldest goes when there are too many."""
+        """Lists in progress: peer and next index. One per link; the oldest is dropped when there are too many."""
 
     def value(self, parameter: Parameter, *, index: int = _UNSPECIFIED) -> MavMessage:
         """PARAM_VALUE of a parameter."""
@@ -56,7 +56,7 @@ class ParameterProtocol:
         )
 
     def on_request_list(self, peer: Peer, _message: MavMessage) -> None:
-        """Start sending all parameters to that link (again from the first when it is under way)."""
+        """Start sending all parameters to a link, from the first again if a list is in progress."""
         self.forget(peer.link)
         self._lists.append((peer, 0))
 
@@ -77,7 +77,7 @@ class ParameterProtocol:
         self._reply(peer, self.value(parameter))
 
     def on_set(self, peer: Peer, message: MavMessage) -> None:
-        """Set a parameter; every link is told what is stored now."""
+        """Set a parameter; the stored value is announced on every link."""
         name = _name(message)
         before = self._params.find(name)
         if before is None:
@@ -93,7 +93,7 @@ class ParameterProtocol:
             self._changed(after)
 
     def tick(self) -> None:
-        """Send the next part of each list, as long as the station keeps up."""
+        """Send the next part of each list, while the station keeps up."""
         for _ in range(len(self._lists)):
             peer, index = self._lists.popleft()
             stop = min(index + _PER_TICK, len(self._params))
@@ -105,7 +105,7 @@ class ParameterProtocol:
                 self._lists.append((peer, index))
 
     def forget(self, link: Link) -> None:
-        """The link is gone: so is its list."""
+        """Drop the list of a link that is gone."""
         kept = [entry for entry in self._lists if entry[0].link is not link]
         self._lists.clear()
         self._lists.extend(kept)

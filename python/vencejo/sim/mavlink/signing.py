@@ -1,9 +1,9 @@
-"""MAVLink 2 signing as ArduPlane does it: one key for the vehicle, a time for each link, streams shared by all links.
+"""MAVLink 2 signing as in ArduPlane: one key per vehicle, a timestamp per link, streams shared by all links.
 
-What is signed and how: https://mavlink.io/en/guide/message_signing.html. The rules beyond it are ArduPilot's
-(``GCS_Signing.cpp``): the first link is taken for USB and accepts what is not signed, and so does every link for the reports
-of radios; a key is not changed while armed; the time is stored every 30 s, and goes on a minute later after a restart.
-Not modelled: that the clock of the GPS moves the time on.
+Format: https://mavlink.io/en/guide/message_signing.html. The other rules are ArduPilot's (``GCS_Signing.cpp``): the
+first link counts as USB and accepts unsigned messages, as every link does for radio reports; the key cannot be changed
+while armed; the timestamp is stored every 30 s and continues one minute later after a restart. Not modelled: the GPS
+clock advances it.
 """
 
 from __future__ import annotations
@@ -31,14 +31,14 @@ _UNSIGNED_MESSAGES = ("RADIO_STATUS", "RADIO")
 
 
 class Signing:
-    """The key of one plane and what it has signed and accepted.
+    """Signing state of one plane: its key, timestamps and streams.
 
     Parameters
     ----------
     system : int
         System id of the plane.
     say : callable
-        Tells a text to the stations.
+        Sends a text to the stations.
     """
 
     def __init__(self, system: int, say: Callable[[Severity, str], None]) -> None:
@@ -50,20 +50,20 @@ class Signing:
         self._links: dict[Link, int] = {}
         """The number of each link."""
         self._ticks: dict[int, int] = {}
-        """The next time of each number; a link that is connected again goes on with it."""
+        """Next timestamp of each link number; a reconnected link continues with it."""
         self._streams: dict[tuple[int, int, int], int] = {}
         self.accepted = 0
-        """Frames whose signature was right."""
+        """Number of frames with a valid signature."""
         self.rejected = 0
-        """Frames that were ignored."""
+        """Number of ignored frames."""
 
     @property
     def key(self) -> bytes | None:
-        """The key; ``None`` when nothing is signed."""
+        """The key; None when signing is off."""
         return self._key
 
     def attach(self, link: Link) -> None:
-        """A link is up."""
+        """Add a link."""
         if link not in self._links:
             number = next(n for n in itertools.count() if n not in self._links.values())
             self._links[link] = number
@@ -71,12 +71,12 @@ class Signing:
         self._enlist()
 
     def detach(self, link: Link) -> None:
-        """A link is gone."""
+        """Remove a link."""
         self._links.pop(link, None)
         link.signers.pop(self._system, None)
 
     def set_up(self, message: MavMessage, *, armed: bool) -> None:
-        """SETUP_SIGNING: take a key, or with zeros sign no more."""
+        """SETUP_SIGNING: set the key; all zeros end signing."""
         if armed:
             self._say(Severity.WARNING, "ERROR: Won't setup signing when armed")
             return
@@ -86,18 +86,18 @@ class Signing:
         self._load()
 
     def restart(self) -> None:
-        """The vehicle starts again: the key is kept, the streams are not."""
+        """Restart after a reboot: the key is kept, the streams are not."""
         self._streams.clear()
         self._load()
 
     def tick(self, now_s: float) -> None:
-        """Store the time every 30 s."""
+        """Store the timestamp every 30 s."""
         if now_s - self._saved_s >= _SAVE_S:
             self._saved_s = now_s
             self._stored_ticks = max([self._stored_ticks, *self._ticks.values()])
 
     def accepts(self, link: Link, message: MavMessage) -> bool:
-        """Whether a message is believed."""
+        """Whether a message is accepted."""
         if self._key is None or self._is_right(link, message.get_msgbuf(), self._key):
             return True
         if link.is_usb or message.get_type() in _UNSIGNED_MESSAGES:
@@ -110,7 +110,7 @@ class Signing:
         self._enlist()
 
     def _enlist(self) -> None:
-        """See to it that what leaves is signed when there is a key."""
+        """Enable signing of outgoing frames while there is a key."""
         for link, number in self._links.items():
             if self._key is None:
                 link.signers.pop(self._system, None)
@@ -118,7 +118,7 @@ class Signing:
                 link.signers[self._system] = functools.partial(self._sign, self._key, number)
 
     def _sign(self, key: bytes, number: int, frame: bytes) -> bytes:
-        """The signature of a frame that leaves."""
+        """The signature of an outgoing frame."""
         ticks = self._ticks[number]
         self._ticks[number] = ticks + 1
         head = bytes((number,)) + (ticks & _MAX_TICKS).to_bytes(6, "little")

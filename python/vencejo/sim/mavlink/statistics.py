@@ -1,4 +1,4 @@
-"""The counters that a plane keeps of itself in its STAT_* parameters (AP_Stats)."""
+"""The statistics of a plane in its STAT_* parameters (AP_Stats)."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from vencejo.sim.params import Parameter, ParamStore
 __all__ = ["Statistics"]
 
 _FLUSH_S = 30.5
-"""How often the parameters are updated, as recorded; and at the end of a flight."""
+"""Interval of parameter updates, as recorded; they are updated at the end of a flight too."""
 _LEAST_STEP_M = 0.5
-"""Shorter ways within a second are taken for noise."""
+"""Shorter distances within a second count as noise."""
 
 
 class Statistics:
@@ -22,9 +22,9 @@ class Statistics:
     Parameters
     ----------
     params : ParamStore
-        Where they are kept.
+        The parameter store.
     changed : callable
-        Gets each parameter that an update changed.
+        Receives each parameter changed by an update.
     """
 
     def __init__(self, params: ParamStore, changed: Callable[[Parameter], None]) -> None:
@@ -42,12 +42,12 @@ class Statistics:
         self._was_flying = False
 
     def restart(self) -> None:
-        """Count one more boot."""
+        """Count a boot."""
         self._params.set("STAT_BOOTCNT", self._params.get("STAT_BOOTCNT") + 1.0)
         self._start()
 
     def update(self, now: Snapshot) -> None:
-        """Count on, and tell what changed when that is due."""
+        """Accumulate, and update the parameters when that is due."""
         ends = self._was_flying and not now.is_flying
         if now.is_flying and not self._was_flying:
             self._values["STAT_FLTCNT"] += 1.0

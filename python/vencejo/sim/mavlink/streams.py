@@ -1,4 +1,4 @@
-"""What is streamed to one link and how often: ArduPlane's stream groups and message intervals."""
+"""Stream schedule of one link: ArduPlane's stream groups and message intervals."""
 
 from __future__ import annotations
 
@@ -28,19 +28,19 @@ GROUP_PARAMS: dict[int, str] = {
     11: "EXTRA2",
     12: "EXTRA3",
 }
-"""The parameter (``MAV1_…``) that holds the rate of each group, in Hz."""
+"""The parameter (``MAV1_…``) with the rate of each group, in Hz."""
 
 STREAM_ORDER: tuple[int, ...] = (
     163, 30, 33, 178, 74, 1, 125, 152, 62, 42, 36, 65, 27, 116, 129, 29, 137, 24, 2, 164, 168, 136, 133, 193, 32, 241,
     87, 147, 11020, 295, 162,
 )  # fmt: skip
-"""The order in which messages due at once leave, as recorded."""
+"""The order of messages that are due at the same time, as recorded."""
 
 _RANK = {message: rank for rank, message in enumerate(STREAM_ORDER)}
 
 
 class StreamSchedule:
-    """When each message is due on one link. Times are simulated microseconds.
+    """Schedule of the messages on one link. Times are simulated microseconds.
 
     Parameters
     ----------
@@ -75,12 +75,12 @@ class StreamSchedule:
         return self._interval_us.get(message)
 
     def restart(self, now_us: int) -> None:
-        """Time has jumped (reboot): everything is due now."""
+        """Restart after a jump in time (reboot): everything is due now."""
         self._due_us = dict.fromkeys(self._interval_us, now_us)
         self._next_us = now_us
 
     def due(self, now_us: int) -> list[int]:
-        """Messages to send now, in order. One that is late is sent once, not as often as it was missed."""
+        """Messages due now, in order. A late message is sent once, whatever number of intervals was missed."""
         if now_us < self._next_us:
             return []
         found = []

@@ -1,8 +1,8 @@
-"""From the autopilot's snapshot to telemetry messages, field by field as a recorded ArduPlane fills them.
+"""Builds telemetry messages from the autopilot's snapshot, field by field as in recordings of ArduPlane.
 
-One builder a message; each returns None while ArduPlane would not send that message (no navigation in MANUAL, no
-position before the estimator has one). The recording imitated is tests/fixtures/captures/arduplane-50hz-20s.mavlink
-and the flights beside it. Units are those of the message definitions, https://mavlink.io/en/messages/common.html
+There is one builder per message; it returns None while ArduPlane would not send that message (no navigation in MANUAL,
+no position before the estimator has one). The model is tests/fixtures/captures/arduplane-50hz-20s.mavlink and the
+recorded flights in that folder. Units are those of the message definitions, https://mavlink.io/en/messages/common.html
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ from vencejo.sim.mavlink.codec import MavMessage, dialect
 __all__ = ["BANNER", "BUILDERS", "TelemetryContext", "build"]
 
 BANNER = ("ArduPlane V4.8.0-dev (vencejo-sim)", "Vencejo simulated plane")
-"""What the vehicle says of itself: an ArduPlane to a station's eyes, honest to a reader's."""
+"""The banner: an ArduPlane to a station, recognisable as a simulation to a reader."""
 
 _G_M_S2 = 9.80665
 _EARTH_RADIUS_M = 6_378_100.0
-"""ArduPilot's sphere."""
+"""Radius of ArduPilot's sphere."""
 _U16_MAX = 65535
 _GPS_INTERVAL_MS = 200
 _FLIGHT_VERSION = 4 << 24 | 8 << 16
@@ -50,7 +50,7 @@ _SENSOR = {
     "battery": 1 << 25,
     "prearm": 1 << 28,
 }
-"""Bits of MAV_SYS_STATUS_SENSOR that a plane shows."""
+"""Bits of MAV_SYS_STATUS_SENSOR in use."""
 
 
 def _bits(*names: str) -> int:
@@ -64,7 +64,7 @@ _PRESENT = _BASE | _CONTROL | _bits("gps", "ahrs", "terrain", "logging", "prearm
 
 @dataclass(slots=True)
 class TelemetryContext:
-    """What telemetry shows beside the autopilot's snapshot."""
+    """Telemetry data that is not in the autopilot's snapshot."""
 
     unix_us_at_boot: int
     stick_mixing: bool
@@ -77,22 +77,22 @@ class TelemetryContext:
     system_id: int = 1
     """Distinguishes the planes of one simulator by their hardware id (AUTOPILOT_VERSION ``uid2``)."""
     terrain: Callable[[float, float], MavMessage] | None = None
-    """Makes TERRAIN_REPORT for a place; without it nothing is known."""
+    """Builds TERRAIN_REPORT for a position; None without terrain data."""
 
 
 def _clamp(value: float, low: int, high: int) -> int:
-    if value != value:  # NaN, from a simulation gone wrong, must not stop telemetry
+    if value != value:  # A NaN of a failed simulation must not stop telemetry.
         return 0
     return int(min(max(value, low), high))
 
 
 def _finite(value: float) -> float:
-    """The value, 0 when it is not finite."""
+    """The value, or 0 when it is not finite."""
     return value if math.isfinite(value) else 0.0
 
 
 def _round(value: float) -> float:
-    """Nearest whole number; what is not finite is left to :func:`_clamp`."""
+    """Nearest integer; non-finite values are left to :func:`_clamp`."""
     return round(value) if math.isfinite(value) else value
 
 
@@ -185,7 +185,7 @@ def _sys_status(s: Snapshot, c: TelemetryContext) -> MavMessage:
 
 
 def _battery(s: Snapshot) -> tuple[int, int, int]:
-    """Millivolts, centiamperes and percent; 0, −1 and −1 before they are known, as ArduPlane has it."""
+    """Millivolts, centiamperes and percent; 0, −1 and −1 before the first reading, as in ArduPlane."""
     if not s.battery_measured:
         return 0, -1, -1
     return (
@@ -384,7 +384,7 @@ _CHARGE_STATES = (
     dialect.MAV_BATTERY_CHARGE_STATE_LOW,
     dialect.MAV_BATTERY_CHARGE_STATE_CRITICAL,
 )
-"""By the mark that was reached."""
+"""MAV_BATTERY_CHARGE_STATE, by the threshold crossed."""
 
 
 def _battery_status(s: Snapshot, _c: TelemetryContext) -> MavMessage:
@@ -405,7 +405,7 @@ def _battery_status(s: Snapshot, _c: TelemetryContext) -> MavMessage:
 
 
 def _home_ned(s: Snapshot) -> tuple[float, float, float]:
-    """Home from the estimator's origin; NaN while there is none."""
+    """Home relative to the estimator's origin; NaN without one."""
     if not s.ekf_flags & EkfFlag.POS_HORIZ_ABS:
         return math.nan, math.nan, math.nan
     north_m = s.north_m + math.radians(s.home_lat_deg - s.lat_deg) * _EARTH_RADIUS_M
@@ -488,7 +488,7 @@ def _simstate(s: Snapshot, _c: TelemetryContext) -> MavMessage:
         s.yaw_rad,
         *s.accel_m_s2,
         *s.gyro_rad_s,
-        _deg_e7(s.gps_lat_deg),  # the truth, fix or none
+        _deg_e7(s.gps_lat_deg),  # the true position, with or without a fix
         _deg_e7(s.gps_lon_deg),
     )
 
@@ -576,6 +576,6 @@ BUILDERS: dict[int, Builder] = {
 
 
 def build(message_id: int, snapshot: Snapshot, context: TelemetryContext) -> MavMessage | None:
-    """The message of that id as of a snapshot; None when ArduPlane would not send it now."""
+    """Build a message from a snapshot; None when ArduPlane would not send it now."""
     builder = BUILDERS.get(message_id)
     return None if builder is None else builder(snapshot, context)
