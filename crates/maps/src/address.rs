@@ -1,4 +1,5 @@
-//! Addresses of services as people give them: what is wrong with one, which hosts it leads to, and texts as parts of one.
+//! Addresses of services as people give them: what is wrong with one, which hosts it leads to, and texts as parts of
+//! one.
 
 use std::collections::BTreeSet;
 
@@ -63,7 +64,7 @@ pub(crate) fn hosts(text: &str, subdomains: &[String]) -> BTreeSet<String> {
                 let choices: Vec<String> = match name.strip_prefix("switch:") {
                     Some(_) => text[open + 8..close].split(',').map(|choice| choice.trim().to_owned()).collect(),
                     None if name == "s" => subdomains.to_vec(),
-                    // A host that depends on the tile, or on the key itself, is nobody's.
+                    // A host that depends on the tile, or on the key itself, belongs to no source.
                     None => Vec::new(),
                 };
                 choices.iter().map(|choice| format!("{}{choice}{}", &text[..open], &text[close + 1..])).collect()

@@ -45,10 +45,10 @@ impl Maps {
         .await
     }
 
-    /// Takes the tiles of an MBTiles file into a source's cache, as an area that is done.
+    /// Imports the tiles of an MBTiles file into a source's cache, as a finished area.
     ///
     /// # Errors
-    /// [`MapError::MapFile`] when the file is none, or of another grid; [`MapError::OfflineRefused`].
+    /// [`MapError::MapFile`] when the file is not MBTiles or has another grid; [`MapError::OfflineRefused`].
     pub async fn import_area(&self, source: &str, name: &str, path: PathBuf) -> Result<Area> {
         self.room()?;
         let (source, cache) = self.keeper(source)?;
@@ -62,7 +62,7 @@ impl Maps {
     }
 }
 
-/// Tells the grid of an exported file.
+/// The grid of an exported file.
 fn grid_mark(grid: &TileGrid) -> String {
     let parts: Vec<_> =
         grid.levels.iter().map(|level| (level.resolution.to_bits(), level.origin, level.tile_px)).collect();

@@ -1,5 +1,5 @@
-//! Offline areas: what is fetched ahead of a flight and stays. Their lists of tiles are in the caches, so that a crash loses
-//! nothing: what is marked is there, what is not marked is looked for and fetched.
+//! Offline areas: tiles fetched before a flight and kept. Their lists of tiles are in the caches, so that a crash loses
+//! nothing: marked tiles are there, the others are looked for and fetched.
 
 mod area;
 mod store;
@@ -35,7 +35,7 @@ use crate::task::blocking;
 
 /// Tiles of an area at most.
 pub const MAX_TILES: u64 = 500_000;
-/// Bytes of a tile where none was measured: a JPEG of 256 pixels from above.
+/// Bytes of a tile before any was measured: a JPEG of 256 pixels from above.
 const USUAL_BYTES: u64 = 18_000;
 /// How often at least it is written down how far an area is, while tiles come.
 const NOTE_EVERY: Duration = Duration::from_secs(1);
@@ -44,16 +44,16 @@ const MAX_FAULTS: u32 = 25;
 /// How long an area waits for the network, at first and at most.
 const WAIT: (Duration, Duration) = (Duration::from_secs(5), Duration::from_secs(60));
 
-/// What a tile of an area came to.
+/// Outcome of a tile of an area.
 enum Outcome {
     Here(u64),
     Fault(String),
-    /// The network is not there; nothing is wrong with the tile.
+    /// No network; the tile itself is not at fault.
     Silent(String),
 }
 
 impl Maps {
-    /// What an area would take.
+    /// Size of an area before it is fetched.
     ///
     /// # Errors
     /// [`MapError::NoSource`], [`MapError::Request`].
@@ -103,7 +103,7 @@ impl Maps {
         Ok((source, cache))
     }
 
-    /// Makes an area and begins to fetch it.
+    /// Creates an area and starts fetching it.
     ///
     /// # Errors
     /// [`MapError::NoSource`], [`MapError::OfflineRefused`], [`MapError::AreaTooLarge`], [`MapError::Request`].
@@ -299,7 +299,7 @@ impl Maps {
                 let _ = blocking(move || set_state(&cache, &name, AreaState::Failed, Some(&text))).await;
             }
             let mut stops = maps.shared.areas.stops.lock().unwrap_or_else(PoisonError::into_inner);
-            // Somebody may have gone on with it already.
+            // It may have been resumed already.
             if stops.get(&id).is_some_and(|(current, _)| *current == run) {
                 stops.remove(&id);
             }
@@ -397,7 +397,7 @@ impl Maps {
         }
     }
 
-    /// Writes down which tiles came to what; `false` when the area is no longer to be fetched.
+    /// Records the outcomes of tiles; `false` when the area is no longer to be fetched.
     async fn note(
         &self,
         cache: &Arc<Cache>,
@@ -427,7 +427,7 @@ impl Maps {
         }
         match self.serve(source, tile).await {
             Ok(shown) => {
-                // What was shown is not yet what is kept: the service may forbid that, or the disk be full.
+                // A tile shown is not yet kept: the service may forbid it, or the disk be full.
                 let looked = cache.clone();
                 match blocking(move || looked.has(tile)).await {
                     Ok(true) => Outcome::Here(shown.data.len() as u64),

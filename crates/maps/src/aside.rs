@@ -1,11 +1,12 @@
-//! Sources whose reading ended the process: what is being read is noted on disk, and a note that outlives its process names what
-//! was read as it ended. That source is set aside, and told, until its file is another one or somebody has it tried again.
+//! Sources whose reading ended the process: what is being read is noted on disk, and a note that outlives its process
+//! names what was read as it ended. That source is set aside and reported until its file changes or it is tried again
+//! on request.
 //!
-//! The limits of [`crate::memory`] are meant to make this needless; it is for what nobody thought of, so that a file which ends the
-//! process does so once, and not again at each start. A note is a file that stays and is blank while nobody reads: two writes of
-//! a few bytes, where to make and remove a file took as long as to read a tile. It is not forced to the disk: it has to outlive the
-//! process, not the power. One that does outlive the power accuses nothing: the machine was started since, and
-//! whatever was read then did not end the process.
+//! The limits of [`crate::memory`] should make this unnecessary; it covers the unforeseen, so that a file which crashes
+//! the process does so once, and not at each start. A note is a file that stays and is blank while nothing is read: two
+//! writes of a few bytes, where to make and remove a file took as long as to read a tile. It is not forced to the disk:
+//! it has to outlive the process, not the power. One from before the last start of the machine is ignored: power loss,
+//! not the file, may have ended the process.
 
 use std::collections::HashMap;
 use std::fs::{File, OpenOptions};
@@ -42,9 +43,9 @@ impl Readers {
 struct State {
     /// Of each source that was read.
     read: HashMap<String, Readers>,
-    /// What was read of the sources that are set aside.
+    /// Files of the sources that are set aside.
     aside: HashMap<String, String>,
-    /// Ours, held as long as we run; `None` where none can be had, and when we are done.
+    /// Ours, held as long as we run; `None` where it cannot be had, and when we are done.
     run: Option<Run>,
 }
 
@@ -63,7 +64,7 @@ impl Drop for Run {
     }
 }
 
-/// What is being read, and what is not read any more.
+/// Marks what is being read, and clears the mark.
 pub(crate) struct Asides {
     maps: PathBuf,
     state: Mutex<State>,
@@ -87,7 +88,8 @@ impl Drop for Reading {
 }
 
 impl Asides {
-    /// Looks at what former processes left behind in a maps folder. A folder that takes no notes is no reason not to read.
+    /// Looks at what former processes left behind in a maps folder. Reading goes on in a folder where notes cannot be
+    /// written.
     pub(crate) fn open(maps: &Path) -> Arc<Self> {
         let mut state = State::default();
         match collect(maps) {
@@ -118,7 +120,7 @@ impl Asides {
         Reading { asides: self.clone(), id: settings.id.clone() }
     }
 
-    /// Whether the process ended while this was read. Another file under the same name begins anew.
+    /// Whether the process ended while this was read. A changed file under the same name starts afresh.
     pub(crate) fn has(&self, settings: &SourceSettings) -> bool {
         let mut state = self.lock();
         let Some(read) = state.aside.get(&settings.id) else { return false };
@@ -149,7 +151,7 @@ fn folder(maps: &Path) -> PathBuf {
     maps.join("reading")
 }
 
-/// Which start of the machine this is; empty where the system does not tell. A lock file holds it.
+/// Which start of the machine this is; empty where the system does not provide it. A lock file holds it.
 fn this_boot() -> String {
     std::fs::read_to_string("/proc/sys/kernel/random/boot_id").unwrap_or_default()
 }
@@ -226,7 +228,7 @@ mod tests {
         SourceSettings { path: Some("a.tif".into()), ..SourceSettings::new(id, "A", SourceKind::Geotiff) }
     }
 
-    /// Ends as a process does that is killed: nothing is tidied up, and the system gives the lock back.
+    /// Ends like a killed process: nothing is cleaned up, and the system releases the lock.
     fn kill(asides: &Asides) {
         kill_at(asides, &this_boot());
     }

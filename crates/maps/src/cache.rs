@@ -1,5 +1,5 @@
-//! The cache of one source: an SQLite file that other programs can read as MBTiles (its view `tiles`), with what is needed to
-//! ask again, to forget the least recently used, and to keep the tiles of offline areas.
+//! The cache of one source: an SQLite file that other programs can read as MBTiles (its view `tiles`), with what is
+//! needed to ask again, to forget the least recently used, and to keep the tiles of offline areas.
 //!
 //! Calls block; the service makes them off the runtime's threads.
 
@@ -49,8 +49,8 @@ const TABLES: &str = "
     CREATE INDEX IF NOT EXISTS area_tiles_by_state ON area_tiles (area, state);
 ";
 
-/// How much there is, kept by the database itself as rows come and go, whoever writes them: to count half a million of them
-/// each time that somebody asks would keep a core busy. Names: `images`, `pinned` (different tiles that areas keep), and
+/// Counts maintained by triggers of the database, whichever process writes: counting half a million rows
+/// on each request would keep a core busy. Names: `images`, `pinned` (different tiles that areas keep), and
 /// `area/ID/STATE` (tiles of an area).
 const COUNTS: &str = "
     CREATE TABLE counts (name TEXT PRIMARY KEY, number INTEGER NOT NULL) WITHOUT ROWID;
@@ -124,9 +124,9 @@ impl Kept {
 /// How full a cache is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Fill {
-    /// Tiles, and knowledge that there is none.
+    /// Tiles, absent ones included.
     pub tiles: u64,
-    /// Of the file, without what is free in it.
+    /// Bytes of the file, without its free pages.
     pub bytes: u64,
     /// Tiles that offline areas keep.
     pub pinned_tiles: u64,
@@ -136,9 +136,9 @@ pub struct Fill {
 #[derive(Debug)]
 pub struct Cache {
     path: PathBuf,
-    /// Whether it is on a disk that nobody can write: then nothing of it changes.
+    /// Whether it is on a read-only disk: then it never changes.
     is_frozen: bool,
-    /// What a damaged one was renamed to when this was opened.
+    /// New name of a damaged cache that was replaced when this was opened.
     set_aside_as: Option<PathBuf>,
     writer: Mutex<Connection>,
     readers: Mutex<Vec<Connection>>,
@@ -152,10 +152,10 @@ impl Cache {
     /// Opens the cache of a path, or makes it.
     ///
     /// # Errors
-    /// [`MapError::Storage`] when the file is no cache or cannot be used.
+    /// [`MapError::Storage`] when the file is not a cache or cannot be used.
     pub fn open(path: &Path, max_bytes: u64) -> Result<Self> {
         if let Some(folder) = path.parent() {
-            // One in which nothing can be written shows itself below.
+            // A read-only one is detected below.
             let _ = vencejo_store::make_folder(folder);
         }
         let mut set_aside_as = None;
@@ -200,12 +200,12 @@ impl Cache {
         &self.path
     }
 
-    /// Whether nothing more is kept, because the disk cannot be written.
+    /// Whether nothing more is kept, because the disk is read-only.
     pub const fn is_frozen(&self) -> bool {
         self.is_frozen
     }
 
-    /// What a damaged cache in its place was renamed to when this was opened.
+    /// New name of a damaged cache in its place, renamed when this was opened.
     pub fn set_aside_as(&self) -> Option<&Path> {
         self.set_aside_as.as_deref()
     }
@@ -274,7 +274,7 @@ impl Cache {
         Ok(found)
     }
 
-    /// Notes in memory that a tile is used, and tells how many uses are not yet in the file.
+    /// Notes in memory that a tile is used; returns how many uses are not yet in the file.
     pub fn note_use(&self, tile: TileId, now_s: i64) -> usize {
         if self.is_frozen {
             return 0;
@@ -293,7 +293,7 @@ impl Cache {
         if uses.is_empty() { Ok(()) } else { self.note_uses(&uses) }
     }
 
-    /// Whether a tile is there, or known not to be, without using it.
+    /// Whether a tile, or its absence, is cached, without counting as a use.
     ///
     /// # Errors
     /// [`MapError::Storage`].
@@ -375,7 +375,7 @@ impl Cache {
         Ok(())
     }
 
-    /// Forgets what is no longer new.
+    /// Removes expired tiles.
     ///
     /// # Errors
     /// [`MapError::Storage`].
@@ -467,7 +467,7 @@ fn has_counts(connection: &Connection) -> rusqlite::Result<bool> {
 
 /// Why a file cannot be used as a cache.
 enum Unready {
-    /// It is no database, or one that was damaged: by power that failed, or a card that is worn.
+    /// It is not a database, or a damaged one: after a power failure, or on a worn card.
     Broken(String),
     /// Its disk, or it, cannot be written.
     Unwritable(MapError),
@@ -492,7 +492,7 @@ fn prepare(path: &Path) -> std::result::Result<Connection, Unready> {
     writer.pragma_update(None, "journal_mode", "WAL")?;
     writer.pragma_update(None, "synchronous", "NORMAL")?;
     writer.pragma_update(None, "journal_size_limit", WAL_BYTES)?;
-    // "MPBX", by which MBTiles files are told.
+    // "MPBX", the application id of MBTiles files.
     writer.pragma_update(None, "application_id", 0x4d50_4258)?;
     let version: i64 = writer.pragma_query_value(None, "user_version", |row| row.get(0))?;
     if version > SCHEMA {
@@ -511,7 +511,8 @@ fn prepare(path: &Path) -> std::result::Result<Connection, Unready> {
     Ok(writer)
 }
 
-/// Opens a cache of a disk that cannot be written. SQLite is told that nobody else does either: it would make files beside.
+/// Opens a cache on a read-only disk. SQLite is told that no other process writes either, or it would create files
+/// beside it.
 fn open_frozen(path: &Path) -> rusqlite::Result<Connection> {
     let wrong = || rusqlite::Error::InvalidPath(path.to_owned());
     let mut address =
@@ -521,14 +522,14 @@ fn open_frozen(path: &Path) -> rusqlite::Result<Connection> {
     let reader = Connection::open_with_flags(address.as_str(), flags)?;
     reader.query_row("SELECT COUNT(*) FROM areas", [], |_| Ok(()))?;
     if !has_counts(&reader)? {
-        // An older Vencejo made it, and nothing of it changes any more: they are kept in memory.
+        // Of an older Vencejo and unchangeable: the counts are kept in memory.
         reader.execute_batch("CREATE TEMP TABLE counts (name TEXT PRIMARY KEY, number INTEGER NOT NULL);")?;
         reader.execute_batch(COUNT_ALL)?;
     }
     Ok(reader)
 }
 
-/// Puts a broken file aside, without what belongs to it: somebody may want to save what is in it.
+/// Renames a broken file, without its journals: its content may be worth saving.
 fn set_aside(path: &Path) -> Result<PathBuf> {
     let aside = vencejo_store::set_aside(path)?;
     for end in ["-wal", "-shm"] {
@@ -634,7 +635,7 @@ mod tests {
         cache.put(tile(1), &kept(5, 100)).expect("kept");
         cache.writer().query_row("PRAGMA wal_checkpoint(TRUNCATE)", [], |_| Ok(())).expect("all in one file");
         drop(cache);
-        // What SQLite writes beside cannot be made, whoever runs this.
+        // SQLite's journal cannot be created, for any user.
         for end in ["-shm", "-wal"] {
             let _ = std::fs::remove_file(folder.path().join(format!("a b?.mbtiles{end}")));
         }
@@ -648,7 +649,7 @@ mod tests {
         cache.flush().expect("nothing is noted");
     }
 
-    /// What a cache says of how much it has, beside what it has.
+    /// The counts that a cache reports, and the real ones.
     fn assert_counts_are_right(cache: &Cache) {
         cache
             .read(|reader| {
@@ -678,7 +679,7 @@ mod tests {
         for column in 0..5 {
             cache.put(tile(column), &kept(5, 0)).expect("kept");
         }
-        // Once more is no other tile.
+        // The same tile again does not count.
         cache.put(tile(1), &kept(7, 1)).expect("kept");
         assert_eq!(cache.fill().expect("read").tiles, 5);
         run(
@@ -701,7 +702,7 @@ mod tests {
             reader.query_row("SELECT COUNT(*) FROM counts WHERE name LIKE 'area/a/%'", [], |row| row.get(0))
         });
         assert_eq!(left, Ok(0));
-        // No row is looked at to tell how many there are.
+        // Counting reads no row.
         cache
             .writer()
             .execute("UPDATE counts SET number=7000 WHERE name IN ('images', 'pinned')", [])
@@ -733,7 +734,7 @@ mod tests {
         cache.put(tile(2), &kept(5, 0)).expect("kept");
         let fill = cache.fill().expect("read");
         assert_eq!((fill.tiles, fill.pinned_tiles), (2, 1));
-        // Also where nothing can be written any more.
+        // Also when it has become read-only.
         let path = folder.path().join("b.mbtiles");
         older(&path);
         let reader = open_frozen(&path).expect("readable");
@@ -751,7 +752,7 @@ mod tests {
         let aside = cache.set_aside_as().expect("told");
         assert_eq!(aside, folder.path().join("a.mbtiles.broken"));
         assert_eq!(std::fs::read_to_string(aside).expect("read"), text);
-        // A folder in its place is nothing that could be put aside.
+        // A folder in its place cannot be renamed aside.
         std::fs::create_dir_all(folder.path().join("b.mbtiles/x")).expect("made");
         assert!(matches!(Cache::open(&folder.path().join("b.mbtiles"), 1), Err(MapError::Storage(_))));
     }
@@ -789,7 +790,8 @@ mod tests {
         }
     }
 
-    // fault 56 (4 kills): the tile cache, killed while it is written and shrunk: SQLite's integrity_check is ok, every tile that was told is whole
+    // fault 56 (4 kills): the tile cache, killed while it is written and shrunk: SQLite's integrity_check is ok, every
+    // tile that was reported is whole
     #[test]
     fn a_kill_at_any_moment_leaves_the_database_whole() {
         use std::io::BufRead;
@@ -810,7 +812,7 @@ mod tests {
             }
             child.kill().expect("killed");
             child.wait().expect("ended");
-            // On a busy machine it may have been far ahead of who read what it told.
+            // On a busy machine it may have been far ahead of the reader of its output.
             told += lines.map_while(|line| line.ok()).filter(|line| line.starts_with("tile")).count() as u64;
             let path = folder.path().join("a.mbtiles");
             let database = Connection::open(&path).expect("opened");

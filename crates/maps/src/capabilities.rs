@@ -1,4 +1,4 @@
-//! What a service says that it offers: its layers, their styles and systems, whom to name.
+//! Capabilities of a service: its layers, their styles and systems, its attribution.
 
 use serde::Serialize;
 use utoipa::ToSchema;
@@ -6,7 +6,7 @@ use utoipa::ToSchema;
 use crate::geo::Bounds;
 use crate::settings::{Attribution, SourceKind};
 
-/// What a service offers.
+/// Capabilities of a service.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 #[schema(as = MapCapabilities)]
 pub struct Capabilities {
@@ -14,16 +14,16 @@ pub struct Capabilities {
     pub kind: SourceKind,
     /// The version that it answered with.
     pub version: String,
-    /// What it calls itself.
+    /// Title of the service.
     #[schema(required = true)]
     pub title: Option<String>,
-    /// What it says about itself.
+    /// Abstract.
     #[schema(required = true)]
     pub r#abstract: Option<String>,
-    /// What it costs.
+    /// Fees.
     #[schema(required = true)]
     pub fees: Option<String>,
-    /// What it may be used for.
+    /// Access constraints.
     #[schema(required = true)]
     pub access_constraints: Option<String>,
     /// Whom to name, where the service itself says so.
@@ -66,7 +66,7 @@ pub struct CapLayer {
     pub name: Option<String>,
     /// To show.
     pub title: String,
-    /// What it says about itself.
+    /// Abstract.
     #[schema(required = true)]
     pub r#abstract: Option<String>,
     /// How deep under other layers.

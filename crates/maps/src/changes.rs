@@ -1,4 +1,4 @@
-//! Changes to the sources: each goes to their file, which is then read as if a person had edited it.
+//! Changes to the sources: each is written to their file, which is then read as if it had been edited by hand.
 
 use std::collections::BTreeMap;
 use std::io;
@@ -21,10 +21,10 @@ impl Maps {
         let (file, id) = (self.shared.file.clone(), settings.id.clone());
         let (files, known) = (self.folder().join("files"), self.source(&id).ok());
         blocking(move || {
-            // What was there before is read from the file while nobody else can change it: another instance may have.
+            // The settings before are read from the file under its lock: another instance may have changed them.
             let result = file.change(&settings.id, |before| checked(settings.clone(), before, &files));
             if matches!(result, Err(MapError::SourcesFile { .. })) {
-                // Its own faults are told first, also when the file is wrong.
+                // Its own faults are reported first, also when the file is invalid.
                 checked(settings, known.as_ref().map(|known| &known.settings), &files)?;
             }
             result
@@ -54,7 +54,7 @@ impl Maps {
         self.reload_held().await
     }
 
-    /// Removes a source, and where it is wished all that is cached of it.
+    /// Removes a source, and on request its cache.
     ///
     /// # Errors
     /// [`MapError::NoSource`], [`MapError::SourcesFile`].
@@ -91,7 +91,8 @@ impl Maps {
     }
 }
 
-/// Removes the cache of a source. Where nothing was ever cached there is no folder, and SQLite's journals come and go by themselves.
+/// Removes the cache of a source. Where nothing was ever cached there is no folder, and SQLite's journals come and go
+/// by themselves.
 fn remove_cache(folder: &Path, id: &str) -> io::Result<()> {
     let unless_gone = |error: io::Error| if error.kind() == io::ErrorKind::NotFound { Ok(()) } else { Err(error) };
     let entries = match std::fs::read_dir(folder) {

@@ -32,7 +32,7 @@ pub enum Shape {
         /// In order.
         points: Vec<Corner>,
     },
-    /// What is near a line.
+    /// Places near a line.
     Route {
         /// In order; one is enough.
         points: Vec<Corner>,
@@ -45,7 +45,7 @@ impl Shape {
     /// Checks it.
     ///
     /// # Errors
-    /// [`MapError::Request`] with what is wrong.
+    /// [`MapError::Request`] with the fault.
     pub fn check(&self) -> Result<()> {
         let wrong = |text: &str| Err(MapError::Request(format!("shape: {text}")));
         let (points, least) = match self {
@@ -163,7 +163,7 @@ struct Piece {
 }
 
 impl Piece {
-    /// The same so many columns to the east.
+    /// The same shifted by columns to the east.
     fn moved(&self, columns: f64) -> Self {
         let moved = |[column, row]: [f64; 2]| [column + columns, row];
         Self {
@@ -197,7 +197,7 @@ fn place(block: Block, piece: &Piece) -> Place {
     if edges.clone().any(|(from, to)| touches(*from, *to, low, high)) {
         return Place::Partly;
     }
-    // No edge comes near: the middle speaks for all of it.
+    // No edge comes near: the middle decides for all of it.
     let [x, y] = [0, 1].map(|axis| f64::midpoint(low[axis], high[axis]));
     let mut inside = false;
     for (a, b) in edges {
@@ -271,7 +271,8 @@ impl<'a> Level<'a> {
             .filter(|piece| piece.corners.len() > 2)
             .collect();
         if is_round {
-            // What reaches farther than once around the world is there at its beginning too: of each column one is looked through.
+            // What reaches farther than once around the world is there at its beginning too: of each column one is
+            // looked through.
             let left = pieces.iter().map(|piece| piece.low[0]).fold(f64::INFINITY, f64::min).floor();
             let across = size[0] as f64;
             let again: Vec<Piece> =
@@ -301,7 +302,8 @@ impl<'a> Level<'a> {
         (left < right && top < bottom).then_some(Block { low: [left, top], high: [right, bottom] })
     }
 
-    /// Goes through the blocks that are wholly inside, and the single tiles on the border; stops when it is told to.
+    /// Goes through the blocks that are wholly inside, and the single tiles on the border; stops when the callback says
+    /// so.
     fn visit(&self, block: Block, near: &[usize], found: &mut impl FnMut(Block) -> bool) -> bool {
         let mut next = Vec::new();
         for index in near {
@@ -338,10 +340,10 @@ impl<'a> Level<'a> {
     }
 }
 
-/// How many tiles a shape needs on each level; counting stops where all together pass `most`, and the rest is reckoned.
+/// Tiles that a shape needs on each level; counting stops when the total passes `most`, and the rest is estimated.
 ///
 /// # Errors
-/// [`MapError::Request`] for a shape that is none, or levels that the grid has not.
+/// [`MapError::Request`] for an invalid shape, or levels that the grid does not have.
 pub fn count(
     grid: &TileGrid,
     shape: &Shape,

@@ -1,7 +1,8 @@
-//! The coordinate reference systems that maps come in, by their EPSG codes, and the way between them and places on Earth.
+//! The coordinate reference systems that maps come in, by their EPSG codes, and the way between them and places on
+//! Earth.
 //!
-//! Coordinates here are always easting or longitude first, as browsers take them. What a service takes first is
-//! [`Crs::is_north_first`]'s to say.
+//! Coordinates here are always easting or longitude first, as browsers take them. The axis order of services is given
+//! by [`Crs::is_north_first`].
 
 use std::f64::consts::PI;
 
@@ -90,7 +91,7 @@ impl Crs {
         }
     }
 
-    /// Whether services that keep to the register (WMS 1.3.0, WMTS) want latitude first.
+    /// Whether services that follow the EPSG register (WMS 1.3.0, WMTS) expect latitude first.
     pub const fn is_north_first(self) -> bool {
         matches!(self, Self::Geographic { .. })
     }
@@ -114,8 +115,8 @@ impl Crs {
         }
     }
 
-    /// Easting or longitude, and northing or latitude, of a place. Latitudes beyond Web Mercator's square are brought to
-    /// its edge. A longitude may go beyond ±180, so that areas over the date line stay whole.
+    /// Easting or longitude, and northing or latitude, of a place. Latitudes beyond Web Mercator's square are brought
+    /// to its edge. A longitude may go beyond ±180, so that areas over the date line stay whole.
     pub fn project(self, lat_deg: f64, lon_deg: f64) -> [f64; 2] {
         match self {
             Self::WebMercator => web_mercator_from_geo(lat_deg, lon_deg),

@@ -16,7 +16,7 @@ const USUAL_VOIDS: [f64; 3] = [-9_999.0, -32_767.0, -32_768.0];
 /// Pixels of a tile of heights at most.
 const MAX_PX: u64 = 2048 * 2048;
 
-/// What is known of the ground's height at a place.
+/// Height of the ground at a place, as far as it is known.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, ToSchema)]
 pub struct ElevationPoint {
     /// Height of the ground above mean sea level; null: unknown.
@@ -28,7 +28,7 @@ pub struct ElevationPoint {
     /// How far apart heights are in that source.
     #[schema(required = true)]
     pub resolution_m: Option<f64>,
-    /// What heights are above: the geoid model of mean sea level.
+    /// Datum of the heights: the geoid model of mean sea level.
     #[schema(required = true)]
     pub datum: Option<String>,
 }
@@ -43,14 +43,15 @@ pub fn land_m(alt_amsl_m: f64) -> Option<f64> {
     (LOWEST_LAND_M..=HIGHEST_LAND_M).contains(&alt_amsl_m).then_some(alt_amsl_m)
 }
 
-/// The ground below who flies, by a height of a model that may have the floor of the sea in it: over water the water's surface.
-/// Heights do not tell one from the other, so land below sea level counts as such only where that is said.
+/// The ground below a plane, from a model that may contain the sea floor: over water the water's surface.
+/// Heights alone do not distinguish them, so land below sea level counts only where the settings say so.
 pub fn surface_m(alt_amsl_m: f64, has_land_below_sea: bool) -> f64 {
     let is_land = alt_amsl_m >= 0.0 || has_land_below_sea && alt_amsl_m >= LOWEST_LAND_M;
     if is_land { alt_amsl_m } else { 0.0 }
 }
 
-/// Weights of the four neighbours of a place between pixels. A neighbour without weight stands on the first, so that all exist.
+/// Weights of the four neighbours of a place between pixels. A neighbour without weight stands on the first, so that
+/// all exist.
 pub fn corners(column: f64, row: f64) -> [(f64, [u32; 2]); 4] {
     // A millionth of a pixel is the arithmetic's, not the ground's: it must not draw in a void neighbour.
     let snap = |at: f64| if (at - at.round()).abs() < 1e-6 { at.round() } else { at };
@@ -80,7 +81,7 @@ impl HeightTile {
     /// Reads a tile.
     ///
     /// # Errors
-    /// What is wrong with it, in words.
+    /// The fault, as a sentence.
     pub fn read(bytes: &[u8], encoding: Encoding) -> Result<Self, String> {
         let raster = Raster::read(bytes, MAX_PX)?;
         let values = raster.rgba.chunks_exact(4).map(|pixel| decode(pixel, encoding)).collect();
@@ -141,7 +142,7 @@ pub struct Profile {
     pub samples: Vec<ProfileSample>,
     /// Ids of the sources that heights come from.
     pub sources: Vec<String>,
-    /// What heights are above.
+    /// Datum of the heights.
     #[schema(required = true)]
     pub datum: Option<String>,
     /// The highest ground that is known.

@@ -14,10 +14,10 @@ pub enum MapError {
     /// No source of that id is configured.
     #[error("there is no map source '{0}'; GET /api/v1/maps/sources lists them")]
     NoSource(String),
-    /// Nothing is to be drawn there: outside the source, or it has none.
+    /// Nothing to draw there: outside of the source, or without a tile.
     #[error("the source has no tile there")]
     NoTile,
-    /// The source's service demands a key, and none is set.
+    /// The source's service requires a key, which is not set.
     #[error("source '{0}' needs a key: enter yours in the map sources' dialog")]
     KeyMissing(String),
     /// The source cannot be used as it is configured: its file is missing or broken, its layer does not exist.
@@ -41,7 +41,7 @@ pub enum MapError {
     SourcesFile {
         /// The file.
         path: PathBuf,
-        /// What is wrong, with the line.
+        /// The fault, with the line.
         reason: String,
     },
     /// The service answered with something else than what was asked for.
@@ -101,7 +101,7 @@ pub enum MapError {
     MapFile {
         /// Its name.
         name: String,
-        /// What is wrong.
+        /// The fault.
         reason: String,
     },
     /// A request that makes no sense.
@@ -123,16 +123,16 @@ pub enum MapError {
 #[serde(rename_all = "snake_case")]
 #[schema(as = MapUnreached)]
 pub enum Unreached {
-    /// Nobody knows its name: there is no network, or the address is wrong.
+    /// Its name cannot be resolved: no network, or a wrong address.
     NameUnknown,
-    /// Its machine takes no connection there.
+    /// Its machine refuses connections there.
     Refused,
     /// No connection comes about for another reason.
     NoConnection,
 }
 
-/// Why a source does not come, by a stable code with what a sentence about it needs: codes and fields are those of the causes
-/// that a tile is refused with.
+/// Why a source does not come, by a stable code with what a sentence about it needs: codes and fields are those of the
+/// causes that a tile is refused with.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, ToSchema)]
 #[serde(tag = "code", rename_all = "kebab-case")]
 #[schema(as = MapSourceCause)]
@@ -180,7 +180,7 @@ pub enum SourceCause {
 }
 
 impl SourceCause {
-    /// What is to be said of an error of a source; `None` of an error that has nothing to do with one.
+    /// The cause within a source; `None` for errors unrelated to a source.
     pub fn of(error: &MapError) -> Option<Self> {
         Some(match error.clone() {
             MapError::KeyMissing(source) => Self::SourceKey { source },
@@ -206,7 +206,7 @@ impl MapError {
         Self::Storage(error.to_string())
     }
 
-    /// What is wrong with a file that was handed in.
+    /// The fault of an uploaded file.
     pub fn file(name: impl Into<String>, reason: impl Into<String>) -> Self {
         Self::MapFile { name: name.into(), reason: reason.into() }
     }

@@ -12,7 +12,7 @@ use vencejo_store::{Access, Lock};
 use crate::error::{MapError, Result};
 use crate::settings::{Role, SourceSettings};
 
-/// Megabytes of each source's cache where nothing is said.
+/// Default megabytes of each source's cache.
 pub const DEFAULT_CACHE_MAX_MB: u32 = 2000;
 /// Bytes of the file at most.
 const MAX_BYTES: u64 = 1024 * 1024;
@@ -24,10 +24,10 @@ const HEADER: &str = "\
 # docs/maps.md describes every field. Keys are secret: keep this file to yourself.
 ";
 
-/// What the file holds.
+/// Content of the file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sources {
-    /// Megabytes of each source's cache that says nothing else.
+    /// Megabytes of each source's cache without its own limit.
     pub cache_max_mb: u32,
     /// In the file's order.
     pub sources: Vec<SourceSettings>,
@@ -69,13 +69,13 @@ impl SourcesFile {
             Ok(_) => std::fs::read_to_string(&self.path)
                 .map(Some)
                 .map_err(|error| self.wrong(format!("cannot be read: {error}"))),
-            // Nor is there one below what is no folder.
+            // Nor below a path that is not a folder.
             Err(error) if matches!(error.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory) => Ok(None),
             Err(error) => Err(self.wrong(format!("cannot be read: {error}"))),
         }
     }
 
-    /// Reads it; `None` when there is none.
+    /// Reads it; `None` when it does not exist.
     ///
     /// # Errors
     /// [`MapError::SourcesFile`] with line and field.
@@ -127,14 +127,14 @@ impl SourcesFile {
         Ok(())
     }
 
-    /// The right to change the file. Every change reads it, changes what it read and writes it while it holds this: several
-    /// instances may use one folder.
+    /// The right to change the file. Every change reads it, changes what it read and writes it while it holds this:
+    /// several instances may use one folder.
     fn lock(&self) -> Result<Lock> {
         Ok(Lock::of(&self.path, vencejo_store::lock::PATIENCE)?)
     }
 
     fn document(&self) -> Result<DocumentMut> {
-        // A file that is wrong is not changed: whoever edits it by hand is in the middle of that.
+        // An invalid file is not changed: it is probably being edited by hand.
         let Some(text) = self.text()? else { return HEADER.parse().map_err(|error| self.wrong(format!("{error}"))) };
         self.parse(&text)?;
         text.parse().map_err(|error: toml_edit::TomlError| self.wrong(error.message()))
@@ -148,7 +148,7 @@ impl SourcesFile {
         self.change(&source.id, |_| Ok(source.clone()))
     }
 
-    /// Puts what `change` makes of the source of an id, as the file has it at this moment, in its place or at the end.
+    /// Replaces the source of an id, as the file has it at this moment, by what `change` makes of it, or appends it.
     ///
     /// # Errors
     /// As [`Self::put`], and those of `change`: then nothing is written.
@@ -209,7 +209,7 @@ impl SourcesFile {
 fn tables(document: &mut DocumentMut) -> Result<&mut ArrayOfTables> {
     let item = document.entry("source").or_insert_with(|| Item::ArrayOfTables(ArrayOfTables::new()));
     if let Some(inline) = item.as_array() {
-        // `source = [{…}]`, as somebody may have written it.
+        // `source = [{…}]`, as it may be written by hand.
         let tables = inline.iter().filter_map(Value::as_inline_table).map(|table| table.clone().into_table()).collect();
         *item = Item::ArrayOfTables(tables);
     }
@@ -236,7 +236,7 @@ fn put(document: &mut DocumentMut, source: &SourceSettings) -> Result<()> {
     let defaults =
         SourceSettings { role: Role::default(), ..SourceSettings::new(&*source.id, &*source.name, source.kind) };
     let defaults = toml_edit::ser::to_document(&defaults).map_err(MapError::storage)?;
-    // What was there and is at its default now goes, with its comment; what stays keeps it.
+    // Values now at their default are removed with their comment; the others keep theirs.
     let gone: Vec<String> =
         table.iter().map(|(key, _)| key.to_owned()).filter(|key| !fields.contains_key(key)).collect();
     for key in gone {

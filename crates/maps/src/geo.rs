@@ -20,11 +20,11 @@ pub struct Bounds {
     pub north_deg: f64,
 }
 
-/// A difference of longitude that is none: a tenth of a millimetre.
+/// Difference of longitude that counts as zero: a tenth of a millimetre.
 const NOTHING_DEG: f64 = 1e-9;
 
 impl Bounds {
-    /// What is wrong with it.
+    /// Its fault; `None` when it is valid.
     pub fn fault(&self) -> Option<String> {
         let is_lon = |lon: f64| (-180.0..=180.0).contains(&lon);
         let is_lat = |lat: f64| (-90.0..=90.0).contains(&lat);
@@ -37,7 +37,8 @@ impl Bounds {
         (self.south_deg >= self.north_deg).then(|| "south_deg must be less than north_deg".to_owned())
     }
 
-    /// The rectangle around the bounds in a system: least x and y, greatest x and y. Over the date line x goes beyond it.
+    /// The rectangle around the bounds in a system: least x and y, greatest x and y. Over the date line x goes beyond
+    /// it.
     pub fn extent_in(&self, crs: Crs) -> [f64; 4] {
         let east_deg = if self.east_deg < self.west_deg { self.east_deg + 360.0 } else { self.east_deg };
         let mut extent = [f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY];

@@ -75,7 +75,8 @@ impl TileGrid {
     }
 
     /// The usual grid of a system: that of all XYZ services for Web Mercator, two square tiles that hold the world for
-    /// degrees, and for UTM a square of 10,000 km whose top left is at 10,000 km north of the equator or of its false origin.
+    /// degrees, and for UTM a square of 10,000 km whose top left is at 10,000 km north of the equator or of its false
+    /// origin.
     pub fn standard(crs: Crs, tile_px: u32, min_level: u8, max_level: u8) -> Self {
         let (origin, side, columns, rows) = match crs {
             Crs::WebMercator => ([-MERCATOR_HALF_M, MERCATOR_HALF_M], 2.0 * MERCATOR_HALF_M, 1, 1),

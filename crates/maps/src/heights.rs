@@ -24,10 +24,10 @@ const MAX_HEIGHT_TILES: usize = 64;
 pub const MAX_POINTS: usize = 2000;
 
 impl Maps {
-    /// The ground's height at places, and why a source failed, if one did. Unknown stays unknown.
+    /// Heights of the ground at places, and the error of a source that failed. Unknown heights stay unknown.
     ///
     /// # Errors
-    /// [`MapError::Request`] for too many places or places that are none; [`MapError::Closed`].
+    /// [`MapError::Request`] for too many or invalid places; [`MapError::Closed`].
     pub async fn heights(&self, points: &[Corner]) -> Result<(Vec<ElevationPoint>, Option<String>)> {
         if points.len() > MAX_POINTS {
             return Err(MapError::Request(format!("points: at most {MAX_POINTS} are taken")));

@@ -1,4 +1,4 @@
-//! What a kind of map source says of itself: how its settings are checked, how it is opened, what its forms ask for.
+//! The interface of a kind of map source: how its settings are checked, how it is opened, and the fields of its form.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -15,12 +15,12 @@ use crate::grid::TileGrid;
 use crate::live::{About, Live, TileFile};
 use crate::settings::{Role, SourceKind, SourceSettings};
 
-/// Highest zoom that is asked for where nothing is said.
+/// Default highest zoom.
 const DEFAULT_MAX_ZOOM: u8 = 19;
 
-/// A kind of source. What no kind but one needs has an answer that fits the others.
+/// A kind of source. What only one kind needs has a default.
 pub(crate) trait Kind: Sync {
-    /// Fields of the settings that it takes beside those of all kinds, by their names, for forms.
+    /// Names of the settings that it takes in addition to those of all kinds, for forms.
     fn fields(&self) -> &'static [&'static str];
 
     /// What its sources can be for; the first where nothing is said.
@@ -35,7 +35,7 @@ pub(crate) trait Kind: Sync {
     /// Opens a source. Blocks.
     ///
     /// # Errors
-    /// What is wrong, in words.
+    /// The fault, as a sentence.
     fn open(&self, opening: &Opening<'_>) -> std::result::Result<Live, String>;
 
     /// Ends of the names of its files, in small letters, with their dots.
@@ -48,15 +48,15 @@ pub(crate) trait Kind: Sync {
         &[]
     }
 
-    /// Opens a file that was handed in; it may turn out to be of another kind. Blocks.
+    /// Examines an uploaded file, which may turn out to be of another kind. Blocks.
     ///
     /// # Errors
-    /// What is wrong, in words.
+    /// The fault, as a sentence.
     fn look(&self, _path: &Path) -> std::result::Result<(SourceKind, About), String> {
         Err("is of no kind whose files are handed in".to_owned())
     }
 
-    /// Where files that are handed in lie together, as one source; `None` where each is a source.
+    /// Folder in which uploaded files form one source; `None` where each is a source.
     fn shelf(&self) -> Option<Shelf> {
         None
     }
@@ -66,22 +66,22 @@ pub(crate) trait Kind: Sync {
         None
     }
 
-    /// How a service is asked what it offers; `None` where it does not tell.
+    /// How a service's capabilities are requested; `None` where it has none.
     fn offer(&self) -> Option<Offer> {
         None
     }
 
-    /// The service's address where the settings name none.
+    /// Default address of the service.
     fn own_url(&self) -> Option<&'static str> {
         None
     }
 
-    /// Whether its service demands a key whatever the address is.
+    /// Whether its service always requires a key.
     fn needs_key(&self) -> bool {
         false
     }
 
-    /// Why nothing of it may be fetched ahead, whatever the settings say.
+    /// Why offline areas of it are forbidden, whatever the settings say.
     fn no_offline(&self) -> Option<&'static str> {
         None
     }
@@ -91,7 +91,7 @@ pub(crate) trait Kind: Sync {
         None
     }
 
-    /// Whether the service tells whom to name for a view.
+    /// Whether the service gives the attribution for a view.
     fn is_named_by_view(&self) -> bool {
         false
     }
@@ -106,7 +106,7 @@ pub(crate) trait Kind: Sync {
 pub(crate) struct Shelf {
     /// Below `files/`.
     pub(crate) folder: &'static str,
-    /// What the source is called at first.
+    /// First name of the source.
     pub(crate) name: &'static str,
 }
 
@@ -190,16 +190,16 @@ pub(crate) fn check_path(settings: &SourceSettings, or: &str, faults: &mut Vec<S
 pub struct KindInfo {
     /// Its name.
     pub kind: SourceKind,
-    /// Fields of a source's settings that it takes, beside those of all kinds.
+    /// Settings that it takes in addition to those of all kinds.
     pub fields: Vec<&'static str>,
-    /// What its sources can be for; the first where nothing is said.
+    /// Roles that its sources can have; the first is the default.
     pub roles: Vec<Role>,
     /// Ends of the names of files that can be handed in, in small letters, such as `.mbtiles`.
     pub file_ends: Vec<&'static str>,
-    /// Parts of addresses that show a service of this kind, in small letters: placeholders such as `{x}` tell most, then what a query says, such as
-    /// `service=wms`, then the ends of files, and words of the path least.
+    /// Parts of addresses that indicate a service of this kind, in lower case: placeholders such as `{x}` weigh most,
+    /// then queries such as `service=wms`, then the ends of files, and words of the path least.
     pub address_signs: Vec<&'static str>,
-    /// Whether a service of this kind tells what it offers.
+    /// Whether a service of this kind has capabilities.
     pub has_capabilities: bool,
     /// Whether its service demands a key, whatever the address is.
     pub needs_key: bool,

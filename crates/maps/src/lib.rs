@@ -1,28 +1,28 @@
-//! Maps: where they come from, what is kept of them, and how high the ground is.
+//! Maps: sources, caches, and heights of the ground.
 //!
-//! All sources, whatever they are, come out as tiles of a described grid in the source's own coordinate reference system:
-//! who draws reprojects, one way for all. Only configured sources are fetched from; what they answer is checked, bounded and
-//! kept, so that the network is used once and a field without it shows what was seen before.
+//! All kinds of sources give tiles of a described grid in the source's own coordinate reference system: the client
+//! reprojects, in one way for all. Only configured sources are fetched from; what they answer is checked, bounded and
+//! kept, so that the network is used once and tiles seen before work without it.
 //!
 //! | module | owns |
 //! |---|---|
 //! | [`service`] | the maps of a station: their sources, read from the file and got ready |
-//! | [`tiles`], `changes`, `heights` | what is done with them: tiles, changes of the sources, heights of the ground |
+//! | [`tiles`], `changes`, `heights` | serving tiles, changing the sources, heights of the ground |
 //! | [`listing`] | sources as they are shown |
-//! | `source` | one source in use: addresses, fetches under way, how it fares |
-//! | `aside`, `stamp` | sources whose reading ended the process; what tells files from what they were |
-//! | [`settings`], [`file`](mod@file), [`presets`] | what a source is, its file, well-known ones with their terms |
-//! | [`cache`] | what is kept, as MBTiles in SQLite |
-//! | [`areas`], `area_files`, [`cover`] | what is fetched ahead, files of it, and which tiles that takes |
-//! | [`net`] | fetching: who may be asked, how much may be answered |
+//! | `source` | one source in use: addresses, fetches in flight, its health |
+//! | `aside`, `stamp` | sources whose reading ended the process; detecting changed files |
+//! | [`settings`], [`file`](mod@file), [`presets`] | settings of a source, their file, well-known sources with their terms |
+//! | [`cache`] | cached tiles, as MBTiles in SQLite |
+//! | [`areas`], `area_files`, [`cover`] | offline areas, their export and import, and the tiles that cover a shape |
+//! | [`net`] | fetching: allowed hosts, size limits |
 //! | [`kinds`], `list` | the kinds of sources, a module each: services, files, heights |
-//! | [`kind`], [`live`] | what a kind says of itself; how what was opened gives tiles and heights |
-//! | [`capabilities`], `address` | what a service offers; addresses |
-//! | [`uploads`] | files that are handed in |
+//! | [`kind`], [`live`] | interfaces of a kind, and of an opened source |
+//! | [`capabilities`], `address` | capabilities of services; addresses |
+//! | [`uploads`] | uploaded files |
 //! | [`elevation`] | heights from pictures, interpolation, profiles |
 //! | [`crs`], [`grid`] | coordinate reference systems, grids of tiles |
-//! | [`memory`] | what decoders may use and what is kept of their work |
-//! | [`sniff`], [`raster`], [`xml`] | reading what others wrote, within bounds |
+//! | [`memory`] | memory limits of decoders, and the shared caches of their results |
+//! | [`sniff`], [`raster`], [`xml`] | reading untrusted files, within bounds |
 
 #[macro_use]
 mod list;

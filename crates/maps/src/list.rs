@@ -1,6 +1,7 @@
 //! The kinds of map sources. What there is to a kind is in its module of `kinds/`.
 
-/// Gives the list to a macro: of each kind its documentation, its name (in files and in the API in small letters) and its module.
+/// Gives the list to a macro: of each kind its documentation, its name (in files and in the API in small letters) and
+/// its module.
 macro_rules! every_kind {
     ($take:ident) => {
         $take! {

@@ -1,4 +1,4 @@
-//! Sources as they are shown: what who draws them has to know, and how they fare.
+//! Sources as clients see them: grid, attribution and health.
 
 use serde::Serialize;
 use utoipa::ToSchema;
@@ -24,11 +24,11 @@ pub struct Offline {
 pub struct MapSource {
     /// Its id.
     pub id: String,
-    /// What people call it.
+    /// Display name.
     pub name: String,
     /// How it is read.
     pub kind: SourceKind,
-    /// What it is for.
+    /// Its role.
     pub role: Role,
     /// Whether it is shown at first.
     pub visible: bool,
@@ -59,7 +59,7 @@ pub struct MapSource {
     pub tiles_url: String,
     /// Whether what was seen is kept for when the network is gone.
     pub may_cache: bool,
-    /// Whether offline areas may be made of it.
+    /// Whether offline areas of it are allowed.
     pub offline: Offline,
     /// Whether its service demands a key.
     pub needs_key: bool,
@@ -79,7 +79,7 @@ pub struct MapSources {
     pub sources: Vec<MapSource>,
     /// Where their file is, for operators; empty for viewers.
     pub file: String,
-    /// What is wrong with the file; the last right one is in use.
+    /// The fault of the file; the last valid one is in use.
     #[schema(required = true)]
     pub file_error: Option<String>,
 }
@@ -89,13 +89,13 @@ pub struct MapSources {
 pub struct MapConfiguration {
     /// In the order of [`MapSources`], without keys.
     pub sources: Vec<SourceSettings>,
-    /// Megabytes of the cache of a source that says nothing else.
+    /// Megabytes of the cache of a source without its own limit.
     pub cache_max_mb: u32,
     /// The maps folder, on the server's machine.
     pub folder: String,
     /// The file of the sources.
     pub file: String,
-    /// What is wrong with it.
+    /// The fault of the file.
     #[schema(required = true)]
     pub file_error: Option<String>,
 }

@@ -1,4 +1,4 @@
-//! The ways in which an opened source gives what it has, whatever its kind: tiles of a file, tiles of a service, heights.
+//! Opened sources, independent of their kind: tiles of a file, tiles of a service, heights.
 
 use std::future::Future;
 use std::pin::Pin;
@@ -41,7 +41,7 @@ impl Live {
         }
     }
 
-    /// What it says about itself.
+    /// Its description.
     pub(crate) fn about(&self) -> About {
         match self {
             Self::File(file, _) => file.about(),
@@ -56,9 +56,9 @@ impl Live {
 pub trait TileFile: Send + Sync {
     /// The grid of its tiles.
     fn grid(&self) -> &TileGrid;
-    /// What it says about itself.
+    /// Its description.
     fn about(&self) -> About;
-    /// A tile's picture; `None` when it has none there. Blocks.
+    /// A tile's picture; `None` without one there. Blocks.
     ///
     /// # Errors
     /// [`crate::MapError::Unusable`] when the file is broken.
@@ -69,7 +69,7 @@ pub trait TileFile: Send + Sync {
 pub trait HeightFile: Send + Sync {
     /// Where it has heights.
     fn bounds(&self) -> Option<Bounds>;
-    /// The height at a place; `None` where there is none, or a void beside it. Blocks.
+    /// The height at a place; `None` outside of its data and beside voids. Blocks.
     ///
     /// # Errors
     /// [`MapError::MapFile`] when a file is broken.
@@ -85,7 +85,7 @@ pub struct Height {
     pub resolution_m: f64,
 }
 
-/// What a source says about itself.
+/// Description of a source.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct About {
     /// Its name.
@@ -100,10 +100,10 @@ pub struct About {
     pub max_zoom: Option<u8>,
 }
 
-/// What is waited for of a service.
+/// A pending answer of a service.
 pub(crate) type Pending<'a, T> = Pin<Box<dyn Future<Output = Result<T>> + Send + 'a>>;
 
-/// Whom to name for a view, and up to which zoom there are pictures in it.
+/// Attribution for a view, and the highest zoom with pictures in it.
 pub(crate) type Named = (Vec<Attribution>, Option<u8>);
 
 /// A service of the network.
@@ -111,7 +111,7 @@ pub(crate) trait Service: Send + Sync {
     /// The grid of its tiles, as far as it is known.
     fn grid(&self) -> Option<Arc<TileGrid>>;
 
-    /// What it says about itself.
+    /// Its description.
     fn about(&self) -> About {
         About::default()
     }
@@ -124,25 +124,25 @@ pub(crate) trait Service: Send + Sync {
     /// Asks for a tile. `kept` is what is kept of it; it may still be right.
     fn tile<'a>(&'a self, asking: Asking<'a>, tile: TileId, kept: Option<&'a Kept>) -> Pending<'a, Reply>;
 
-    /// Asks whom to name for a view; `None` where the service does not tell.
+    /// Requests the attribution for a view; `None` where the service has none.
     fn named<'a>(&'a self, _asking: Asking<'a>, _view: &'a Bounds, _zoom: u8) -> Option<Pending<'a, Named>> {
         None
     }
 }
 
-/// What a service said of a tile.
+/// A service's answer about a tile.
 pub(crate) enum Reply {
     /// What is kept is still right.
     Same(Kept, Freshness),
     /// It has none there.
     None,
-    /// A picture; no data where it is known that nothing is to be drawn there.
+    /// A picture; no data where nothing is to be drawn.
     New { data: Option<Bytes>, etag: Option<String>, last_modified: Option<String>, freshness: Freshness },
-    /// Nothing now, and for how long it wants to be left alone.
+    /// An error, and for how long the service asks not to be called.
     Refused(MapError, Option<Duration>),
 }
 
-/// With what a service is asked.
+/// Context of a request to a service.
 #[derive(Clone, Copy)]
 pub(crate) struct Asking<'a> {
     pub(crate) settings: &'a SourceSettings,
@@ -165,7 +165,7 @@ impl Asking<'_> {
         self.bytes.fetch_add(bytes, Ordering::Relaxed);
     }
 
-    /// Whether it is still to be asked.
+    /// Whether the request is still to be made.
     pub(crate) fn is_wanted(&self) -> Result<()> {
         (self.rest)().map_or(Ok(()), Err)
     }
@@ -220,7 +220,7 @@ impl Asking<'_> {
             _ => {
                 let root = xml::Element::parse(&answer.body).ok();
                 let error = match root.as_ref().and_then(xml::exception) {
-                    // How tile services say that there is none.
+                    // How tile services report a missing tile.
                     Some(said) if said.contains("TileOutOfRange") => return Ok(Reply::None),
                     Some(said) => failed(said),
                     None => refused(&request, &answer),

@@ -1,9 +1,9 @@
-//! Memory for reading what others wrote. A decoder asks before it allocates, so that what a file announces is refused or waits
-//! its turn, whatever is read beside it; what was unpacked is kept on one shelf and what was shown on another, whose sizes do not
-//! grow with the files.
+//! Memory for decoding untrusted files. A decoder asks before it allocates, so that the size a file announces is
+//! refused or waits for its turn, whatever is decoded at the same time; unpacked pieces are cached on one shelf and
+//! shown tiles on another, whose sizes do not grow with the files.
 //!
-//! An allocation that fails ends the process and nothing can catch it. Hence no decoder is given a size that was not asked for
-//! here ([ADR 0013](../../../docs/adr/0013-limits-for-what-rust-decodes-a-child-for-what-it-does-not.md)).
+//! An allocation that fails ends the process and nothing can catch it. Hence no decoder is given a size that was not
+//! asked for here ([ADR 0013](../../../docs/adr/0013-limits-for-what-rust-decodes-a-child-for-what-it-does-not.md)).
 
 use std::any::Any;
 use std::collections::{BTreeMap, HashMap};
@@ -61,7 +61,7 @@ pub(crate) struct Lease {
 }
 
 impl Lease {
-    /// Gives back what is beyond so many bytes.
+    /// Releases what is beyond `bytes`.
     pub(crate) fn shrink(&mut self, bytes: u64) {
         let less = self.bytes.min(bytes);
         drop(Self { budget: self.budget, bytes: self.bytes - less });
@@ -78,16 +78,16 @@ impl Drop for Lease {
     }
 }
 
-/// Asks for memory to decode with; waits for its turn. `None` is a size that no number holds. Who holds a lease must not ask
-/// for another one.
+/// Leases memory for decoding; waits for its turn. `None`: a size that overflows. The holder of a lease must not
+/// request another one.
 ///
 /// # Errors
-/// Why there is none, in words.
+/// Why it is refused, as a sentence.
 pub(crate) fn lease(bytes: Option<u64>) -> Result<Lease, String> {
     READING.lease(bytes.unwrap_or(u64::MAX), WAIT)
 }
 
-/// What a piece on the shelf is: whose, and two numbers of the owner's choice.
+/// Key of a piece on the shelf: its owner, and two numbers of the owner's choice.
 type Key = (u64, u64, u64);
 
 #[derive(Default)]
@@ -108,7 +108,7 @@ impl Kept {
     }
 }
 
-/// What was used lately, of all owners.
+/// Recently used pieces of all owners.
 struct Shelf {
     most: usize,
     kept: Mutex<Kept>,
@@ -134,7 +134,7 @@ impl Shelf {
         Some(piece)
     }
 
-    /// Keeps a piece; whether there was room. What somebody uses is not forgotten: its memory would not come back.
+    /// Keeps a piece; whether there was room. Pieces in use are not evicted: their memory would not be freed.
     fn put(&self, key: Key, piece: Arc<dyn Any + Send + Sync>, bytes: usize) -> bool {
         let mut kept = self.lock();
         kept.forget(key);
@@ -207,10 +207,10 @@ impl Shelved {
         self.shelf.get((self.owner, a, b))?.downcast().ok()
     }
 
-    /// Keeps a piece of so many bytes, and forgets those of all owners that were used least recently and that nobody uses now;
-    /// whether there was room for it.
+    /// Caches a piece of `bytes`, evicting the least recently used, unreferenced ones of all owners; returns whether it
+    /// fitted.
     pub(crate) fn put<T: Send + Sync + 'static>(&self, a: u64, b: u64, piece: &Arc<T>, bytes: usize) -> bool {
-        // What holds it beside the piece.
+        // The overhead beside the piece.
         self.shelf.put((self.owner, a, b), piece.clone(), bytes.saturating_add(128))
     }
 

@@ -1,6 +1,6 @@
-//! Fetching from the services that are configured, and from nowhere else: private addresses are reached only where a source
-//! says so, link-local ones never; redirects are followed by hand and checked; a key goes to its source's host and to no other;
-//! answers are bounded, and texts never hold a key.
+//! Fetching from the services that are configured, and from nowhere else: private addresses are reached only where a
+//! source says so, link-local ones never; redirects are followed by hand and checked; a key goes to its source's host
+//! and to no other; answers are bounded, and texts never hold a key.
 
 use std::collections::{BTreeSet, HashMap};
 use std::error::Error as StdError;
@@ -22,12 +22,12 @@ use crate::error::{MapError, Result, Unreached};
 use crate::settings::SourceSettings;
 use crate::sniff;
 
-/// Who we say we are: operators of tile servers want to know.
+/// User-Agent, which operators of tile servers require.
 pub const USER_AGENT: &str =
     concat!("Vencejo/", env!("CARGO_PKG_VERSION"), " (+https://github.com/jderobot/vencejo; ground station)");
 /// Redirects that are followed.
 const MAX_REDIRECTS: usize = 5;
-/// Fetches at once from a host whose source says nothing.
+/// Default of concurrent fetches from a host.
 const DEFAULT_PARALLEL: u8 = 4;
 
 /// How long services are given.
@@ -74,7 +74,7 @@ impl Request {
     /// A plain request of a source's.
     ///
     /// # Errors
-    /// [`MapError::Request`] when the address is none.
+    /// [`MapError::Request`] for an invalid address.
     pub fn new(settings: &SourceSettings, url: &str, max_bytes: usize) -> Result<Self> {
         let secret = settings.key().map(str::to_owned);
         let parsed = Url::parse(url)
@@ -123,8 +123,8 @@ fn local_host(settings: &SourceSettings) -> Option<String> {
     settings.local_network.then(|| url.host_str().unwrap_or_default().to_owned())
 }
 
-/// Whether an address may be asked: any on the public Internet; in this network where the source says that it is there, but for
-/// those of the link itself, of many receivers, and where clouds keep the keys of their machines.
+/// Whether an address may be asked: any on the public Internet; in this network where the source says that it is there,
+/// but for those of the link itself, of many receivers, and where clouds keep the keys of their machines.
 pub fn may_ask(ip: IpAddr, is_own: bool) -> bool {
     is_public(ip) || (is_own && !is_never(ip))
 }
@@ -140,7 +140,7 @@ fn is_never(ip: IpAddr) -> bool {
             _ => {
                 let words = ip.segments();
                 let is_cloud = words == [0xfd00, 0xec2, 0, 0, 0, 0, 0, 0x254];
-                // Addresses that hold others are of the Internet; in this network nobody needs them.
+                // Addresses that embed others belong to the Internet; private networks do not need them.
                 let is_within = words[0] == 0x2002 || words[..2] == [0x64, 0xff9b];
                 ip.is_unspecified() || ip.is_multicast() || words[0] & 0xffc0 == 0xfe80 || is_cloud || is_within
             }
@@ -190,7 +190,7 @@ fn is_public_v6(ip: Ipv6Addr) -> bool {
     }
 }
 
-/// What a service answered.
+/// Answer of a service.
 #[derive(Debug, Clone)]
 pub struct Answer {
     /// HTTP status.
@@ -199,7 +199,7 @@ pub struct Answer {
     pub etag: Option<String>,
     /// To ask again with.
     pub last_modified: Option<String>,
-    /// What may be kept of it.
+    /// How long it may be cached.
     pub freshness: Freshness,
     /// When to come back, where the service says so.
     pub retry_after: Option<Duration>,
@@ -214,7 +214,7 @@ pub struct Answer {
 pub struct Freshness {
     /// May not be kept at all.
     pub no_store: bool,
-    /// New for so long; `None` where nothing is said.
+    /// Fresh for this long; `None` where the answer does not say.
     pub lifetime: Option<Duration>,
 }
 
@@ -258,7 +258,7 @@ impl fmt::Display for Forbidden {
 
 impl StdError for Forbidden {}
 
-/// A host's name that nobody gave an address for.
+/// A host name that could not be resolved.
 #[derive(Debug)]
 struct NameUnknown(std::io::Error);
 
@@ -285,7 +285,7 @@ fn forbidden(host: &str, ip: IpAddr) -> Forbidden {
     })
 }
 
-/// Names become addresses that may be asked, or none: so a name that is rebound to a private address leads nowhere.
+/// Resolves names to allowed addresses only, so that a name rebound to a private address fails.
 struct Allowed {
     is_own: bool,
 }
@@ -305,7 +305,7 @@ impl Resolve for Allowed {
     }
 }
 
-/// How many fetches a host gets at once, and who may.
+/// Limits of concurrent fetches per host.
 type Gate = (u8, Arc<Semaphore>);
 
 /// Fetches; one for all sources.
@@ -314,7 +314,7 @@ pub struct Fetcher {
     public: Client,
     local: Client,
     patience: Patience,
-    /// By host: how many fetches at once, and who may.
+    /// By host: the limit of concurrent fetches and its semaphore.
     hosts: Arc<Mutex<HashMap<String, Gate>>>,
 }
 
@@ -369,7 +369,7 @@ impl Fetcher {
             let new = || (parallel, Arc::new(Semaphore::new(parallel.into())));
             let gate = hosts.entry(host).or_insert_with(new);
             if gate.0 != parallel {
-                // The settings were changed; who waits at the old gate passes it as before.
+                // The settings have changed; waiters at the old semaphore pass it as before.
                 *gate = new();
             }
             gate.1.clone()
@@ -435,7 +435,7 @@ impl Fetcher {
             asked = asked.header(header::IF_MODIFIED_SINCE, date);
         }
         let response = asked.send().await.map_err(|error| self.failed(request, url, &error))?;
-        // Whatever was resolved, this is who we talk to.
+        // Whatever was resolved, this is the connected address.
         if let Some(address) = response.remote_addr().filter(|address| !may_ask(address.ip(), is_own)) {
             return Err(self.service(request, url, &forbidden(host, address.ip()).to_string()));
         }
@@ -445,7 +445,7 @@ impl Fetcher {
     async fn read(&self, request: &Request, url: &Url, mut response: reqwest::Response) -> Result<Answer> {
         let headers = response.headers();
         let text = |name: HeaderName| headers.get(name).and_then(|value| value.to_str().ok()).map(str::to_owned);
-        // What is kept of a service's headers is bounded as well.
+        // Headers that are kept are bounded as well.
         let short = |name: HeaderName| text(name).filter(|text| text.len() <= 256);
         let mut answer = Answer {
             status: response.status().as_u16(),
@@ -543,7 +543,7 @@ pub fn hide(text: &str, secret: Option<&str>) -> String {
     }
 }
 
-/// What a service says with a status, in words.
+/// Text for a status of a service.
 pub(crate) fn words(status: u16, body: &[u8]) -> String {
     #[derive(Deserialize)]
     struct Wrapped {
@@ -558,7 +558,7 @@ pub(crate) fn words(status: u16, body: &[u8]) -> String {
     if said.is_empty() { format!("HTTP status {status}") } else { format!("HTTP status {status}: {said}") }
 }
 
-/// What a status other than 200 means.
+/// The error for a status other than 200.
 pub(crate) fn refused(request: &Request, answer: &Answer) -> MapError {
     let words = words(answer.status, &answer.body);
     let help = match answer.status {
@@ -595,7 +595,7 @@ fn find<'a, E: StdError + 'static>(error: &'a (dyn StdError + 'static)) -> Optio
     None
 }
 
-/// The innermost reason, which is the one that says something.
+/// The innermost error, which is the informative one.
 fn cause(error: &(dyn StdError + 'static)) -> String {
     let mut last = error;
     while let Some(next) = last.source() {
@@ -713,7 +713,7 @@ mod tests {
             let error = ask(&named, url).expect_err("another host").to_string();
             assert!(error.contains("nothing was sent") && !error.contains("s3cret"), "{error}");
         }
-        // What the service says of where it is, is not what the user said.
+        // The service's redirect is not the user's address.
         let request = Request::new(&named, "https://b.tiles.example/1?key=s3cret%20key", 1).expect("its own");
         let target = request.url.join("https://evil.example/?key=s3cret%20key").expect("an address");
         assert!(request.stray_key(&target).is_some());

@@ -12,9 +12,9 @@ use crate::settings::{Attribution, Caching, Encoding, Role, SourceKind, SourceSe
 pub struct Preset {
     /// Of its settings.
     pub id: String,
-    /// What people call it.
+    /// Display name.
     pub name: String,
-    /// What it shows and what its terms ask for.
+    /// Its content, and the requirements of its terms.
     pub description: String,
     /// Where the terms are.
     #[schema(required = true)]
@@ -32,8 +32,8 @@ fn named(text: &str, url: &str) -> Attribution {
     Attribution { text: text.to_owned(), url: Some(url.to_owned()) }
 }
 
-/// Days that tiles of the Instituto Geográfico Nacional are new: Spain is flown once a year at most, and its services send
-/// headers that would have them fetched again with each view.
+/// Days that tiles of the Instituto Geográfico Nacional are new: Spain is flown once a year at most, and its services
+/// send headers that would have them fetched again with each view.
 const IGN_DAYS: u32 = 30;
 
 /// Spain with its islands.
@@ -302,7 +302,7 @@ mod tests {
         for (id, days) in [("pnoa", 30), ("ign-base", 30), ("sentinel2", 365), ("terrain", 365)] {
             assert_eq!(find(id).cache_min_days, Some(days), "{id}");
         }
-        // Where the terms say for how long, nothing else does.
+        // Where the terms limit the time, only they count.
         assert!(presets().iter().all(|p| p.settings.cache == Caching::Keep || p.settings.cache_min_days.is_none()));
         assert!(pnoa.offline_refusal().is_none() && pnoa.attribution[0].text.contains("CC-BY 4.0"));
     }

@@ -39,7 +39,7 @@ impl Raster {
         self.rgba[at..at + 4].copy_from_slice(&colour);
     }
 
-    /// Whether nothing of it is to be seen.
+    /// Whether all of it is transparent.
     pub fn is_clear(&self) -> bool {
         self.rgba.chunks_exact(4).all(|pixel| pixel[3] == 0)
     }
@@ -59,15 +59,16 @@ impl Raster {
     /// The pixels of a picture of at most `max_px` pixels.
     ///
     /// # Errors
-    /// What is wrong with it, in words.
+    /// The fault, as a sentence.
     pub fn read(bytes: &[u8], max_px: u64) -> Result<Self, String> {
         Self::read_leased(bytes, max_px).map(|(read, _)| read)
     }
 
-    /// The same, with the memory that it was read under: it is the reader's to hold for as long as nobody else counts the pixels.
+    /// The same, with the memory that it was read under: to be held by the reader until the pixels are counted
+    /// elsewhere.
     ///
     /// # Errors
-    /// What is wrong with it, in words.
+    /// The fault, as a sentence.
     pub(crate) fn read_leased(bytes: &[u8], max_px: u64) -> Result<(Self, Lease), String> {
         let kind = Picture::of(bytes).ok_or_else(|| format!("no picture but {}", sniff::describe(bytes)))?;
         let (width, height) = sniff::size_px(kind, bytes).ok_or("the picture's header is cut short")?;
@@ -99,7 +100,7 @@ impl Raster {
     }
 }
 
-/// What a decoder says of its size is compared with the header's before it makes room for it.
+/// Compares the size that a decoder reports with the header's before allocating.
 fn same(found: Option<(usize, usize)>, [width, height]: [u32; 2]) -> Result<(), String> {
     let is_same = found == Some((width as usize, height as usize));
     if is_same { Ok(()) } else { Err("the picture says two different sizes of itself".to_owned()) }
@@ -155,11 +156,11 @@ fn read_webp(bytes: &[u8], size: [u32; 2]) -> Result<Raster, String> {
     Ok(Raster { width, height, rgba })
 }
 
-/// Bytes that decoding a JPEG file takes, its colours included. Every frame header counts (ITU-T T.81, B.2.2), also one that is
-/// not where it should be: which one a decoder believes is its own affair.
+/// Bytes that decoding a JPEG file takes, its colours included. Every frame header counts (ITU-T T.81, B.2.2), also one
+/// that is not where it should be: decoders differ in which one they use.
 ///
 /// # Errors
-/// A frame whose size or sampling is not taken.
+/// A frame whose size or sampling is not supported.
 pub(crate) fn jpeg_cost(bytes: &[u8], is_taken: impl Fn([u32; 2]) -> bool) -> Result<u64, String> {
     let mut most = 0;
     for at in memchr_ff(bytes) {
@@ -202,7 +203,8 @@ fn memchr_ff(bytes: &[u8]) -> impl Iterator<Item = usize> {
     bytes.iter().enumerate().filter(|(_, byte)| **byte == 0xff).map(|(at, _)| at)
 }
 
-/// Bytes that decoding a WebP file takes beside its colours (RFC 9649, section 2.7). A picture inside must have the file's size.
+/// Bytes that decoding a WebP file takes beside its colours (RFC 9649, section 2.7). A picture inside must have the
+/// file's size.
 fn webp_cost(bytes: &[u8], [width, height]: [u32; 2]) -> Result<u64, String> {
     let mut at = 12_usize;
     while let Some((name, length)) = bytes.get(at..at + 4).zip(sniff::u32_le(bytes, at + 4)) {

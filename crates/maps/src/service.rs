@@ -32,13 +32,13 @@ use crate::xml;
 /// Stands for a service's capabilities among the tiles that failed.
 pub(crate) const CAPABILITIES: TileId = TileId { level: u8::MAX, column: 0, row: 0 };
 
-/// How old a temporary file must be to be nobody's.
+/// Age from which a temporary file counts as abandoned.
 const LEFTOVER: Duration = Duration::from_secs(86_400);
 
 /// How maps are started.
 #[derive(Clone)]
 pub struct MapsConfig {
-    /// Where `sources.toml`, `files/` and `cache/` are; made when it is not there.
+    /// Where `sources.toml`, `files/` and `cache/` are; created if missing.
     pub folder: PathBuf,
     /// How long services are given.
     pub patience: Patience,
@@ -65,10 +65,10 @@ impl std::fmt::Debug for MapsConfig {
     }
 }
 
-/// What is wrong with the folder of the maps. Maps are shown all the same.
+/// A problem with the folder of the maps. Maps are shown all the same.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum FolderProblem {
-    /// Nothing can be written: what the system says. What was kept before is shown, and nothing more is kept.
+    /// It is read-only, with the system's error. Cached tiles are shown, and nothing more is kept.
     Unwritable(String),
     /// The disk is too full for maps: nothing more is kept.
     LowSpace(LowSpace),
@@ -76,7 +76,7 @@ pub enum FolderProblem {
     SetAside {
         /// Of which source.
         source: String,
-        /// What the damaged one is called now.
+        /// New name of the damaged cache.
         aside: String,
     },
 }
@@ -95,7 +95,7 @@ pub(crate) struct Shared {
     pub(crate) config: MapsConfig,
     pub(crate) fetcher: Fetcher,
     pub(crate) file: SourcesFile,
-    /// Why nothing can be written in the folder, as it was found at the start.
+    /// Why the folder was read-only at the start.
     unwritable: Option<String>,
     state: RwLock<State>,
     /// When the files of the sources were looked at last, seconds since 1970.
@@ -131,10 +131,10 @@ const READERS: usize = 4;
 const LOOK_EVERY_S: u64 = 5;
 
 impl Maps {
-    /// Starts the maps of a folder, and goes on with its offline areas. To be awaited on the runtime they are to use.
+    /// Starts the maps of a folder, and resumes its offline areas. To be awaited on the runtime that they are to use.
     ///
-    /// A folder in which nothing can be written is no error, nor is a wrong file of sources: [`Self::problems`] and the list of
-    /// sources tell. What was kept before is shown, and nothing more is kept.
+    /// A read-only folder is not an error, nor is an invalid file of sources: see [`Self::problems`] and the list of
+    /// sources. Cached tiles are shown, and nothing more is kept.
     ///
     /// # Errors
     /// [`MapError::Service`] when the network cannot be used at all, [`MapError::Closed`].
@@ -194,7 +194,7 @@ impl Maps {
         }
     }
 
-    /// What is wrong with the folder: it could not be written when the maps were started, the disk is full, or a damaged cache
+    /// Problems with the folder: it was read-only when the maps were started, the disk is full, or a damaged cache
     /// was set aside.
     pub fn problems(&self) -> Vec<FolderProblem> {
         let unwritable = self.shared.unwritable.clone().map(FolderProblem::Unwritable);
@@ -211,7 +211,7 @@ impl Maps {
         self.shared.config.space.check(Class::Maps, &self.shared.config.folder)
     }
 
-    /// Tells that something of the sources or areas is another than before, or how far an area is. The number means nothing.
+    /// Bumped whenever sources or areas change, or a download progresses; the value is meaningless.
     pub fn news(&self) -> watch::Receiver<u64> {
         self.shared.news.subscribe()
     }
@@ -239,7 +239,7 @@ impl Maps {
         found.cloned().ok_or_else(|| MapError::NoSource(id.to_owned()))
     }
 
-    /// Reads the file again when it was changed by hand, and opens anew what was replaced since it was opened.
+    /// Reads the file again when it was edited by hand, and reopens sources whose files were replaced.
     ///
     /// # Errors
     /// [`MapError::Storage`], [`MapError::Closed`].
@@ -256,7 +256,7 @@ impl Maps {
         self.reload_held().await
     }
 
-    /// The right to change the sources, as they are in the file now: a person or another instance may have changed it.
+    /// Lock for changing the sources, with the file read again: it may have been edited by hand or by another instance.
     pub(crate) async fn begin_edit(&self) -> Result<tokio::sync::MutexGuard<'_, ()>> {
         let edit = self.shared.edits.lock().await;
         if !self.is_current().await? {
@@ -271,7 +271,8 @@ impl Maps {
         Ok(self.shared.state.read().unwrap_or_else(PoisonError::into_inner).stamp == stamp)
     }
 
-    /// Whether the files of a source are others than were opened. Looked at every few seconds: a folder may hold thousands.
+    /// Whether the files of a source are others than were opened. Looked at every few seconds: a folder may hold
+    /// thousands.
     async fn has_outdated(&self) -> Result<bool> {
         let (now_s, looked_s) = (self.now_s(), &self.shared.looked_s);
         if looked_s.load(Ordering::Relaxed).abs_diff(now_s) < LOOK_EVERY_S {
@@ -288,7 +289,7 @@ impl Maps {
         let (stamp, read) = blocking(move || Ok((stamp(file.path()), file.read()))).await?;
         match read {
             Ok(read) => {
-                // Somebody removed the file, or it could not be made: then there are the first sources all the same.
+                // The file was removed, or could not be created: then the first sources are used.
                 let is_unmade = self.shared.unwritable.is_some();
                 let none = || Sources {
                     cache_max_mb: DEFAULT_CACHE_MAX_MB,
@@ -361,9 +362,9 @@ impl Maps {
         Ok(())
     }
 
-    // ---- what there is
+    // ---- sources
 
-    /// All sources, for who looks; with the file's place for who may edit it. What is not known yet of services is asked for.
+    /// All sources, with the path of their file for editors. Missing capabilities are requested in the background.
     ///
     /// # Errors
     /// [`MapError::Storage`], [`MapError::Closed`].
@@ -446,7 +447,7 @@ impl Maps {
         }
     }
 
-    /// With what a source is asked.
+    /// Context of a request to a source.
     pub(crate) fn asking<'a>(
         &'a self,
         source: &'a Source,
@@ -463,10 +464,10 @@ impl Maps {
         service.learn(self.asking(source, &|| self.now_s(), &|| None)).await
     }
 
-    /// What a service offers. It is asked though it is no source yet; nothing but what is read of its capabilities comes back.
+    /// Capabilities of a service that need not be a source yet; only what is read from them is returned.
     ///
     /// # Errors
-    /// [`MapError::Request`] for an address that is none, else as a fetch.
+    /// [`MapError::Request`] for an invalid address, else as a fetch.
     pub async fn capabilities(
         &self,
         kind: SourceKind,
@@ -494,7 +495,7 @@ impl Maps {
         (offer.read)(&answer.body).map_err(failed)
     }
 
-    /// Whom to name for a view of a source, and up to which zoom it has pictures there.
+    /// Attribution for a view of a source, and the highest zoom with pictures there.
     ///
     /// # Errors
     /// As a fetch.
@@ -535,8 +536,7 @@ impl Maps {
     }
 }
 
-/// What tells the file of the sources from what it was when it was read: its stamp, and its number on the disk, which is another
-/// after each time that it is replaced.
+/// Identity of the file of sources when it was read: its stamp, and its inode, which changes whenever it is replaced.
 type FileStamp = (Stamp, u64);
 
 fn stamp(path: &Path) -> Option<FileStamp> {

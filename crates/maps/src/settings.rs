@@ -1,4 +1,4 @@
-//! What a source of maps is, as its file and the dialog say it, and what of it can be wrong.
+//! Settings of a map source, as in its file and its form, and their validation.
 
 use std::collections::BTreeMap;
 
@@ -36,7 +36,7 @@ macro_rules! source_kind {
 
 every_kind!(source_kind);
 
-/// What a source is for.
+/// Role of a source.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 #[schema(as = MapRole)]
@@ -95,11 +95,11 @@ pub struct Attribution {
 pub struct SourceSettings {
     /// 1 to 40 of `a`–`z`, `0`–`9`, `-`, `_`.
     pub id: String,
-    /// What people call it.
+    /// Display name.
     pub name: String,
     /// How it is read.
     pub kind: SourceKind,
-    /// What it is for.
+    /// Its role.
     #[serde(default, deserialize_with = "null_is_default")]
     #[schema(required = false)]
     pub role: Role,
@@ -128,14 +128,14 @@ pub struct SourceSettings {
     #[serde(default, deserialize_with = "null_is_default", skip_serializing_if = "Vec::is_empty")]
     #[schema(required = false)]
     pub attribution: Vec<Attribution>,
-    /// Address that tells whom to name for a view, with `{west} {south} {east} {north} {zoom} {key}`.
+    /// Address of the attribution for a view, with `{west} {south} {east} {north} {zoom} {key}`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub attribution_url: Option<String>,
     /// Where its terms are.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub terms_url: Option<String>,
-    /// XYZ: address with `{z} {x} {y}`, or `{-y}`, `{q}`, `{s}`, `{switch:a,b}`, `{key}`. WMS, WMTS: the service's address.
-    /// GeoTIFF: its address, where it is read over the network.
+    /// XYZ: address with `{z} {x} {y}`, or `{-y}`, `{q}`, `{s}`, `{switch:a,b}`, `{key}`. WMS, WMTS: the service's
+    /// address. GeoTIFF: its address, where it is read over the network.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub url: Option<String>,
     /// For `{s}`.
@@ -149,8 +149,8 @@ pub struct SourceSettings {
     /// Whether there is a key. Ignored in a request.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub has_key: Option<bool>,
-    /// Whether the service is in this network, or on this machine: without it no private address is asked. Those of the link
-    /// itself (169.254.0.0/16, fe80::/10) are never asked.
+    /// Whether the service is in this network, or on this machine: without it no private address is asked. Those of the
+    /// link itself (169.254.0.0/16, fe80::/10) are never asked.
     #[serde(default, deserialize_with = "null_is_default", skip_serializing_if = "std::ops::Not::not")]
     #[schema(required = false)]
     pub local_network: bool,
@@ -165,7 +165,7 @@ pub struct SourceSettings {
     #[serde(default, deserialize_with = "null_is_default", skip_serializing_if = "Vec::is_empty")]
     #[schema(required = false)]
     pub layers: Vec<String>,
-    /// WMS: a style for each layer, or none for their defaults.
+    /// WMS: a style for each layer, or empty for their defaults.
     #[serde(default, deserialize_with = "null_is_default", skip_serializing_if = "Vec::is_empty")]
     #[schema(required = false)]
     pub styles: Vec<String>,
@@ -216,8 +216,8 @@ pub struct SourceSettings {
     /// Elevation: the geoid that its heights are above; `EGM96` when absent. Heights above an ellipsoid are refused.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub datum: Option<String>,
-    /// Elevation from tiles and GeoTIFF: heights below sea level are land, as in the Netherlands or at the Dead Sea. Without it they
-    /// are the sea's floor, and the ground is the water's surface, 0 m.
+    /// Elevation from tiles and GeoTIFF: heights below sea level are land, as in the Netherlands or at the Dead Sea.
+    /// Without it they are the sea's floor, and the ground is the water's surface, 0 m.
     #[serde(default, deserialize_with = "null_is_default", skip_serializing_if = "std::ops::Not::not")]
     #[schema(required = false)]
     pub below_sea_level: bool,
@@ -231,7 +231,7 @@ pub struct SourceSettings {
     /// Megabytes of its cache; the file's `cache_max_mb` when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub max_mb: Option<u32>,
-    /// Whether offline areas may be made of it.
+    /// Whether offline areas of it are allowed.
     #[serde(default = "yes", deserialize_with = "null_is_yes")]
     #[schema(required = false, default = true)]
     pub offline: bool,
@@ -266,11 +266,11 @@ const fn one() -> f64 {
 
 /// Highest zoom of a tile.
 pub const MAX_ZOOM: u8 = 24;
-/// Highest zoom that is asked for where nothing is said.
+/// Default highest zoom.
 pub const DEFAULT_MAX_ZOOM: u8 = 19;
 
 impl SourceSettings {
-    /// Settings as a reader of the file takes them where nothing but these is said.
+    /// Settings with defaults for everything else.
     pub(crate) fn unsaid(id: impl Into<String>, name: impl Into<String>, kind: SourceKind) -> Self {
         Self {
             id: id.into(),
@@ -336,7 +336,7 @@ impl SourceSettings {
         MapError::Unusable { source_id: self.id.clone(), reason: reason.into() }
     }
 
-    /// What decides which picture a tile shows: when it changes, tiles kept before are another map's.
+    /// Settings that determine the content of tiles: when they change, cached tiles are invalid.
     pub fn fingerprint(&self) -> String {
         let parts = format!(
             "{:?}",
@@ -349,7 +349,7 @@ impl SourceSettings {
         format!("{:016x}", fnv1a(parts.as_bytes()))
     }
 
-    /// What is wrong with what sources of all kinds have, each naming its field.
+    /// Faults of the settings common to all kinds, each naming its field.
     pub(crate) fn general_faults(&self) -> Vec<String> {
         let mut faults = Vec::new();
         let mut fault = |is_wrong: bool, text: &str| {
@@ -385,8 +385,8 @@ impl SourceSettings {
         faults
     }
 
-    /// Why its heights cannot be used, when they cannot: they are above an ellipsoid. The geoid is up to 107 m below it and 85 m
-    /// above, so the ground would be told that much too low or too high.
+    /// Why its heights cannot be used, when they cannot: they are above an ellipsoid. The geoid is up to 107 m below it
+    /// and 85 m above, so heights would be off by that much.
     pub(crate) fn datum_fault(&self) -> Option<String> {
         let datum = self.datum.as_deref()?;
         let plain: String = datum.to_lowercase().chars().filter(|c| c.is_alphanumeric()).collect();

@@ -1,5 +1,6 @@
-//! The tiles of one source that were shown lately, in memory: a map that is panned to and fro, or that several people look at, is
-//! not read from the disk each time. All sources share one shelf ([`crate::memory`]), which does not grow with them.
+//! The tiles of one source that were shown lately, in memory: a map that is panned to and fro, or that several people
+//! look at, is not read from the disk each time. All sources share one shelf ([`crate::memory`]), which does not grow
+//! with them.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicI64, Ordering};
@@ -28,7 +29,7 @@ pub(crate) struct Found {
     pub(crate) is_to_be_noted: bool,
 }
 
-/// What a source showed lately.
+/// Recently served tiles of a source.
 pub(crate) struct Shown(Shelved);
 
 impl Default for Shown {
@@ -47,7 +48,7 @@ impl Shown {
         let (a, b) = key(tile);
         let entry = self.0.get::<Entry>(a, b)?;
         let left_s = entry.until_s.saturating_sub(now_s);
-        // A clock that was set back makes nothing new for longer than it was meant to be.
+        // A clock that was set back does not extend freshness.
         let noted_s = entry.noted_s.load(Ordering::Relaxed);
         if left_s <= 0 || now_s < noted_s {
             return None;
@@ -67,7 +68,7 @@ impl Shown {
         let _ = self.0.put(a, b, &Arc::new(entry), tile.data.len() + size_of::<Entry>());
     }
 
-    /// Forgets a tile: there is another one.
+    /// Drops a tile that was replaced.
     pub(crate) fn forget(&self, tile: TileId) {
         let (a, b) = key(tile);
         self.0.forget(a, b);

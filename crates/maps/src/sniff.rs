@@ -1,4 +1,4 @@
-//! What bytes are by their first and last ones: nothing is believed that a service says of its answer.
+//! Content types by the first and last bytes: what a service declares is not trusted.
 
 /// A kind of picture that browsers show.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -52,7 +52,7 @@ impl Picture {
 /// Checks that bytes are a whole picture of bounded size.
 ///
 /// # Errors
-/// What they are instead, in words.
+/// What they are instead, as a phrase.
 pub fn check_picture(bytes: &[u8]) -> Result<Picture, String> {
     let Some(kind) = Picture::of(bytes) else { return Err(format!("no picture but {}", describe(bytes))) };
     let (width, height) = size_px(kind, bytes).ok_or("a picture whose header is cut short")?;
@@ -106,7 +106,7 @@ fn jpeg_size(bytes: &[u8]) -> Option<(u32, u32)> {
     }
 }
 
-/// Tells a picture from another, for browsers that ask whether it is still the same. The same in one version of the program.
+/// Hash of a picture for ETags; stable within one version of the program.
 pub fn hash(bytes: &[u8]) -> u64 {
     // A tenth of the time of SipHash; that two pictures of one place and one length have the same is one chance in 2³².
     let mut crc = flate2::Crc::new();
@@ -114,7 +114,7 @@ pub fn hash(bytes: &[u8]) -> u64 {
     (bytes.len() as u64) << 32 | u64::from(crc.sum())
 }
 
-/// What bytes are that are no picture, for messages.
+/// Describes bytes that are not a picture, for messages.
 pub fn describe(bytes: &[u8]) -> String {
     let start = bytes.iter().position(|byte| !byte.is_ascii_whitespace()).unwrap_or(bytes.len());
     let start = &bytes[start..];

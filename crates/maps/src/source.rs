@@ -46,7 +46,7 @@ pub enum Status {
     Invalid,
     /// It needs the user's key.
     KeyMissing,
-    /// The program ended while it was read: it is left alone until its file is another, or somebody has it tried again.
+    /// The program ended while it was read: it is left alone until its file changes or it is tried again on request.
     SetAside,
 }
 
@@ -83,7 +83,7 @@ pub struct SourceState {
     pub failed: u64,
     /// Bytes that came from the service.
     pub bytes_fetched: u64,
-    /// Its cache; null where nothing is kept.
+    /// Its cache; null without one.
     #[schema(required = true)]
     pub cache: Option<CacheState>,
 }
@@ -92,7 +92,7 @@ pub struct SourceState {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, ToSchema)]
 #[schema(as = MapCacheState)]
 pub struct CacheState {
-    /// Tiles, and places known to have none.
+    /// Tiles, absent ones included.
     pub tiles: u64,
     /// On disk.
     pub bytes: u64,
@@ -102,7 +102,8 @@ pub struct CacheState {
     pub max_bytes: u64,
 }
 
-/// A while by the time of day. When that is set back to before it began the while is over: it could last for as long as the step.
+/// A while by the time of day. When that is set back to before it began the while is over: it could last for as long as
+/// the step.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Term {
     from_s: i64,
@@ -123,19 +124,19 @@ impl Term {
 
 #[derive(Debug, Default)]
 struct Health {
-    /// Whether the last thing that was asked of it failed; seconds cannot tell what came last.
+    /// Whether the last request failed; the times in seconds cannot show which came last.
     is_failing: bool,
     last_success_s: Option<i64>,
     last_error_s: Option<i64>,
     last_error: Option<MapError>,
-    /// Left alone for so long.
+    /// Term for which it is left alone.
     rest: Term,
     /// Failures of the network in a row.
     silences: u32,
     failed: HashMap<TileId, (Term, MapError)>,
 }
 
-/// What a source counts.
+/// Counters of a source.
 #[derive(Debug, Default)]
 pub(crate) struct Counts {
     pub fetched: AtomicU64,
@@ -191,7 +192,7 @@ impl Source {
         news: watch::Sender<u64>,
     ) -> Self {
         let is_aside = asides.has(&settings);
-        // Before it is opened: what changes meanwhile is another one.
+        // Before it is opened, so that a change meanwhile is noticed.
         let files = settings.path.as_ref().map(|path| folder.join(path)).map(|path| {
             let stamp = stamp::of_all(&path);
             (path, stamp)
@@ -229,7 +230,7 @@ impl Source {
         self.asides.reading(&self.settings)
     }
 
-    /// Whether it is to be opened anew: its files are others than were opened, or it is set aside now, or not any more. Blocks.
+    /// Whether it is to be reopened: its files have changed, or it was set aside or released. Blocks.
     pub(crate) fn is_outdated(&self) -> bool {
         let has_others = self.files.as_ref().is_some_and(|(path, opened)| stamp::of_all(path) != *opened);
         has_others || self.is_aside != self.asides.has(&self.settings)

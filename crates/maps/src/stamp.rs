@@ -1,4 +1,4 @@
-//! What tells files from what they were when they were read.
+//! Detecting that files have changed since they were read.
 
 use std::fs::Metadata;
 use std::path::Path;
@@ -6,7 +6,7 @@ use std::time::SystemTime;
 
 use crate::settings::fnv1a;
 
-/// What is said of a file that is another one than was opened: what is known of the old one says nothing of it.
+/// Error text for a file that was replaced since it was opened: offsets of the old one are invalid.
 pub(crate) const REPLACED: &str = "it was replaced since it was opened; it is opened anew within seconds";
 
 /// When a file was changed, and its bytes.
@@ -22,13 +22,13 @@ impl Stamp {
         Self { changed: about.modified().ok(), bytes: about.len() }
     }
 
-    /// Of a path; `None` where there is nothing. Blocks.
+    /// Of a path; `None` without a file. Blocks.
     pub(crate) fn at(path: &Path) -> Option<Self> {
         std::fs::metadata(path).ok().as_ref().map(Self::of)
     }
 }
 
-/// The stamp of a file, or those of all that lies in a folder, in one number; `None` where there is nothing. Blocks.
+/// The stamp of a file, or those of all that lies in a folder, in one number; `None` without a file. Blocks.
 pub(crate) fn of_all(path: &Path) -> Option<u64> {
     let about = std::fs::metadata(path).ok()?;
     let mut stamps = vec![(None, Some(Stamp::of(&about)))];

@@ -2,7 +2,7 @@
 
 use crate::error::{MapError, Result};
 
-/// What is said when reading something failed by a fault of ours.
+/// Error text when a blocking task panicked.
 pub(crate) const FAILED_INSIDE: &str =
     "reading it failed inside the program, which is a fault of the program: please report it, with the file if you may";
 

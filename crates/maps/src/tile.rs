@@ -39,7 +39,7 @@ pub struct Tile {
     pub data: Bytes,
     /// What kind of picture.
     pub picture: Picture,
-    /// Tells whether it is the same.
+    /// Hash of the picture, for ETags.
     pub hash: u64,
     /// Where it came from.
     pub origin: Origin,

@@ -1,4 +1,4 @@
-//! Tiles to show: from a source's file, its cache or its service, and what is kept of what came.
+//! Serving tiles: from a source's file, its cache or its service, and caching them.
 
 use std::sync::{Arc, PoisonError};
 use std::time::Duration;
@@ -22,22 +22,23 @@ use crate::tile::{Origin, Tile};
 const MAX_FLIGHTS: usize = 512;
 /// How long a tile is new where its service says nothing.
 const USUAL_LIFETIME: Duration = Duration::from_secs(7 * 86_400);
-/// How long "there is none" is believed.
+/// Lifetime of a missing tile.
 const NONE_LIFETIME: Duration = Duration::from_secs(86_400);
 /// How long browsers may show a tile without asking.
 const BROWSER_S: i64 = 3600;
-/// How long a tile of a file is shown without reading it again, by us and by browsers together: a file may be replaced at any time.
+/// How long a tile of a file is shown without reading it again, by us and by browsers together: a file may be replaced
+/// at any time.
 const FILE_S: i64 = 60;
 
 impl Maps {
     /// A tile of a source, from its file, its cache or its service.
     ///
     /// # Errors
-    /// [`MapError`] of nearly every kind; [`MapError::NoTile`] where nothing is to be drawn.
+    /// [`MapError`] of nearly every kind; [`MapError::NoTile`] where there is nothing to draw.
     pub async fn tile(&self, id: &str, tile: TileId) -> Result<Tile> {
         let source = self.source(id)?;
         let served = self.serve(&source, tile).await;
-        // A file that was replaced is opened anew by whoever meets it first, at most once every few seconds.
+        // A replaced file is reopened by the first request that fails, at most once every few seconds.
         if matches!(&source.live, Live::File(..)) && served.as_ref().is_err_and(|error| *error != MapError::NoTile) {
             self.refresh().await?;
             let anew = self.source(id)?;
@@ -78,7 +79,7 @@ impl Maps {
         };
         match result {
             Err(error) if error != MapError::NoTile => {
-                // What was seen before is better than nothing, where it may be kept.
+                // A stale tile is better than none, where caching is allowed.
                 let old = kept.filter(|_| source.settings.cache == Caching::Keep);
                 let shown = old.and_then(|kept| show(&kept, Origin::Stale, now_s).ok());
                 if shown.is_some() {
@@ -171,7 +172,7 @@ impl Maps {
     async fn fetch(&self, source: &Arc<Source>, tile: TileId, want: Want) -> Result<Tile> {
         let mut now_s = self.now_s();
         let kept = match want {
-            // It may have come since whoever wants it looked: with a fetch that ended before this one was begun.
+            // It may have been cached meanwhile, by a fetch that ended before this one started.
             Want::Tile => self.kept(source, tile, now_s).await,
             Want::Answer => None,
         };
@@ -301,7 +302,7 @@ impl Maps {
                     Live::File(..) => self.serve(&source, tile).await,
                     _ => self.join_flight(&source, tile, Want::Answer).await,
                 };
-                // What was under way before and failed meanwhile may be asked for again too.
+                // Tiles that failed meanwhile may be requested again too.
                 if checked.is_ok() {
                     source.try_again();
                 }
@@ -352,7 +353,7 @@ impl Drop for Landing {
     }
 }
 
-/// What a fetch is for.
+/// Purpose of a fetch.
 #[derive(Clone, Copy)]
 enum Want {
     /// The tile, which the cache has perhaps by now.

@@ -1,4 +1,4 @@
-//! Files that are handed in: written beside, looked at, and only then put into the maps folder.
+//! Uploaded files: written to a temporary file, examined, and only then moved into the maps folder.
 
 use std::path::{Path, PathBuf};
 
@@ -18,7 +18,7 @@ pub const MAX_FILE_BYTES: u64 = 8 * 1024 * 1024 * 1024;
 /// Every how many bytes of a file it is looked whether the disk still has room.
 const LOOK_EVERY: u64 = 8 * 1024 * 1024;
 
-/// A file on its way in. What is not ended is removed.
+/// An upload in progress. It is removed unless it is finished.
 #[derive(Debug)]
 pub struct Upload {
     name: String,
@@ -64,10 +64,10 @@ impl Drop for Upload {
 }
 
 impl Maps {
-    /// Begins to take a file.
+    /// Starts an upload.
     ///
     /// # Errors
-    /// [`MapError::MapFile`] for a name whose end says nothing, or that is none.
+    /// [`MapError::MapFile`] for an invalid name, or one with an unknown ending.
     pub async fn begin_upload(&self, name: &str) -> Result<Upload> {
         let is_plain = |c: char| !c.is_control() && !"/\\:*?\"<>|".contains(c);
         if name.is_empty() || name.len() > 150 || name.starts_with('.') || !name.chars().all(is_plain) {
@@ -80,7 +80,7 @@ impl Maps {
         let folder = self.folder().join("tmp");
         self.room()?;
         tokio::fs::create_dir_all(&folder).await?;
-        // The name's end stays: kinds are told by it.
+        // The name's ending stays: it determines the kind.
         static COUNT: std::sync::atomic::AtomicU64 = std::sync::atomic::AtomicU64::new(0);
         let count = COUNT.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
         let path = folder.join(format!("{}-{count}-{name}", std::process::id()));
@@ -88,10 +88,10 @@ impl Maps {
         Ok(Upload { name: name.to_owned(), path, file, bytes: 0, maps: self.clone() })
     }
 
-    /// Looks at a file that came whole and puts it into the folder. Gives its path, its size and settings that fit it.
+    /// Examines a complete file and moves it into the folder. Returns its path, its size and matching settings.
     ///
     /// # Errors
-    /// [`MapError::MapFile`] when it is not what its name says; [`MapError::Storage`].
+    /// [`MapError::MapFile`] when its content does not match its name; [`MapError::Storage`].
     pub async fn end_upload(&self, upload: Upload) -> Result<(String, u64, SourceSettings)> {
         let folder = self.folder().to_owned();
         blocking(move || {
@@ -136,7 +136,7 @@ impl Maps {
     }
 }
 
-/// A name that is not taken; what lies on a shelf replaces what has the same name there.
+/// A free name; on a shelf a file replaces the one of the same name.
 fn free_name(folder: &Path, name: &str, may_replace: bool) -> String {
     if may_replace || !folder.join(name).exists() {
         return name.to_owned();

@@ -1,8 +1,8 @@
-//! What services say in XML: the bounded tree of plan files, and the exceptions of WMS and OWS.
+//! XML of services: the bounded tree of plan files, and the exceptions of WMS and OWS.
 
 pub use vencejo_flight::formats::xml::{Element, MAX_BYTES};
 
-/// What a service says in an XML exception (WMS 1.1.1 and 1.3.0 `ServiceException`, OWS `ExceptionText`), or `None`.
+/// Text of an XML exception (WMS 1.1.1 and 1.3.0 `ServiceException`, OWS `ExceptionText`), or `None`.
 pub fn exception(root: &Element) -> Option<String> {
     // Capabilities speak of exceptions too.
     if !root.name.ends_with("ExceptionReport") {

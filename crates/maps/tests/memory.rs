@@ -1,5 +1,5 @@
-//! Files that claim more than they hold, read under an allocator that counts: what they cost is measured, not assumed. Each was
-//! once the end of the process, or gigabytes.
+//! Files that claim more than they hold, read under an allocator that counts: what they cost is measured, not assumed.
+//! Each was once the end of the process, or gigabytes.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::path::{Path, PathBuf};
@@ -61,7 +61,8 @@ fn alone() -> MutexGuard<'static, ()> {
     ALONE.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// How long this process has computed: on a machine that is busy with other things, what the clock says is not what work takes.
+/// How long this process has computed: on a machine that is busy with other things, what the clock says is not what
+/// work takes.
 fn computed() -> Duration {
     let text = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
     let after_name = text.rsplit(')').next().unwrap_or_default();
@@ -130,7 +131,7 @@ fn tiff(tags: &[TagValue], data: &[u8]) -> Vec<u8> {
     file
 }
 
-/// Where the data of a [`tiff`] of so many tags begins.
+/// Offset of the data in a [`tiff`] of `count` tags.
 fn data_at(tags: usize) -> u32 {
     u32::try_from(8 + 2 + 12 * (tags + 3) + 4 + 32 + 72).expect("short")
 }
@@ -222,7 +223,7 @@ fn a_tiff_that_claims_much_is_refused_before_room_is_made() {
         seen += 1;
     }
     assert_eq!(seen, 11);
-    // What was never written in a file of usual tiles is nothing, and costs nothing.
+    // Tiles that were never written cost nothing.
     let path = folder.file("b.tif", &claimed(2048, 2048, 5, Some(2048), 0));
     let (result, most, _) = measured(|| look(&path));
     assert!(result.is_ok() && most < 4 * MIB, "{result:?} {most}");
@@ -342,7 +343,7 @@ fn a_database_runs_nothing_of_its_own() {
     assert!(file.tile(TileId { level: 0, column: 0, row: 0 }).expect("read").is_some());
 }
 
-/// Bytes of this process that are in memory at their most since the last look, where the system says it.
+/// Bytes of this process that are in memory at their most since the last look, where the system reports it.
 fn resident() -> usize {
     let text = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let line = text.lines().find_map(|line| line.strip_prefix("VmHWM:")).unwrap_or("0 kB");

@@ -12,7 +12,7 @@ use crate::cover::Shape;
 pub enum AreaState {
     /// On its way, or waiting for the network.
     Running,
-    /// Until somebody goes on with it.
+    /// Until it is resumed.
     Paused,
     /// All is here, but for what failed.
     Done,
@@ -48,7 +48,7 @@ pub struct Area {
     pub id: String,
     /// The source that it is of.
     pub source: String,
-    /// What people call it.
+    /// Display name.
     pub name: String,
     /// Where it is.
     pub shape: Shape,
@@ -86,7 +86,7 @@ pub struct LevelCount {
     pub tiles: u64,
 }
 
-/// What an area would take.
+/// Size of an area before it is fetched.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 #[schema(as = MapAreaEstimate)]
 pub struct Estimate {
@@ -114,7 +114,7 @@ pub struct Estimate {
 pub struct NewArea {
     /// The source that it is of.
     pub source: String,
-    /// What people call it.
+    /// Display name.
     pub name: String,
     /// Where it is.
     pub shape: Shape,

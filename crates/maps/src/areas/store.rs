@@ -1,4 +1,4 @@
-//! Areas in the database of their source: what is wanted, how far it is, and which process fetches it.
+//! Areas in the database of their source: their tiles, their progress, and which process fetches them.
 
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
@@ -82,14 +82,14 @@ pub(super) fn set_state(cache: &Cache, id: &str, state: AreaState, detail: Optio
     Ok(())
 }
 
-/// Notes how a download goes; `false` when it is no longer to run: somebody paused or removed it, perhaps another process.
+/// Records a download's progress; `false` when it is to stop: it was paused or removed, perhaps by another process.
 pub(super) fn set_running(cache: &Cache, id: &str, state: AreaState, detail: Option<&str>) -> Result<bool> {
     let sql = "UPDATE areas SET state=?, detail=? WHERE id=? AND state='running'";
     Ok(cache.writer().execute(sql, params![state.name(), detail, id])? > 0)
 }
 
-/// Sees to it that one process fetches an area, of all that use the folder: a lock that ends with who has it, however that ends.
-/// SQLite's, since every system has it. `None`: another one fetches it.
+/// Lock by which one of the processes that use the folder fetches an area; it ends with its process, however that ends.
+/// SQLite's, because every system has it. `None`: another process fetches it.
 fn claim(cache: &Cache, id: &str) -> Result<Option<Claim>> {
     let path = cache.path().with_file_name(format!(".area-{id}.lock"));
     let lock = Connection::open(&path)?;
@@ -128,7 +128,7 @@ pub(super) struct Claim {
 
 impl Drop for Claim {
     fn drop(&mut self) {
-        // Whoever opened it meanwhile has a file without a name and fetches as well: that costs time, and nothing else.
+        // A process that opened it meanwhile holds an unlinked file and fetches as well, which only costs time.
         let _ = std::fs::remove_file(&self.path);
     }
 }

@@ -85,10 +85,11 @@ pub struct Dem {
     /// By the latitude and longitude of their south-west corner.
     tiles: HashMap<(i16, i16), Hgt>,
     rasters: Vec<GeoTiff>,
-    /// Whether heights of GeoTIFFs below sea level are land. Tiles of SRTM have no floor of the sea: what is below in them is.
+    /// Whether heights of GeoTIFFs below sea level are land. Tiles of SRTM have no floor of the sea: what is below in
+    /// them is.
     has_land_below_sea: bool,
     unpacked: Shelved,
-    /// Held while a tile is unpacked: one does, the others wait.
+    /// Held while a tile is unpacked, so that it is done once.
     unpacking: Mutex<()>,
     bounds: Option<Bounds>,
 }
@@ -99,7 +100,7 @@ impl HeightFile for Dem {
     }
 
     fn height(&self, lat_deg: f64, lon_deg: f64) -> Result<Option<Height>> {
-        // A file that cannot be read keeps nobody from the heights of another.
+        // A damaged file does not hide the heights of others.
         let mut fault = None;
         let mut best: Option<Height> = None;
         for raster in &self.rasters {
@@ -143,10 +144,11 @@ impl HeightFile for Dem {
 }
 
 impl Dem {
-    /// Opens a file or a folder. Heights of GeoTIFFs below sea level are land, or else the sea's floor, whose surface is told.
+    /// Opens a file or a folder. Heights of GeoTIFFs below sea level are land, or else the sea floor, which counts as 0
+    /// m.
     ///
     /// # Errors
-    /// What is wrong, in words.
+    /// The fault, as a sentence.
     pub fn open(path: &Path, has_land_below_sea: bool) -> std::result::Result<Self, String> {
         let about = std::fs::metadata(path).map_err(|error| format!("{}: {error}", path.display()))?;
         let (unpacked, unpacking) = (Shelved::unpacked(), Mutex::default());
@@ -261,7 +263,8 @@ pub fn is_height_file(path: &Path) -> bool {
     [".hgt", ".hgt.gz", ".tif", ".tiff"].iter().any(|end| name.ends_with(end))
 }
 
-/// How many bytes a packed file says it unpacks to (RFC 1952, ISIZE). Twenty thousand files are not unpacked to know that.
+/// How many bytes a packed file says it unpacks to (RFC 1952, ISIZE). Twenty thousand files are not unpacked to know
+/// that.
 fn unpacked_bytes(path: &Path) -> std::result::Result<u64, String> {
     let mut end = [0; 4];
     let read = File::open(path).and_then(|mut file| {

@@ -1,5 +1,5 @@
-//! Folders of tiles, a picture a file: `{z}/{x}/{y}.png`, `.jpg` or `.webp`, as gdal2tiles, MOBAC and many other programs
-//! write them. Rows are counted from the top (XYZ) or from the bottom (TMS), which the names do not tell.
+//! Folders of tiles, a picture a file: `{z}/{x}/{y}.png`, `.jpg` or `.webp`, as gdal2tiles, MOBAC and many other
+//! programs write them. Rows are counted from the top (XYZ) or from the bottom (TMS), which the names do not show.
 //!
 //! Only files whose whole path are numbers are read, and none that a link leads to out of the folder.
 
@@ -62,7 +62,7 @@ impl Kind for Way {
     }
 }
 
-/// What is looked at of a folder, counted: folders with more than that are seen in part.
+/// Most entries of a folder that are examined; larger folders are seen in part.
 #[derive(Default)]
 struct Walk {
     entries: usize,
@@ -134,7 +134,7 @@ fn lat_deg(row: u64) -> f64 {
 /// A folder of tiles that is open for reading.
 #[derive(Debug)]
 pub struct Tiles {
-    /// Without links, so that it can be told what lies in it.
+    /// With links resolved, so that paths can be compared.
     folder: PathBuf,
     is_tms: bool,
     grid: TileGrid,
@@ -142,10 +142,10 @@ pub struct Tiles {
 }
 
 impl Tiles {
-    /// Opens a folder: the names of its files tell zooms, and where it has something.
+    /// Opens a folder: zooms and bounds follow from the names of its files.
     ///
     /// # Errors
-    /// What is wrong with it, in words.
+    /// The fault, as a sentence.
     pub fn open(folder: &Path, is_tms: bool, tile_px: u32) -> std::result::Result<Self, String> {
         let folder = folder.canonicalize().map_err(|error| format!("the folder cannot be read: {error}"))?;
         if !folder.is_dir() {
@@ -201,7 +201,7 @@ impl Tiles {
             if !path.starts_with(&self.folder) {
                 return Err(std::io::Error::other("a link leads out of the folder"));
             }
-            // What is no plain file might be waited for without end.
+            // Reading anything but a plain file might block for ever.
             if !fs::metadata(&path)?.is_file() {
                 return Err(std::io::Error::other("it is no plain file"));
             }

@@ -22,7 +22,7 @@ use crate::sniff;
 const SERVICE: &str = "https://tile.googleapis.com";
 /// Bytes of an answer in JSON at most.
 const MAX_JSON: usize = 256 * 1024;
-/// A session is renewed so long before it ends.
+/// Time before its end at which a session is renewed.
 const MARGIN_S: i64 = 3600;
 
 /// How sources of the kind are read.
@@ -96,7 +96,7 @@ struct Begun {
 }
 
 impl Sessions {
-    /// The address of a tile, in a session that is opened when there is none.
+    /// The address of a tile, in a session, which is opened if needed.
     async fn url(&self, fetcher: &Fetcher, settings: &SourceSettings, tile: TileId, now_s: i64) -> Result<String> {
         let token = self.token(fetcher, settings, now_s).await?;
         let TileId { level, column, row } = tile;
@@ -104,7 +104,7 @@ impl Sessions {
         Ok(format!("{}/v1/2dtiles/{level}/{column}/{row}?session={}&key={key}", service(settings), escape(&token)))
     }
 
-    /// Forgets the session, since the service refused it.
+    /// Drops the session after the service refused it.
     async fn forget(&self) {
         *self.session.lock().await = None;
     }
@@ -145,7 +145,7 @@ impl Sessions {
         Ok(opened.session)
     }
 
-    /// Whom to name for a view, and up to which zoom it has pictures there.
+    /// Attribution for a view, and the highest zoom with pictures there.
     async fn attribution(
         &self,
         fetcher: &Fetcher,

@@ -1,5 +1,5 @@
-//! Pictures whose four corners are known, drawn as Web Mercator tiles by the projective map that takes corners to corners
-//! (P. Heckbert, "Fundamentals of Texture Mapping and Image Warping", 1989, section 2.2.3).
+//! Pictures whose four corners are known, drawn as Web Mercator tiles by the projective map that takes corners to
+//! corners (P. Heckbert, "Fundamentals of Texture Mapping and Image Warping", 1989, section 2.2.3).
 
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -89,7 +89,7 @@ impl std::fmt::Debug for Overlay {
 /// The bytes of a picture's file.
 ///
 /// # Errors
-/// What is wrong, in words.
+/// The fault, as a sentence.
 pub fn read_file(path: &Path) -> std::result::Result<Vec<u8>, String> {
     let about = std::fs::metadata(path).map_err(|error| error.to_string())?;
     if about.len() > MAX_BYTES {
@@ -113,10 +113,10 @@ impl Overlay {
     /// Opens a picture. Corners: top left, top right, bottom right, bottom left of the picture.
     ///
     /// # Errors
-    /// What is wrong, in words.
+    /// The fault, as a sentence.
     pub fn open(path: &Path, corners: &[Corner]) -> std::result::Result<Self, String> {
         let [a, b, c, d] = *corners else { return Err("four corners are needed".to_owned()) };
-        // Over the date line longitudes go on beyond it.
+        // Over the date line longitudes continue beyond ±180°.
         let lon = |corner: Corner| a.lon_deg + vencejo_flight::geodesy::wrap_180_deg(corner.lon_deg - a.lon_deg);
         let quad = [a, b, c, d].map(|corner| Crs::WebMercator.project(corner.lat_deg, lon(corner)));
         let mercator_from_unit = from_unit_square(quad).ok_or("the corners lie on a line or cross over")?;

@@ -71,8 +71,8 @@ pub struct Mbtiles {
     about: About,
 }
 
-/// A connection that does little for its file: what is read of it are tables, and views over tables; nothing takes long; no
-/// value is larger than a tile (sqlite.org/security.html, "Untrusted SQLite Database Files").
+/// A restricted connection for untrusted files: reads of tables and views only, with limits on time and
+/// size of values (sqlite.org/security.html, "Untrusted SQLite Database Files").
 #[derive(Debug)]
 pub(crate) struct Reader {
     connection: Connection,
@@ -154,7 +154,7 @@ impl Reader {
     }
 }
 
-/// What a statement may do, views of the file included: read tables, and what is harmless to compute.
+/// Authorizes statements, views of the file included: reading tables and harmless functions.
 fn allow(asked: AuthContext<'_>) -> Authorization {
     match asked.action {
         AuthAction::Select | AuthAction::Read { .. } => Authorization::Allow,
@@ -189,7 +189,7 @@ impl Mbtiles {
     /// Opens a file.
     ///
     /// # Errors
-    /// What is wrong with it, in words.
+    /// The fault, as a sentence.
     pub fn open(path: &Path, tile_px: u32) -> std::result::Result<Self, String> {
         let failed = |error: rusqlite::Error| format!("no MBTiles file: {}", words(&error));
         if !path.is_file() {

@@ -1,5 +1,5 @@
-//! The kinds of map sources: of each how it is read, and what it says of itself ([`crate::kind::Kind`]). A new kind is a module
-//! here, with its line below and in `list.rs`.
+//! The kinds of map sources: of each how it is read, and what it says of itself ([`crate::kind::Kind`]). A new kind is
+//! a module here, with its line below and in `list.rs`.
 
 pub mod dem;
 pub mod folder;
@@ -50,7 +50,7 @@ pub fn infos() -> Vec<KindInfo> {
     SourceKind::ALL.iter().map(info).collect()
 }
 
-/// What a file can be by its name.
+/// Kinds that a file can be by its name.
 pub fn kind_of(name: &str) -> Option<SourceKind> {
     let lower = name.to_ascii_lowercase();
     let is_its = |kind: &&SourceKind| kind.way().file_ends().iter().any(|end| lower.ends_with(end));
@@ -62,7 +62,7 @@ pub fn file_ends() -> Vec<&'static str> {
     SourceKind::ALL.iter().flat_map(|kind| kind.way().file_ends()).copied().collect()
 }
 
-/// What of the settings the kind decides.
+/// Settings that depend on the kind.
 impl SourceSettings {
     /// Settings with defaults for everything else.
     pub fn new(id: impl Into<String>, name: impl Into<String>, kind: SourceKind) -> Self {
@@ -89,7 +89,7 @@ impl SourceSettings {
         self.kind.way().is_file(self)
     }
 
-    /// Why no offline areas may be made of it.
+    /// Why offline areas of it are forbidden.
     pub fn offline_refusal(&self) -> Option<String> {
         if self.is_file() {
             return Some("its tiles are in a file of this machine already".to_owned());

@@ -33,7 +33,7 @@ const MAX_TILE: u64 = 16 * 1024 * 1024;
 /// Directories below directories at most.
 const MAX_DEPTH: u8 = 4;
 
-/// What is wanted of its notes; the rest is skipped, not unfolded.
+/// The metadata used; the rest is skipped, not parsed.
 #[derive(Debug, Default, Deserialize)]
 struct Notes {
     #[serde(default)]
@@ -106,7 +106,7 @@ impl Pmtiles {
     /// Opens a file.
     ///
     /// # Errors
-    /// What is wrong with it, in words.
+    /// The fault, as a sentence.
     pub fn open(path: &Path, tile_px: u32) -> std::result::Result<Self, String> {
         let mut file = File::open(path).map_err(|error| error.to_string())?;
         let mut header = [0_u8; HEADER_BYTES];
@@ -216,7 +216,7 @@ fn search(entries: &[Entry], wanted: u64) -> Option<Entry> {
     (entry.run == 0 || wanted - entry.tile_id < u64::from(entry.run)).then_some(entry)
 }
 
-/// Bytes of the file, unpacked where they are packed; at most so many, packed or not.
+/// Bytes of the file, unpacked where they are packed; at most `most`, packed or not.
 fn bytes_at(
     file: &mut File,
     offset: u64,

@@ -18,7 +18,7 @@ use crate::xml::Element;
 
 /// Scale denominator of zoom 0 of Web Mercator with 256-pixel tiles and pixels of 0.28 mm.
 const ZOOM_0_SCALE: f64 = 559_082_264.028_717_8;
-/// Layers that are told at most.
+/// Most layers listed.
 const MAX_LAYERS: usize = 5000;
 
 /// How sources of the kind are read.
@@ -108,7 +108,7 @@ impl Service for Pictures {
 /// An address with parameters set; those of the same names, in any case, are replaced.
 ///
 /// # Errors
-/// [`MapError::Request`] when the address is none.
+/// [`MapError::Request`] for an invalid address.
 pub fn with_parameters(address: &str, parameters: &[(&str, &str)]) -> Result<String> {
     let mut url = Url::parse(address).map_err(|error| MapError::Request(format!("the address is none: {error}")))?;
     url.set_fragment(None);
@@ -175,11 +175,11 @@ pub fn map_url(settings: &SourceSettings, crs: Crs, extent: [f64; 4], size_px: [
 /// The address of a service's capabilities, whatever part of an address a person pasted.
 ///
 /// # Errors
-/// [`MapError::Request`] when the address is none.
+/// [`MapError::Request`] for an invalid address.
 pub fn capabilities_url(address: &str, version: Option<&str>) -> Result<String> {
     let mut parameters =
         vec![("SERVICE", "WMS"), ("REQUEST", "GetCapabilities"), ("VERSION", version.unwrap_or("1.3.0"))];
-    // Parameters of a picture say nothing here, and some services stumble over them.
+    // Parameters of a picture do not belong here, and some services fail on them.
     let pasted = ["LAYERS", "STYLES", "CRS", "SRS", "BBOX", "WIDTH", "HEIGHT", "FORMAT", "TRANSPARENT"];
     let url = Url::parse(address).map_err(|error| MapError::Request(format!("the address is none: {error}")))?;
     let has_any = url.query_pairs().any(|(name, _)| pasted.iter().any(|other| name.eq_ignore_ascii_case(other)));
@@ -202,7 +202,7 @@ pub fn capabilities_url(address: &str, version: Option<&str>) -> Result<String> 
 /// Reads capabilities.
 ///
 /// # Errors
-/// What is wrong, or what the service says, in words.
+/// The fault, or the service's own error, as a sentence.
 pub fn read_capabilities(bytes: &[u8]) -> std::result::Result<Capabilities, String> {
     let root = Element::parse(bytes)?;
     if let Some(said) = crate::xml::exception(&root) {
@@ -234,7 +234,7 @@ pub fn read_capabilities(bytes: &[u8]) -> std::result::Result<Capabilities, Stri
     })
 }
 
-/// "none" says nothing.
+/// `None` for "none" and empty texts.
 pub(crate) fn useful(text: Option<&str>) -> Option<String> {
     text.filter(|text| !text.eq_ignore_ascii_case("none")).map(|text| one_line(text, 2000))
 }

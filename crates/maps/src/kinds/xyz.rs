@@ -95,7 +95,7 @@ impl Template {
     /// Reads an address.
     ///
     /// # Errors
-    /// What is wrong, in words.
+    /// The fault, as a sentence.
     pub fn parse(text: &str) -> Result<Self, String> {
         let mut parts = Vec::new();
         let mut rest = text;

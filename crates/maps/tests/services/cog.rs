@@ -73,7 +73,7 @@ async fn a_cog_shows_over_the_network_what_it_shows_from_the_disk() {
         assert!(count >= 3, "{name}: {count}");
         assert!(service.asked.lock().expect("lock").iter().all(|head| asked_range(head).is_some()), "{name}");
         assert!(service.count() <= 12, "{name}: {} requests", service.count());
-        // The colours are those that were drawn: JPEG's are another model's.
+        // The colours drawn: JPEG uses another colour model.
         let tile = world.maps.tile("a", TileId { level: 1, column: 0, row: 0 }).await.expect("a tile");
         assert_eq!(tile.origin, Origin::Hit);
         let picture = Raster::read(&tile.data, 1 << 20).expect("a picture");
@@ -157,7 +157,7 @@ async fn a_file_that_is_replaced_meanwhile_is_opened_anew_for_its_tiles() {
     let tile = TileId { level: 1, column: 0, row: 0 };
     let error = world.maps.tile("f", tile).await.expect_err("another file");
     assert!(error.to_string().contains("replaced"), "{error}");
-    // Nobody lists the sources; after some seconds it is looked at for a tile.
+    // Without any listing of the sources, a tile request after some seconds reopens it.
     world.pass(5);
     world.maps.tile("f", tile).await.expect("opened anew");
 }
@@ -172,13 +172,13 @@ async fn a_cog_that_is_replaced_meanwhile_is_read_anew() {
     // All of this small file came with the first part; the next minute it is looked at again.
     world.pass(61);
     assert_eq!(world.maps.tile("a", tile).await.expect("a tile").origin, Origin::Fetched);
-    // Another ground at the same address is another map.
+    // Another area at the same address is another map.
     world.pass(61);
     let moved = fixture("cog-none.tif");
     service.now(move |head| Some(part(&moved, "\"3\"", head)));
     let error = world.maps.tile("a", TileId { level: 1, column: 1, row: 0 }).await.expect_err("moved");
     assert!(error.to_string().contains("replaced"), "{error}");
-    // One that is another with each part says so.
+    // A file that changes with every part is reported.
     let mut long = fixture("cog-none.tif");
     long.resize(400_000, 0);
     let count = AtomicUsize::new(0);

@@ -2,7 +2,7 @@
 
 use super::*;
 
-/// An `.hgt` of so many heights a side, all of one height.
+/// An `.hgt` with `side` heights a side, all equal.
 fn level(side: usize, alt_m: i16) -> Vec<u8> {
     alt_m.to_be_bytes().repeat(side * side)
 }
@@ -38,7 +38,7 @@ async fn a_file_of_heights_is_read_as_it_is_now() {
     let (found, fault) = at(&world, 40.5, -3.5).await;
     assert_eq!(found, None);
     assert!(fault.expect("why").contains("replaced"));
-    // What the other file has is known all the same, in one question too.
+    // Heights of the other file are known all the same, in one request too.
     let both = [-3.5, -4.5].map(|lon_deg| Corner { lat_deg: 40.5, lon_deg });
     let (found, fault) = world.maps.heights(&both).await.expect("asked");
     assert_eq!(found.iter().map(|point| point.alt_amsl_m).collect::<Vec<_>>(), [None, Some(200.0)]);

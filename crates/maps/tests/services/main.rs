@@ -1,4 +1,5 @@
-//! The maps against services that behave and that do not, over real sockets on this machine, under a clock that the test moves.
+//! The maps against services that behave and that do not, over real sockets on this machine, under a clock that the
+//! test moves.
 
 mod cog;
 mod disk;
@@ -37,10 +38,10 @@ fn answer(status: &str, headers: &str, body: &[u8]) -> Vec<u8> {
     [head.into_bytes(), body.to_vec()].concat()
 }
 
-/// What a service does with a request: the bytes of its answer, or none and it keeps silent.
+/// What a service does with a request: the bytes of its answer, or `None` for silence.
 type Behaviour = Arc<dyn Fn(&str) -> Option<Vec<u8>> + Send + Sync>;
 
-/// A service that does what it is told.
+/// A scripted service.
 struct Service {
     address: SocketAddr,
     asked: Arc<Mutex<Vec<String>>>,
@@ -344,7 +345,7 @@ async fn a_tile_is_fetched_once_then_asked_about_then_shown_old() {
     };
     assert!(status.is_some_and(|status| status >= 500), "{status:?}");
     assert!(state.detail.expect("why").contains("down"));
-    // The network goes, and the station starts anew: what was seen is there.
+    // The network goes, and the station restarts: cached tiles are there.
     let address = service.address;
     drop(service);
     world.maps.close();
@@ -373,7 +374,7 @@ async fn what_is_not_there_is_remembered_and_what_may_not_be_kept_is_not() {
         assert_eq!(world.maps.tile("a", TILE).await.expect("a tile").origin, Origin::Fetched);
         assert_eq!(service.count(), count, "not kept");
     }
-    // Outside of what a source shows nobody is asked.
+    // Outside of its bounds a source is not requested.
     assert_eq!(world.maps.tile("a", TileId { level: 3, column: 8, row: 0 }).await, Err(MapError::NoTile));
     assert_eq!(service.count(), 3);
     // By the headers alone, and not one second longer, whatever fails.
@@ -423,7 +424,7 @@ async fn many_who_want_the_same_tile_make_one_request_and_a_host_gets_few_at_onc
         assert!(tile.await.expect("ended"));
     }
     assert!(service.most_at_once.load(Ordering::SeqCst) <= 2);
-    // Who looked into the cache before the tile came, and asks for it after that, asks nobody again.
+    // A request that missed the cache before the tile came finds it there afterwards.
     let before = service.count();
     let crowd: Vec<_> = (0..480)
         .map(|one| {
@@ -900,7 +901,7 @@ async fn a_source_whose_reading_ended_the_process_is_set_aside_and_told() {
         assert!(std::time::Instant::now() < limit, "no note");
         tokio::task::yield_now().await;
     };
-    // What a process leaves behind that ends there: its notes, and a lock that nobody holds with the start of the machine in it.
+    // What a process leaves behind that ends there: its notes, and a released lock with the boot id in it.
     let boot = std::fs::read("/proc/sys/kernel/random/boot_id").unwrap_or_default();
     std::fs::create_dir_all(reading.join("gone")).expect("a folder");
     std::fs::write(reading.join("gone/a"), left).expect("written");
@@ -916,7 +917,7 @@ async fn a_source_whose_reading_ended_the_process_is_set_aside_and_told() {
         assert!(state.detail.expect("told").contains("replace the file"));
         assert!(matches!(error(&world.maps).await, MapError::Unusable { .. }));
     }
-    // Another file in its place is read; so is the same one when somebody wants it tried again.
+    // Another file in its place is read; so is the same one when it is tried again on request.
     std::fs::remove_file(&file).expect("removed");
     std::fs::copy(concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/fixtures/maps/cog-jpeg-mask.tif"), &file)
         .expect("copied");

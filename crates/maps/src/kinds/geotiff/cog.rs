@@ -1,6 +1,6 @@
-//! GeoTIFFs that are read over the network, in parts (cloud-optimised GeoTIFF, OGC 21-026): what a tile needs is asked for by
-//! range requests, kept for a while in blocks, and unpacked as from a file. The reading itself knows no network: where bytes
-//! are missing it says which, they are fetched, and it begins anew.
+//! GeoTIFFs that are read over the network, in parts (cloud-optimised GeoTIFF, OGC 21-026): what a tile needs is asked
+//! for by range requests, kept for a while in blocks, and unpacked as from a file. The reading itself knows no network:
+//! where bytes are missing it says which, they are fetched, and it starts again.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::{self, Read, Seek, SeekFrom};
@@ -42,7 +42,7 @@ const AT_ONCE: usize = 4;
 /// How long a file is taken for the same without asking, seconds.
 const SURE_S: i64 = 60;
 
-/// Which file it is: when one of these is another, it was replaced.
+/// Identity of a file: when one of these differs, it was replaced.
 #[derive(Debug, Clone, PartialEq, Eq)]
 struct Version {
     etag: Option<String>,
@@ -56,7 +56,7 @@ impl Version {
         Some(Self { etag, last_modified, bytes: answer.whole_bytes? })
     }
 
-    /// As one text, for tiles that are made of it.
+    /// As text, for the tiles made from it.
     fn mark(&self) -> String {
         let text = format!("{:?}", (&self.etag, &self.last_modified, self.bytes));
         format!("{:016x}", crate::settings::fnv1a(text.as_bytes()))
@@ -112,7 +112,7 @@ impl Blocks {
         }
     }
 
-    /// What of ranges is not here, as ranges of whole blocks.
+    /// The missing parts of ranges, as ranges of whole blocks.
     fn lacks(&self, ranges: &[Range<u64>]) -> Vec<Range<u64>> {
         let kept = self.lock();
         let numbers = ranges
@@ -123,7 +123,7 @@ impl Blocks {
         joined(&numbers.collect(), self.bytes)
     }
 
-    /// What was missed since the last time.
+    /// Takes the ranges missed since the last call.
     fn take_missing(&self) -> BTreeSet<u64> {
         std::mem::take(&mut self.lock().missing)
     }
@@ -182,7 +182,7 @@ impl Seek for Reader {
     }
 }
 
-/// What is known of a file without the network, for the cache's notes.
+/// Facts of a file that are kept with the cache, for use without the network.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Known {
     crs: String,
@@ -205,7 +205,7 @@ impl Known {
         Some(grid)
     }
 
-    /// What it says about itself.
+    /// Its description.
     pub(crate) fn about(&self) -> About {
         About { bounds: self.bounds, is_overlay: true, ..About::default() }
     }
@@ -219,9 +219,9 @@ struct Opened {
     freshness: Freshness,
 }
 
-/// A tile, and what is to be noted with it.
+/// A tile with its notes.
 pub(crate) struct Made {
-    /// The picture; `None` where the file has nothing.
+    /// The picture; `None` where the file has no data.
     pub(crate) data: Option<Bytes>,
     /// Which file it is of.
     pub(crate) mark: String,
@@ -389,7 +389,7 @@ impl Remote<'_> {
                     return Ok(Made { data, mark, freshness, bytes });
                 }
                 Err(error) => {
-                    // What was pushed out in between is fetched again.
+                    // Blocks evicted in between are fetched again.
                     let missing = opened.blocks.take_missing();
                     if missing.is_empty() {
                         return Err(self.error(error.to_string()).into());
@@ -403,7 +403,7 @@ impl Remote<'_> {
 }
 
 impl RemoteTiff {
-    /// What it says about itself; the file is read as far as is needed for that.
+    /// Its description; the file is read as far as needed.
     pub(crate) async fn known(
         &self,
         fetcher: &Fetcher,
@@ -415,7 +415,7 @@ impl RemoteTiff {
         Ok(Known::of(&self.opened(&remote, now_s).await?.tiff))
     }
 
-    /// Which file is there now, if it is still the one that a tile was made of.
+    /// The present file, if it is still the one that a tile was made from.
     pub(crate) async fn is_still(
         &self,
         mark: &str,
@@ -436,7 +436,7 @@ impl RemoteTiff {
             if sure.left_s(now_s).is_some() {
                 return Ok(known.clone());
             }
-            // One small part tells whether it is the same file.
+            // A small part shows whether it is the same file.
             let answer = remote.part(0..BLOCK.min(known.version.bytes)).await?;
             if Version::of(&answer).as_ref() == Some(&known.version) {
                 *sure = Term::new(now_s, SURE_S);
@@ -458,7 +458,8 @@ impl RemoteTiff {
         self.gate.acquire().await.map_err(|_| MapError::Closed)
     }
 
-    /// A tile, with whatever has to be fetched for it; to be called in turn. A file that was replaced meanwhile is read anew, once.
+    /// A tile, with whatever has to be fetched for it; to be called in turn. A file that was replaced meanwhile is read
+    /// again, once.
     pub(crate) async fn tile(
         &self,
         fetcher: &Fetcher,
@@ -501,7 +502,7 @@ impl RemoteTiff {
     }
 }
 
-/// What is said when another file is at the same address.
+/// Error text when another file is at the same address.
 pub(crate) const MOVED: &str =
     "the file was replaced by one that lies elsewhere or has other pixels; add it as a source of another id";
 

@@ -1,5 +1,5 @@
-//! GeoTIFF files (OGC 19-008r4) as tiles of their own coordinate reference system, and as heights. Overviews inside the file,
-//! as cloud-optimised GeoTIFFs have them, are used.
+//! GeoTIFF files (OGC 19-008r4) as tiles of their own coordinate reference system, and as heights. Overviews inside the
+//! file, as cloud-optimised GeoTIFFs have them, are used.
 
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
@@ -71,7 +71,7 @@ impl GeoTiff {
     /// Opens a file.
     ///
     /// # Errors
-    /// What is wrong with it, in words, and what helps.
+    /// The fault and its remedy, as a sentence.
     pub fn open(path: &Path) -> std::result::Result<Self, String> {
         let (name, path) = (path.display().to_string(), path.to_owned());
         let opened = (path.clone(), Stamp::at(&path));
@@ -83,7 +83,7 @@ impl GeoTiff {
     /// Reads what is needed of a TIFF before its pixels.
     ///
     /// # Errors
-    /// What is wrong with it, in words, and what helps.
+    /// The fault and its remedy, as a sentence.
     pub(crate) fn read(name: String, input: OpenInput) -> std::result::Result<Self, String> {
         // Before the crate makes room for what the lists announce.
         tags::check(&mut BufReader::new(input().map_err(|error| error.to_string())?), MAX_IMAGES)?;
@@ -153,7 +153,7 @@ impl GeoTiff {
         matches!(self.images[0].colours, Colours::Numbers | Colours::Bands(1))
     }
 
-    /// Whether it holds numbers that are no colours.
+    /// Whether it holds numbers that are not colours.
     pub fn is_heights(&self) -> bool {
         matches!(self.images[0].colours, Colours::Numbers)
     }
@@ -197,8 +197,9 @@ impl GeoTiff {
         if is_same { Ok(()) } else { Err(self.broken(REPLACED)) }
     }
 
-    /// The ground's height at a place, between the four pixels around it; `None` where one of them is void, or off the file. Heights
-    /// below sea level are land, or else the sea's floor, whose surface is told ([`crate::elevation::surface_m`]). Blocks.
+    /// The ground's height at a place, between the four pixels around it; `None` where one of them is void, or off the
+    /// file. Heights below sea level are land, or else the sea floor, which counts as 0 m
+    /// ([`crate::elevation::surface_m`]). Blocks.
     ///
     /// # Errors
     /// [`MapError::MapFile`] when the file is broken.
@@ -346,7 +347,7 @@ impl GeoTiff {
         }
         let pixels = u64::from(image.piece.0) * u64::from(image.piece_rows());
         let own = if image.is_jpeg {
-            // A JPEG file says its size once more, and its decoder believes it.
+            // A JPEG file has a size of its own, which its decoder trusts.
             let (bytes, most) = (self.bytes(at, packed)?, [image.piece.0, image.piece_rows()]);
             raster::jpeg_cost(&bytes, |[width, height]| width <= most[0] && height <= most[1].next_multiple_of(16))?
         } else {

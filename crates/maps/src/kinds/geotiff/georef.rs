@@ -1,4 +1,5 @@
-//! Where a GeoTIFF lies, and what its numbers mean as heights: coordinate system, transformation, vertical system and unit.
+//! Where a GeoTIFF lies, and what its numbers mean as heights: coordinate system, transformation, vertical system and
+//! unit.
 
 use tiff::tags::Tag;
 
@@ -101,8 +102,8 @@ pub(super) struct Measure {
 }
 
 impl Measure {
-    /// By the unit of the vertical system (GeoKeys 4096 and 4099) and what GDAL notes of the first band in its own tag (42112): unit, scale
-    /// and offset.
+    /// By the unit of the vertical system (GeoKeys 4096 and 4099) and what GDAL notes of the first band in its own tag
+    /// (42112): unit, scale and offset.
     ///
     /// # Errors
     /// For a unit that is not known, in words.
@@ -146,7 +147,7 @@ fn unit_m(name: &str) -> Result<f64, String> {
     }
 }
 
-/// Metres of the unit that the keys of a file name; 1 where they name none.
+/// Metres of the unit that the keys of a file name; 1 without such keys.
 fn key_unit_m(decoder: &mut TiffDecoder) -> Result<f64, String> {
     const VERTICAL: u16 = 4096;
     const VERTICAL_UNITS: u16 = 4099;

@@ -50,14 +50,14 @@ pub(super) enum Colours {
     YCbCr,
     /// Red, green, blue of each index.
     Palette(Arc<Vec<[u8; 3]>>),
-    /// One band of numbers that are no colours: heights.
+    /// One band of numbers that are not colours: heights.
     Numbers,
 }
 
 /// A decoded piece: colours, or numbers.
 #[derive(Debug)]
 pub(super) enum Piece {
-    /// One that was never written: nothing is there.
+    /// One that was never written: no data.
     Empty,
     Colours(Raster),
     Numbers {

@@ -1,4 +1,4 @@
-//! What a TIFF is read from, and the decoder of one of its images.
+//! Input of a TIFF, and the decoder of one of its images.
 
 use std::io::{self, BufReader, Read, Seek};
 
@@ -8,7 +8,7 @@ use tiff::tags::Tag;
 /// Bytes of one piece at most: packed, unpacked and as colours or numbers.
 pub(super) const MAX_PIECE: usize = 48 * 1024 * 1024;
 
-/// What a TIFF is read from.
+/// Input of a TIFF.
 pub(crate) trait Input: Read + Seek + Send {}
 
 impl<T: Read + Seek + Send> Input for T {}

@@ -1,7 +1,7 @@
 //! Pieces of TIFFs packed by LZW (TIFF 6.0, sections 13 and 14; Adobe's Technical Note 3 for numbers with fractions).
 //!
-//! The `tiff` crate demands an end code with the reader that it uses since version 0.11 and then refuses whole files that GDAL
-//! wrote (its issue 395); here a piece is whole when all its bytes are there.
+//! The `tiff` crate demands an end code with the reader that it uses since version 0.11 and then refuses whole files
+//! that GDAL wrote (its issue 395); here a piece is whole when all its bytes are there.
 
 use tiff::decoder::DecodingResult;
 use weezl::{BitOrder, LzwStatus};

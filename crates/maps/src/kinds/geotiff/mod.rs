@@ -1,5 +1,5 @@
-//! GeoTIFFs: a file of this machine, or one of the network that is read in parts. What is known of that before its first tile is kept
-//! with the cache, so that what was seen works without the network.
+//! GeoTIFFs: a file of this machine, or one of the network that is read in parts. Its metadata are kept
+//! with the cache, so that cached tiles work without the network.
 
 pub(crate) mod cog;
 pub mod file;

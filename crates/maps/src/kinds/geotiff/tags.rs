@@ -1,5 +1,5 @@
-//! The lists of a TIFF (TIFF 6.0, section 2; BigTIFF), looked through before the `tiff` crate reads them: it makes room for as
-//! many values as a tag announces, and a tag may announce any number.
+//! The lists of a TIFF (TIFF 6.0, section 2; BigTIFF), looked through before the `tiff` crate reads them: it makes room
+//! for as many values as a tag announces, and a tag may announce any number.
 
 use std::io::{Read, Seek, SeekFrom};
 

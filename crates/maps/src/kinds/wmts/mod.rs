@@ -1,5 +1,5 @@
-//! Web Map Tile Services 1.0.0 (OGC 07-057r7). The grid of a layer is its service's own: it is asked once, and kept with the cache,
-//! so that the map works without the network.
+//! Web Map Tile Services 1.0.0 (OGC 07-057r7). The grid of a layer is its service's own: it is asked once, and kept
+//! with the cache, so that the map works without the network.
 
 pub mod service;
 

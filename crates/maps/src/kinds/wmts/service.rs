@@ -1,5 +1,5 @@
-//! Web Map Tile Services 1.0.0 (OGC 07-057r7): what a service offers, the grid of a layer, and the addresses of its tiles,
-//! by key and value or REST.
+//! Web Map Tile Services 1.0.0 (OGC 07-057r7): what a service offers, the grid of a layer, and the addresses of its
+//! tiles, by key and value or REST.
 
 use serde::{Deserialize, Serialize};
 
@@ -17,7 +17,8 @@ use crate::xml::Element;
 /// Size of a pixel in metres that scale denominators are counted by.
 const PIXEL_M: f64 = 0.000_28;
 
-/// The layer of a source as its service describes it. It is kept with the cache, so that the map works without the network.
+/// The layer of a source as its service describes it. It is kept with the cache, so that the map works without the
+/// network.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Layer {
     /// Code of the coordinate reference system.
@@ -64,7 +65,7 @@ impl Layer {
     /// The address of a tile.
     ///
     /// # Errors
-    /// [`MapError::Request`] when the service's address is none, [`MapError::NoTile`] off the grid.
+    /// [`MapError::Request`] for an invalid service address, [`MapError::NoTile`] off the grid.
     pub fn url(&self, settings: &SourceSettings, tile: TileId) -> Result<String> {
         let matrix = self.matrices.get(usize::from(tile.level)).ok_or(MapError::NoTile)?;
         let (row, column) = (tile.row.to_string(), tile.column.to_string());
@@ -124,7 +125,7 @@ fn fill(template: &str, name: &str, value: &str) -> String {
 /// The address of a service's capabilities: a document as it is, else with parameters.
 ///
 /// # Errors
-/// [`MapError::Request`] when the address is none.
+/// [`MapError::Request`] for an invalid address.
 pub fn capabilities_url(address: &str) -> Result<String> {
     let path = address.split(['?', '#']).next().unwrap_or_default();
     if path.to_ascii_lowercase().ends_with(".xml") {
@@ -158,10 +159,10 @@ fn root(bytes: &[u8]) -> std::result::Result<Element, String> {
     Ok(root)
 }
 
-/// Reads what a service offers.
+/// Reads capabilities.
 ///
 /// # Errors
-/// What is wrong, or what the service says, in words.
+/// The fault, or the service's own error, as a sentence.
 pub fn read_capabilities(bytes: &[u8]) -> std::result::Result<Capabilities, String> {
     let root = root(bytes)?;
     let about = root.child("ServiceIdentification").cloned().unwrap_or_default();
@@ -252,7 +253,7 @@ fn numbers(text: &str) -> Option<[f64; 2]> {
 /// Finds the layer of a source in its service's capabilities.
 ///
 /// # Errors
-/// What is missing, in words, with what there is instead.
+/// What is missing, as a sentence, with what is available.
 pub fn read_layer(bytes: &[u8], settings: &SourceSettings) -> std::result::Result<Layer, String> {
     let root = root(bytes)?;
     let contents = root.child("Contents").cloned().unwrap_or_default();
@@ -348,8 +349,8 @@ fn level_of(matrix: &Element, crs: Crs) -> Option<Level> {
     let scale: f64 =
         matrix.text_of("ScaleDenominator")?.parse().ok().filter(|scale: &f64| scale.is_finite() && *scale > 0.0)?;
     let [first, second] = numbers(matrix.text_of("TopLeftCorner")?)?;
-    // The register's order for geographic systems is latitude first; some services do not keep to it, which shows where a
-    // "latitude" is beyond 90.
+    // The register's order for geographic systems is latitude first; some services do not keep to it, which shows where
+    // a "latitude" is beyond 90.
     let is_swapped = crs.is_north_first() && first.abs() <= 90.0;
     let tile_px = [number("TileWidth")?, number("TileHeight")?];
     (tile_px[0] <= 4096 && tile_px[1] <= 4096).then(|| Level {
@@ -382,7 +383,7 @@ fn address_of(
         encoding.is_none_or(|values| values.all("Value").any(|value| value.text == "KVP"))
     };
     let href = gets.filter(takes_kvp).find_map(|get| get.attribute("href").filter(is_http).map(str::to_owned));
-    // A service that says nothing takes parameters where it was found.
+    // By default a service takes parameters at the address of its capabilities.
     let own = settings.url.clone().filter(|url| !url.split('?').next().unwrap_or_default().ends_with(".xml"));
     href.or(own).map(Address::Kvp).ok_or_else(|| "the service says no address for tiles".to_owned())
 }
