@@ -6,7 +6,7 @@ use bytes::Bytes;
 use rusqlite::{Connection, OptionalExtension, params};
 
 use crate::areas::{Area, DONE, MAX_TILES, new_id};
-use crate::cache::{self, Cache, Kept};
+use crate::cache::{self, Cache, CachedTile};
 use crate::cover::{self, Shape};
 use crate::error::{MapError, Result};
 use crate::grid::{TileGrid, TileId};
@@ -51,13 +51,13 @@ impl Maps {
     /// [`MapError::MapFile`] when the file is not MBTiles or has another grid; [`MapError::OfflineRefused`].
     pub async fn import_area(&self, source: &str, name: &str, path: PathBuf) -> Result<Area> {
         self.room()?;
-        let (source, cache) = self.keeper(source)?;
+        let (source, cache) = self.cached_source(source)?;
         let grid = self.known_grid(&source).await?;
         let (name, now_s) = (sniff::one_line(name, 100), self.now_s());
         let into = source.clone();
         let id = blocking(move || import(&cache, &grid, &into.settings, &name, &path, now_s)).await?;
         source.shown.clear();
-        self.tell_news();
+        self.notify_changes();
         self.area(&id).await
     }
 }
@@ -191,7 +191,7 @@ fn import(
             let data: Vec<u8> = row.get(3).map_err(failed)?;
             sniff::check_picture(&data).map_err(|reason| wrong(format!("tile {tile} is {reason}")))?;
             bytes += data.len() as u64;
-            cache::put(&transaction, tile, &Kept::new(Some(Bytes::from(data)), now_s, IMPORTED))?;
+            cache::put(&transaction, tile, &CachedTile::new(Some(Bytes::from(data)), now_s, IMPORTED))?;
             insert.execute(params![tile.level, tile.column, tile.row, id, DONE])?;
             (min_level, max_level) = (min_level.min(level), max_level.max(level));
             let [a, b, c, d] = corners.unwrap_or(extent);

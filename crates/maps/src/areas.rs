@@ -94,7 +94,7 @@ impl Maps {
         .await
     }
 
-    pub(crate) fn keeper(&self, id: &str) -> Result<(Arc<Source>, Arc<Cache>)> {
+    pub(crate) fn cached_source(&self, id: &str) -> Result<(Arc<Source>, Arc<Cache>)> {
         let source = self.source(id)?;
         if let Some(reason) = source.settings.offline_refusal() {
             return Err(MapError::OfflineRefused { source_id: id.to_owned(), reason });
@@ -113,7 +113,7 @@ impl Maps {
             return Err(MapError::Request("name: takes 1 to 100 characters".to_owned()));
         }
         self.room()?;
-        let (source, cache) = self.keeper(&wanted.source)?;
+        let (source, cache) = self.cached_source(&wanted.source)?;
         let grid = self.known_grid(&source).await?;
         let now_s = self.now_s();
         let id = {
@@ -129,7 +129,7 @@ impl Maps {
             })
             .await?
         };
-        self.tell_news();
+        self.notify_changes();
         self.run(&source, &cache, &id);
         self.area(&id).await
     }
@@ -187,7 +187,7 @@ impl Maps {
             let id = id.to_owned();
             blocking(move || set_state(&cache, &id, AreaState::Paused, None)).await?;
         }
-        self.tell_news();
+        self.notify_changes();
         self.area(id).await
     }
 
@@ -197,13 +197,13 @@ impl Maps {
     /// [`MapError::NoArea`], [`MapError::OfflineRefused`] when the source forbids it by now.
     pub async fn resume_area(&self, id: &str) -> Result<Area> {
         let (area, source, cache) = self.find(id).await?;
-        self.keeper(&area.source)?;
+        self.cached_source(&area.source)?;
         let is_whole = area.done == area.tiles;
         if is_whole && !matches!(area.state, AreaState::Running | AreaState::Done) {
             // It was paused while its last tiles came.
             let name = id.to_owned();
             blocking(move || set_state(&cache, &name, AreaState::Done, None)).await?;
-            self.tell_news();
+            self.notify_changes();
         } else if area.state != AreaState::Running && !is_whole {
             self.room()?;
             let (again, name) = (cache.clone(), id.to_owned());
@@ -216,7 +216,7 @@ impl Maps {
             .await?;
             source.try_again();
             self.run(&source, &cache, id);
-            self.tell_news();
+            self.notify_changes();
         }
         self.area(id).await
     }
@@ -240,7 +240,7 @@ impl Maps {
             cache.shrink()
         })
         .await?;
-        self.tell_news();
+        self.notify_changes();
         Ok(())
     }
 
@@ -265,7 +265,7 @@ impl Maps {
         match self.areas().await {
             Ok(areas) => {
                 for area in areas.into_iter().filter(|area| area.state == AreaState::Running) {
-                    if let Ok((source, cache)) = self.keeper(&area.source) {
+                    if let Ok((source, cache)) = self.cached_source(&area.source) {
                         self.run(&source, &cache, &area.id);
                     }
                 }
@@ -305,7 +305,7 @@ impl Maps {
             }
             drop(stops);
             maps.shared.areas.rates.lock().unwrap_or_else(PoisonError::into_inner).remove(&id);
-            maps.tell_news();
+            maps.notify_changes();
         });
     }
 
@@ -380,7 +380,7 @@ impl Maps {
             if !blocking(move || set_running(&noted, &name, AreaState::Running, detail.as_deref())).await? {
                 return Ok(());
             }
-            self.tell_news();
+            self.notify_changes();
             let tiles_s = (count > 0).then(|| count as f64 / began.elapsed().as_secs_f64().max(1e-3));
             self.shared
                 .areas
@@ -413,7 +413,7 @@ impl Maps {
             cache.read(|reader| reader.prepare_cached(sql)?.exists([&id]))
         })
         .await?;
-        self.tell_news();
+        self.notify_changes();
         Ok(goes_on)
     }
 

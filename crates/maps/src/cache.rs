@@ -97,8 +97,8 @@ const COUNT_ALL: &str = "
 
 /// A tile as it is kept.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Kept {
-    /// The picture; `None` when the service has none there.
+pub struct CachedTile {
+    /// The picture; `None` when the service has no tile there.
     pub data: Option<Bytes>,
     /// Of the service, to ask again with.
     pub etag: Option<String>,
@@ -112,8 +112,8 @@ pub struct Kept {
     pub expires_s: i64,
 }
 
-impl Kept {
-    /// A new picture, or the knowledge that there is none.
+impl CachedTile {
+    /// A new picture, or the fact that there is no tile.
     pub fn new(data: Option<Bytes>, now_s: i64, lifetime: Duration) -> Self {
         let hash = data.as_ref().map_or(0, |data| sniff::hash(data));
         let lifetime = i64::try_from(lifetime.as_secs()).unwrap_or(i64::MAX / 4).min(i64::MAX / 4);
@@ -249,7 +249,7 @@ impl Cache {
     ///
     /// # Errors
     /// [`MapError::Storage`].
-    pub fn get(&self, tile: TileId, now_s: i64) -> Result<Option<Kept>> {
+    pub fn get(&self, tile: TileId, now_s: i64) -> Result<Option<CachedTile>> {
         let found = self.read(|reader| {
             let mut query = reader.prepare_cached(
                 "SELECT data, etag, last_modified, hash, fetched_s, expires_s FROM images WHERE level=? AND col=? AND row=?",
@@ -257,7 +257,7 @@ impl Cache {
             query
                 .query_row(params![tile.level, tile.column, tile.row], |row| {
                     let data = row.get_ref(0)?.as_blob_or_null()?.map(Bytes::copy_from_slice);
-                    Ok(Kept {
+                    Ok(CachedTile {
                         data,
                         etag: row.get(1)?,
                         last_modified: row.get(2)?,
@@ -322,7 +322,7 @@ impl Cache {
     ///
     /// # Errors
     /// [`MapError::Storage`].
-    pub fn put(&self, tile: TileId, kept: &Kept) -> Result<()> {
+    pub fn put(&self, tile: TileId, kept: &CachedTile) -> Result<()> {
         {
             let writer = self.writer();
             put(&writer, tile, kept)?;
@@ -541,7 +541,7 @@ fn set_aside(path: &Path) -> Result<PathBuf> {
 }
 
 /// Writes a tile with a connection, in whose transaction it may be.
-pub(crate) fn put(connection: &Connection, tile: TileId, kept: &Kept) -> rusqlite::Result<()> {
+pub(crate) fn put(connection: &Connection, tile: TileId, kept: &CachedTile) -> rusqlite::Result<()> {
     connection
         .prepare_cached(
             "INSERT INTO images (level, col, row, etag, last_modified, hash, fetched_s, expires_s, used_s, data) \
@@ -573,8 +573,8 @@ mod tests {
         TileId { level: 10, column, row: 3 }
     }
 
-    fn kept(bytes: usize, now_s: i64) -> Kept {
-        Kept::new(Some(Bytes::from(vec![7; bytes])), now_s, Duration::from_secs(60))
+    fn kept(bytes: usize, now_s: i64) -> CachedTile {
+        CachedTile::new(Some(Bytes::from(vec![7; bytes])), now_s, Duration::from_secs(60))
     }
 
     #[test]
@@ -586,7 +586,7 @@ mod tests {
         let mut picture = kept(5, 100);
         (picture.etag, picture.last_modified) = (Some("\"e\"".into()), Some("date".into()));
         cache.put(tile(1), &picture).expect("kept");
-        cache.put(tile(2), &Kept::new(None, 100, Duration::from_secs(60))).expect("kept");
+        cache.put(tile(2), &CachedTile::new(None, 100, Duration::from_secs(60))).expect("kept");
         cache.set_note("grid", "g").expect("noted");
         drop(cache);
         let cache = Cache::open(&path, 1 << 30).expect("a cache");

@@ -23,14 +23,20 @@ pub(crate) trait Kind: Sync {
     /// Names of the settings that it takes in addition to those of all kinds, for forms.
     fn fields(&self) -> &'static [&'static str];
 
-    /// What its sources can be for; the first where nothing is said.
-    fn roles(&self) -> &'static [Role];
+    /// Roles that its sources can have; the first is the default.
+    fn roles(&self) -> &'static [Role] {
+        &[Role::Base, Role::Overlay, Role::Elevation]
+    }
 
-    /// Whether such a source is read from files of this machine.
-    fn is_file(&self, settings: &SourceSettings) -> bool;
+    /// Whether such a source is read from files of this machine: by default, whether it has a path.
+    fn is_file(&self, _: &SourceSettings) -> bool {
+        self.fields().contains(&"path")
+    }
 
-    /// Adds what is wrong with the fields of [`Self::fields`], each naming its field.
-    fn faults(&self, settings: &SourceSettings, faults: &mut Vec<String>);
+    /// Adds the faults of the fields of [`Self::fields`], each naming its field; by default those of the path.
+    fn faults(&self, settings: &SourceSettings, faults: &mut Vec<String>) {
+        check_path(settings, "", faults);
+    }
 
     /// Opens a source. Blocks.
     ///

@@ -104,7 +104,7 @@ pub(crate) fn describe(source: &Source) -> MapSource {
     let settings = &source.settings;
     let refusal = settings.offline_refusal();
     let about = source.live.about();
-    let way = settings.kind.way();
+    let driver = settings.kind.driver();
     let attribution = if settings.attribution.is_empty() {
         about.attribution.clone().into_iter().collect()
     } else {
@@ -124,15 +124,15 @@ pub(crate) fn describe(source: &Source) -> MapSource {
         max_zoom: settings.max_zoom.or(about.max_zoom),
         bounds: settings.bounds.or(about.bounds),
         attribution,
-        attribution_by_view: way.is_named_by_view() || settings.attribution_url.is_some(),
-        logo: way.logo().map(str::to_owned),
+        attribution_by_view: driver.is_named_by_view() || settings.attribution_url.is_some(),
+        logo: driver.logo().map(str::to_owned),
         grid: source.grid().map(|grid| (*grid).clone()),
         tiles_url: format!("/api/v1/tiles/{}/{{z}}/{{x}}/{{y}}?v={version}", settings.id),
         may_cache: settings.cache == Caching::Keep && !settings.is_file(),
         offline: Offline { allowed: refusal.is_none(), reason: refusal },
         needs_key: settings.needs_key(),
         has_key: settings.key().is_some(),
-        corners: way.fields().contains(&"corners").then(|| settings.corners.clone()),
+        corners: driver.fields().contains(&"corners").then(|| settings.corners.clone()),
         state: source.state(),
     }
 }

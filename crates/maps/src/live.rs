@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use bytes::Bytes;
 
-use crate::cache::Kept;
+use crate::cache::CachedTile;
 use crate::error::{MapError, Result};
 use crate::geo::Bounds;
 use crate::grid::{TileGrid, TileId};
@@ -116,13 +116,13 @@ pub(crate) trait Service: Send + Sync {
         About::default()
     }
 
-    /// Asks for what is to be known before the first tile, its grid, and notes it.
-    fn learn<'a>(&'a self, _asking: Asking<'a>) -> Pending<'a, ()> {
+    /// Loads what is needed before the first tile: its grid.
+    fn load_capabilities<'a>(&'a self, _asking: Asking<'a>) -> Pending<'a, ()> {
         Box::pin(async { Ok(()) })
     }
 
-    /// Asks for a tile. `kept` is what is kept of it; it may still be right.
-    fn tile<'a>(&'a self, asking: Asking<'a>, tile: TileId, kept: Option<&'a Kept>) -> Pending<'a, Reply>;
+    /// Requests a tile. `kept` is the cached one, which may still be valid.
+    fn tile<'a>(&'a self, asking: Asking<'a>, tile: TileId, kept: Option<&'a CachedTile>) -> Pending<'a, Reply>;
 
     /// Requests the attribution for a view; `None` where the service has none.
     fn named<'a>(&'a self, _asking: Asking<'a>, _view: &'a Bounds, _zoom: u8) -> Option<Pending<'a, Named>> {
@@ -132,9 +132,9 @@ pub(crate) trait Service: Send + Sync {
 
 /// A service's answer about a tile.
 pub(crate) enum Reply {
-    /// What is kept is still right.
-    Same(Kept, Freshness),
-    /// It has none there.
+    /// The cached tile is still valid.
+    Same(CachedTile, Freshness),
+    /// There is no tile.
     None,
     /// A picture; no data where nothing is to be drawn.
     New { data: Option<Bytes>, etag: Option<String>, last_modified: Option<String>, freshness: Freshness },
@@ -148,8 +148,8 @@ pub(crate) struct Asking<'a> {
     pub(crate) settings: &'a SourceSettings,
     pub(crate) fetcher: &'a Fetcher,
     pub(crate) clock: &'a (dyn Fn() -> i64 + Send + Sync),
-    /// Why it is not to be asked after all: it may have fallen silent while somebody waited for a turn.
-    pub(crate) rest: &'a (dyn Fn() -> Option<MapError> + Send + Sync),
+    /// Why the request is not to be made after all: the source may have failed while it waited for its turn.
+    pub(crate) refusal: &'a (dyn Fn() -> Option<MapError> + Send + Sync),
     /// Counts the bytes that came.
     pub(crate) bytes: &'a AtomicU64,
 }
@@ -167,7 +167,7 @@ impl Asking<'_> {
 
     /// Whether the request is still to be made.
     pub(crate) fn is_wanted(&self) -> Result<()> {
-        (self.rest)().map_or(Ok(()), Err)
+        (self.refusal)().map_or(Ok(()), Err)
     }
 
     /// A document of the service, such as its capabilities.
@@ -178,7 +178,7 @@ impl Asking<'_> {
     }
 
     /// Asks an address for a tile.
-    pub(crate) async fn picture(&self, url: &str, kept: Option<&Kept>) -> Result<(Request, Answer)> {
+    pub(crate) async fn picture(&self, url: &str, kept: Option<&CachedTile>) -> Result<(Request, Answer)> {
         let mut request = Request::new(self.settings, url, MAX_TILE)?;
         if let Some(kept) = kept.filter(|kept| kept.data.is_some()) {
             request.etag.clone_from(&kept.etag);
@@ -190,8 +190,8 @@ impl Asking<'_> {
         Ok((request, answer))
     }
 
-    /// What an answer says of a tile.
-    pub(crate) fn reply(&self, (request, answer): (Request, Answer), kept: Option<&Kept>) -> Result<Reply> {
+    /// Interprets an answer about a tile.
+    pub(crate) fn reply(&self, (request, answer): (Request, Answer), kept: Option<&CachedTile>) -> Result<Reply> {
         self.came(answer.body.len() as u64);
         let failed = |reason: String| MapError::Service {
             host: crate::net::shown(&request.url),
@@ -231,7 +231,7 @@ impl Asking<'_> {
     }
 
     /// Asks an address for a tile, and says what its answer says.
-    pub(crate) async fn tile(&self, url: &str, kept: Option<&Kept>) -> Result<Reply> {
+    pub(crate) async fn tile(&self, url: &str, kept: Option<&CachedTile>) -> Result<Reply> {
         let answered = self.picture(url, kept).await?;
         self.reply(answered, kept)
     }

@@ -91,7 +91,7 @@ pub(crate) fn lease(bytes: Option<u64>) -> Result<Lease, String> {
 type Key = (u64, u64, u64);
 
 #[derive(Default)]
-struct Kept {
+struct Inner {
     pieces: HashMap<Key, (u64, Arc<dyn Any + Send + Sync>, usize)>,
     /// By when they were used last.
     ages: BTreeMap<u64, Key>,
@@ -99,7 +99,7 @@ struct Kept {
     bytes: usize,
 }
 
-impl Kept {
+impl Inner {
     fn forget(&mut self, key: Key) {
         if let Some((used, _, bytes)) = self.pieces.remove(&key) {
             self.ages.remove(&used);
@@ -111,7 +111,7 @@ impl Kept {
 /// Recently used pieces of all owners.
 struct Shelf {
     most: usize,
-    kept: Mutex<Kept>,
+    kept: Mutex<Inner>,
 }
 
 impl Shelf {
@@ -119,7 +119,7 @@ impl Shelf {
         Self { most, kept: Mutex::default() }
     }
 
-    fn lock(&self) -> MutexGuard<'_, Kept> {
+    fn lock(&self) -> MutexGuard<'_, Inner> {
         self.kept.lock().unwrap_or_else(PoisonError::into_inner)
     }
 

@@ -216,7 +216,7 @@ impl Maps {
         self.shared.news.subscribe()
     }
 
-    pub(crate) fn tell_news(&self) {
+    pub(crate) fn notify_changes(&self) {
         self.shared.news.send_modify(|count| *count = count.wrapping_add(1));
     }
 
@@ -358,7 +358,7 @@ impl Maps {
             *state = State { sources: opened, file_error: None, stamp, cache_max_mb };
         }
         self.shared.heights.lock().unwrap_or_else(PoisonError::into_inner).clear();
-        self.tell_news();
+        self.notify_changes();
         Ok(())
     }
 
@@ -370,7 +370,7 @@ impl Maps {
     /// [`MapError::Storage`], [`MapError::Closed`].
     pub async fn list(&self, for_editor: bool) -> Result<MapSources> {
         self.refresh().await?;
-        self.learn();
+        self.load_capabilities();
         let sources = self.sources();
         let file_error = self.shared.state.read().unwrap_or_else(PoisonError::into_inner).file_error.clone();
         let file = if for_editor { self.shared.file.path().display().to_string() } else { String::new() };
@@ -405,8 +405,8 @@ impl Maps {
         })
     }
 
-    /// Asks services for what is needed of their capabilities, in the background.
-    fn learn(&self) {
+    /// Loads the capabilities of services where needed, in the background.
+    fn load_capabilities(&self) {
         for source in self.sources() {
             if matches!(source.live, Live::Service(_)) && source.grid().is_none() {
                 let maps = self.clone();
@@ -425,15 +425,15 @@ impl Maps {
             Live::Service(_) => {}
             Live::File(..) | Live::Heights(_) => return Err(source.unusable("it has no tiles")),
         }
-        // One asks, the others wait for what it learns.
-        let _learning = source.learning.lock().await;
+        // One loads it, the others wait.
+        let _loading = source.loading.lock().await;
         if let Some(grid) = source.grid() {
             return Ok(grid);
         }
-        if let Some(error) = source.rest(CAPABILITIES, self.now_s()) {
+        if let Some(error) = source.refusal(CAPABILITIES, self.now_s()) {
             return Err(error);
         }
-        let result = self.learn_grid(source).await;
+        let result = self.load_grid(source).await;
         let now_s = self.now_s();
         match result {
             Ok(()) => {
@@ -452,16 +452,16 @@ impl Maps {
         &'a self,
         source: &'a Source,
         clock: &'a (dyn Fn() -> i64 + Send + Sync),
-        rest: &'a (dyn Fn() -> Option<MapError> + Send + Sync),
+        refusal: &'a (dyn Fn() -> Option<MapError> + Send + Sync),
     ) -> Asking<'a> {
         let (settings, bytes) = (&source.settings, &source.counts.bytes);
-        Asking { settings, fetcher: &self.shared.fetcher, clock, rest, bytes }
+        Asking { settings, fetcher: &self.shared.fetcher, clock, refusal, bytes }
     }
 
     /// Asks a service for its grid.
-    async fn learn_grid(&self, source: &Source) -> Result<()> {
+    async fn load_grid(&self, source: &Source) -> Result<()> {
         let Live::Service(service) = &source.live else { return Ok(()) };
-        service.learn(self.asking(source, &|| self.now_s(), &|| None)).await
+        service.load_capabilities(self.asking(source, &|| self.now_s(), &|| None)).await
     }
 
     /// Capabilities of a service that need not be a source yet; only what is read from them is returned.
@@ -481,9 +481,9 @@ impl Maps {
         let mut settings = SourceSettings::new("new", "new", kind);
         (settings.url, settings.key) = (Some(url.to_owned()), key.map(str::to_owned));
         settings.local_network = local_network;
-        let Some(offer) = kind.way().offer() else {
+        let Some(offer) = kind.driver().offer() else {
             let tell: Vec<&str> =
-                SourceKind::ALL.iter().filter(|kind| kind.way().offer().is_some()).map(|kind| kind.name()).collect();
+                SourceKind::ALL.iter().filter(|kind| kind.driver().offer().is_some()).map(|kind| kind.name()).collect();
             return Err(MapError::Request(format!("kind: only {} have capabilities", tell.join(" and "))));
         };
         let request = Request::new(&settings, &(offer.url)(&settings.url_with_key())?, xml::MAX_BYTES)?;

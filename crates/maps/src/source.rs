@@ -152,8 +152,8 @@ pub(crate) fn count(counter: &AtomicU64, by: u64) {
     counter.fetch_add(by, Ordering::Relaxed);
 }
 
-/// A fetch under way; its end goes to all who wait for it.
-pub(crate) type Flight = Arc<watch::Sender<Option<Result<Tile>>>>;
+/// A fetch in flight; its result goes to all waiters.
+pub(crate) type InFlight = Arc<watch::Sender<Option<Result<Tile>>>>;
 
 /// One source in use.
 pub struct Source {
@@ -163,9 +163,9 @@ pub struct Source {
     pub(crate) cache: Option<Arc<Cache>>,
     pub(crate) shown: Shown,
     pub(crate) counts: Counts,
-    pub(crate) flights: Mutex<HashMap<TileId, Flight>>,
+    pub(crate) in_flight: Mutex<HashMap<TileId, InFlight>>,
     /// Held while its capabilities are read.
-    pub(crate) learning: tokio::sync::Mutex<()>,
+    pub(crate) loading: tokio::sync::Mutex<()>,
     health: Mutex<Health>,
     asides: Arc<Asides>,
     /// Whether it was set aside when it was to be opened.
@@ -205,7 +205,7 @@ impl Source {
             let _reading = asides.reading(&settings);
             let opening = Opening { settings: &settings, folder, cache: cache.as_ref(), asides: &asides };
             // One file's fault is not that of the others.
-            let ready = || settings.kind.way().open(&opening);
+            let ready = || settings.kind.driver().open(&opening);
             let ready = std::panic::catch_unwind(std::panic::AssertUnwindSafe(ready));
             ready.unwrap_or_else(|_| Err(FAILED_INSIDE.to_owned())).unwrap_or_else(Live::Unusable)
         };
@@ -215,8 +215,8 @@ impl Source {
             cache,
             shown: Shown::default(),
             counts: Counts::default(),
-            flights: Mutex::default(),
-            learning: tokio::sync::Mutex::default(),
+            in_flight: Mutex::default(),
+            loading: tokio::sync::Mutex::default(),
             health: Mutex::default(),
             asides,
             is_aside,
@@ -303,7 +303,7 @@ impl Source {
     }
 
     /// Why a tile is not asked for now, when it is not.
-    pub(crate) fn rest(&self, tile: TileId, now_s: i64) -> Option<MapError> {
+    pub(crate) fn refusal(&self, tile: TileId, now_s: i64) -> Option<MapError> {
         let health = self.health();
         if let Some(retry) = health.rest.left_s(now_s) {
             return health.last_error.clone().map(|error| match error {

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use tokio::sync::watch;
 
-use crate::cache::Kept;
+use crate::cache::CachedTile;
 use crate::error::{MapError, Result};
 use crate::grid::TileId;
 use crate::live::{Live, Reply, TileFile};
@@ -14,13 +14,13 @@ use crate::service::Maps;
 use crate::settings::{Caching, SourceSettings};
 use crate::shown::Found;
 use crate::sniff::{self, Picture};
-use crate::source::{Flight, Source, SourceState, count};
+use crate::source::{InFlight, Source, SourceState, count};
 use crate::task::blocking;
 use crate::tile::{Origin, Tile};
 
 /// Fetches of one source that wait or run at most.
-const MAX_FLIGHTS: usize = 512;
-/// How long a tile is new where its service says nothing.
+const MAX_IN_FLIGHT: usize = 512;
+/// Default lifetime of a tile.
 const USUAL_LIFETIME: Duration = Duration::from_secs(7 * 86_400);
 /// Lifetime of a missing tile.
 const NONE_LIFETIME: Duration = Duration::from_secs(86_400);
@@ -73,9 +73,9 @@ impl Maps {
         if source.settings.needs_key() && source.settings.key().is_none() {
             return Err(MapError::KeyMissing(source.settings.id.clone()));
         }
-        let result = match source.rest(tile, now_s) {
+        let result = match source.refusal(tile, now_s) {
             Some(error) => Err(error),
-            None => self.join_flight(source, tile, Want::Tile).await,
+            None => self.join_fetch(source, tile, Want::Tile).await,
         };
         match result {
             Err(error) if error != MapError::NoTile => {
@@ -124,8 +124,8 @@ impl Maps {
         }
     }
 
-    /// What is kept of a tile. A cache that cannot be read is told, and is as good as none.
-    async fn kept(&self, source: &Arc<Source>, tile: TileId, now_s: i64) -> Option<Kept> {
+    /// The cached tile. A cache read error is recorded and treated as a miss.
+    async fn kept(&self, source: &Arc<Source>, tile: TileId, now_s: i64) -> Option<CachedTile> {
         let cache = source.cache.clone().filter(|_| source.is_kept())?;
         match blocking(move || cache.get(tile, now_s)).await {
             Ok(kept) => kept,
@@ -136,36 +136,36 @@ impl Maps {
         }
     }
 
-    /// Waits for the fetch of a tile, which is begun when nobody else waits for it. It ends when nobody does any more.
-    async fn join_flight(&self, source: &Arc<Source>, tile: TileId, want: Want) -> Result<Tile> {
-        let mut landing = {
-            let mut flights = source.flights.lock().unwrap_or_else(PoisonError::into_inner);
-            match flights.get(&tile) {
-                Some(flight) => flight.subscribe(),
-                None if flights.len() >= MAX_FLIGHTS => return Err(MapError::Busy),
+    /// Joins the tile's fetch in flight, starting one if needed; it is cancelled when its last waiter goes.
+    async fn join_fetch(&self, source: &Arc<Source>, tile: TileId, want: Want) -> Result<Tile> {
+        let mut result = {
+            let mut in_flight = source.in_flight.lock().unwrap_or_else(PoisonError::into_inner);
+            match in_flight.get(&tile) {
+                Some(fetch) => fetch.subscribe(),
+                None if in_flight.len() >= MAX_IN_FLIGHT => return Err(MapError::Busy),
                 None => {
-                    let (flight, landing) = watch::channel(None);
-                    let flight = Arc::new(flight);
-                    flights.insert(tile, flight.clone());
-                    tokio::spawn(self.clone().fly(source.clone(), tile, want, flight));
-                    landing
+                    let (fetch, result) = watch::channel(None);
+                    let fetch = Arc::new(fetch);
+                    in_flight.insert(tile, fetch.clone());
+                    tokio::spawn(self.clone().run_fetch(source.clone(), tile, want, fetch));
+                    result
                 }
             }
         };
-        let result = landing.wait_for(Option::is_some).await.map_err(|_| MapError::Closed)?;
+        let result = result.wait_for(Option::is_some).await.map_err(|_| MapError::Closed)?;
         result.clone().unwrap_or(Err(MapError::Closed))
     }
 
-    async fn fly(self, source: Arc<Source>, tile: TileId, want: Want, flight: Flight) {
+    async fn run_fetch(self, source: Arc<Source>, tile: TileId, want: Want, fetch: InFlight) {
         let mut closing = self.shared.closing.subscribe();
-        // However it ends, who waits is told and the next one may begin.
-        let landing = Landing { source: source.clone(), tile, flight: flight.clone(), result: Err(MapError::Closed) };
+        // However it ends, its waiters are woken and the next fetch may start.
+        let end = FinishOnDrop { source: source.clone(), tile, fetch: fetch.clone(), result: Err(MapError::Closed) };
         let result = tokio::select! {
             result = self.fetch(&source, tile, want) => result,
-            () = abandoned(&source, tile, &flight) => return,
+            () = abandoned(&source, tile, &fetch) => return,
             _ = closing.wait_for(|closing| *closing) => Err(MapError::Closed),
         };
-        landing.with(result);
+        end.with(result);
     }
 
     /// Fetches a tile, and keeps it where it may be.
@@ -194,15 +194,15 @@ impl Maps {
         &self,
         source: &Arc<Source>,
         tile: TileId,
-        kept: Option<&Kept>,
+        kept: Option<&CachedTile>,
         retry_after: &mut Option<Duration>,
     ) -> Result<Tile> {
         let Live::Service(service) = &source.live else { return Err(source.unusable("it is no service")) };
         let settings = &source.settings;
         let clock = || self.now_s();
         // While it waited for its turn the service may have fallen silent.
-        let rest = || source.rest(tile, self.now_s());
-        let asking = self.asking(source, &clock, &rest);
+        let refusal = || source.refusal(tile, self.now_s());
+        let asking = self.asking(source, &clock, &refusal);
         match service.tile(asking, tile, kept).await? {
             Reply::Same(mut renewed, freshness) => {
                 let now_s = self.now_s();
@@ -214,7 +214,7 @@ impl Maps {
             Reply::None => self.none(source, tile, kept).await,
             Reply::New { data, etag, last_modified, freshness } => {
                 let now_s = self.now_s();
-                let mut new = Kept::new(data, now_s, lifetime(settings, &freshness));
+                let mut new = CachedTile::new(data, now_s, lifetime(settings, &freshness));
                 (new.etag, new.last_modified) = (etag, last_modified);
                 count(&source.counts.fetched, 1);
                 if may_keep(settings, &freshness) {
@@ -229,9 +229,9 @@ impl Maps {
         }
     }
 
-    /// The service says that it has no tile there. A picture that was seen before is not given up for that: services that are
-    /// being repaired say so as well; they are asked again after a while.
-    async fn none(&self, source: &Arc<Source>, tile: TileId, kept: Option<&Kept>) -> Result<Tile> {
+    /// The service says that it has no tile there. A picture that was seen before is not given up for that: services
+    /// that are being repaired say so as well; they are asked again after a while.
+    async fn none(&self, source: &Arc<Source>, tile: TileId, kept: Option<&CachedTile>) -> Result<Tile> {
         let now_s = self.now_s();
         if let Some(old) = kept.filter(|kept| kept.data.is_some() && source.settings.cache == Caching::Keep) {
             let mut old = old.clone();
@@ -240,12 +240,12 @@ impl Maps {
             count(&source.counts.stale, 1);
             return show(&old, Origin::Stale, now_s);
         }
-        self.keep(source, tile, Kept::new(None, now_s, NONE_LIFETIME)).await;
+        self.keep(source, tile, CachedTile::new(None, now_s, NONE_LIFETIME)).await;
         Err(MapError::NoTile)
     }
 
     /// Notes until when a kept tile is new.
-    async fn renew(&self, source: &Arc<Source>, tile: TileId, kept: &Kept) {
+    async fn renew(&self, source: &Arc<Source>, tile: TileId, kept: &CachedTile) {
         let Some(cache) = source.cache.clone().filter(|_| source.is_kept()) else { return };
         let (fetched_s, expires_s) = (kept.fetched_s, kept.expires_s);
         let noted = blocking(move || cache.renew(tile, fetched_s, expires_s)).await;
@@ -253,8 +253,8 @@ impl Maps {
         self.tell_storage(source, noted);
     }
 
-    /// Keeps what came, where it may be. A disk that takes no more is told; the tile is shown all the same.
-    async fn keep(&self, source: &Arc<Source>, tile: TileId, kept: Kept) {
+    /// Caches a fetched tile, where allowed. A write error is recorded; the tile is shown all the same.
+    async fn keep(&self, source: &Arc<Source>, tile: TileId, kept: CachedTile) {
         let Some(cache) = source.cache.clone().filter(|_| source.is_kept()) else { return };
         let by_headers = source.settings.cache == Caching::Headers;
         let maps = self.clone();
@@ -300,7 +300,7 @@ impl Maps {
             if let Some(tile) = grid.middle(level).filter(|_| !is_locked) {
                 let checked = match &source.live {
                     Live::File(..) => self.serve(&source, tile).await,
-                    _ => self.join_flight(&source, tile, Want::Answer).await,
+                    _ => self.join_fetch(&source, tile, Want::Answer).await,
                 };
                 // Tiles that failed meanwhile may be requested again too.
                 if checked.is_ok() {
@@ -318,8 +318,8 @@ impl Maps {
     pub async fn image(&self, id: &str) -> Result<Tile> {
         let source = self.source(id)?;
         let path = self.folder().join(source.settings.path.as_deref().unwrap_or_default());
-        let way = source.settings.kind.way();
-        let read = blocking(move || way.picture(&path).transpose().map_err(MapError::Storage)).await;
+        let driver = source.settings.kind.driver();
+        let read = blocking(move || driver.picture(&path).transpose().map_err(MapError::Storage)).await;
         let read = read.map_err(|error| source.unusable(error.to_string()))?;
         let data = bytes::Bytes::from(read.ok_or_else(|| source.unusable("it is no picture with corners"))?);
         let kind = Picture::of(&data).ok_or_else(|| source.unusable(format!("it is {}", sniff::describe(&data))))?;
@@ -328,28 +328,28 @@ impl Maps {
 }
 
 /// The end of a fetch, also of one whose task was torn off.
-struct Landing {
+struct FinishOnDrop {
     source: Arc<Source>,
     tile: TileId,
-    flight: Flight,
+    fetch: InFlight,
     result: Result<Tile>,
 }
 
-impl Landing {
+impl FinishOnDrop {
     fn with(mut self, result: Result<Tile>) {
         self.result = result;
     }
 }
 
-impl Drop for Landing {
+impl Drop for FinishOnDrop {
     fn drop(&mut self) {
-        let mut flights = self.source.flights.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut in_flight = self.source.in_flight.lock().unwrap_or_else(PoisonError::into_inner);
         // An abandoned one is off the list, and another may have begun in its place.
-        if flights.get(&self.tile).is_some_and(|flight| Arc::ptr_eq(flight, &self.flight)) {
-            flights.remove(&self.tile);
+        if in_flight.get(&self.tile).is_some_and(|fetch| Arc::ptr_eq(fetch, &self.fetch)) {
+            in_flight.remove(&self.tile);
         }
-        drop(flights);
-        self.flight.send_replace(Some(std::mem::replace(&mut self.result, Err(MapError::Closed))));
+        drop(in_flight);
+        self.fetch.send_replace(Some(std::mem::replace(&mut self.result, Err(MapError::Closed))));
     }
 }
 
@@ -362,14 +362,14 @@ enum Want {
     Answer,
 }
 
-/// Waits until nobody waits for a fetch any more, and takes it off the list.
-async fn abandoned(source: &Source, tile: TileId, flight: &Flight) {
+/// Waits until a fetch has no waiters, and removes it from the list.
+async fn abandoned(source: &Source, tile: TileId, fetch: &InFlight) {
     loop {
-        flight.closed().await;
-        let mut flights = source.flights.lock().unwrap_or_else(PoisonError::into_inner);
-        // Under the lock nobody can join; somebody may have before it.
-        if flight.receiver_count() == 0 {
-            flights.remove(&tile);
+        fetch.closed().await;
+        let mut in_flight = source.in_flight.lock().unwrap_or_else(PoisonError::into_inner);
+        // Under the lock nobody can join, but a waiter may have joined before it was taken.
+        if fetch.receiver_count() == 0 {
+            in_flight.remove(&tile);
             return;
         }
     }
@@ -411,7 +411,7 @@ fn shown_lately(source: &Source, id: TileId, now_s: i64) -> Option<Tile> {
     Some(tile)
 }
 
-fn show(kept: &Kept, origin: Origin, now_s: i64) -> Result<Tile> {
+fn show(kept: &CachedTile, origin: Origin, now_s: i64) -> Result<Tile> {
     let data = kept.data.clone().ok_or(MapError::NoTile)?;
     let picture = Picture::of(&data).ok_or(MapError::NoTile)?;
     let max_age_s = if origin == Origin::Stale { 0 } else { (kept.expires_s - now_s).clamp(0, BROWSER_S) };

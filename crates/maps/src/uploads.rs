@@ -96,9 +96,9 @@ impl Maps {
         let folder = self.folder().to_owned();
         blocking(move || {
             let kind = kind_of(&upload.name).ok_or_else(|| MapError::file(&*upload.name, "is of no known kind"))?;
-            let looked = kind.way().look(&upload.path);
+            let looked = kind.driver().look(&upload.path);
             let (kind, about) = looked.map_err(|reason| MapError::file(&*upload.name, reason))?;
-            let shelf = kind.way().shelf();
+            let shelf = kind.driver().shelf();
             let place = shelf.as_ref().map_or_else(|| "files".to_owned(), |shelf| format!("files/{}", shelf.folder));
             vencejo_store::make_folder(&folder.join(&place))?;
             let name = free_name(&folder.join(&place), &upload.name, shelf.is_some());
@@ -123,7 +123,7 @@ impl Maps {
                 if about.is_file() {
                     files.push((format!("files/{name}"), about.len(), kind_of(&name)));
                 } else if about.is_dir() {
-                    let as_kind = |kind: &SourceKind| Some((*kind, kind.way().folder_bytes(&entry.path())?));
+                    let as_kind = |kind: &SourceKind| Some((*kind, kind.driver().folder_bytes(&entry.path())?));
                     if let Some((kind, bytes)) = SourceKind::ALL.iter().find_map(as_kind) {
                         files.push((format!("files/{name}"), bytes, Some(kind)));
                     }
@@ -148,7 +148,7 @@ fn free_name(folder: &Path, name: &str, may_replace: bool) -> String {
 
 fn propose(name: &str, kind: SourceKind, path: String, about: About) -> SourceSettings {
     let stem = name.split('.').next().unwrap_or(name);
-    let (id, shown) = kind.way().shelf().map_or((stem, stem), |shelf| (shelf.folder, shelf.name));
+    let (id, shown) = kind.driver().shelf().map_or((stem, stem), |shelf| (shelf.folder, shelf.name));
     let id: String = id
         .to_lowercase()
         .chars()

@@ -12,10 +12,10 @@ use super::geotiff::file::GeoTiff;
 use crate::elevation;
 use crate::error::{MapError, Result};
 use crate::geo::Bounds;
-use crate::kind::{Kind, Opened, Opening, Shelf, check_path};
+use crate::kind::{Kind, Opened, Opening, Shelf};
 use crate::live::{About, Height, HeightFile, Live};
 use crate::memory::{Shelved, lease};
-use crate::settings::{Role, SourceKind, SourceSettings};
+use crate::settings::{Role, SourceKind};
 use crate::stamp::{REPLACED, Stamp};
 
 /// Files of a folder at most.
@@ -23,24 +23,16 @@ const MAX_FILES: usize = 20_000;
 /// Bytes of the largest SRTM tile: 3601 × 3601 heights of two bytes.
 const MAX_HGT: u64 = 3601 * 3601 * 2;
 
-/// How sources of the kind are read.
-pub(crate) struct Way;
+/// How sources of this kind are opened and read.
+pub(crate) struct Driver;
 
-impl Kind for Way {
+impl Kind for Driver {
     fn fields(&self) -> &'static [&'static str] {
         &["path", "datum", "below_sea_level"]
     }
 
     fn roles(&self) -> &'static [Role] {
         &[Role::Elevation]
-    }
-
-    fn is_file(&self, _: &SourceSettings) -> bool {
-        true
-    }
-
-    fn faults(&self, settings: &SourceSettings, faults: &mut Vec<String>) {
-        check_path(settings, "", faults);
     }
 
     fn open(&self, opening: &Opening<'_>) -> Opened {

@@ -15,10 +15,10 @@ use crate::crs::Crs;
 use crate::error::{MapError, Result};
 use crate::geo::Bounds;
 use crate::grid::{TileGrid, TileId};
-use crate::kind::{Kind, Opened, Opening, check_path};
+use crate::kind::{Kind, Opened, Opening};
 use crate::live::{About, TileFile};
 use crate::memory::lease;
-use crate::settings::{MAX_ZOOM, Role, SourceSettings};
+use crate::settings::MAX_ZOOM;
 
 /// Bytes of a tile at most.
 const MAX_TILE: u64 = 16 * 1024 * 1024;
@@ -27,24 +27,12 @@ const MAX_ENTRIES: usize = 1_000_000;
 /// Ends of the names of tiles, the likeliest first.
 const ENDS: [&str; 4] = ["png", "jpg", "jpeg", "webp"];
 
-/// How sources of the kind are read.
-pub(crate) struct Way;
+/// How sources of this kind are opened and read.
+pub(crate) struct Driver;
 
-impl Kind for Way {
+impl Kind for Driver {
     fn fields(&self) -> &'static [&'static str] {
         &["path", "tms", "tile_px", "encoding", "below_sea_level"]
-    }
-
-    fn roles(&self) -> &'static [Role] {
-        &[Role::Base, Role::Overlay, Role::Elevation]
-    }
-
-    fn is_file(&self, _: &SourceSettings) -> bool {
-        true
-    }
-
-    fn faults(&self, settings: &SourceSettings, faults: &mut Vec<String>) {
-        check_path(settings, "", faults);
     }
 
     fn open(&self, opening: &Opening<'_>) -> Opened {
@@ -290,7 +278,9 @@ mod tests {
         assert_eq!(tms.tile(at(4, 7, 10)).expect("read").as_deref(), Some(&*png(2)));
         assert!(near(tms.about().bounds.expect("known").north_deg, -40.98));
         fs::remove_file(folder.path().join("3/7/2.png")).expect("removed");
-        assert!(Way.folder_bytes(folder.path()).is_some() && Way.folder_bytes(&folder.path().join("4")).is_none());
+        assert!(
+            Driver.folder_bytes(folder.path()).is_some() && Driver.folder_bytes(&folder.path().join("4")).is_none()
+        );
     }
 
     #[test]

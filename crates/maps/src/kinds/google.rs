@@ -7,7 +7,7 @@ use serde::Deserialize;
 use tokio::sync::Mutex;
 
 use crate::address::escape;
-use crate::cache::Kept;
+use crate::cache::CachedTile;
 use crate::crs::Crs;
 use crate::error::{MapError, Result};
 use crate::geo::Bounds;
@@ -25,20 +25,16 @@ const MAX_JSON: usize = 256 * 1024;
 /// Time before its end at which a session is renewed.
 const MARGIN_S: i64 = 3600;
 
-/// How sources of the kind are read.
-pub(crate) struct Way;
+/// How sources of this kind are opened and read.
+pub(crate) struct Driver;
 
-impl Kind for Way {
+impl Kind for Driver {
     fn fields(&self) -> &'static [&'static str] {
         &["key", "map_type", "language", "region"]
     }
 
     fn roles(&self) -> &'static [Role] {
         &[Role::Base, Role::Overlay]
-    }
-
-    fn is_file(&self, _: &SourceSettings) -> bool {
-        false
     }
 
     fn faults(&self, settings: &SourceSettings, faults: &mut Vec<String>) {
@@ -174,7 +170,7 @@ impl Service for Sessions {
         Some(self.grid.clone())
     }
 
-    fn tile<'a>(&'a self, asking: Asking<'a>, tile: TileId, kept: Option<&'a Kept>) -> Pending<'a, Reply> {
+    fn tile<'a>(&'a self, asking: Asking<'a>, tile: TileId, kept: Option<&'a CachedTile>) -> Pending<'a, Reply> {
         Box::pin(async move {
             let url = self.url(asking.fetcher, asking.settings, tile, asking.now_s()).await?;
             let mut answered = asking.picture(&url, kept).await?;

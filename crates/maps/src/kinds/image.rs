@@ -23,20 +23,16 @@ pub const MAX_PX: u64 = 40_000_000;
 const MAX_BYTES: u64 = 64 * 1024 * 1024;
 const TILE_PX: u32 = 256;
 
-/// How sources of the kind are read.
-pub(crate) struct Way;
+/// How sources of this kind are opened and read.
+pub(crate) struct Driver;
 
-impl Kind for Way {
+impl Kind for Driver {
     fn fields(&self) -> &'static [&'static str] {
         &["path", "corners"]
     }
 
     fn roles(&self) -> &'static [Role] {
         &[Role::Base, Role::Overlay]
-    }
-
-    fn is_file(&self, _: &SourceSettings) -> bool {
-        true
     }
 
     fn faults(&self, settings: &SourceSettings, faults: &mut Vec<String>) {

@@ -14,10 +14,10 @@ use crate::crs::Crs;
 use crate::error::{MapError, Result};
 use crate::geo::Bounds;
 use crate::grid::{TileGrid, TileId};
-use crate::kind::{Kind, Opened, Opening, check_path};
+use crate::kind::{Kind, Opened, Opening};
 use crate::live::{About, TileFile};
 use crate::memory::{Deadline, lease};
-use crate::settings::{Attribution, Role, SourceKind, SourceSettings};
+use crate::settings::{Attribution, SourceKind};
 use crate::sniff::{self, Picture};
 
 /// Connections that wait for the next reader.
@@ -29,24 +29,12 @@ const PATIENCE: Duration = Duration::from_secs(3);
 /// Bytes that one question may take: a value, its copy, and SQLite's own pages.
 pub(crate) const MEMORY: u64 = 3 * MAX_TILE as u64;
 
-/// How sources of the kind are read.
-pub(crate) struct Way;
+/// How sources of this kind are opened and read.
+pub(crate) struct Driver;
 
-impl Kind for Way {
+impl Kind for Driver {
     fn fields(&self) -> &'static [&'static str] {
         &["path", "tile_px", "encoding", "below_sea_level"]
-    }
-
-    fn roles(&self) -> &'static [Role] {
-        &[Role::Base, Role::Overlay, Role::Elevation]
-    }
-
-    fn is_file(&self, _: &SourceSettings) -> bool {
-        true
-    }
-
-    fn faults(&self, settings: &SourceSettings, faults: &mut Vec<String>) {
-        check_path(settings, "", faults);
     }
 
     fn open(&self, opening: &Opening<'_>) -> Opened {

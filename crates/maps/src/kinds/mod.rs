@@ -21,10 +21,10 @@ use crate::settings::{Caching, Role, SourceKind, SourceSettings};
 macro_rules! ways {
     ($($(#[doc = $doc:literal])+ $kind:ident => $module:ident,)+) => {
         impl SourceKind {
-            /// What the kind says of itself.
-            pub(crate) fn way(self) -> &'static dyn Kind {
+            /// The driver of the kind.
+            pub(crate) fn driver(self) -> &'static dyn Kind {
                 match self {
-                    $(Self::$kind => &$module::Way,)+
+                    $(Self::$kind => &$module::Driver,)+
                 }
             }
         }
@@ -36,15 +36,15 @@ every_kind!(ways);
 /// All kinds, as forms and programs need to know them.
 pub fn infos() -> Vec<KindInfo> {
     let info = |kind: &SourceKind| {
-        let way = kind.way();
+        let driver = kind.driver();
         KindInfo {
             kind: *kind,
-            fields: way.fields().to_vec(),
-            roles: way.roles().to_vec(),
-            file_ends: way.file_ends().to_vec(),
-            address_signs: way.address_signs().to_vec(),
-            has_capabilities: way.offer().is_some(),
-            needs_key: way.needs_key(),
+            fields: driver.fields().to_vec(),
+            roles: driver.roles().to_vec(),
+            file_ends: driver.file_ends().to_vec(),
+            address_signs: driver.address_signs().to_vec(),
+            has_capabilities: driver.offer().is_some(),
+            needs_key: driver.needs_key(),
         }
     };
     SourceKind::ALL.iter().map(info).collect()
@@ -53,40 +53,40 @@ pub fn infos() -> Vec<KindInfo> {
 /// Kinds that a file can be by its name.
 pub fn kind_of(name: &str) -> Option<SourceKind> {
     let lower = name.to_ascii_lowercase();
-    let is_its = |kind: &&SourceKind| kind.way().file_ends().iter().any(|end| lower.ends_with(end));
+    let is_its = |kind: &&SourceKind| kind.driver().file_ends().iter().any(|end| lower.ends_with(end));
     SourceKind::ALL.iter().find(is_its).copied()
 }
 
 /// Ends of the names of files that can be handed in.
 pub fn file_ends() -> Vec<&'static str> {
-    SourceKind::ALL.iter().flat_map(|kind| kind.way().file_ends()).copied().collect()
+    SourceKind::ALL.iter().flat_map(|kind| kind.driver().file_ends()).copied().collect()
 }
 
 /// Settings that depend on the kind.
 impl SourceSettings {
     /// Settings with defaults for everything else.
     pub fn new(id: impl Into<String>, name: impl Into<String>, kind: SourceKind) -> Self {
-        let role = kind.way().roles().first().copied().unwrap_or_default();
+        let role = kind.driver().roles().first().copied().unwrap_or_default();
         Self { role, ..Self::unsaid(id, name, kind) }
     }
 
     /// Whether the service demands a key of the user's.
     pub fn needs_key(&self) -> bool {
-        self.kind.way().needs_key()
+        self.kind.driver().needs_key()
             || [&self.url, &self.attribution_url].into_iter().flatten().any(|url| url.contains("{key}"))
             || self.parameters.values().any(|value| value.contains("{key}"))
     }
 
     /// The hosts that its key is for: those of the addresses that the user gave.
     pub fn key_hosts(&self) -> BTreeSet<String> {
-        let url = self.url.as_deref().or(self.kind.way().own_url());
+        let url = self.url.as_deref().or(self.kind.driver().own_url());
         let given = [url, self.attribution_url.as_deref()];
         given.into_iter().flatten().flat_map(|url| crate::address::hosts(url, &self.subdomains)).collect()
     }
 
     /// Whether it is read from files of this machine.
     pub fn is_file(&self) -> bool {
-        self.kind.way().is_file(self)
+        self.kind.driver().is_file(self)
     }
 
     /// Why offline areas of it are forbidden.
@@ -94,7 +94,7 @@ impl SourceSettings {
         if self.is_file() {
             return Some("its tiles are in a file of this machine already".to_owned());
         }
-        let refused = self.kind.way().no_offline();
+        let refused = self.kind.driver().no_offline();
         if self.offline && self.cache == Caching::Keep && refused.is_none() {
             return None;
         }
@@ -109,15 +109,15 @@ impl SourceSettings {
     /// All that is wrong, each naming its field.
     pub fn faults(&self) -> Vec<String> {
         let mut faults = self.general_faults();
-        let way = self.kind.way();
-        let is_heights = way.roles() == [Role::Elevation];
+        let driver = self.kind.driver();
+        let is_heights = driver.roles() == [Role::Elevation];
         if is_heights && self.role != Role::Elevation {
             faults.push(format!("role: kind {} is for role elevation", self.kind.name()));
         }
         if !is_heights && self.role == Role::Elevation && self.encoding.is_none() {
             faults.push("encoding: heights from tiles are written as terrarium or terrain-rgb".to_owned());
         }
-        way.faults(self, &mut faults);
+        driver.faults(self, &mut faults);
         faults
     }
 }

@@ -15,10 +15,10 @@ use crate::crs::Crs;
 use crate::error::{MapError, Result};
 use crate::geo::Bounds;
 use crate::grid::{TileGrid, TileId};
-use crate::kind::{Kind, Opened, Opening, check_path};
+use crate::kind::{Kind, Opened, Opening};
 use crate::live::{About, TileFile};
 use crate::memory::{Shelved, lease};
-use crate::settings::{Attribution, Role, SourceKind, SourceSettings};
+use crate::settings::{Attribution, SourceKind};
 use crate::sniff;
 
 const HEADER_BYTES: usize = 127;
@@ -53,24 +53,12 @@ struct Entry {
     run: u32,
 }
 
-/// How sources of the kind are read.
-pub(crate) struct Way;
+/// How sources of this kind are opened and read.
+pub(crate) struct Driver;
 
-impl Kind for Way {
+impl Kind for Driver {
     fn fields(&self) -> &'static [&'static str] {
         &["path", "tile_px", "encoding", "below_sea_level"]
-    }
-
-    fn roles(&self) -> &'static [Role] {
-        &[Role::Base, Role::Overlay, Role::Elevation]
-    }
-
-    fn is_file(&self, _: &SourceSettings) -> bool {
-        true
-    }
-
-    fn faults(&self, settings: &SourceSettings, faults: &mut Vec<String>) {
-        check_path(settings, "", faults);
     }
 
     fn open(&self, opening: &Opening<'_>) -> Opened {

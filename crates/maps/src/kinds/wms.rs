@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use url::Url;
 
-use crate::cache::Kept;
+use crate::cache::CachedTile;
 use crate::capabilities::{CapLayer, CapStyle, Capabilities};
 use crate::crs::Crs;
 use crate::error::{MapError, Result};
@@ -21,10 +21,10 @@ const ZOOM_0_SCALE: f64 = 559_082_264.028_717_8;
 /// Most layers listed.
 const MAX_LAYERS: usize = 5000;
 
-/// How sources of the kind are read.
-pub(crate) struct Way;
+/// How sources of this kind are opened and read.
+pub(crate) struct Driver;
 
-impl Kind for Way {
+impl Kind for Driver {
     fn fields(&self) -> &'static [&'static str] {
         &[
             "url",
@@ -48,10 +48,6 @@ impl Kind for Way {
 
     fn address_signs(&self) -> &'static [&'static str] {
         &["service=wms", "wms", "mapserv", "/ows"]
-    }
-
-    fn is_file(&self, _: &SourceSettings) -> bool {
-        false
     }
 
     fn faults(&self, settings: &SourceSettings, faults: &mut Vec<String>) {
@@ -96,7 +92,7 @@ impl Service for Pictures {
         Some(self.grid.clone())
     }
 
-    fn tile<'a>(&'a self, asking: Asking<'a>, tile: TileId, kept: Option<&'a Kept>) -> Pending<'a, Reply> {
+    fn tile<'a>(&'a self, asking: Asking<'a>, tile: TileId, kept: Option<&'a CachedTile>) -> Pending<'a, Reply> {
         Box::pin(async move {
             let extent = self.grid.tile_extent(tile).ok_or(MapError::NoTile)?;
             let tile_px = self.grid.levels[usize::from(tile.level)].tile_px;

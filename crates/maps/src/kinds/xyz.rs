@@ -3,31 +3,23 @@
 use std::sync::Arc;
 
 use crate::address::escape;
-use crate::cache::Kept;
+use crate::cache::CachedTile;
 use crate::crs::Crs;
 use crate::grid::{TileGrid, TileId};
 use crate::kind::{Kind, Opened, Opening};
 use crate::live::{Asking, Live, Pending, Reply, Service};
-use crate::settings::{Role, SourceSettings};
+use crate::settings::SourceSettings;
 
-/// How sources of the kind are read.
-pub(crate) struct Way;
+/// How sources of this kind are opened and read.
+pub(crate) struct Driver;
 
-impl Kind for Way {
+impl Kind for Driver {
     fn fields(&self) -> &'static [&'static str] {
         &["url", "subdomains", "key", "local_network", "tms", "tile_px", "encoding", "below_sea_level", "cache"]
     }
 
-    fn roles(&self) -> &'static [Role] {
-        &[Role::Base, Role::Overlay, Role::Elevation]
-    }
-
     fn address_signs(&self) -> &'static [&'static str] {
         &["{x}", "{q}", "{quadkey}"]
-    }
-
-    fn is_file(&self, _: &SourceSettings) -> bool {
-        false
     }
 
     fn faults(&self, settings: &SourceSettings, faults: &mut Vec<String>) {
@@ -61,7 +53,7 @@ impl Service for Addressed {
         Some(self.grid.clone())
     }
 
-    fn tile<'a>(&'a self, asking: Asking<'a>, tile: TileId, kept: Option<&'a Kept>) -> Pending<'a, Reply> {
+    fn tile<'a>(&'a self, asking: Asking<'a>, tile: TileId, kept: Option<&'a CachedTile>) -> Pending<'a, Reply> {
         let settings = asking.settings;
         let url = self.template.fill(tile, &settings.subdomains, settings.tms, settings.key());
         Box::pin(async move { asking.tile(&url, kept).await })

@@ -64,7 +64,7 @@ impl Version {
 }
 
 #[derive(Debug, Default)]
-struct Kept {
+struct Inner {
     /// By number, with when it was used last.
     blocks: BTreeMap<u64, (u64, Bytes)>,
     uses: u64,
@@ -76,7 +76,7 @@ struct Kept {
 #[derive(Debug)]
 struct Blocks {
     bytes: u64,
-    kept: Mutex<Kept>,
+    kept: Mutex<Inner>,
 }
 
 impl Blocks {
@@ -84,7 +84,7 @@ impl Blocks {
         Self { bytes, kept: Mutex::default() }
     }
 
-    fn lock(&self) -> MutexGuard<'_, Kept> {
+    fn lock(&self) -> MutexGuard<'_, Inner> {
         self.kept.lock().unwrap_or_else(PoisonError::into_inner)
     }
 

@@ -491,5 +491,5 @@ impl TileFile for GeoTiff {
 }
 
 #[cfg(test)]
-#[path = "file_tests.rs"]
+#[path = "tests.rs"]
 mod tests;

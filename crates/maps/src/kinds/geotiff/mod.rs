@@ -12,7 +12,7 @@ mod tags;
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use crate::cache::{Cache, Kept};
+use crate::cache::{Cache, CachedTile};
 use crate::error::Result;
 use crate::grid::{TileGrid, TileId};
 use crate::kind::{Kind, Opened, Opening, bounded, check_path};
@@ -25,10 +25,10 @@ use file::GeoTiff;
 /// Note of the cache that holds where the tiles are.
 const NOTE: &str = "geotiff";
 
-/// How sources of the kind are read.
-pub(crate) struct Way;
+/// How sources of this kind are opened and read.
+pub(crate) struct Driver;
 
-impl Kind for Way {
+impl Kind for Driver {
     fn fields(&self) -> &'static [&'static str] {
         &["path", "url", "key", "local_network", "cache"]
     }
@@ -109,7 +109,7 @@ impl Remote {
         Ok(())
     }
 
-    async fn make(&self, asking: Asking<'_>, tile: TileId, kept: Option<&Kept>) -> Result<Reply> {
+    async fn make(&self, asking: Asking<'_>, tile: TileId, kept: Option<&CachedTile>) -> Result<Reply> {
         let (settings, fetcher, url) = (asking.settings, asking.fetcher, asking.settings.url_with_key());
         let _turn = self.remote.turn().await?;
         asking.is_wanted()?;
@@ -139,11 +139,11 @@ impl Service for Remote {
         self.known().map(|(known, _)| known.about()).unwrap_or_default()
     }
 
-    fn learn<'a>(&'a self, asking: Asking<'a>) -> Pending<'a, ()> {
+    fn load_capabilities<'a>(&'a self, asking: Asking<'a>) -> Pending<'a, ()> {
         Box::pin(self.ask(asking))
     }
 
-    fn tile<'a>(&'a self, asking: Asking<'a>, tile: TileId, kept: Option<&'a Kept>) -> Pending<'a, Reply> {
+    fn tile<'a>(&'a self, asking: Asking<'a>, tile: TileId, kept: Option<&'a CachedTile>) -> Pending<'a, Reply> {
         Box::pin(self.make(asking, tile, kept))
     }
 }

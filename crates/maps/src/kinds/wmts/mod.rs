@@ -5,22 +5,22 @@ pub mod service;
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use crate::cache::{Cache, Kept};
+use crate::cache::{Cache, CachedTile};
 use crate::error::{MapError, Result};
 use crate::grid::{TileGrid, TileId};
 use crate::kind::{Kind, Offer, Opened, Opening, bounded};
 use crate::live::{Asking, Live, Pending, Reply, Service};
-use crate::settings::{Role, SourceSettings};
+use crate::settings::SourceSettings;
 use crate::task::blocking;
 use service::{Layer, capabilities_url, read_capabilities, read_layer};
 
 /// Note of the cache that holds the layer.
 const NOTE: &str = "wmts_layer";
 
-/// How sources of the kind are read.
-pub(crate) struct Way;
+/// How sources of this kind are opened and read.
+pub(crate) struct Driver;
 
-impl Kind for Way {
+impl Kind for Driver {
     fn fields(&self) -> &'static [&'static str] {
         &[
             "url",
@@ -37,16 +37,8 @@ impl Kind for Way {
         ]
     }
 
-    fn roles(&self) -> &'static [Role] {
-        &[Role::Base, Role::Overlay, Role::Elevation]
-    }
-
     fn address_signs(&self) -> &'static [&'static str] {
         &["service=wmts", "wmts"]
-    }
-
-    fn is_file(&self, _: &SourceSettings) -> bool {
-        false
     }
 
     fn faults(&self, settings: &SourceSettings, faults: &mut Vec<String>) {
@@ -114,11 +106,11 @@ impl Service for Tiles {
         self.known().map(|known| known.grid)
     }
 
-    fn learn<'a>(&'a self, asking: Asking<'a>) -> Pending<'a, ()> {
+    fn load_capabilities<'a>(&'a self, asking: Asking<'a>) -> Pending<'a, ()> {
         Box::pin(self.ask(asking))
     }
 
-    fn tile<'a>(&'a self, asking: Asking<'a>, tile: TileId, kept: Option<&'a Kept>) -> Pending<'a, Reply> {
+    fn tile<'a>(&'a self, asking: Asking<'a>, tile: TileId, kept: Option<&'a CachedTile>) -> Pending<'a, Reply> {
         Box::pin(async move {
             let settings = asking.settings;
             let known = self.known().ok_or_else(|| settings.unusable("its capabilities have not been read"))?;

@@ -108,7 +108,7 @@ fn heights_lie_between_the_middles_of_pixels() {
     let file = GeoTiff::open(&path).expect("a file");
     assert_eq!(file.height_m(41.0, -4.0, false).expect("read"), Some(100.0), "pixels are points");
     assert!(file.tile(TileId { level: 0, column: 0, row: 0 }).is_err(), "heights are not drawn");
-    // One of another layout in its place is not read at the old places, which says nothing of where neither of them is.
+    // A file of another layout in its place is not read at the old offsets; places outside of it are not affected.
     std::fs::write(&path, [std::fs::read(&path).expect("read"), vec![0]].concat()).expect("written");
     assert!(file.height_m(41.0, -4.0, false).expect_err("another").to_string().contains("replaced"));
     assert_eq!(file.height_m(10.0, 10.0, false).expect("not looked at"), None);
