@@ -1,4 +1,5 @@
-//! A rehearsed flight over the height profile of its plan: where each moment of it stands there, and where it is nearest to the ground.
+//! A rehearsed flight over the height profile of its plan: where each moment of it stands there, and where it is
+//! nearest to the ground.
 
 use std::collections::HashMap;
 
@@ -19,8 +20,8 @@ struct Stretch {
     scale: f64,
 }
 
-/// Where each moment of a track stands in the profile of its plan, metres: by distance flown, with each item where the profile has it, so that
-/// planned and flown heights of one place stand over each other. After a jump it goes back.
+/// Where each moment of a track stands in the profile of its plan, metres: by distance flown, with each item where the
+/// profile has it, so that planned and flown heights of one place stand over each other. After a jump it goes back.
 pub fn along(track: &[&Sample], passages: &[Passage], profile: &Profile) -> Vec<f64> {
     let flown_m = flown_m(track);
     let stretches = stretches(track, &flown_m, passages, profile);
@@ -83,8 +84,9 @@ fn value_at(track: &[&Sample], values: &[f64], time_s: f64) -> f64 {
     values[after - 1] + (values[after] - values[after - 1]) * part
 }
 
-/// Where a flight is nearest to the ground: the climb to `enough_m` above it, or to the third item flown to, and the ways to take-offs and landings
-/// apart. `along_m` has where each moment of the track stands in the profile. `None` where the ground is nowhere known.
+/// Where a flight is nearest to the ground: the climb to `enough_m` above it, or to the third item flown to, and the
+/// ways to take-offs and landings apart. `along_m` has where each moment of the track stands in the profile. `None`
+/// where the ground is nowhere known.
 pub fn lowest(mission: &Mission, track: &[&Sample], along_m: &[f64], enough_m: f64) -> Option<Clearance> {
     let is_low = |index: usize| {
         mission.items.get(index).is_some_and(|item| item.command.is_takeoff() || item.command.is_landing())

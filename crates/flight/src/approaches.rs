@@ -1,7 +1,8 @@
-//! Ways in to a place: the landings of a runway or a point, ranked for a wind, and a landing of which one part is moved.
+//! Ways in to a place: the landings of a runway or a point, ranked for a wind, and a landing of which one part is
+//! moved.
 //!
-//! The landing itself is [`design_landing`]'s. Here stands which ones there are to choose from, how each of them would be flown by this
-//! plane ([`rehearse`]), and why one is better than another.
+//! The landing itself is [`design_landing`]'s. Here stands which ones there are to choose from, how each of them would
+//! be flown by this plane ([`rehearse`]), and why one is better than another.
 
 mod moved;
 mod reason;
@@ -21,15 +22,15 @@ use crate::rehearsal::{Aircraft, Autoland, Conditions, Doing, Ending, Origin, St
 
 /// Shortest and longest runway, m: less is the error of two positions, and more is a mistake.
 const RUNWAY_M: (f64, f64) = (20.0, 10_000.0);
-/// How far beyond the threshold the landing point lies at most, m: the aiming point of runways shorter than 800 m (ICAO Annex 14,
-/// volume I, table 5-1).
+/// How far beyond the threshold the landing point lies at most, m: the aiming point of runways shorter than 800 m (ICAO
+/// Annex 14, volume I, table 5-1).
 const AIM_M: f64 = 150.0;
 /// Angle between two courses to choose from where no runway gives one, degrees.
 const FAN_DEG: f64 = 30.0;
 /// How far above the beginning of the final leg a rehearsed approach begins, m.
 const ABOVE_FINAL_M: f64 = 30.0;
-/// How far outside its circle a rehearsed approach begins at most, m: enough to join the circle from that side. The way there belongs to
-/// the plan, not to the landing, and is flown at heights that the landing does not know.
+/// How far outside its circle a rehearsed approach begins at most, m: enough to join the circle from that side. The way
+/// there belongs to the plan, not to the landing, and is flown at heights that the landing does not know.
 const FLOWN_FROM_M: f64 = 1_000.0;
 /// Places at which the ground is looked up on the way to the circle.
 const GROUND_PLACES: u32 = 20;
@@ -37,7 +38,8 @@ const GROUND_PLACES: u32 = 20;
 const LONGEST_S: f64 = 3_600.0;
 /// Crosswind that is worth a word, m/s.
 const CROSSWIND_M_S: f64 = 2.0;
-/// How far `NAV_LAND` is moved at most so that the plane rests on the point, m: more is another mistake than a flare's.
+/// How far `NAV_LAND` is moved at most so that the plane rests on the point, m: a larger error does not come from the
+/// flare.
 const FARTHEST_MOVED_M: f64 = 60.0;
 /// Winds and distances that differ by less do not make one landing better than another, m/s and m.
 const SAME_WIND_M_S: f64 = 0.5;
@@ -123,8 +125,8 @@ impl Site {
         Plan::from_mission(Mission { items, ..Mission::default() })
     }
 
-    /// The courses to land on: a runway's or the one asked for and its opposite, else a fan that begins into the wind, or where the plane
-    /// comes from, or at north. With the point and how much of a runway lies before and behind it.
+    /// The courses to land on: a runway's or the one asked for and its opposite, else a fan that begins into the wind,
+    /// or where the plane comes from, or at north. With the point and how much of a runway lies before and behind it.
     fn ways(&self, options: &LandingOptions) -> Vec<Way> {
         match self {
             Self::Runway(runway) => [*runway, runway.reversed()].map(|runway| Way::on(&runway)).to_vec(),
@@ -200,19 +202,19 @@ pub struct Alternative {
     pub is_clockwise: bool,
     /// The wind across the final leg, m/s, positive from the right; `None`: no wind is known.
     pub crosswind_m_s: Option<f64>,
-    /// How the plane would fly it.
+    /// The rehearsed approach.
     pub flown: Flown,
-    /// What speaks for and against it.
+    /// Reasons for and against it.
     pub reasons: Vec<LandingReason>,
     /// What follows from that.
     pub verdict: Verdict,
 }
 
-/// What a landing of this plane is laid out with, in a wind.
+/// Options for a landing of this plane in a wind.
 ///
 /// - The airspeed is that of its approach (`TECS_LAND_ARSPD`, else between cruise and slowest).
-/// - The circle is its own (`WP_LOITER_RAD` with its direction), or as wide as cruise with the wind behind needs at 10° less than its bank
-///   limit, 35° at most.
+/// - The circle is its own (`WP_LOITER_RAD` with its direction), or as wide as cruise with the wind behind needs at 10°
+///   less than its bank limit, 35° at most.
 /// - The slope is gentle enough for the plane to need power on it: it sinks no faster than at idle (`TECS_SINK_MIN`).
 /// - `DO_LAND_START` goes before it where a return looks for it (`RTL_AUTOLAND`).
 pub fn options_of(plane: &Aircraft, wind: Option<Wind>) -> LandingOptions {
@@ -234,8 +236,9 @@ pub fn options_of(plane: &Aircraft, wind: Option<Wind>) -> LandingOptions {
     }
 }
 
-/// Designs a landing at a place: on a runway in the direction that has the wind ahead, in calm air from its `begin` to its `end`, or in the one
-/// that is nearest to the course asked for; over the ground where that is given, as [`design_landing_over`].
+/// Designs a landing at a place: on a runway in the direction that has the wind ahead, in calm air from its `begin` to
+/// its `end`, or in the one that is nearest to the course asked for; over the ground where that is given, as
+/// [`design_landing_over`].
 ///
 /// # Errors
 /// As [`design_landing`].
@@ -250,17 +253,19 @@ pub fn design(site: Site, options: &LandingOptions, below: Option<&Below<'_>>) -
     Way::on(&if is_ahead { runway } else { runway.reversed() }).landing(options, below)
 }
 
-/// The landings at a place, the best first: each direction with its circle on either side, flown by the plane of `conditions` in their air from
-/// where `options` says that it comes from, else from home, 30 m above the beginning of the final leg.
+/// The landings at a place, the best first: each direction with its circle on either side, flown by the plane of
+/// `conditions` in their air from where `options` says that it comes from, else from home, 30 m above the beginning of
+/// the final leg.
 ///
-/// Where the conditions have ground and a home above it, the landings are laid out and flown over it, and one that it comes near ranks lower.
+/// Where the conditions have ground and a home above it, the landings are laid out and flown over it, and one that it
+/// comes near ranks lower.
 ///
-/// Those that the rehearsed plane lands well come first; then the one with less tailwind, with less crosswind, that comes to rest nearer to the
-/// point, and that is down first. Differences below 0.5 m/s and 10 m do not count. Directions in which the wind does not let the plane come in are
-/// left out.
+/// Those with the best verdict of the rehearsal come first; then the one with less tailwind, with less crosswind, that
+/// comes to rest nearer to the point, and that is down first. Differences below 0.5 m/s and 10 m do not count.
+/// Directions in which the wind does not let the plane come in are left out.
 ///
 /// # Errors
-/// As [`design_landing`], when there is none.
+/// As [`design_landing`], when no direction can be flown.
 pub fn landing_alternatives(
     site: Site,
     options: &LandingOptions,
@@ -299,8 +304,9 @@ pub fn landing_alternatives(
     Ok(found)
 }
 
-/// The landing as this plane has to be told it: where its airframe is known and not a guess, `NAV_LAND` lies as far beyond the point as the
-/// rehearsed plane comes to rest before it (or the other way round), so that it rests on the point. A guess would be moved by a guess.
+/// The landing adjusted to this plane: where its airframe is known and not guessed, `NAV_LAND` lies as far beyond the
+/// point as the rehearsed plane comes to rest before it (or the other way round), so that it rests on the point. With a
+/// guessed airframe the correction would be a guess too.
 fn settled(
     way: &Way,
     landing: Landing,
@@ -437,7 +443,7 @@ mod tests {
         Runway::new(here(), direct(here(), course_deg, length_m)).unwrap()
     }
 
-    /// A real ArduPlane in its simulator rests some 14 m before `NAV_LAND`: it is told a place as far beyond.
+    /// A real ArduPlane in its simulator comes to rest some 14 m before `NAV_LAND`: the item is moved as far beyond.
     #[test]
     fn a_plane_that_is_known_rests_on_the_point() {
         let known = |name: &str| {

@@ -1,7 +1,7 @@
-//! What is wrong or doubtful in a plan, before it is sent.
+//! Checks of a plan before it is sent: errors and warnings.
 //!
-//! [`check_plan`] runs before every upload. An error means that the vehicle would refuse the plan, keep
-//! something else, or fly what nobody can want; a warning is for the pilot to judge.
+//! [`check_plan`] runs before every upload. An error means that the vehicle would refuse the plan, store
+//! something else, or fly what cannot be intended; a warning is for the pilot to judge.
 
 mod border;
 mod finding;
@@ -28,7 +28,7 @@ use crate::progress::{alt_amsl_m, jump_index, target};
 /// Jumps that every ArduPilot board can track; large ones track 100.
 const MAX_JUMPS: usize = 15;
 
-/// What the checks must know of the vehicle, with the defaults of an ArduPlane.
+/// What the checks need to know of the vehicle. Defaults: where unknown, those of ArduPilot's simulated plane.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CheckContext {
     /// Home of the vehicle; the plan's own where it is unknown.
@@ -116,8 +116,8 @@ struct Check<'a> {
     findings: Vec<Finding>,
 }
 
-/// Whether the plane flies, or lands, at an item. What only waits or runs a script may come before the take-off and after the
-/// landing (`AP_Mission::is_takeoff_next`).
+/// Whether the plane flies, or lands, at an item. What only waits or runs a script may come before the take-off and
+/// after the landing (`AP_Mission::is_takeoff_next`).
 fn is_flown(item: &MissionItem) -> bool {
     is_nav(item) && !matches!(item.command, Command::NAV_DELAY | Command::NAV_SCRIPT_TIME)
 }
@@ -203,7 +203,7 @@ impl<'a> Check<'a> {
             if (below || above) && !is_unused {
                 let (min, max) = (param.min, param.max);
                 let found = FindingKind::ParamOutOfRange { param: number + 1, label, value, unit, min, max };
-                // What the vehicle takes as it is may be meant; what it keeps as something else is not.
+                // A value out of range that is stored unchanged may be intended; one that is stored differently is not.
                 self.add(if is_kept { Severity::Warning } else { Severity::Error }, about, found);
                 continue;
             }
@@ -224,19 +224,19 @@ impl<'a> Check<'a> {
         let about = Some((index, item));
         // DO_SET_HOME takes the plane's own position when parameter 1 is 1, else the one that is given.
         let is_home_elsewhere = item.command == Command::DO_SET_HOME && item.param(1) != Some(1.0);
-        // 0/0 at height 0 ends the pointing at a place, in any frame (`Location::initialised` in ArduPlane's commands_logic.cpp); at
-        // another height it is a place like others.
+        // 0/0 at height 0 ends the pointing at a place, in any frame (`Location::initialised` in ArduPlane's
+        // commands_logic.cpp); at another height it is a place like others.
         let is_roi = matches!(item.command, Command::DO_SET_ROI | Command::DO_SET_ROI_LOCATION);
         let ends_roi = is_roi && item.alt_m().is_none_or(|alt_m| alt_m == 0.0);
         let must_lie_somewhere = is_home_elsewhere || !ends_roi && !item.command.may_stay_in_place();
         let must_be_told = must_lie_somewhere || item.command == Command::DO_SET_ROI_LOCATION;
         let (has_lat, has_lon) = (item.lat_deg().is_some(), item.lon_deg().is_some());
-        // Where the place may be left out, half of one is none either: the other half would be sent as 0°.
+        // Where the place may be left out, half a position is an error: the other half would be sent as 0°.
         if must_be_told && !(has_lat && has_lon) || has_lat != has_lon {
             self.error(about, FindingKind::MissingPosition { missing: Missing::Place });
         } else if must_lie_somewhere && (item.lat_deg(), item.lon_deg()) == (Some(0.0), Some(0.0)) {
-            // ArduPlane puts the position where it is then for 0/0 (`Plane::set_next_WP`): to land or lower a payload there can be
-            // meant, to fly there cannot.
+            // ArduPlane puts the position where it is then for 0/0 (`Plane::set_next_WP`): to land or lower a payload
+            // there can be meant, to fly there cannot.
             let is_here = item.command.is_landing() || item.command == Command::NAV_PAYLOAD_PLACE;
             let severity = if is_here { Severity::Warning } else { Severity::Error };
             self.add(severity, about, FindingKind::ZeroCoordinates { is_here });
@@ -293,7 +293,7 @@ impl<'a> Check<'a> {
         }
         for pair in nav.windows(2) {
             let ((index, item), (next_index, next)) = (pair[0], pair[1]);
-            // What begins there is flown without what is before it.
+            // A sequence that begins there is flown independently of the items before it.
             let next_sequence = self.plan.mission.items[index + 1..next_index]
                 .iter()
                 .any(|one| matches!(one.command, Command::DO_LAND_START | Command::DO_RETURN_PATH_START));

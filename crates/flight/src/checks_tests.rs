@@ -1,4 +1,4 @@
-//! Tests of the checks: each finding once provoked, and a sound plan that gives none.
+//! Tests of the checks: each finding provoked once, and a sound plan without findings.
 
 use std::collections::HashSet;
 
@@ -121,7 +121,7 @@ fn values_and_commands() {
     check(|items| items[1].params[1] = Some(2.5), ParamChanged, Warning, Some(1));
     check(|items| items[1].params[0] = Some(10.0), ParamChanged, Warning, Some(1));
     check(|items| items[1].params[6] = None, MissingPosition, Error, Some(1));
-    // What the vehicle does itself is nothing to delete.
+    // Commands that the vehicle executes give no finding.
     for command in [Command::DO_GIMBAL_MANAGER_PITCHYAW, Command::DO_GO_AROUND] {
         let mut items = sound();
         items.insert(2, MissionItem::action(command, [0.0; 4]));
@@ -438,7 +438,7 @@ fn figures_have_names_and_units() {
     assert_eq!(steep.1[0], ("drop_m", Figure::Number(80.0)));
     assert!(matches!(steep.1[2], ("wanted_length_m", Figure::Number(wanted)) if (wanted - 800.0).abs() < 1e-6));
     assert!(findings[1].message.ends_with("drops 80 m in 540 m; the plane will land long"), "{}", findings[1]);
-    // what is no number is told as unknown
+    // not a number is reported as unknown
     assert_eq!(Figure::from(f64::NAN), Figure::Absent);
     assert_eq!(Figure::from(None::<usize>), Figure::Absent);
 }

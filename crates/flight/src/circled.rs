@@ -1,8 +1,9 @@
-//! How much a plane has flown of the circle at the item in execution, by what it tells of itself.
+//! How much a plane has flown of the circle at the item in execution, from its telemetry.
 //!
-//! No message says it: an ArduPlane tells that an item began (`MISSION_CURRENT`) and that it is done with (`MISSION_ITEM_REACHED`), and counts turns
-//! and time from the moment at which its lateral law is on the circle (`Plane::verify_loiter_time`, `Plane::loiter_angle_update` of ArduPilot
-//! 4.7). So the same law is asked here whether it is, with every position.
+//! No message carries it: an ArduPlane reports that an item began (`MISSION_CURRENT`) and ended
+//! (`MISSION_ITEM_REACHED`), and counts turns and time from the moment at which its lateral law is on the circle
+//! (`Plane::verify_loiter_time`, `Plane::loiter_angle_update` of ArduPilot 4.7). So the same law is evaluated here for
+//! every position.
 
 use std::f64::consts::TAU;
 
@@ -13,13 +14,14 @@ use crate::plan::MissionItem;
 use crate::progress::{Circled, ProgressOptions};
 use crate::way::{Circling, circle, signed_radius_m};
 
-/// Farther away than so many radii a plane is on its way to a circle (`Plane::update_loiter`).
+/// Beyond this many radii a plane is still on its way to a circle (`Plane::update_loiter`).
 const NEAR_RADII: f64 = 3.0;
 /// A plane that was not heard for longer may have reached its circle meanwhile, s.
 const HEARD_WITHIN_S: f64 = 3.0;
-/// What a plane turns unheard is between so many times what its rate tells: in wind that differs from place to place.
+/// Bounds of the turn flown between two messages, as factors of the turn rate: in wind the rate varies around the
+/// circle.
 const UNHEARD: (f64, f64) = (0.5, 1.5);
-/// A plane that is done with a circle stays on it until it heads for the next item, a turn at the most where nothing disturbs it
+/// A plane that has finished a circle stays on it until it heads for the next item, at most one turn if undisturbed
 /// (`Plane::verify_loiter_heading`).
 const TURNS_AFTER: f64 = 1.5;
 
@@ -46,7 +48,7 @@ pub struct CircleWatch {
     is_unknown: bool,
 }
 
-/// What was flown of a circle.
+/// Tracks how much of a circle was flown.
 #[derive(Debug, Clone, Copy)]
 struct Lap {
     since_s: f64,
@@ -57,7 +59,8 @@ struct Lap {
 }
 
 impl Lap {
-    /// Turns since the item's own were flown, or since its time was over; less than 0 before, and 0 where it has no such end.
+    /// Turns since the item's own were flown, or since its time was over; less than 0 before, and 0 where it has no
+    /// such end.
     fn turns_after(&self, kind: Circling, amount: f64, at_s: f64) -> f64 {
         match kind {
             Circling::Turns => self.swept_rad / TAU - amount,
@@ -68,18 +71,18 @@ impl Lap {
 }
 
 impl CircleWatch {
-    /// An item begins, or the same one anew: now, or at a moment that was not heard (`is_now` is false).
+    /// An item begins, or begins again: now, or at a moment that was missed (`is_now` is false).
     pub fn begins(&mut self, is_now: bool) {
         let heard_s = self.heard_s;
         *self = Self { heard_s, outside_s: heard_s.filter(|_| is_now), ..Self::default() };
     }
 
-    /// The plane is heard while no mission is flown, or one that is not known.
+    /// A position outside of a known mission.
     pub fn elsewhere(&mut self, at_s: f64) {
         self.heard_s = Some(at_s);
     }
 
-    /// The plane is heard while it flies to this item, or around it.
+    /// A position on the way to this item, or around it.
     pub fn on(&mut self, heard: &Heard, item: &MissionItem, options: &ProgressOptions, law: &L1Params) {
         let before_s = self.heard_s.replace(heard.at_s);
         let Some((kind, _)) = signed_radius_m(item).filter(|_| !self.is_unknown) else { return };
@@ -95,7 +98,8 @@ impl CircleWatch {
         let rate_rad_s = heard.velocity.length() / position.length().max(0.5 * circle.radius_m);
         if let Some(lap) = &mut self.lap {
             let dt_s = before_s.map_or(0.0, |before_s| heard.at_s - before_s).max(0.0);
-            // Of whole turns between two moments the rate tells how many: that of all turns before, else of both ends.
+            // The number of whole turns between two positions follows from the turn rate: of all turns before, else of
+            // both ends.
             let mean_rad_s = if lap.swept_rad >= TAU {
                 lap.swept_rad / (heard.at_s - dt_s - lap.since_s)
             } else {
@@ -107,7 +111,7 @@ impl CircleWatch {
             let is_doubtful = swept_rad - TAU > UNHEARD.0 * about_rad || swept_rad + TAU < UNHEARD.1 * about_rad;
             lap.swept_rad += swept_rad;
             (lap.bearing_rad, lap.rate_rad_s) = (bearing_rad, rate_rad_s);
-            // One that goes on has begun anew, and nobody heard when.
+            // One that goes on has begun again at a moment that was missed.
             self.is_unknown =
                 is_doubtful || lap.turns_after(kind, item.param(1).unwrap_or(0.0), heard.at_s) > TURNS_AFTER;
             return;
@@ -129,7 +133,7 @@ impl CircleWatch {
         }
     }
 
-    /// What was flown of the circle.
+    /// The part of the circle flown so far.
     pub fn circled(&self) -> Circled {
         match (self.is_unknown, self.lap, self.heard_s) {
             (true, ..) => Circled::Unknown,
@@ -152,8 +156,8 @@ mod tests {
     /// Between two decisions of the autopilot, s.
     const STEP_S: f64 = 0.1;
 
-    /// A plane that flies from 700 m in the west to an anticlockwise circle and around it, ten moments a second, and when its own law
-    /// begins to count.
+    /// A plane that flies from 700 m in the west to an anticlockwise circle and around it, ten moments a second, and
+    /// when its own law begins to count.
     fn flight(wind: NorthEast) -> (Vec<Heard>, f64) {
         let frame = LocalFrame::new(GeoPoint::new(CENTRE.0, CENTRE.1).unwrap(), 0.0);
         let track = Track::Circle { centre: NorthEast::default(), radius_m: RADIUS_M, turn: Turn::Anticlockwise };
@@ -177,8 +181,8 @@ mod tests {
         (moments, begins_s.unwrap())
     }
 
-    /// What is known at the end of these parts of that flight without wind, seconds since it was on the circle, of an item that began with
-    /// the first.
+    /// What is known at the end of these parts of that flight without wind, seconds since it was on the circle, of an
+    /// item that began with the first.
     fn after(is_now: bool, parts_s: &[(f64, f64)]) -> Circled {
         let turns = MissionItem::loiter_turns(CENTRE.0, CENTRE.1, 80.0, 3.0, -RADIUS_M);
         flown_of(&flight(NorthEast::default()), &turns, &ProgressOptions::default(), is_now, parts_s)

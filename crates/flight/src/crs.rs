@@ -13,8 +13,8 @@ pub const WEB_MERCATOR_MAX_LAT_DEG: f64 = 85.051_128_779_806_59;
 /// Half the side of Web Mercator's square (EPSG:3857), metres.
 pub const WEB_MERCATOR_HALF_M: f64 = PI * WGS84_A_M;
 
-/// Easting and northing in EPSG:3857 of a place; latitudes beyond ±[`WEB_MERCATOR_MAX_LAT_DEG`] are brought to the edge.
-/// Longitudes beyond ±180 go on, so that a line over the date line stays whole.
+/// Easting and northing in EPSG:3857 of a place; latitudes beyond ±[`WEB_MERCATOR_MAX_LAT_DEG`] are brought to the
+/// edge. Longitudes beyond ±180 go on, so that a line over the date line stays whole.
 ///
 /// J. P. Snyder, "Map Projections: A Working Manual", USGS Professional Paper 1395 (1987), eq. 7-1 and 7-2, on the
 /// sphere of radius a.
@@ -31,7 +31,8 @@ pub fn geo_from_web_mercator(x_m: f64, y_m: f64) -> (f64, f64) {
 /// A zone of Universal Transverse Mercator: a number from 1 to 60 and a hemisphere.
 ///
 /// Krüger's series to n⁶ (C. F. F. Karney, "Transverse Mercator with an accuracy of a few nanometers", J. Geodesy 85
-/// (2011), eq. 7 to 36): within 5 nm up to 3 900 km from the central meridian, and still good to a millimetre at 7 600 km.
+/// (2011), eq. 7 to 36): within 5 nm up to 3 900 km from the central meridian, and still good to a millimetre at 7 600
+/// km.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct UtmZone {
     number: u8,

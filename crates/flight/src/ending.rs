@@ -7,7 +7,7 @@ use crate::plan::{Command, Mission, MissionItem};
 use crate::progress::rel_home_m;
 use crate::way::Way;
 
-/// Points of an approach lie in line within so much, degrees.
+/// Points of an approach lie in line within this angle, degrees.
 const IN_LINE_DEG: f64 = 5.0;
 /// Wind from which on a mission is ended against it, and not straight on from where the plane comes, m/s.
 const BREEZE_M_S: f64 = 2.0;
@@ -16,15 +16,17 @@ const BREEZE_M_S: f64 = 2.0;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "describe", derive(serde::Serialize, utoipa::ToSchema))]
 pub struct MissionEnd {
-    /// The first item of the landing that ends it, its approach with it, or the return; counted from 1, one more than there are items where it ends
-    /// with neither. What is added "at the end" belongs before it.
+    /// The first item of the landing that ends it, its approach with it, or the return; counted from 1, the number of
+    /// items plus one where it ends with neither. What is added "at the end" belongs before it.
     pub item: usize,
-    /// The first item of that landing where it is as one is designed, so that parts of it can be moved; null where it is not.
+    /// The first item of that landing where it is as one is designed, so that parts of it can be moved; null where it
+    /// is not.
     #[cfg_attr(feature = "describe", schema(required = true))]
     pub designed_item: Option<usize>,
 }
 
-/// How a mission ends. Its approach is the circle down before the landing with what begins the sequence, or all that goes down to it in a line.
+/// How a mission ends. Its approach is the circle down before the landing with what begins the sequence, or all that
+/// goes down to it in a line.
 pub fn mission_end(mission: &Mission) -> MissionEnd {
     let items = &mission.items;
     let mut index = items.len();
@@ -60,7 +62,8 @@ fn is_approach(mission: &Mission, index: usize) -> bool {
     onward.is_none_or(|onward| wrap_180_deg(course_deg(at, next) - course_deg(next, onward)).abs() < IN_LINE_DEG)
 }
 
-/// From where the plane comes to the landing that ends a mission, or is to end it: from the last place on its way before, else from home.
+/// From where the plane comes to the landing that ends a mission, or is to end it: from the last place on its way
+/// before, else from home.
 pub fn comes_from(mission: &Mission, way: &Way) -> Option<GeoPoint> {
     let MissionEnd { item: end, .. } = mission_end(mission);
     let before = way.stops.iter().rev().filter(|stop| stop.item < end);
@@ -68,7 +71,8 @@ pub fn comes_from(mission: &Mission, way: &Way) -> Option<GeoPoint> {
     place.or_else(|| mission.home.and_then(|home| home.point().ok()))
 }
 
-/// How a landing that is to end a mission is laid out: against the wind where that is worth it, else straight on from where the plane comes.
+/// How a landing that is to end a mission is laid out: against the wind where that is worth it, else straight on from
+/// where the plane comes.
 pub fn towards_end(mission: &Mission, way: &Way, options: LandingOptions) -> LandingOptions {
     let is_breeze = options.wind.is_none_or(|Wind { speed_m_s, .. }| speed_m_s < BREEZE_M_S);
     LandingOptions { coming_from: comes_from(mission, way).filter(|_| is_breeze), ..options }
@@ -118,7 +122,7 @@ mod tests {
         check(&designed(true), (5, Some(5)));
         let land = MissionItem::land(HOME.lat_deg, HOME.lon_deg, 0.0);
         check(std::slice::from_ref(&land), (4, None));
-        // down in a line, as other stations lay it out; what is level before it is no part of it
+        // down in a line, as other stations lay it out; the level part before does not belong to it
         let line = [waypoint(at(60.0, 900.0), 40.0), waypoint(at(60.0, 400.0), 20.0), land];
         let entry = waypoint(at(150.0, 900.0), 40.0);
         check(&[&[entry], line.as_slice()].concat(), (6, None));

@@ -1,6 +1,6 @@
 //! The one error type of this crate.
 //!
-//! Every message says what was wrong, where (item, line or JSON path) and what to do about it.
+//! Every message names the fault, its place (item, line or JSON path) and the remedy.
 
 use std::fmt;
 
@@ -33,7 +33,7 @@ pub enum FlightError {
     BadItem {
         /// Sequence number on the wire.
         seq: u16,
-        /// What the item does.
+        /// Its command.
         command: Command,
         /// Name of the field: `param1` … `param4`, `x`, `y`, `z`, `frame`.
         field: &'static str,
@@ -50,7 +50,7 @@ pub enum FlightError {
     BadFence {
         /// Position in the list, from 0.
         index: usize,
-        /// What is wrong and how to mend it.
+        /// The fault and its remedy.
         problem: String,
     },
     /// A list of rally items that does not describe rally points.
@@ -58,7 +58,7 @@ pub enum FlightError {
     BadRally {
         /// Position in the list, from 0.
         index: usize,
-        /// What is wrong and how to mend it.
+        /// The fault and its remedy.
         problem: String,
     },
     /// A list of mission items that cannot be a mission.
@@ -66,7 +66,7 @@ pub enum FlightError {
     BadMission {
         /// Position in the list, from 0.
         index: usize,
-        /// What is wrong and how to mend it.
+        /// The fault and its remedy.
         problem: String,
     },
     /// A text file with a fault in one line.
@@ -74,7 +74,7 @@ pub enum FlightError {
     BadLine {
         /// Line number, from 1.
         line: usize,
-        /// What is wrong and how to mend it.
+        /// The fault and its remedy.
         problem: String,
     },
     /// A JSON file with a fault at one place.
@@ -82,7 +82,7 @@ pub enum FlightError {
     BadJson {
         /// Where, as in `mission.items[3].params[4]`; `line 4, column 7` when the text is not JSON.
         path: String,
-        /// What is wrong and how to mend it.
+        /// The fault and its remedy.
         problem: String,
     },
     /// A landing that cannot be designed as it is asked for.
@@ -96,7 +96,7 @@ pub enum FlightError {
     BadFile(String),
 }
 
-/// A number as a message shows it: such as nobody means by its power of ten, so that no message is hundreds of digits long.
+/// A number in a message: extreme ones in scientific notation, so that no message is hundreds of digits long.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Plain(pub f64);
 
@@ -119,14 +119,14 @@ pub enum LandingProblem {
     OutOfRange {
         /// Its name.
         option: &'static str,
-        /// What was given.
+        /// The value.
         value: f64,
         /// The least.
         low: f64,
         /// The most.
         high: f64,
     },
-    /// Neither course, nor where the plane comes from, nor wind.
+    /// Course, origin and wind are all missing.
     #[error(
         "nothing says in which direction to land: give the runway's course, a place at least {nearest_m} m away that the plane comes from, or the wind"
     )]
@@ -161,7 +161,7 @@ pub enum SurveyProblem {
     OutOfRange {
         /// Its name.
         option: &'static str,
-        /// What was given.
+        /// The value.
         value: f64,
         /// The least.
         low: f64,
@@ -198,7 +198,7 @@ pub enum SurveyProblem {
     /// Smaller than anybody can mean.
     #[error("the shape measures {size:.0} {unit}, less than {least} {unit}: draw it larger")]
     TooSmall {
-        /// What it measures.
+        /// The quantity.
         size: f64,
         /// The least.
         least: f64,

@@ -108,8 +108,8 @@ pub fn polyline_length_m(points: &[GeoPoint]) -> f64 {
     points.windows(2).map(|pair| distance_m(pair[0], pair[1])).sum()
 }
 
-/// Points along the geodesic leg `from` → `to`, both ends included, equally far apart and at most `step_m` metres: what a
-/// map must draw for a leg that bends.
+/// Points along the geodesic leg `from` → `to`, both ends included, equally far apart and at most `step_m` metres: what
+/// a map must draw for a leg that bends.
 ///
 /// At least one piece, at most [`MAX_PIECES`]; a `step_m` that is not above 0 gives that many.
 pub fn points_along(from: GeoPoint, to: GeoPoint, step_m: f64) -> Vec<GeoPoint> {
@@ -170,7 +170,7 @@ pub fn leg_offset(from: GeoPoint, to: GeoPoint, position: GeoPoint) -> LegOffset
 /// `true` when a point lies inside a polygon.
 ///
 /// Edges are straight in latitude and longitude, as autopilots take them, and may cross the date line; a
-/// polygon around a pole is not supported. Fewer than three corners hold nothing.
+/// polygon around a pole is not supported. A polygon of fewer than three corners contains nothing.
 pub fn point_in_polygon(point: GeoPoint, corners: &[GeoPoint]) -> bool {
     let Some(first) = corners.first().filter(|_| corners.len() >= 3) else { return false };
     // Longitudes unrolled from corner to corner, so that no edge jumps by 360 degrees.

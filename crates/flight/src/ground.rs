@@ -1,9 +1,9 @@
-//! Heights of the ground at hand: squares of a fixed lattice that somebody fills beforehand, for what cannot wait for a map.
+//! Ground heights in memory, for callers that cannot wait for a map: squares of a fixed lattice, filled in advance.
 //!
-//! A rehearsal asks for the ground tens of thousands of times in some milliseconds. [`squares_around`] says which squares a plan needs,
-//! [`SquareId::places`] where their heights are wanted, and a [`GroundMap`] of the [`Square`]s answers: bilinearly between the four
-//! heights around a place, and `None` where one of them is not known. The lattice does not move with the plan, so that a square
-//! that is known stays of use while a point is dragged.
+//! A rehearsal asks for the ground tens of thousands of times in some milliseconds. [`squares_around`] says which
+//! squares a plan needs, [`SquareId::places`] where their heights are wanted, and a [`GroundMap`] of the [`Square`]s
+//! answers: bilinearly between the four heights around a place, and `None` where one of them is not known. The lattice
+//! does not move with the plan, so that a square that is known remains useful while a point is dragged.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -17,7 +17,8 @@ const CELLS: usize = 30;
 const SIDE: usize = CELLS + 1;
 /// Heights of a square.
 pub const SQUARE_HEIGHTS: usize = SIDE * SIDE;
-/// Squares of the finest level in a degree: their heights are one second of arc apart, some 30 m, as those of SRTM and Copernicus are.
+/// Squares of the finest level in a degree: their heights are one second of arc apart, some 30 m, as those of SRTM and
+/// Copernicus are.
 const PER_DEGREE: i32 = 120;
 /// The coarsest level; each has twice the spacing of the one before.
 const LEVELS: u8 = 7;
@@ -56,7 +57,8 @@ impl SquareId {
         (id, [north - north.floor(), east - east.floor()].map(|part| part * CELLS as f64))
     }
 
-    /// Where its heights are wanted, latitude and longitude in degrees: rows from south to north, each from west to east.
+    /// Where its heights are wanted, latitude and longitude in degrees: rows from south to north, each from west to
+    /// east.
     pub fn places(self) -> impl Iterator<Item = (f64, f64)> {
         let step_deg = 1.0 / (Self::per_degree(self.level) * CELLS as f64);
         let at = move |square: i32, cell: usize| (f64::from(square) * CELLS as f64 + cell as f64) * step_deg;
@@ -74,7 +76,8 @@ pub struct Square {
 }
 
 impl Square {
-    /// Heights above mean sea level in the order of [`SquareId::places`]; those that are missing or no numbers are not known.
+    /// Heights above mean sea level in the order of [`SquareId::places`]; those that are missing or no numbers are not
+    /// known.
     pub fn new(heights: impl IntoIterator<Item = Option<f64>>) -> Self {
         let known =
             |height_m: Option<f64>| height_m.filter(|height_m| height_m.is_finite()).map(|height_m| height_m as f32);
@@ -94,7 +97,7 @@ impl Square {
         let (row, column) = (cell(north), cell(east));
         let (up, right) = (north - row as f64, east - column as f64);
         let at = |row: usize, column: usize| self.heights[row * SIDE + column].map(f64::from);
-        // Of a corner without weight nothing need be known.
+        // A corner without weight need not be known.
         let mix = |a: Option<f64>, b: Option<f64>, part: f64| match part {
             0.0 => a,
             part if part >= 1.0 => b,
@@ -145,7 +148,7 @@ impl GroundMap {
     fn layer(ids: &[SquareId], known: &mut impl FnMut(SquareId) -> Option<Arc<Square>>) -> Option<Layer> {
         let any = *ids.first()?;
         let around = SquareId::around(any.level);
-        // Columns count from half-way round the globe, so that the date line parts nothing.
+        // Columns count from half-way round the globe, so that the date line splits nothing.
         let turned = |id: &SquareId| (id.column - any.column + around / 2).rem_euclid(around);
         let rows = (ids.iter().map(|id| id.row).min()?, ids.iter().map(|id| id.row).max()?);
         let columns = (ids.iter().map(turned).min()?, ids.iter().map(turned).max()?);
@@ -170,8 +173,8 @@ impl GroundMap {
     }
 }
 
-/// The squares that a plan needs: along its lines as fine as there can be, and between them, where a return or a glide may lead, as
-/// fine as their number allows. At most some hundreds; none without a place.
+/// The squares that a plan needs: along its lines as fine as there can be, and between them, where a return or a glide
+/// may lead, as fine as their number allows. At most some hundreds; none without a place.
 pub fn squares_around(plan: &Plan, home: Option<Home>) -> Vec<SquareId> {
     let home = home.or(plan.mission.home).and_then(|home| home.point().ok());
     let mut line: Vec<GeoPoint> = home.into_iter().collect();
@@ -307,7 +310,7 @@ mod tests {
         for point in [home, far, at(40.05, -3.3), at(40.35, -3.7)] {
             assert!((map.height_m(point).unwrap() - slope(point.lat_deg(), point.lon_deg())).abs() < 0.01, "{point:?}");
         }
-        // Round half the globe there is no room for fine squares, and for none at all in the end.
+        // Half-way round the globe fine squares are too many, and in the end all are.
         assert!(squares_around(&plan(home, &[at(-40.0, 170.0)]), None).len() <= 2 * MOST_SQUARES);
     }
 

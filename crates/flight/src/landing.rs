@@ -13,13 +13,13 @@
 //!                  leaves    final leg, one slope   touchdown (NAV_LAND)
 //! ```
 //!
-//! It is the pattern of QGroundControl's fixed-wing landing (`FixedWingLandingComplexItem`), with what an ArduPlane needs:
-//! `NAV_LAND` after the place where the slope begins (`AP_Landing_Slope` takes the line from there to the point for the
-//! glide slope), and `DO_LAND_START` before all, so that "land" and a return find it.
+//! It is the pattern of QGroundControl's fixed-wing landing (`FixedWingLandingComplexItem`), with what an ArduPlane
+//! needs: `NAV_LAND` after the place where the slope begins (`AP_Landing_Slope` takes the line from there to the point
+//! for the glide slope), and `DO_LAND_START` before all, so that "land" and a return find it.
 //!
 //! The height of the ground at the point is home's unless it is given, and [`LandingCaution::GroundNotKnown`] says so.
-//! [`design_landing_over`] takes it from a map, and looks how near the approach comes to the ground; what stands on it no map of
-//! heights knows: that is for the pilot to look at.
+//! [`design_landing_over`] takes it from a map, and looks how near the approach comes to the ground; obstacles are not
+//! in any map of heights: the pilot has to look for them.
 
 use std::f64::consts::TAU;
 
@@ -30,8 +30,8 @@ use crate::guidance::l1::L1Params;
 use crate::plan::MissionItem;
 use crate::words::words;
 
-/// Slope, height over distance, above which an approach is steep: a plane without flaps or airbrakes gains speed on it and
-/// lands long. ArduPilot's guide to automatic landings advises 1 in 10.
+/// Slope, height over distance, above which an approach is steep: a plane without flaps or airbrakes gains speed on it
+/// and lands long. ArduPilot's guide to automatic landings advises 1 in 10.
 pub const STEEP_SLOPE: f64 = 0.10;
 /// Wind below this has no direction to land into, m/s.
 pub const CALM_M_S: f64 = 1.0;
@@ -45,7 +45,8 @@ const MIN_GROUNDSPEED_M_S: f64 = 3.0;
 const CIRCLE_BANK_DEG: f64 = 35.0;
 /// The circle's radius is a multiple of this, m: ArduPilot keeps whole metres.
 const RADIUS_STEP_M: f64 = 5.0;
-/// Distance between two looks at the ground below the final leg, m; no map has heights nearer to each other than some metres.
+/// Distance between two looks at the ground below the final leg, m; no map has heights nearer to each other than some
+/// metres.
 const LOOKED_AT_EVERY_M: f64 = 10.0;
 /// Height above the point below which the ground is not looked at, m.
 const LOOKED_AT_FROM_M: f64 = 15.0;
@@ -68,8 +69,8 @@ pub struct Wind {
 pub struct LandingOptions {
     /// Course of the final leg, degrees from true north, when the runway has one.
     pub course_deg: Option<f64>,
-    /// Where the plane comes from. Without a course the final leg has the direction from there to the point, unless it is
-    /// nearer than 20 m.
+    /// Where the plane comes from. Without a course the final leg has the direction from there to the point, unless it
+    /// is nearer than 20 m.
     pub coming_from: Option<GeoPoint>,
     /// Wind; `None`: unknown. Without a course or a place to come from the plane lands into it.
     pub wind: Option<Wind>,
@@ -81,8 +82,9 @@ pub struct LandingOptions {
     pub slope: f64,
     /// Height above the ground where the final leg begins, m, 15 to 200. Default 40.
     pub final_height_m: f64,
-    /// Smallest radius of the circle, m, 20 to 500. Default 80, wider than an ArduPlane's usual one (`WP_LOITER_RAD`, 60): a plane that
-    /// goes down flies it slowly, and the wind must not carry it off. For a known vehicle [`crate::approaches`] takes its own.
+    /// Smallest radius of the circle, m, 20 to 500. Default 80, wider than an ArduPlane's usual one (`WP_LOITER_RAD`,
+    /// 60): a plane that goes down flies it slowly, and the wind must not carry it off. For a known vehicle
+    /// [`crate::approaches`] takes its own.
     pub radius_m: f64,
     /// Whether the circle is flown clockwise, to the right of the final leg. Default yes.
     pub is_clockwise: bool,
@@ -119,7 +121,7 @@ words! {
     }
 }
 
-/// What the pilot should know of a landing before it is flown.
+/// A caution about a landing, for the pilot.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum LandingCaution {
     /// The height of the ground at the point is not known; home's was taken.
@@ -185,7 +187,7 @@ pub struct Landing {
     pub items: Vec<MissionItem>,
     /// Course of the final leg at the point, degrees from true north, 0 to 360.
     pub course_deg: f64,
-    /// What gave it.
+    /// Its origin.
     pub direction: LandingDirection,
     /// Where the final leg begins.
     pub leaves: GeoPoint,
@@ -201,15 +203,15 @@ pub struct Landing {
     pub headwind_m_s: Option<f64>,
     /// Speed over ground on the final leg, m/s; `None`: no wind is known.
     pub groundspeed_m_s: Option<f64>,
-    /// What the pilot should know.
+    /// Cautions for the pilot.
     pub cautions: Vec<LandingCaution>,
 }
 
 /// Time on the final leg that the plane needs to be steady on it before it flares, s.
 ///
-/// The L1 law is a second-order loop with period T and damping ζ at every speed ([`crate::guidance::l1`]), so its error is
-/// below 5 % after 3 / (ζ ω), ω = 2π / T (K. Ogata, "Modern Control Engineering", 5th ed., eq. 5-22). Twice that: the height
-/// settles after the course has.
+/// The L1 law is a second-order loop with period T and damping ζ at every speed ([`crate::guidance::l1`]), so its error
+/// is below 5 % after 3 / (ζ ω), ω = 2π / T (K. Ogata, "Modern Control Engineering", 5th ed., eq. 5-22). Twice that:
+/// the height settles after the course has.
 pub fn settling_time_s() -> f64 {
     let law = L1Params::default();
     2.0 * 3.0 * law.period_s / (law.damping * TAU)
@@ -219,13 +221,14 @@ pub fn settling_time_s() -> f64 {
 ///
 /// - The final leg is `final_height_m / slope` long, or longer where the plane would be on it for less than
 ///   [`settling_time_s`]: then the slope is gentler. A plane that is followed by the wind gets a longer leg.
-/// - Its groundspeed is that of the wind triangle: √(V² − W⊥²) − W∥ with the wind's parts across and against the course.
-/// - The circle can be flown all round at 35° of bank with the wind behind: r = (V + W)² / (g tan φ), from the balance of
-///   a level turn; never below `radius_m`. Its centre lies a radius to the side of where it is left.
+/// - Its groundspeed is that of the wind triangle: √(V² − W⊥²) − W∥ with the wind's parts across and against the
+///   course.
+/// - The circle can be flown all round at 35° of bank with the wind behind: r = (V + W)² / (g tan φ), from the balance
+///   of a level turn; never below `radius_m`. Its centre lies a radius to the side of where it is left.
 ///
 /// # Errors
-/// [`FlightError::BadLanding`] for an option out of its range, when nothing gives the final leg its direction, and when the
-/// wind is so strong that the plane would not come in.
+/// [`FlightError::BadLanding`] for an option out of its range, when neither course, origin nor wind determines the
+/// direction, and when the wind is so strong that the plane would not come in.
 pub fn design_landing(point: GeoPoint, options: &LandingOptions) -> Result<Landing> {
     check(options)?;
     let (course_deg, direction) = course(point, options)?;
@@ -281,9 +284,10 @@ pub fn design_landing(point: GeoPoint, options: &LandingOptions) -> Result<Landi
 
 /// Designs a landing over ground that is known.
 ///
-/// `ground_rel_home_m` tells its height above home, m, and `None` where it is not known. The point's height is taken from it where
-/// [`LandingOptions::ground_rel_home_m`] gives none. Along the final leg and the circle, half the height above the point must be left
-/// above the ground, 30 m at most; below 15 m nothing is asked, as terrain data are off by as much.
+/// `ground_rel_home_m` tells its height above home, m, and `None` where it is not known. The point's height is taken
+/// from it where [`LandingOptions::ground_rel_home_m`] gives none. Along the final leg and the circle, half the height
+/// above the point must be left above the ground, 30 m at most; below 15 m nothing is required, because terrain data
+/// are off by as much.
 ///
 /// # Errors
 /// Those of [`design_landing`].
@@ -544,8 +548,8 @@ mod tests {
     }
 
     proptest! {
-        /// Wherever on the globe and however it is asked for: the circle touches the leg where the leg begins, the leg leads
-        /// to the point on its course and drops by what it should, and the checks of a plan have nothing to say.
+        /// Wherever on the globe and however it is asked for: the circle touches the leg where the leg begins, the leg
+        /// leads to the point on its course and drops by what it should, and the checks of a plan find nothing.
         #[test]
         fn the_circle_touches_the_leg_and_the_leg_leads_to_the_point(
             lat_deg in -80.0..80.0, lon_deg in -180.0..180.0, options in options()
@@ -581,7 +585,7 @@ mod tests {
                 landing.cautions.contains(&LandingCaution::Steep { slope: landing.slope }), landing.slope > STEEP_SLOPE
             );
 
-            // The checks of a whole plan have nothing to say of an approach that is not steep.
+            // The checks of a whole plan find nothing in an approach that is not steep.
             let mission = Mission { items: landing.items.clone(), ..Mission::default() };
             let plan = Plan { mission, ..Plan::default() };
             let context = CheckContext { far_from_home_m: f64::MAX, ..CheckContext::default() };

@@ -7,12 +7,12 @@
 //! |---|---|
 //! | [`plan`] | missions, fences, rally points; the table of commands; what an ArduPlane keeps of them |
 //! | [`formats`] | plan files of ground stations, maps and receivers; parameter files |
-//! | [`checks`] | what is wrong or doubtful in a plan, before it is sent |
+//! | [`checks`] | errors and warnings in a plan, before it is sent |
 //! | [`progress`] | how far and how long a mission still is |
 //! | [`radius`] | radii of circles as an ArduPlane takes them |
 //! | [`way`] | the line from place to place and the circles, as a plan is drawn |
 //! | [`profile`] | the heights along it, and the ground below |
-//! | [`alongside`] | a rehearsed flight over them |
+//! | [`alongside`] | a rehearsed flight along the profile |
 //! | [`geodesy`] | distances, bearings, legs, local frames, polygons on WGS-84 |
 //! | [`crs`] | coordinates of maps: Web Mercator and UTM |
 //! | [`landing`] | the circle down, the final leg and the landing that end a mission |
@@ -38,7 +38,7 @@
 //!     3 0 2 20 0 0 0 0 0 0 0 1\n";
 //! let plan = read_plan(file.as_bytes(), Some("round.waypoints"))?.plan;
 //!
-//! // Before an upload: nothing that the vehicle would refuse, nothing that nobody can want.
+//! // Before an upload: nothing that the vehicle would refuse or that cannot be intended.
 //! let findings = check_plan(&plan, &CheckContext { on_ground: Some(true), ..CheckContext::default() });
 //! assert!(!has_errors(&findings), "{findings:?}");
 //!
@@ -62,7 +62,7 @@
 //! - `plan.mission.items` does not hold home. "Item 3" in a message is the seq on ArduPilot, index + 1.
 //! - Absent is `None`. NaN exists on the wire alone.
 //! - What comes from a file or a vehicle is untrusted: every reader is bounded and returns [`FlightError`],
-//!   which says where, what is wrong and how to mend it.
+//!   which names the place, the fault and the remedy.
 
 pub mod alongside;
 pub mod approaches;

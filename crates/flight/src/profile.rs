@@ -1,7 +1,8 @@
 //! The height profile of a mission: heights above home over the way flown, circles included, and the ground below.
 //!
-//! Like the [`Way`] it stands on it takes the items as they stand in the plan. Between two items the height changes evenly; on the way to
-//! an item whose height counts from the terrain, the height above the ground does. What the plane makes of it the rehearsal shows.
+//! Like the [`Way`] it stands on it takes the items as they stand in the plan. Between two items the height changes
+//! evenly; on the way to an item whose height counts from the terrain, the height above the ground does. How the plane
+//! really flies it is shown by the rehearsal.
 
 use crate::geodesy::{GeoPoint, direct, distance_m, inverse, wrap_360_deg};
 use crate::plan::{Command, Home, MavFrame, Mission, MissionItem};
@@ -9,8 +10,8 @@ use crate::progress::rel_home_m;
 use crate::rehearsal::Ground;
 use crate::way::{Circling, LegKind, Loiter, Stop, Way, rounded};
 
-/// So much may terrain data be off, m: SRTM's absolute error stays below 16 m for nine of ten points and is mostly half of that
-/// (Rodríguez et al. 2006). A take-off that it puts into the ground by less says nothing.
+/// Tolerated error of terrain data, m: SRTM's absolute error stays below 16 m for nine of ten points and is mostly half
+/// of that (Rodríguez et al. 2006). A take-off that they place below the ground by less is not reported.
 const TERRAIN_ERROR_M: f64 = 10.0;
 /// Places at which the ground is looked up, about; ends of legs come on top.
 const SAMPLES: f64 = 400.0;
@@ -88,7 +89,8 @@ pub struct ProfileGround {
     /// Where the plane is nearest to it, take-off and landing apart; null when it is nowhere known.
     #[cfg_attr(feature = "describe", schema(required = true))]
     pub lowest: Option<Clearance>,
-    /// Where it is too low: below the height that was to be kept, and for take-off and landing in the ground by more than maps err.
+    /// Where it is too low: below the height that was to be kept, and for take-off and landing in the ground by more
+    /// than maps err.
     pub too_low: Vec<LowStretch>,
     /// Places whose height is not known.
     pub unknown: usize,
@@ -109,7 +111,8 @@ pub struct Profile {
     pub ground: Option<ProfileGround>,
 }
 
-/// The heights of a mission along its way, with the ground below it. `clearance_m` is the height above the ground that should be kept.
+/// The heights of a mission along its way, with the ground below it. `clearance_m` is the height above the ground that
+/// should be kept.
 pub fn profile(mission: &Mission, way: &Way, ground: &Ground<'_>, clearance_m: f64) -> Profile {
     let below = mission.home.map(|home| Below::new(mission, home, way, ground));
     let drawn = drawn(mission, way, below.as_ref());
@@ -140,7 +143,7 @@ fn drawn(mission: &Mission, way: &Way, below: Option<&Below>) -> Profile {
         };
         let alt_m = match over_ground_m(item) {
             Some(over_m) => over.last().map(|(_, ground_m, _)| ground_m + over_m),
-            // a return keeps a height that the vehicle is set to, which the plan does not tell
+            // the height of a return is a parameter of the vehicle, not in the plan
             None => rel_home_m(item, home_m).filter(|_| item.command != Command::NAV_RETURN_TO_LAUNCH),
         };
         let there_m = alt_m.or(over_ground_m(item)).unwrap_or(before_m);
@@ -296,7 +299,8 @@ impl Below {
     fn new(mission: &Mission, home: Home, way: &Way, ground: &Ground<'_>) -> Self {
         let samples = samples(mission, way);
         let above_sea_m: Vec<_> = samples.iter().map(|sample| ground(sample.at)).collect();
-        // The plane stands on the ground at home: what a map is off there it is off everywhere, as for ArduPlane and the rehearsal.
+        // The plane stands on the ground at home: what a map is off there it is off everywhere, as for ArduPlane and
+        // the rehearsal.
         let starts_at_home =
             way.stops.first().is_some_and(|stop| stop.leg.as_ref().is_some_and(|leg| leg.from_item.is_none()));
         let base_m = above_sea_m.first().copied().flatten().filter(|_| starts_at_home).unwrap_or(home.alt_amsl_m);
@@ -304,7 +308,7 @@ impl Below {
         let item_of = |stop: usize| mission.items.get(way.stops[stop].item - 1);
         let end = |item: &MissionItem, begin: Begin, ground_m: Option<f64>| match over_ground_m(item) {
             Some(over_m) => ground_m.map(|ground_m| ground_m + over_m),
-            // a return keeps a height that the vehicle is set to, which the plan does not tell
+            // the height of a return is a parameter of the vehicle, not in the plan
             None => rel_home_m(item, Some(home.alt_amsl_m))
                 .filter(|_| item.command != Command::NAV_RETURN_TO_LAUNCH)
                 .or(begin.rel_home_m),

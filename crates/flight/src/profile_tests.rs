@@ -79,7 +79,7 @@ fn what_comes_after_a_circle_without_end_lies_beyond_and_guesses_are_called_so()
     assert_eq!(profile.points.iter().map(|point| point.is_beyond).collect::<Vec<_>>(), [false, false, true, true]);
     assert_eq!(profile.loiters.len(), 1);
     assert!(!profile.loiters[0].is_unknown);
-    // A return keeps a height that the plan does not tell.
+    // The height of a return is not in the plan.
     let last = profile.points.last().expect("points");
     assert_eq!((last.is_certain, last.alt_rel_home_m), (false, 80.0));
 
@@ -129,7 +129,8 @@ fn the_plane_is_compared_with_the_ground_below_it() {
     assert_eq!((told.unknown, told.too_low.len()), (0, 0));
     near(told.lowest.expect("known").clearance_m, 40.0, 0.6);
 
-    // A hill is told once for the way out and once for the way back, counted from the ground at home whatever the map is off there.
+    // A hill is reported once for the way out and once for the way back, counted from the ground at home whatever the
+    // map is off there.
     for off_m in [0.0, 10.0] {
         let told = ground(out_and_back(), |far_m| {
             Some(690.0 + off_m + if far_m > 1_800.0 && far_m < 2_400.0 { 85.0 } else { 0.0 })

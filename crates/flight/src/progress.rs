@@ -19,19 +19,19 @@ const OWN_SPEED: f64 = -2.0;
 /// Most items that a walk visits, repeats of jumps included; a longer mission has no known length.
 const MAX_STEPS: usize = 100_000;
 
-/// What the walk must know of the vehicle.
+/// What the walk needs to know of the vehicle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ProgressOptions {
-    /// Radius of circles that give none, metres; negative where they turn anticlockwise, whatever the item's sense. Default 60
-    /// (`WP_LOITER_RAD` of ArduPlane; one of 1 m and less counts as it does there, see [`own_radius_m`]).
+    /// Radius of circles that give none, metres; negative where they turn anticlockwise, whatever the item's sense.
+    /// Default 60 (`WP_LOITER_RAD` of ArduPlane; one of 1 m and less counts as it does there, see [`own_radius_m`]).
     pub loiter_radius_m: f64,
     /// Speed of climb and descent in a loiter-to-height, metres per second. Default 2.5.
     pub climb_rate_m_s: f64,
     /// Whether it flies the arcs of `NAV_ARC_WAYPOINT`, as ArduCopter does from 4.7 on; ArduPlane passes them over.
     /// Default `false`.
     pub flies_arcs: bool,
-    /// Its own speed, that a mission goes back to where it orders -2 (`AIRSPEED_CRUISE` of ArduPlane), metres per second; `None`, the
-    /// default: not known.
+    /// Its own speed, that a mission goes back to where it orders -2 (`AIRSPEED_CRUISE` of ArduPlane), metres per
+    /// second; `None`, the default: not known.
     pub own_speed_m_s: Option<f64>,
 }
 
@@ -44,17 +44,17 @@ impl Default for ProgressOptions {
 /// How much was flown of the circle at the item in execution.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Circled {
-    /// None of it: the plane is on its way there, or the item has no circle.
+    /// None: the plane is on its way there, or the item has no circle.
     #[default]
     Nothing,
-    /// So much since it was reached.
+    /// This much since it was reached.
     Flown {
         /// Turns about the centre, in the circle's own sense.
         turns: f64,
         /// Time on it by the vehicle's clock, s.
         time_s: f64,
     },
-    /// The plane circles, and was not heard when it began to.
+    /// The plane circles, and the beginning was missed.
     Unknown,
 }
 
@@ -68,7 +68,7 @@ impl Circled {
     }
 }
 
-/// What is left of a mission.
+/// Remaining part of a mission.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Remaining {
     /// Distance to the end of the mission, metres. `None` when it has no end (a jump for ever), needs a
@@ -76,7 +76,7 @@ pub struct Remaining {
     pub distance_m: Option<f64>,
     /// Time to the end, seconds. `None` when the distance is, or without ground speed.
     pub time_s: Option<f64>,
-    /// Distance to the current destination, metres. `None` when there is none.
+    /// Distance to the current destination, metres. `None` without one.
     pub leg_m: Option<f64>,
 }
 
@@ -96,8 +96,8 @@ pub enum TripEnd {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "describe", derive(serde::Serialize, utoipa::ToSchema))]
 pub struct Trip {
-    /// Length of the way over ground, circles included, metres; up to the circle without end where it ends in one. Null when it
-    /// never ends, needs a home that is unknown, or holds an item of unknown length.
+    /// Length of the way over ground, circles included, metres; up to the circle without end where it ends in one. Null
+    /// when it never ends, needs a home that is unknown, or holds an item of unknown length.
     #[cfg_attr(feature = "describe", schema(required = true))]
     pub distance_m: Option<f64>,
     /// Time for that, seconds; null when the distance is, or without a speed.
@@ -105,7 +105,8 @@ pub struct Trip {
     pub time_s: Option<f64>,
     /// How it ends.
     pub end: TripEnd,
-    /// Whether the distance rests on what the plan does not tell: a speed, a climb, the vehicle's own radius.
+    /// Whether the distance depends on values that are not in the plan: a speed, a climb rate, the vehicle's own
+    /// radius.
     pub is_estimate: bool,
 }
 
@@ -114,7 +115,8 @@ impl Trip {
     const ENDLESS: Self = Self { end: TripEnd::Endless, ..Self::UNKNOWN };
 }
 
-/// The whole mission from home, or from its first destination when home is unknown, begun at this speed (m/s), which is the vehicle's own.
+/// The whole mission from home, or from its first destination when home is unknown, begun at this speed (m/s), which is
+/// the vehicle's own.
 pub fn trip(mission: &Mission, speed_m_s: Option<f64>, options: &ProgressOptions) -> Trip {
     let home = mission.home.and_then(|home| home.point().ok());
     match home.or_else(|| mission.items.iter().find_map(|item| place(item, options))) {
@@ -130,13 +132,13 @@ pub fn trip(mission: &Mission, speed_m_s: Option<f64>, options: &ProgressOptions
     }
 }
 
-/// What is left from a position, with the item in execution at `current_index` of `mission.items` (on
+/// The remaining mission from a position, with the item in execution at `current_index` of `mission.items` (on
 /// ArduPilot the seq of `MISSION_CURRENT` minus 1).
 ///
-/// The mission ends at its first landing, at a loiter without end, at a return to launch, or after its last
-/// item. Repeats of jumps that are already flown are not known and count as still to come; of the loiter in execution
-/// what was flown counts where it is known. A take-off counts no distance: its place is not flown to.
-/// Changes of speed on the way are taken as ground speeds; where one goes back to the vehicle's own, which is not known, no time is given.
+/// The mission ends at its first landing, at a loiter without end, at a return to launch, or after its last item.
+/// Repeats of jumps that are already flown are not known and count as still to come; of the loiter in execution what
+/// was flown counts where it is known. A take-off counts no distance: its place is not flown to. Changes of speed on
+/// the way are taken as ground speeds; where one goes back to the vehicle's own, which is not known, no time is given.
 pub fn remaining(
     mission: &Mission,
     current_index: usize,
@@ -504,7 +506,7 @@ mod tests {
         check(lap(2), Some((6_000.0, 600.0)));
         check(lap(-1), None);
         check(vec![MissionItem::jump(MissionSeq(9), 1)], None);
-        // nothing but jumps ends too
+        // a mission of jumps alone ends too
         check(vec![MissionItem::jump(MissionSeq(1), 32_767)], Some((0.0, 0.0)));
         let tag = MissionItem::action(Command::JUMP_TAG, [7.0, 0.0, 0.0, 0.0]);
         let to_tag = MissionItem::action(Command::DO_JUMP_TAG, [7.0, 1.0, 0.0, 0.0]);
@@ -564,7 +566,7 @@ mod tests {
                 let left = remaining(&mission, 1, middle, Circled::Nothing, None, &copter);
                 assert!((left.leg_m.unwrap() - length_m / 2.0).abs() < 0.1, "{left:?}");
                 assert!((left.distance_m.unwrap() - length_m / 2.0 - 1_000.0).abs() < 0.1, "{left:?}");
-                // Beside the arc, before its start: nothing better than straight.
+                // Beside the arc, before its start: the straight line.
                 let away = direct(middle, 90.0, 5_000.0);
                 let left = remaining(&mission, 1, away, Circled::Nothing, None, &copter);
                 assert!((left.leg_m.unwrap() - distance_m(away, arc(2_000.0, 0.0).point().unwrap())).abs() < 0.01);

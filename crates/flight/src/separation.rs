@@ -1,4 +1,4 @@
-//! Where two planned flights come too near to each other: tracks as places with times, compared piece by piece. It tells; it flies nothing.
+//! Conflicts between planned flights: tracks as places with times, compared piece by piece.
 
 use crate::geodesy::{GeoPoint, wrap_180_deg};
 use crate::rehearsal::Sample;
@@ -38,7 +38,7 @@ impl Default for Limits {
 }
 
 impl Limits {
-    /// The field that is out of range, with its value and range; `None` when none is.
+    /// The first field out of range, with its value and range; `None` when all are in range.
     pub fn fault(&self) -> Option<(&'static str, f64, f64, f64)> {
         let fields = [
             ("horizontal_m", self.horizontal_m, 1.0, 10_000.0),
@@ -76,8 +76,9 @@ pub fn track_of(samples: &[Sample], starts_s: f64, home_amsl_m: f64) -> Vec<Plac
     samples.iter().map(place).collect()
 }
 
-/// Where any two of these tracks, each in the order of its times, come too near to each other, earliest first. Between two of its places a
-/// plane flies straight at one speed. A pair that comes near, parts and comes near again is told each time.
+/// Where any two of these tracks, each in the order of its times, come too near to each other, earliest first. Between
+/// two of its places a plane flies straight at one speed. A pair that separates and comes near again is reported each
+/// time.
 pub fn conflicts(tracks: &[Vec<Place>], limits: &Limits) -> Vec<Conflict> {
     let mut found = Vec::new();
     for (first, one) in tracks.iter().enumerate() {
@@ -126,8 +127,9 @@ fn joined(one: Conflict, other: Conflict) -> Conflict {
 /// How far along the two legs, 0 to 1 each.
 type Along = [f64; 2];
 
-/// Where two legs come too near. Which pairs of moments are within the time and the height is a polygon in the square of how far each is
-/// along its leg; what they are apart over ground is an affine image of it, so the nearest lies on its edge, or the paths cross inside.
+/// Where two legs come too near. Which pairs of moments are within the time and the height is a polygon in the square
+/// of how far each is along its leg; what they are apart over ground is an affine image of it, so the nearest lies on
+/// its edge, or the paths cross inside.
 fn of_legs(tracks: [usize; 2], one: [Place; 2], other: [Place; 2], limits: &Limits) -> Option<Conflict> {
     let [[a, b], [c, d]] = [one, other].map(|leg| leg.map(|place| place.point.lat_deg()));
     if (a.min(b) - c.max(d)).max(c.min(d) - a.max(b)) * M_PER_DEG > limits.horizontal_m + ROUNDING_M {
@@ -256,7 +258,7 @@ fn crossing(moments: &[Along], apart: impl Fn(Along) -> [f64; 2]) -> Option<Alon
         return None;
     }
     let cross = [(bx * zero[1] - by * zero[0]) / area, (ay * zero[0] - ax * zero[1]) / area];
-    // A line or a point has no inside; its edges are all of it.
+    // A line or a point has no interior: the edges suffice.
     let twice_area: f64 = edges(moments).map(|[from, to]| from[0] * to[1] - to[0] * from[1]).sum();
     if twice_area.abs() < 1e-12 {
         return None;
@@ -269,8 +271,8 @@ fn crossing(moments: &[Along], apart: impl Fn(Along) -> [f64; 2]) -> Option<Alon
     is_inside.then_some(cross)
 }
 
-/// From where to where along the first leg the two are nearer than a distance. Either end of that stretch is on an edge of the moments, or
-/// where the other is beside the first.
+/// From where to where along the first leg the two are nearer than a distance. Either end of that stretch is on an edge
+/// of the moments, or where the other is beside the first.
 fn near_times(moments: [&[Along]; 2], apart: impl Fn(Along) -> [f64; 2], distance_m: f64) -> [f64; 2] {
     let mut range = [f64::INFINITY, f64::NEG_INFINITY];
     for [from, to] in moments.into_iter().flat_map(edges) {

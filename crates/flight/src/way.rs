@@ -1,8 +1,10 @@
-//! The way of a mission as it is drawn: to which items the vehicle flies, by which line, how far, and how it circles there.
+//! The way of a mission as it is drawn: to which items the vehicle flies, by which line, how far, and how it circles
+//! there.
 //!
-//! The items are taken as they stand in the plan: jumps are not followed, and what comes after a landing or a circle without end is there
-//! too, since a pilot edits it. Arcs are arcs, splines are curves, and to and from a circle it goes along the tangent; radii and angles are
-//! those of the plan. How the plane rounds a corner, and what the wind makes of it all, the rehearsal shows.
+//! The items are taken as they stand in the plan: jumps are not followed, and what comes after a landing or a circle
+//! without end is there too, since a pilot edits it. Arcs are arcs, splines are curves, and to and from a circle it
+//! goes along the tangent; radii and angles are those of the plan. Rounded corners and the effect of wind are shown by
+//! the rehearsal.
 
 use crate::geodesy::{GeoPoint, LocalFrame, direct, distance_m, inverse, points_along, wrap_360_deg};
 use crate::landing::STEEP_SLOPE;
@@ -11,7 +13,7 @@ use crate::progress::{Ordered, ProgressOptions, alt_amsl_m, jump_index, ordered,
 use crate::radius::{named_radius_m, own_radius_m};
 use crate::words::words;
 
-/// Points of a curve stand so many degrees of turn apart.
+/// Turn between two points of a curve, degrees.
 const STEP_DEG: f64 = 5.0;
 /// Pieces of a spline.
 const SPLINE_PIECES: u32 = 24;
@@ -19,13 +21,15 @@ const SPLINE_PIECES: u32 = 24;
 const STRAIGHT_M: f64 = 20_000.0;
 /// Two places as near as this are one.
 const SAME_M: f64 = 0.01;
-/// A tangent from one circle to another depends on its other end; after so many rounds it lies within centimetres.
+/// A tangent from one circle to another depends on its other end; after this many iterations it lies within
+/// centimetres.
 const TANGENT_ROUNDS: usize = 6;
-/// A cubic spline is not entered or left faster than this many lengths of its leg (`AC_WPNav`, `SplineCurve` of ArduPilot).
+/// A cubic spline is not entered or left faster than this many lengths of its leg (`AC_WPNav`, `SplineCurve` of
+/// ArduPilot).
 const SPLINE_SPEED: f64 = 4.0;
 
 words! {
-    /// What a leg is.
+    /// Kind of leg.
     #[cfg_attr(feature = "describe", schema(as = WayLegKind))]
     LegKind {
         /// To a take-off's place, or from it.
@@ -61,7 +65,7 @@ pub struct Leg {
     /// The item that it comes from, counted from 1; null for home.
     #[cfg_attr(feature = "describe", schema(required = true))]
     pub from_item: Option<usize>,
-    /// What it is.
+    /// Its kind.
     pub kind: LegKind,
     /// From place to place, metres: of a tangent the straight line, of an arc the arc.
     pub length_m: f64,
@@ -106,7 +110,7 @@ pub struct Loiter {
     pub radius_m: f64,
     /// Its sense.
     pub is_clockwise: bool,
-    /// Whether the radius is the item's own; false where it names none, and the vehicle flies its usual one (`WP_LOITER_RAD`).
+    /// Whether the radius is the item's own; false where the vehicle flies its usual one (`WP_LOITER_RAD`).
     pub is_own_radius: bool,
     /// Way in it, metres; null when it has no end or is not known.
     #[cfg_attr(feature = "describe", schema(required = true))]
@@ -114,7 +118,7 @@ pub struct Loiter {
     /// Time in it, seconds; null likewise.
     #[cfg_attr(feature = "describe", schema(required = true))]
     pub time_s: Option<f64>,
-    /// Whether that rests on what the plan does not tell: a speed, a climb, the vehicle's own radius.
+    /// Whether that depends on values that are not in the plan: a speed, a climb rate, the vehicle's own radius.
     pub is_estimate: bool,
     /// Of a circle to a height: how much of the change is done when it begins, 0 to 1; 1 for the others.
     pub changed_before: f64,
@@ -129,7 +133,7 @@ pub struct Stop {
     /// The way to it; null where the whole way begins there, or the place is the one before.
     #[cfg_attr(feature = "describe", schema(required = true))]
     pub leg: Option<Leg>,
-    /// What is circled there; null where nothing is.
+    /// The circle there; null without one.
     #[cfg_attr(feature = "describe", schema(required = true))]
     pub loiter: Option<Loiter>,
 }
@@ -167,7 +171,8 @@ struct Place<'a> {
     item: Option<(usize, &'a MissionItem)>,
 }
 
-/// The way of a mission from its home, or from its first place when home is not known, begun at this speed (m/s), which is the vehicle's own.
+/// The way of a mission from its home, or from its first place when home is not known, begun at this speed (m/s), which
+/// is the vehicle's own.
 pub fn way(mission: &Mission, speed_m_s: f64, options: &ProgressOptions) -> Way {
     let home = mission.home.and_then(|home| home.point().ok());
     let home_alt_m = mission.home.map(|home| home.alt_amsl_m);
@@ -289,8 +294,8 @@ fn arc_deg(item: &MissionItem) -> Option<f64> {
     (0.5..360.0).contains(&turn_deg.abs()).then_some(turn_deg)
 }
 
-/// `NAV_ARC_WAYPOINT` in MAVLink's common.xml: an arc that turns by param1 degrees on the way; a chord leaves it with half of the angle
-/// that it spans.
+/// `NAV_ARC_WAYPOINT` in MAVLink's common.xml: an arc that turns by param1 degrees on the way; a chord leaves it with
+/// half of the angle that it spans.
 fn arc(from: GeoPoint, to: GeoPoint, turn_deg: f64) -> Vec<GeoPoint> {
     let chord = inverse(from, to);
     let radius_m = chord.distance_m / 2.0 / (turn_deg.abs().to_radians() / 2.0).sin();
@@ -304,8 +309,8 @@ fn arc(from: GeoPoint, to: GeoPoint, turn_deg: f64) -> Vec<GeoPoint> {
     std::iter::once(from).chain(inner).chain(std::iter::once(to)).collect()
 }
 
-/// The cubic Hermite curve whose ends are passed as ArduPilot passes them (`SplineCurve`): at a spline along the line between its
-/// neighbours, at a straight one along the leg.
+/// The cubic Hermite curve whose ends are passed as ArduPilot passes them (`SplineCurve`): at a spline along the line
+/// between its neighbours, at a straight one along the leg.
 fn spline(before: Option<GeoPoint>, from: GeoPoint, to: GeoPoint, after: Option<GeoPoint>) -> Vec<GeoPoint> {
     let flat = |a: GeoPoint, b: GeoPoint| {
         let [north_m, east_m, _] = LocalFrame::new(a, 0.0).ned_m(b, 0.0);
@@ -353,13 +358,14 @@ fn entry(from: GeoPoint, Circle { centre, radius_m, is_clockwise }: Circle) -> O
     Some(direct(from, wrap_360_deg(line.bearing_start_deg + aside_deg), length_m))
 }
 
-/// Where a plane leaves a circle straight to a place; `None` when that lies inside. Flown backwards it is an entry, the other way round.
+/// Where a plane leaves a circle straight to a place; `None` when that lies inside. Flown backwards it is an entry, the
+/// other way round.
 fn exit(circle: Circle, to: GeoPoint) -> Option<GeoPoint> {
     entry(to, Circle { is_clockwise: !circle.is_clockwise, ..circle })
 }
 
-/// Kind of the circle at an item, with its radius, whose sign is its sense: 0, or -0, for the vehicle's own, which one of 1 m and less asks
-/// for too.
+/// Kind of the circle at an item, with its radius, whose sign is its sense: 0, or -0, for the vehicle's own, which one
+/// of 1 m and less asks for too.
 pub(crate) fn signed_radius_m(item: &MissionItem) -> Option<(Circling, f64)> {
     let (kind, signed_m) = match item.command {
         Command::NAV_LOITER_TURNS => (Circling::Turns, item.param(3).unwrap_or(0.0)),
@@ -372,8 +378,8 @@ pub(crate) fn signed_radius_m(item: &MissionItem) -> Option<(Circling, f64)> {
     Some((kind, named_radius_m(signed_m)))
 }
 
-/// The circle at an item; `None` where it has none, or no place of its own. The vehicle's own radius has a sense as well
-/// (`Plane::update_loiter` of ArduPilot 4.7).
+/// The circle at an item; `None` without one, or without a place of its own. The vehicle's own radius has a sense as
+/// well (`Plane::update_loiter` of ArduPilot 4.7).
 pub(crate) fn circle(item: &MissionItem, options: &ProgressOptions) -> Option<Circle> {
     let (_, signed_m) = signed_radius_m(item)?;
     let (is_own, own_m) = (signed_m == 0.0, own_radius_m(options.loiter_radius_m));
@@ -382,7 +388,8 @@ pub(crate) fn circle(item: &MissionItem, options: &ProgressOptions) -> Option<Ci
     Some(Circle { centre: item.point()?, radius_m, is_clockwise: !is_anticlockwise })
 }
 
-/// How far and how long the plane circles at an item; `None` where it does not. Counted as by [`crate::progress::trip`].
+/// How far and how long the plane circles at an item; `None` where it does not. Counted as by
+/// [`crate::progress::trip`].
 fn loiter(
     item: &MissionItem,
     before: Option<&MissionItem>,

@@ -195,7 +195,7 @@ fn circling_is_counted_as_the_walk_counts_it() {
     let loiter = found.stops[1].loiter.expect("a circle");
     near(loiter.changed_before, 5.0 / 120.0, 1e-4);
     near(loiter.time_s.expect("an end"), 115.0, 0.01);
-    // above the ground nobody knows how far that is
+    // above the ground the distance is unknown
     let terrain = MissionItem { frame: MavFrame::GlobalTerrainAlt, ..climb };
     let found = way_of(vec![waypoint(at(0.0, 1_000.0)), terrain], &ProgressOptions::default());
     assert_eq!(found.stops[1].loiter.expect("a circle").length_m, None);

@@ -1,4 +1,5 @@
-//! Words of closed lists and figures with names, stable and fit for scripts: each list is written once, and here is what all have.
+//! Words of closed lists and figures with names, stable and fit for scripts: each list is written once, and here is
+//! what all have.
 //!
 //! Front doors hand codes, words and figures on, so that the same can be said in other languages and units.
 

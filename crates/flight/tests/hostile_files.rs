@@ -1,5 +1,5 @@
-//! Files that are made to harm whoever reads them, under an allocator that counts: each is refused within a second and 64 MiB
-//! (its own bytes included), and the largest plan that is a plan is read within the same.
+//! Files that are made to harm whoever reads them, under an allocator that counts: each is refused within a second and
+//! 64 MiB (its own bytes included), and the largest plan that is a plan is read within the same.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -36,7 +36,8 @@ static ALLOCATOR: Counting = Counting;
 
 const BAR: usize = 64 * 1024 * 1024;
 
-/// How long this process has computed: on a machine that is busy with other things, what the clock says is not what work takes.
+/// How long this process has computed: on a machine that is busy with other things, what the clock says is not what
+/// work takes.
 fn computed() -> Duration {
     let text = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
     let after_name = text.rsplit(')').next().unwrap_or_default();

@@ -1,7 +1,8 @@
 //! Plan files as other programs write them: read as they are meant, and the same again after writing.
 //!
-//! The samples are short and our own, one for each dialect that files of QGroundControl, Mission Planner, APM Planner, MAVProxy and of
-//! companions' scripts were found to have. `VENCEJO_TEST_PLANS` names a folder of real files, each of which must keep its meaning too.
+//! The samples are short and our own, one for each dialect that files of QGroundControl, Mission Planner, APM Planner,
+//! MAVProxy and of companions' scripts were found to have. `VENCEJO_TEST_PLANS` names a folder of real files, each of
+//! which must keep its meaning too.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -246,7 +247,8 @@ fn samples() -> Vec<(&'static str, String, &'static str)> {
     ]
 }
 
-// fault 50 (22 dialects): short files as QGroundControl (2016 to now), Mission Planner, APM Planner, MAVProxy and scripts write them: as meant, and the same after writing
+// fault 50 (22 dialects): short files as QGroundControl (2016 to now), Mission Planner, APM Planner, MAVProxy and
+// scripts write them: as meant, and the same after writing
 #[test]
 fn each_dialect_is_read_as_it_is_meant_and_keeps_its_meaning() {
     let mut formats = 0;
@@ -315,7 +317,8 @@ fn what_cannot_be_meant_is_refused_with_its_place() {
     assert!(write_waypoints(&plan).unwrap_err().to_string().contains("save it as .plan"));
 }
 
-/// A folder of files that other programs wrote: each that is read keeps its meaning. Those that are refused are told, with why.
+/// A folder of files that other programs wrote: each that is read keeps its meaning. Those that are refused are told,
+/// with why.
 #[test]
 fn real_files_keep_their_meaning() {
     let Ok(folder) = std::env::var("VENCEJO_TEST_PLANS") else { return };

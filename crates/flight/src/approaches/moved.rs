@@ -1,4 +1,4 @@
-//! A landing of which somebody moves one part: the rest follows.
+//! Moving one part of a landing: the other parts follow.
 
 use super::{RADIUS_M, SLOPE};
 use crate::error::{FlightError, LandingProblem, Result};
@@ -6,7 +6,7 @@ use crate::geodesy::{GeoPoint, inverse, wrap_360_deg};
 use crate::landing::{Landing, LandingOptions, design_landing};
 use crate::plan::{Command, MavFrame, MissionItem};
 
-/// A part of a landing that somebody moves.
+/// A part of a landing that can be moved.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "describe", derive(serde::Deserialize, utoipa::ToSchema), serde(rename_all = "kebab-case"))]
 pub enum LandingPart {
@@ -18,12 +18,12 @@ pub enum LandingPart {
     Circle,
 }
 
-/// A landing as it was designed, with one part somewhere else: the rest follows, the heights of the point and of the final leg's beginning stay.
-/// The slope stays between 0.02 and 0.25.
+/// A landing as it was designed, with one part somewhere else: the rest follows, the heights of the point and of the
+/// final leg's beginning stay. The slope stays between 0.02 and 0.25.
 ///
 /// # Errors
-/// As [`design_landing`], and when the items are no landing of this kind: a circle down, then the landing, both with places and with
-/// heights above home.
+/// As [`design_landing`], and when the items are not a landing of this kind: a circle down, then the landing, both with
+/// places and with heights above home.
 pub fn move_landing(
     items: &[MissionItem],
     part: LandingPart,
@@ -35,7 +35,8 @@ pub fn move_landing(
     let from_circle = |point: GeoPoint, centre: GeoPoint| {
         let line = inverse(centre, point);
         let final_m = (line.distance_m.powi(2) - shape.radius_m.powi(2)).max(1.0).sqrt();
-        // The centre lies abeam of where the leg begins: the way to the point turns from the leg by the angle that the radius covers.
+        // The centre lies abeam of where the leg begins: the way to the point turns from the leg by the angle that the
+        // radius covers.
         (line.bearing_end_deg + side * (shape.radius_m.abs() / final_m).atan().to_degrees(), final_m)
     };
     let (point, (course_deg, final_m)) = match part {
@@ -64,13 +65,13 @@ pub fn move_landing(
     )
 }
 
-/// How many of a mission's last items are a landing as one is designed, [`move_landing`]'s; `None` where they are none.
+/// How many of a mission's last items are a landing as one is designed, [`move_landing`]'s; `None` if they are not one.
 pub(crate) fn designed_items(items: &[MissionItem]) -> Option<usize> {
     let last = |count: usize| items.len().checked_sub(count).map(|from| &items[from..]);
     [3, 2].into_iter().find(|count| last(*count).and_then(Shape::of).is_some())
 }
 
-/// What a landing that was designed consists of.
+/// The parts of a designed landing.
 struct Shape {
     point: GeoPoint,
     centre: GeoPoint,

@@ -9,9 +9,9 @@ const FAR_OFF_M: f64 = 30.0;
 words! {
     /// How a landing suits.
     Verdict {
-        /// Nothing speaks against it.
+        /// No reason against it.
         Good = "good",
-        /// It can be flown, and something speaks against it.
+        /// It can be flown, with reasons against it.
         Doubtful = "doubtful",
         /// The rehearsed plane does not come down where it should.
         Bad = "bad",
@@ -51,7 +51,7 @@ pub enum LandingReason {
     GroundNear {
         /// How near, at the worst place; negative below the ground.
         clearance_m: f64,
-        /// How much it should be there.
+        /// The clearance required there.
         wanted_m: f64,
         /// How far from the point.
         distance_m: f64,

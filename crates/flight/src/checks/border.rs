@@ -7,7 +7,7 @@ use crate::plan::{FenceShape, FenceZone};
 const M_PER_DEG_LEAST: f64 = 110_000.0;
 /// Latitude from which on a circle may lie around a pole, degrees.
 const POLAR_DEG: f64 = 89.0;
-/// Part of a piece that is no part: what rounding makes of a place where it touches a border.
+/// Shortest part of a piece that counts: less is rounding where it touches a border.
 const LEAST_PART: f64 = 1e-9;
 /// Half width from which on a zone is taken to reach all round the globe, degrees of longitude.
 const WIDE_DEG: f64 = 90.0;

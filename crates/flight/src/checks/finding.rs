@@ -1,7 +1,7 @@
-//! What the checks find: the kinds with their figures, and the English sentences about them.
+//! The findings: their kinds with figures. The English texts are in `english`.
 //!
-//! A kind is a stable code with named figures; a name ends in its unit and datum. Front doors hand both on, so that the same
-//! can be said in other languages and units; [`Finding::message`] and [`Finding::remedy`] say it in English.
+//! A kind is a stable code with named figures; a name ends in its unit and datum. Front doors hand both on, so that the
+//! same can be shown in other languages and units; [`Finding::message`] and [`Finding::remedy`] are English.
 
 #[cfg(feature = "describe")]
 use serde::Serialize;
@@ -55,7 +55,7 @@ impl Datum {
 }
 
 words! {
-    /// What a place lacks.
+    /// Which part of a position is missing.
     #[cfg_attr(feature = "describe", schema(as = MissingPart))]
     Missing {
         /// Latitude or longitude.
@@ -100,7 +100,7 @@ macro_rules! kinds {
         }
 
         figured! {
-            /// What was found. `code` is stable; a figure's name ends in its unit.
+            /// Kind of finding, with its figures. `code` is stable; a figure's name ends in its unit.
             #[cfg_attr(feature = "describe", serde(tag = "code", content = "figures", rename_all = "kebab-case"))]
             FindingKind { $($(#[doc = $doc])* $name = $code { $($fields)* },)* }
         }
@@ -131,10 +131,10 @@ kinds! {
     BadValue = "bad-value" {
         /// Which: `param1` … `param4`, `x`, `y`, `z`, `frame`.
         field: &'static str,
-        /// The value; null when it is no number.
+        /// The value; null when it is not a number.
         #[cfg_attr(feature = "describe", schema(value_type = Option<f64>))]
         value: f64,
-        /// What it must be.
+        /// The requirement that it violates.
         wanted: Wanted,
     },
     /// A command that ArduPlane refuses.
@@ -148,7 +148,7 @@ kinds! {
     ParamOutOfRange = "param-out-of-range" {
         /// Which, 1 to 7.
         param: usize,
-        /// What the parameter is called, in English.
+        /// English name of the parameter.
         label: &'static str,
         /// Its value.
         value: f64,
@@ -163,11 +163,11 @@ kinds! {
     ParamChanged = "param-changed" {
         /// Which, 1 to 7.
         param: usize,
-        /// What the parameter is called, in English.
+        /// English name of the parameter.
         label: &'static str,
         /// Its value.
         value: f64,
-        /// What the vehicle keeps.
+        /// The value that the vehicle stores.
         kept: f64,
         /// Symbol of the unit; empty when there is none.
         unit: &'static str,
@@ -176,7 +176,7 @@ kinds! {
     },
     /// A place without latitude, longitude or height.
     MissingPosition = "missing-position" {
-        /// What it lacks.
+        /// The part that is missing.
         missing: Missing,
     },
     /// Latitude and longitude both 0.
@@ -193,7 +193,7 @@ kinds! {
         /// What that counts from.
         datum: Option<Datum>,
     },
-    /// Neither landing nor return at the end.
+    /// The mission ends without landing or return.
     NoLanding = "no-landing" {},
     /// Items after a landing.
     ItemsAfterLanding = "items-after-landing" {
@@ -210,7 +210,7 @@ kinds! {
         /// Whether there is a landing, and it lacks its approach.
         has_landing: bool,
     },
-    /// A start of a landing sequence for a vehicle that is set to know none.
+    /// A DO_LAND_START for a vehicle whose `RTL_AUTOLAND` is 0, which refuses to arm with it.
     LandStartDisabled = "land-start-disabled" {},
     /// A jump to nowhere.
     JumpTarget = "jump-target" {
@@ -234,7 +234,7 @@ kinds! {
     FarFromHome = "far-from-home" {
         /// How far.
         distance_m: f64,
-        /// What is far.
+        /// The limit.
         far_m: f64,
     },
     /// The first destination is far from the plane.
@@ -292,7 +292,7 @@ kinds! {
     NearGround = "near-ground" {
         /// How near, at the worst place.
         clearance_m: f64,
-        /// How much it should be there.
+        /// The clearance required there.
         wanted_m: f64,
         /// Where, degrees.
         lat_deg: f64,
@@ -303,7 +303,7 @@ kinds! {
     GroundNotKnown = "ground-not-known" {
         /// Its height above that ground; null without one.
         alt_m: Option<f64>,
-        /// Whether the vehicle is set to know none (`TERRAIN_ENABLE` 0).
+        /// Whether the vehicle's terrain data are switched off (`TERRAIN_ENABLE` 0).
         is_off: bool,
     },
     /// Rehearsed: home's height is not that of the ground there.
@@ -363,7 +363,7 @@ kinds! {
     },
     /// Rehearsed: less of the battery is left at the end than should be.
     BatteryBelowReserve = "battery-below-reserve" {
-        /// What is left, % of its capacity.
+        /// Remaining charge, % of its capacity.
         left_pct: f64,
         /// What should be.
         reserve_pct: f64,
@@ -372,12 +372,12 @@ kinds! {
     BatteryEmpty = "battery-empty" {
         /// When, since the start.
         time_s: f64,
-        /// Energy that the flight wants more than the battery holds.
+        /// Energy that the flight needs beyond what the battery holds.
         lacks_wh: f64,
     },
-    /// A fence that no vehicle takes.
+    /// A fence that every vehicle would refuse.
     BadFence = "bad-fence" {
-        /// What is wrong.
+        /// The fault.
         fault: FenceFault,
         /// The zone, counted from 1; null for the return point.
         zone: Option<usize>,
@@ -388,17 +388,17 @@ kinds! {
         /// Height of the return point, above home.
         alt_rel_home_m: Option<f64>,
     },
-    /// A rally point that no vehicle takes or that lies badly.
+    /// A rally point that every vehicle would refuse, or that is badly placed.
     BadRally = "bad-rally" {
         /// The rally point, counted from 1.
         rally_point: usize,
-        /// What is wrong.
+        /// The fault.
         fault: RallyFault,
-        /// Its height in its frame; null when it is no number.
+        /// Its height in its frame; null when it is not a number.
         #[cfg_attr(feature = "describe", schema(value_type = Option<f64>))]
         alt_m: f64,
     },
-    /// Rehearsed: a line of a survey is not flown, or so far aside that nothing is left of the overlap.
+    /// Rehearsed: a line of a survey is not flown, or flown so far aside that no overlap remains.
     SurveyLineMissed = "survey-line-missed" {
         /// The line, counted from 1 in the order flown.
         line: usize,
@@ -420,26 +420,28 @@ impl std::fmt::Display for FindingCode {
     }
 }
 
-/// Something wrong or doubtful in a plan. `message` and `remedy` say it in English; `code` and `figures` say the same to programs.
+/// Something wrong or doubtful in a plan. `message` and `remedy` say it in English; `code` and `figures` say the same
+/// to programs.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "describe", derive(Serialize, ToSchema))]
 pub struct Finding {
     /// How bad it is.
     pub severity: Severity,
-    /// The item, counted from 1 as its seq on ArduPilot; null when it is about the whole plan, home, the fence or rally points.
+    /// The item, counted from 1 as its seq on ArduPilot; null when it is about the whole plan, home, the fence or rally
+    /// points.
     #[cfg_attr(feature = "describe", schema(required = true))]
     pub item: Option<usize>,
-    /// What is wrong.
+    /// The fault.
     pub message: String,
-    /// How to mend it.
+    /// How to fix it.
     pub remedy: String,
-    /// What it is.
+    /// The kind, with its figures.
     #[cfg_attr(feature = "describe", serde(flatten))]
     pub kind: FindingKind,
 }
 
 impl Finding {
-    /// What it is, without its figures.
+    /// Its code.
     pub const fn code(&self) -> FindingCode {
         self.kind.code()
     }

@@ -1,7 +1,7 @@
-//! Remedies that can be computed: for a finding, a change of the items after which it is no longer found.
+//! Computed fixes: for a finding, a change of the items that resolves it.
 //!
-//! Each is tried before it is told: applied, checked and rehearsed again. One after which the finding is still there, or an error that was not, is
-//! not told.
+//! Each is verified before it is offered: applied, checked and rehearsed again. One that leaves the finding, or adds an
+//! error, is dropped.
 
 use super::finding::{Finding, FindingCode, FindingKind, Severity};
 use super::rehearsed::look;
@@ -16,7 +16,7 @@ use crate::words::figured;
 
 /// Plans that are looked through at the most, with what each would be after a change.
 const MOST_TRIES: usize = 32;
-/// The time that is flown in them, s, after which no other is looked through: as long as so many of half an hour take with their returns, some
+/// Budget of simulated flight time, s, after which no further fix is tried: some
 /// seconds of a processor.
 const MOST_FLOWN_S: f64 = 72.0 * 3_600.0;
 /// Landings that are tried of those there are to choose from.
@@ -29,16 +29,16 @@ const TAKEOFF_PITCH_DEG: f64 = 15.0;
 const RAISES_M: [f64; 3] = [30.0, 60.0, 120.0];
 /// How far a waypoint that is flown by is moved away from the one before, m: likewise.
 const MOVES_M: [f64; 5] = [50.0, 100.0, 150.0, 200.0, 300.0];
-/// What a return that looks for the landing sequence is set to (`RTL_AUTOLAND`): straight to the landing, or home first.
+/// Values of `RTL_AUTOLAND` with which a return flies the landing sequence: straight to the landing, or home first.
 const FLY_LANDING: [f64; 2] = [2.0, 1.0];
 
 figured! {
-    /// What a remedy does. `code` is stable; a figure's name ends in its unit.
+    /// Kind of fix, with its figures. `code` is stable; a figure's name ends in its unit.
     #[cfg_attr(feature = "describe", serde(tag = "does", content = "with", rename_all = "kebab-case"))]
     FixKind {
         /// Sets a parameter of the item.
         SetParam = "set-param" {
-            /// What the parameter is called, in English.
+            /// English name of the parameter.
             label: &'static str,
             /// Its value.
             value: f64,
@@ -62,7 +62,7 @@ figured! {
             /// Course of its final leg.
             course_deg: f64,
         },
-        /// Lays the landing out anew at its point.
+        /// Lays the landing out again at the same point.
         TurnLanding = "turn-landing" {
             /// Course of its final leg.
             course_deg: f64,
@@ -95,7 +95,7 @@ figured! {
 /// A remedy that was tried: with these items in the place of others, the finding is gone.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fix {
-    /// What it does.
+    /// The kind of change, with its figures.
     pub kind: FixKind,
     /// Index of the first item that it replaces; the number of items: it adds at the end.
     pub first: usize,
@@ -106,7 +106,8 @@ pub struct Fix {
 }
 
 impl Fix {
-    /// The plan with it. Jumps still lead where they led, those to an item that is gone to what stands there.
+    /// The plan with the fix applied. Jump targets follow their items; a jump to a deleted item leads to what replaced
+    /// it.
     pub fn applied(&self, plan: &Plan) -> Plan {
         let mut plan = plan.clone();
         let (first, count, added) = (self.first, self.count, self.items.len());
@@ -126,7 +127,7 @@ impl Fix {
         plan
     }
 
-    /// What it does, in English.
+    /// English description.
     pub fn message(&self) -> String {
         match &self.kind {
             FixKind::SetParam { label, value, unit } => format!("set {label} to {value} {unit}").trim_end().to_owned(),
@@ -143,19 +144,19 @@ impl Fix {
     }
 }
 
-/// What a plan is looked through with.
+/// Everything that a plan is checked against.
 #[derive(Clone, Copy)]
 pub struct Inspection<'a> {
-    /// What is known of the vehicle.
+    /// Known facts of the vehicle.
     pub context: CheckContext,
-    /// What it is rehearsed in; `None`: it is not rehearsed.
+    /// Conditions of the rehearsal; `None`: no rehearsal.
     pub conditions: Option<Conditions<'a>>,
     /// Height above the ground that the flight should keep, m.
     pub clearance_m: f64,
 }
 
 impl Inspection<'_> {
-    /// What is wrong or doubtful.
+    /// The findings of checks and rehearsal.
     pub fn findings(&self, plan: &Plan) -> Vec<Finding> {
         self.look(plan).0
     }
@@ -170,8 +171,8 @@ impl Inspection<'_> {
     }
 }
 
-/// Findings of a plan that a change of its items, or of one parameter of the vehicle, resolves, each with the first such change that was found.
-/// Of findings of one kind with the same item the first alone.
+/// Findings of a plan that a change of its items, or of one parameter of the vehicle, resolves, each with the first
+/// such change that was found. Of findings of one kind with the same item the first alone.
 pub fn fixes(plan: &Plan, inspection: &Inspection<'_>) -> Vec<(Finding, Fix)> {
     let (found, mut flown_s) = inspection.look(plan);
     let mut tries = MOST_TRIES;
@@ -196,7 +197,8 @@ pub fn fixes(plan: &Plan, inspection: &Inspection<'_>) -> Vec<(Finding, Fix)> {
     fixed
 }
 
-/// Whether the finding is gone after a change, and no error is there that was not; and how long all that is flown for it takes, s.
+/// Whether the finding is gone after a change, and no error is there that was not; and how long all that is flown for
+/// it takes, s.
 fn tried(plan: &Plan, inspection: &Inspection<'_>, before: &[Finding], finding: &Finding, fix: &Fix) -> (bool, f64) {
     let mut inspection = *inspection;
     let plane: Aircraft;
@@ -325,7 +327,7 @@ fn landings(
     found.into_iter().take(MOST_LANDINGS).map(|one| fix(one.landing)).collect()
 }
 
-/// The landing at an index, another way: with the circle down and the start of the sequence that belong to it.
+/// The landing at an index on another course: with the circle down and the start of the sequence that belong to it.
 fn turned(plan: &Plan, inspection: &Inspection<'_>, index: usize) -> Vec<Fix> {
     let items = &plan.mission.items;
     let Some(land) = items.get(index).filter(|item| item.command == Command::NAV_LAND) else { return Vec::new() };

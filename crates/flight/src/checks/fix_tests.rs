@@ -24,7 +24,7 @@ fn landing(course_deg: f64, wind: Wind) -> Vec<MissionItem> {
     design_landing(home(), &options).unwrap().items
 }
 
-/// A take-off, then these; what resolves the finding of that code, tried by somebody else than who told it.
+/// A take-off, then these; the fix of the finding of that code, verified independently of `fixes`.
 fn fixed(
     code: FindingCode,
     items: Vec<MissionItem>,
@@ -118,7 +118,8 @@ fn what_is_told_resolves_the_finding_and_brings_no_error() {
 
 #[test]
 fn a_return_that_lands_is_flown_as_it_would_be() {
-    // Straight from the far legs to the landing lies a ridge that the landing's height does not clear; over home there is none.
+    // Straight from the far legs to the landing lies a ridge that the landing's height does not clear; over home the
+    // way is free.
     let at = |north_m: f64, east_m: f64| direct(direct(home(), 0.0, north_m), 90.0, east_m);
     let ridge = |point: GeoPoint| {
         let [north_m, east_m, _] = crate::geodesy::LocalFrame::new(home(), 0.0).ned_m(point, 0.0);
@@ -185,7 +186,7 @@ fn what_cannot_be_resolved_is_not_told() {
     let found = inspection.findings(&plan);
     assert!(found.iter().any(|finding| finding.code() == FindingCode::HeldByWind));
     assert!(fixes(&plan, &inspection).iter().all(|(finding, _)| finding.code() != FindingCode::HeldByWind));
-    // Nor without home, where nothing can be laid out from.
+    // Nor without home, from which everything is laid out.
     let lost = Plan::from_mission(Mission { home: None, items: vec![waypoint(0.0, 800.0, 60.0)] });
     let inspection = Inspection { conditions: None, ..inspection };
     assert_eq!(fixes(&lost, &inspection), []);

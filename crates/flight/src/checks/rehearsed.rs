@@ -1,4 +1,4 @@
-//! What a rehearsed flight shows to be wrong or doubtful in a plan.
+//! Findings from a plan's rehearsed flight.
 
 use super::border::Border;
 use super::finding::{Finding, FindingCode, FindingKind, Severity};
@@ -9,7 +9,8 @@ use crate::rehearsal::{Conditions, Ending, GroundLack, Rehearsal, Sample, Trigge
 
 /// Difference of height at a waypoint that is worth a word, m: less is what turns and gusts bring.
 const HEIGHT_OFF_M: f64 = 15.0;
-/// How far beyond and before its point a touch-down may lie, m. An ArduPlane touches some 40 m before it and rolls there.
+/// How far beyond and before its point a touch-down may lie, m. An ArduPlane touches some 40 m before it and rolls
+/// there.
 const LONG_M: f64 = 30.0;
 const SHORT_M: f64 = 80.0;
 /// Wind from behind at the touch-down that is worth a word, m/s.
@@ -18,7 +19,8 @@ const TAILWIND_M_S: f64 = 2.0;
 pub const CLEARANCE_M: f64 = 30.0;
 /// Part of the height above the field that must be left above the ground after a take-off and on an approach.
 const FREE_PART: f64 = 0.5;
-/// Height above the field below which that is not asked, m: terrain data are off by as much (SRTM is mostly within 8 m).
+/// Height above the field below which that is not asked, m: terrain data are off by as much (SRTM is mostly within 8
+/// m).
 const FIELD_M: f64 = 15.0;
 /// How far home's height may be off the ground there, m; an ArduPlane corrects by up to 30 (`TERRAIN_OFS_MAX`).
 const HOME_OFF_M: f64 = 30.0;
@@ -29,16 +31,18 @@ const OFF_TRACK_M: f64 = 2.0;
 /// Moments of a flight that a return is rehearsed from.
 const RETURNS: u32 = 24;
 
-/// Parts of a final leg after which a landing is broken off, and how long before the touch-down it is left at that, s: a plane that has begun
-/// to flare is nearly down.
+/// Parts of a final leg after which a landing is broken off, and how long before the touch-down it is left at that, s:
+/// a plane that has begun to flare is nearly down.
 const GO_AROUNDS: [f64; 4] = [0.25, 0.5, 0.75, 1.0];
 const FLARES_S: f64 = 4.0;
 
-/// Flies a plan, and finds what its flight shows to be wrong or doubtful, in the order of the items; each item once for each kind. From
-/// 24 moments a return is flown too, and from four of the final leg a go-around. `None` as [`rehearse`].
+/// Flies a plan, and finds what its flight shows to be wrong or doubtful, in the order of the items; each item once for
+/// each kind. From 24 moments a return is flown too, and from four of the final leg a go-around. `None` as
+/// [`rehearse`].
 ///
-/// `clearance_m` is the height above the ground that it should keep where that is known ([`CLEARANCE_M`] is usual). Until the plane has
-/// climbed to it or has reached the item after the first, and on the approach to a landing, half the height above the field is enough.
+/// `clearance_m` is the height above the ground that it should keep where that is known ([`CLEARANCE_M`] is usual).
+/// Until the plane has climbed to it or has reached the item after the first, and on the approach to a landing, half
+/// the height above the field is enough.
 pub fn rehearse_and_check(
     plan: &Plan,
     conditions: &Conditions<'_>,
@@ -81,15 +85,15 @@ pub(super) fn look(plan: &Plan, conditions: &Conditions<'_>, clearance_m: f64) -
     Some(Looked { flown, findings, all_s })
 }
 
-/// What is wrong or doubtful in a plan that was rehearsed: what its lines show but for the legs that look short, for the flight shows whether
-/// they are, and what the flight shows.
+/// Merges the findings of a plan's lines with those of its rehearsal. Short legs are dropped, because the flight shows
+/// whether they are too short.
 pub fn with_flown(mut drawn: Vec<Finding>, flown: impl IntoIterator<Item = Finding>) -> Vec<Finding> {
     drawn.retain(|finding| finding.code() != FindingCode::ShortLeg);
     drawn.extend(flown);
     drawn
 }
 
-/// What was found so far.
+/// Findings collected so far.
 struct Found<'a> {
     plan: &'a Plan,
     /// Of the zones of a sound fence.
@@ -107,7 +111,7 @@ impl Found<'_> {
         }
     }
 
-    /// Zones of the fence that a flight gets to the wrong side of, counted from 1, and the items that are told of it.
+    /// Zones of the fence that a flight gets to the wrong side of, counted from 1, with the item flown then.
     fn left_zones<'f>(&self, flown: &'f Rehearsal) -> impl Iterator<Item = (Option<usize>, usize)> + use<'_, 'f> {
         let kept = if self.borders.is_empty() { Vec::new() } else { flown.thinned(OFF_TRACK_M) };
         let mut before: Option<GeoPoint> = None;
@@ -122,11 +126,11 @@ impl Found<'_> {
     fn returns(&mut self, returns: &[WhatIf], wind: Wind) {
         for asked in returns {
             let (Some(index), Some(flown)) = (asked.at.index, &asked.flown) else { continue };
-            // From a landing's last metres nothing returns.
+            // No return starts in the last metres of a landing.
             if self.plan.mission.items.get(index).is_some_and(|item| item.command == Command::NAV_LAND) {
                 continue;
             }
-            // What the mission itself does there is told already.
+            // The mission's own finding there is reported already.
             let own: Vec<FindingCode> =
                 self.findings.iter().filter(|finding| finding.item == Some(index + 1)).map(Finding::code).collect();
             match flown.ending {
@@ -255,8 +259,8 @@ fn on_final_legs(plan: &Plan, flown: &Rehearsal) -> Vec<f64> {
     GO_AROUNDS.into_iter().filter_map(at).collect()
 }
 
-/// Samples of a flight until it touches the ground, each with the item that was begun last, or whose end the plane returns after; `None`
-/// before the first.
+/// Samples of a flight until it touches the ground, each with the item that was begun last, or whose end the plane
+/// returns after; `None` before the first.
 fn with_items<'a>(
     flown: &'a Rehearsal,
     samples: impl IntoIterator<Item = &'a Sample>,

@@ -1,4 +1,4 @@
-//! Tests of what a rehearsed flight shows: each finding once provoked, and flights that give none.
+//! Tests of the findings from rehearsals: each provoked once, and flights without findings.
 
 use super::*;
 use crate::checks::{CheckContext, check_plan};
@@ -41,7 +41,7 @@ fn what_the_lines_do_not_show_is_found() {
     let narrow = vec![waypoint(0.0, 1_000.0, 60.0), waypoint(3.4, 1_000.0, 60.0), waypoint(3.4, 900.0, 60.0)];
     let codes = found(narrow, Fence::default(), Wind { from_deg: 270.0, speed_m_s: 9.0 });
     assert!(codes.contains(&(FindingCode::WaypointMissed, Some(4))), "{codes:?}");
-    // Straight on they are nothing to turn in.
+    // Without turns, short legs do not matter.
     let straight = vec![waypoint(0.0, 1_000.0, 60.0), waypoint(0.0, 1_040.0, 60.0), waypoint(0.0, 1_500.0, 60.0)];
     let items = std::iter::once(MissionItem::takeoff(HOME.lat_deg, HOME.lon_deg, 50.0, 12.0)).chain(straight.clone());
     let mission = Mission { home: Some(HOME), items: items.collect() };
@@ -173,7 +173,8 @@ fn the_whole_flight_is_held_against_the_fence() {
         Fence { zones: vec![zone], return_point: None }
     };
     let calm = Wind::default();
-    // The way back, which the mission asks for or which is flown after its last item, goes through a zone that is crossed in 4 s.
+    // The way back, which the mission asks for or which is flown after its last item, goes through a zone that is
+    // crossed in 4 s.
     let asked = [way(), vec![MissionItem::return_to_launch()]].concat();
     assert!(found(asked, around(45.0), calm).contains(&(FindingCode::LeavesFence, Some(5))));
     assert!(found(way(), around(45.0), calm).contains(&(FindingCode::LeavesFence, Some(4))));

@@ -1,4 +1,4 @@
-//! What the rehearsed flight of a survey shows to be missing on its pictures.
+//! Findings from a survey's rehearsed flight: missed lines and holes in the coverage.
 
 use super::finding::{Finding, FindingKind, Severity};
 use crate::plan::MissionItem;

@@ -1,4 +1,5 @@
-//! Tests of the formats of map programs: what others write is read with its heights named, what we write is read as it was.
+//! Tests of the formats of map programs: what others write is read with its heights named, what we write is read as it
+//! was.
 
 use super::*;
 use crate::formats::waypoints::tests::missions;

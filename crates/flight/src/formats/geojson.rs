@@ -110,7 +110,7 @@ fn geometry(node: &Node<'_>, shapes: &mut Vec<Shape>) -> Result<()> {
     Ok(())
 }
 
-/// Longitude, latitude and perhaps a height; what follows means nothing.
+/// Longitude, latitude and perhaps a height; further numbers are ignored.
 fn place(node: &Node<'_>) -> Result<Place> {
     let mut parts = node.list()?;
     let (Some(lon), Some(lat)) = (parts.next(), parts.next()) else {
@@ -121,7 +121,8 @@ fn place(node: &Node<'_>) -> Result<Place> {
     Ok(Place { point, alt_m })
 }
 
-/// Writes GeoJSON, one feature a line. Coordinates have no height: the standard counts it from the ellipsoid, a plan does not.
+/// Writes GeoJSON, one feature a line. Coordinates have no height: the standard counts it from the ellipsoid, a plan
+/// does not.
 pub(super) fn write_geojson(plan: &Plan, notes: &mut Notes) -> String {
     let at = |place: &Place| json!([plain(place.point.lon_deg()), plain(place.point.lat_deg())]);
     let list = |places: &[Place]| places.iter().map(at).collect::<Vec<_>>();

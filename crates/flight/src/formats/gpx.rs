@@ -30,7 +30,7 @@ pub(super) fn read_gpx(root: &Element, notes: &mut Notes) -> Result<Plan> {
         let place = place(point, &name)?;
         points.push(feature(Shape::Point(place), name, is_named(point)));
     }
-    // a line without a point is none
+    // skip lines without points
     let is_there = |feature: &Feature| matches!(&feature.shape, Shape::Line(line) if !line.is_empty());
     routes.retain(is_there);
     tracks.retain(is_there);

@@ -146,10 +146,10 @@ pub(super) fn parse(text: &str) -> Result<Value> {
     })
 }
 
-/// Looks through JSON before it is unfolded: values take many times the bytes that they are written with.
+/// Estimates the memory of JSON before it is parsed: values take many times the bytes that they are written with.
 ///
-/// Counts what a value, a list, an object and a member take at most in `serde_json`: a list of one value makes room for four, an
-/// object for eleven. What is no JSON is counted as well as can be, and refused by who reads it.
+/// Counts what a value, a list, an object and a member take at most in `serde_json`: a list of one value makes room for
+/// four, an object for eleven. Invalid JSON is estimated as well as possible and refused by the parser.
 pub(super) fn check_size(text: &str) -> Result<()> {
     const VALUE: usize = 3 * size_of::<Value>();
     const LIST: usize = 4 * size_of::<Value>();

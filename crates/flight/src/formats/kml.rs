@@ -1,7 +1,7 @@
 //! KML 2.2 (OGC 07-147r2, <https://developers.google.com/kml/documentation/kmlreference>), also in a zip (`.kmz`).
 //!
-//! Heights count as `altitudeMode` says: `absolute` from the sea, `relativeToGround` from the terrain. `clampToGround`, the default,
-//! means that the height says nothing; so do the modes for the sea floor.
+//! Heights count as `altitudeMode` says: `absolute` from the sea, `relativeToGround` from the terrain. `clampToGround`,
+//! the default, means that the height is ignored, as do the modes for the sea floor.
 
 use std::fmt::Write as _;
 use std::io::{Read as _, Write as _};
@@ -254,7 +254,7 @@ pub(super) fn kml_of_kmz(bytes: &[u8]) -> Result<Vec<u8>> {
         }
         let method = entry.compression_method();
         let found = archive.get_entry(entry.wayfinder()).map_err(|error| damaged(&error))?;
-        // What the archive says of the size is not believed.
+        // The size that the archive announces is not trusted.
         let mut unpacked = Vec::new();
         let limit = MAX_FILE_BYTES as u64 + 1;
         let read = match method {

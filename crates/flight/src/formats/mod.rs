@@ -1,7 +1,7 @@
 //! Files that hold plans and parameters: reading, writing, and telling them apart.
 //!
 //! Files are untrusted: sizes are bounded, every number is checked, and every error names the line or
-//! JSON path, what is wrong and how to mend it.
+//! JSON path, the fault and its remedy.
 
 mod geojson;
 mod gpx;
@@ -38,8 +38,8 @@ use text::{text_of, too_many};
 
 /// Reads a plan of any known format, told apart by its content.
 ///
-/// `file_name` serves the message alone, when the content is of no known kind. What had to be assumed or left out stands in the
-/// notes: heights keep what they count from, and where a file does not say it, that is said.
+/// `file_name` serves the message alone, when the content is of no known kind. What had to be assumed or left out
+/// stands in the notes: heights keep what they count from, and where a file does not say it, that is said.
 ///
 /// # Errors
 /// [`FlightError::BadFile`] when the file is too large, empty, not UTF-8 or of no known format, else as
@@ -89,7 +89,7 @@ pub fn read_plan(bytes: &[u8], file_name: Option<&str>) -> Result<PlanFile> {
     Ok(PlanFile { plan, settings: PlanSettings::default(), format, notes: notes.into_vec() })
 }
 
-/// What a file is at first sight.
+/// Kind of content, by its first bytes.
 enum Content<'a> {
     Json(serde_json::Value),
     Xml { root: xml::Element, is_zipped: bool },
@@ -129,10 +129,10 @@ fn unknown(file_name: Option<&str>, found: &str) -> FlightError {
 /// A `.waypoints` file holds the mission, of a plan without one its fence, else its rally points.
 ///
 /// # Errors
-/// [`FlightError::BadFile`] for a plan of which the format could hold nothing, or only one of two parts, or (GeoJSON, beyond some 6,000
-/// items) more than is read, or (rows) what another list would have, [`FlightError::BadRally`] as
-/// [`write_plan_json`]; [`FlightError::BadFile`] too for [`PlanFormat::Points`], which is not written. Whatever could not be sent to a
-/// vehicle is not written either, with the error that sending has: nothing would read it.
+/// [`FlightError::BadFile`] for a plan of which the format could hold nothing, or only one of two parts, or (GeoJSON,
+/// beyond some 6,000 items) more than is read, or (rows) what another list would have, [`FlightError::BadRally`] as
+/// [`write_plan_json`]; [`FlightError::BadFile`] too for [`PlanFormat::Points`], which is not written. A plan that
+/// could not be sent to a vehicle is refused with the error of sending, because no reader would accept it.
 pub fn write_plan(plan: &Plan, settings: &PlanSettings, format: PlanFormat) -> Result<WrittenPlan> {
     plan.mission.home.map_or(Ok(()), |home| home.point().map(drop))?;
     for kind in PlanKind::ALL {
@@ -161,7 +161,7 @@ pub fn write_plan(plan: &Plan, settings: &PlanSettings, format: PlanFormat) -> R
         PlanFormat::Kml | PlanFormat::Kmz => kml::write_kml(plan, &mut notes),
         PlanFormat::GeoJson => {
             let text = geojson::write_geojson(plan, &mut notes);
-            // nothing is written that is not read
+            // everything written can be read
             json::check_size(&text)?;
             text
         }

@@ -1,4 +1,4 @@
-//! What a reader had to assume or leave out, and what a writer could not keep: said, never done in silence.
+//! Notes about what a reader assumed or left out, and what a writer could not keep.
 
 use std::collections::BTreeMap;
 
@@ -7,14 +7,14 @@ use crate::words::words;
 macro_rules! codes {
     ($($(#[doc = $doc:literal])* $name:ident = $code:literal: $sentence:literal,)*) => {
         words! {
-            /// What a note about a plan file says, as in `heights-missing`.
+            /// Kind of note about a plan file, as in `heights-missing`.
             #[cfg_attr(feature = "describe", schema(as = PlanFileNoteCode))]
             #[non_exhaustive]
             NoteCode { $($(#[doc = $doc])* $name = $code,)* }
         }
 
         impl NoteCode {
-            /// What it says, in English and in ASCII, without the number.
+            /// English text in ASCII, without the number.
             pub const fn sentence(self) -> &'static str {
                 match self { $(Self::$name => $sentence,)* }
             }
@@ -35,7 +35,7 @@ codes! {
         "heights were taken as above home, for the file does not say what they count from",
     /// Read: items without a height.
     HeightsMissing = "heights-missing": "places have no height; set it before the plan is sent",
-    /// Read: what is drawn in the file and is no place.
+    /// Read: drawn features that are not places.
     NotPlaces = "not-places": "entries of the file are no places and were left out",
     /// Read: points in a file that has a route.
     PointsLeftOut = "points-left-out": "points beside the route were left out",
@@ -105,7 +105,7 @@ impl std::fmt::Display for Note {
 pub(super) struct Notes(BTreeMap<NoteCode, usize>);
 
 impl Notes {
-    /// Counts some more; nothing for 0.
+    /// Adds to the count of a note; no effect for 0.
     pub(super) fn add(&mut self, code: NoteCode, count: usize) {
         if count > 0 {
             *self.0.entry(code).or_default() += count;

@@ -42,8 +42,8 @@ pub enum ParamDialect {
 /// MAVProxy writes, is skipped.
 ///
 /// # Errors
-/// [`FlightError::BadLine`] for a name or value that cannot be, and for a name given twice with two values;
-/// [`FlightError::BadFile`] when it is no text file or holds no parameter.
+/// [`FlightError::BadLine`] for an invalid name or value, and for a name given twice with two values;
+/// [`FlightError::BadFile`] when it is not a text file or has no parameter.
 pub fn read_params(bytes: &[u8]) -> Result<Vec<ParamEntry>> {
     let mut entries: Vec<ParamEntry> = Vec::new();
     let mut places: HashMap<String, (usize, usize)> = HashMap::new(); // name → line, place in entries

@@ -1,8 +1,8 @@
 //! Places of maps (points, lines, areas) as plans, and plans as places with their items beside them.
 //!
-//! KML and GeoJSON know the same things: geometries, each with data of its own. What a plan holds goes into the data, so that such
-//! a file keeps everything; places are where the geometry is, so that moving a point in a map program moves the item. What others
-//! drew becomes waypoints (lines, else points) and zones of the fence (areas).
+//! KML and GeoJSON know the same things: geometries, each with data of its own. What a plan holds goes into the data,
+//! so that such a file keeps everything; places are where the geometry is, so that moving a point in a map program
+//! moves the item. What others drew becomes waypoints (lines, else points) and zones of the fence (areas).
 
 use crate::error::{FlightError, Result};
 use crate::formats::notes::{NoteCode, Notes};
@@ -31,7 +31,7 @@ pub(super) enum Shape {
     Area(Vec<Vec<Place>>),
 }
 
-/// What the heights of a feature count from.
+/// Reference of a feature's heights.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Heights {
     /// Mean sea level, by the format's definition.
@@ -74,7 +74,7 @@ pub(super) struct Feature {
     pub(super) heights: Heights,
     /// Data by name, texts as the file has them.
     pub(super) data: Vec<(String, Datum)>,
-    /// Where it stands in the file, for messages; a name for who looks at the map when it is written.
+    /// Its place in the file, for messages; when written, its name on the map.
     pub(super) name: String,
     /// Whether the file names or describes it.
     pub(super) is_named: bool,
@@ -177,7 +177,7 @@ impl Feature {
         }
     }
 
-    /// The item that the data tell; its place is that of the geometry.
+    /// The item from the feature's data, placed at its geometry.
     fn item(&self) -> Result<MissionItem> {
         let mut params = [None; 7];
         for (param, key) in params.iter_mut().zip(PARAMS) {
@@ -214,10 +214,10 @@ impl Feature {
     }
 }
 
-/// A plan of what a file draws.
+/// Makes a plan of a file's features.
 ///
 /// # Errors
-/// [`FlightError::BadFile`] for a file without a place, an area that is no fence, and data that are damaged.
+/// [`FlightError::BadFile`] for a file without a place, an area that cannot be a fence, and damaged data.
 pub(super) fn plan_of(features: &[Feature], notes: &mut Notes) -> Result<Plan> {
     let mut plan = Plan::default();
     let mut items = Vec::new();
@@ -304,7 +304,8 @@ pub(super) fn plan_of(features: &[Feature], notes: &mut Notes) -> Result<Plan> {
     Ok(plan)
 }
 
-/// Items in the order of the numbers that they had. A map program may have lost some, or copied one: jumps go on to name what they named.
+/// Items in the order of the numbers that they had. A map program may have lost some, or copied one: jumps go on to
+/// name what they named.
 fn renumbered(mut items: Vec<(f64, MissionItem)>, notes: &mut Notes) -> Result<Vec<MissionItem>> {
     items.sort_by(|a, b| a.0.total_cmp(&b.0));
     let numbers: Vec<f64> = items.iter().map(|(number, _)| *number).collect();
@@ -442,7 +443,7 @@ pub(super) fn point_of(lat: &str, lon: &str) -> std::result::Result<GeoPoint, St
     GeoPoint::new(number(lat, "latitude")?, number(lon, "longitude")?).map_err(|error| error.to_string())
 }
 
-/// What a height of a file is; empty is none.
+/// A height of a file; empty: no height.
 pub(super) fn height_of(text: &str) -> std::result::Result<Option<f64>, String> {
     match text.trim() {
         "" => Ok(None),

@@ -1,4 +1,4 @@
-//! What a plan file holds, whatever its format.
+//! The content of plan files, independent of their format.
 
 use crate::formats::notes::Note;
 use crate::plan::Plan;
@@ -29,7 +29,7 @@ impl PlanFormat {
     pub const WRITTEN: [Self; 7] =
         [Self::QgcPlan, Self::Waypoints, Self::Kml, Self::Kmz, Self::GeoJson, Self::Gpx, Self::Csv];
 
-    /// The format that a file's name asks for by its ending, whatever the case; `None` for an ending that says none.
+    /// The format that a file's name asks for by its ending, whatever the case; `None` for any other ending.
     pub fn of_name(name: &str) -> Option<Self> {
         let ending = name.rsplit_once('.')?.1.to_ascii_lowercase();
         match ending.as_str() {
@@ -68,8 +68,8 @@ impl PlanFormat {
 
 /// An item of a `.plan` that stands for several: a survey, a corridor, a landing pattern, a structure scan.
 ///
-/// The mission holds the items that it stands for. It is kept beside them, and written in their place as long as they are in the mission
-/// as it made them: so QGroundControl opens it as what it was.
+/// The mission holds the items that it stands for. It is kept beside them, and written in their place as long as they
+/// are in the mission as it made them: so QGroundControl opens it as what it was.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[cfg_attr(feature = "describe", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema))]
 #[cfg_attr(feature = "describe", serde(deny_unknown_fields))]
@@ -80,7 +80,7 @@ pub struct ComplexItem {
     pub json: String,
 }
 
-/// What a plan file says beside the plan. QGroundControl plans for these; no vehicle is told.
+/// Settings in a plan file beside the plan. QGroundControl uses them for planning; they are never sent to a vehicle.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct PlanSettings {
     /// Speed to plan times with, metres per second (airspeed of a plane).
@@ -100,7 +100,7 @@ pub struct PlanSettings {
 pub struct PlanFile {
     /// The plan.
     pub plan: Plan,
-    /// What the file says beside it.
+    /// Settings beside the plan.
     pub settings: PlanSettings,
     /// How it was written.
     pub format: PlanFormat,
@@ -113,6 +113,6 @@ pub struct PlanFile {
 pub struct WrittenPlan {
     /// The file.
     pub bytes: Vec<u8>,
-    /// What was not kept as it is.
+    /// Notes on what was changed or left out.
     pub notes: Vec<Note>,
 }

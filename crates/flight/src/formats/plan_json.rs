@@ -1,12 +1,12 @@
-//! `.plan`: the JSON of QGroundControl, plan version 1 (mission 2, geofence and rally points 1 and 2), and its `.mission` of 2016,
-//! which is a mission alone.
+//! `.plan`: the JSON of QGroundControl, plan version 1 (mission 2, geofence and rally points 1 and 2), and its
+//! `.mission` of 2016, which is a mission alone.
 //!
-//! Simple items are kept as they are. Complex items become the simple items that QGroundControl itself
-//! would upload: surveys and corridors carry them in the file, landing patterns are expanded here. Of a structure scan, and of a survey
-//! of before 2018, the file says nothing that could be flown: one item stands for it that no vehicle takes.
-//! Whatever they become, complex items are kept beside the mission ([`ComplexItem`]), and written again where their items still are.
-//! Until 2017 an item had its place in a member of its own, until 2016 its parameters too; its own ids were called `id`.
-//! Format: <https://docs.qgroundcontrol.com/master/en/qgc-dev-guide/file_formats/plan.html>.
+//! Simple items are kept as they are. Complex items become the simple items that QGroundControl itself would upload:
+//! surveys and corridors carry them in the file, landing patterns are expanded here. Of a structure scan, and of a
+//! survey of before 2018, the file has nothing that could be flown: it becomes one item that every vehicle refuses.
+//! Whatever they become, complex items are kept beside the mission ([`ComplexItem`]), and written again where their
+//! items still are. Until 2017 an item had its place in a member of its own, until 2016 its parameters too; its own ids
+//! were called `id`. Format: <https://docs.qgroundcontrol.com/master/en/qgc-dev-guide/file_formats/plan.html>.
 
 use std::collections::HashMap;
 
@@ -38,8 +38,8 @@ const DEFAULT_HOVER_M_S: f64 = 5.0;
 /// Version of the mission files of 2016.
 const MISSION_OF_2016: &str = "1.0";
 
-/// Stands in a mission for a complex item whose items only QGroundControl can work out: `MAV_CMD_USER_1`, which ArduPlane refuses, so
-/// that such a mission is not sent. Parameter 1 tells one from another.
+/// Placeholder for a complex item whose items only QGroundControl can compute: `MAV_CMD_USER_1`, which ArduPlane
+/// refuses, so that such a mission is not sent. Parameter 1 tells one from another.
 const ELSEWHERE: Command = Command(31_010);
 
 /// Where a survey or corridor has its own items.
@@ -53,11 +53,11 @@ const ITEMS_ELSEWHERE: &str = "its items are not in the file; send the plan from
 
 /// Reads a plan.
 ///
-/// `DO_JUMP` targets, which the file gives as `doJumpId`, become the seq of the item that they mean. One that no item has stays as it
-/// is where it could not be taken for another item's seq.
+/// `DO_JUMP` targets, which the file gives as `doJumpId`, become the seq of the item that they mean. One that no item
+/// has stays as it is where it could not be taken for another item's seq.
 ///
 /// # Errors
-/// [`FlightError::BadJson`] with the JSON path, [`FlightError::BadFile`] when it is no text file.
+/// [`FlightError::BadJson`] with the JSON path, [`FlightError::BadFile`] when it is not a text file.
 pub fn read_plan_json(bytes: &[u8]) -> Result<PlanFile> {
     read_plan_value(&parse(text_of(bytes)?)?)
 }
@@ -164,8 +164,8 @@ fn read_mission(node: &Node<'_>) -> Result<(Mission, Vec<ComplexItem>)> {
                     problem: format!("jumps to doJumpId {id}, which two items have; give each its own"),
                 });
             }
-            // Nor is it the seq of another item: it stays what it is, a jump to nowhere, for the check to tell. A plan is saved
-            // while it is being edited, too.
+            // Nor is it the seq of another item: it stays a jump to a missing item, which the checks report. A plan is
+            // saved while it is being edited, too.
             None if target.fract() != 0.0 || !items_there.contains(target) => {}
             None => {
                 return Err(FlightError::BadJson {
@@ -268,7 +268,7 @@ fn read_complex(node: &Node<'_>, found: &mut Items) -> Result<()> {
             }
         }
     }
-    // What is inside another is kept with it.
+    // A complex item inside of another is kept with it.
     found.complex.truncate(known);
     if known >= MAX_COMPLEX_ITEMS {
         return Err(node.bad(format!("is one of more than {MAX_COMPLEX_ITEMS} complex items; split the plan")));
@@ -305,7 +305,8 @@ pub struct ComplexPart {
     pub count: usize,
 }
 
-/// Looks for the items of complex items in a mission: together, in their order, as they were made, and no jump leads among them.
+/// Looks for the items of complex items in a mission: together, in their order, as they were made, and no jump leads
+/// among them.
 fn placed<'a>(items: &[MissionItem], complex_items: &'a [ComplexItem]) -> Result<Placed<'a>> {
     let targets: Vec<f64> =
         items.iter().filter(|item| item.command == Command::DO_JUMP).filter_map(|item| item.param(1)).collect();
@@ -324,7 +325,7 @@ fn placed<'a>(items: &[MissionItem], complex_items: &'a [ComplexItem]) -> Result
         read_complex(&Node { value: &value, path: "complex item".into() }, &mut made)?;
         let count = made.items.len();
         let is_free = |first: usize| placed.at.iter().all(|(at, taken, _)| first + count <= *at || at + taken <= first);
-        // Its own items have numbers that a jump can name, those of a landing pattern have none.
+        // Its own items have numbers that a jump can name, those of a landing pattern have no numbers.
         let has_numbers = value.pointer(ITEMS).is_some();
         let is_led_into = |first: usize| {
             let seqs = (first + 1) as f64..=(first + count) as f64;
@@ -356,7 +357,7 @@ fn numbered(mut value: Value, first_seq: usize) -> Value {
 /// Those complex items that [`write_plan_json`] will not write: their items were changed, and are written one by one.
 ///
 /// # Errors
-/// [`FlightError::BadJson`] for one that is no complex item.
+/// [`FlightError::BadJson`] for a value that is not a complex item.
 pub fn edited_complex_items<'a>(plan: &Plan, settings: &'a PlanSettings) -> Result<Vec<&'a ComplexItem>> {
     Ok(placed(&plan.mission.items, &settings.complex_items)?.edited)
 }
@@ -364,7 +365,7 @@ pub fn edited_complex_items<'a>(plan: &Plan, settings: &'a PlanSettings) -> Resu
 /// Where the items of each complex item are in the mission, in the order of the complex items.
 ///
 /// # Errors
-/// [`FlightError::BadJson`] for one that is no complex item.
+/// [`FlightError::BadJson`] for a value that is not a complex item.
 pub fn complex_parts(plan: &Plan, settings: &PlanSettings) -> Result<Vec<ComplexPart>> {
     Ok(placed(&plan.mission.items, &settings.complex_items)?.parts)
 }
@@ -509,11 +510,11 @@ fn read_rally(node: &Node<'_>) -> Result<Rally> {
 
 /// Writes a plan, four spaces deep and keys in order, as QGroundControl does.
 ///
-/// A complex item of the settings stands for its items where they are in the mission as it made them; where they were changed they are
-/// written one by one ([`edited_complex_items`]).
+/// A complex item of the settings stands for its items where they are in the mission as it made them; where they were
+/// changed they are written one by one ([`edited_complex_items`]).
 ///
 /// # Errors
-/// [`FlightError::BadJson`] for a complex item that is none.
+/// [`FlightError::BadJson`] for an invalid complex item.
 /// [`FlightError::BadRally`] for a rally point whose height is not above home: the format has no place for
 /// what the height is counted from.
 pub fn write_plan_json(plan: &Plan, settings: &PlanSettings) -> Result<String> {

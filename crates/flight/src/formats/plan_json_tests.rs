@@ -140,14 +140,15 @@ fn complex_items_are_written_as_they_were_read() {
         assert_eq!(list[index], before["mission"]["items"][index], "whole, whatever it holds");
     }
     assert_eq!(read(&text).unwrap(), file);
-    // An item before it: its own items are numbered anew.
+    // An item before it: its own items are renumbered.
     let mut moved = file.clone();
     moved.plan.mission.items.insert(0, MissionItem::change_airspeed(20.0));
     let text = write_plan_json(&moved.plan, &moved.settings).unwrap();
     let written: Value = serde_json::from_str(&text).unwrap();
     assert_eq!(written["mission"]["items"][2].pointer("/TransectStyleComplexItem/Items/1/doJumpId"), Some(&json!(4)));
     assert_eq!(read(&text).unwrap().plan, moved.plan);
-    // One of its items changed, or a jump that leads into a landing pattern, which has no numbers: one by one, and it is told.
+    // One of its items changed, or a jump that leads into a landing pattern, which has no numbers: written one by one,
+    // with a note.
     let mut edited = file.clone();
     edited.plan.mission.items[1].params[6] = Some(61.0);
     edited.plan.mission.items.insert(4, MissionItem::jump(MissionSeq(9), 1));
@@ -176,7 +177,7 @@ fn what_only_qgroundcontrol_can_work_out_is_kept_and_not_sent() {
             .any(|found| found.item == Some(number) && matches!(found.kind, FindingKind::UnsupportedCommand {}))
     };
     assert!(is_told(2) && is_told(3) && is_told(5), "{findings:?}");
-    // Where the two are swapped, each is still the one that it was.
+    // Swapped, each keeps its identity.
     let mut swapped = file.clone();
     swapped.plan.mission.items.swap(1, 2);
     let text = write_plan_json(&swapped.plan, &swapped.settings).unwrap();

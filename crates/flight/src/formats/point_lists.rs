@@ -1,8 +1,9 @@
 //! Fences and rally points as older programs keep them: a line for each point, without a heading.
 //!
-//! A fence (`.fen`, `fence.txt` of Mission Planner, APM Planner and MAVProxy) is latitude and longitude: first the point to return to,
-//! then the corners, of which the last is the first again. Rally points (`.ral`, `rally.txt`) begin with `RALLY`, then latitude,
-//! longitude, height, break altitude, landing direction and flags (`RALLY_FLAGS`). Lines that begin with `#` are comments.
+//! A fence (`.fen`, `fence.txt` of Mission Planner, APM Planner and MAVProxy) is latitude and longitude: first the
+//! point to return to, then the corners, of which the last is the first again. Rally points (`.ral`, `rally.txt`) begin
+//! with `RALLY`, then latitude, longitude, height, break altitude, landing direction and flags (`RALLY_FLAGS`). Lines
+//! that begin with `#` are comments.
 
 use crate::error::{FlightError, Result};
 use crate::formats::notes::{NoteCode, Notes};
@@ -10,7 +11,7 @@ use crate::formats::text::{number, shown, too_many};
 use crate::geodesy::GeoPoint;
 use crate::plan::{Fence, FenceShape, FenceZone, MavFrame, Rally, RallyPoint};
 
-/// `RALLY_FLAGS`: land at once, of which today's rally points know nothing.
+/// `RALLY_FLAGS`: land at once, which current rally points do not support.
 const LAND_IMMEDIATELY: u8 = 2;
 /// `RALLY_FLAGS`: what the height is counted from is said.
 const ALT_FRAME_VALID: u8 = 4;
@@ -26,7 +27,7 @@ pub(super) enum PointList {
     Rally,
 }
 
-/// Which list of points a text is, if it is one, by its first line that is no comment.
+/// Which list of points a text is, if it is one, by its first line that is not a comment.
 pub(super) fn point_list_of(text: &str) -> Option<PointList> {
     let (_, first) = lines(text).next()?;
     let mut words = first.split_whitespace();
@@ -97,7 +98,7 @@ pub(super) fn read_fence_points(text: &str) -> Result<Fence> {
     }
 }
 
-/// Reads rally points. How to land at one, of which today's know nothing, becomes a note.
+/// Reads rally points. Landing instructions, which current rally points do not support, become a note.
 pub(super) fn read_rally_points(text: &str, notes: &mut Notes) -> Result<Rally> {
     let mut rally = Rally::default();
     for (line, row) in lines(text) {

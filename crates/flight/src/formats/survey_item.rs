@@ -1,11 +1,12 @@
-//! A survey of ours as the complex item by which QGroundControl knows surveys and corridors: it opens, shows, flies and edits it.
+//! A survey of ours as the complex item by which QGroundControl knows surveys and corridors: it opens, shows, flies and
+//! edits it.
 //!
-//! `SurveyComplexItem` version 5 and `CorridorScanComplexItem` version 2, with `TransectStyleComplexItem` and `CameraCalc` version 2. The
-//! items are ours, to the last; when somebody edits the survey there, QGroundControl lays it out anew by its own rules, from the same
-//! area, camera, overlap, height, angle and turn-around.
+//! `SurveyComplexItem` version 5 and `CorridorScanComplexItem` version 2, with `TransectStyleComplexItem` and
+//! `CameraCalc` version 2. The items are exactly ours; when the survey is edited there, QGroundControl lays it out
+//! again by its own rules, from the same area, camera, overlap, height, angle and turn-around.
 //!
-//! What QGroundControl has no key for stands in a member of its own, `vencejo`, which it does not read and does not keep when somebody
-//! edits the survey there: [`survey_of`] then goes by QGroundControl's.
+//! Options without a QGroundControl key are kept in a member `vencejo`, which QGroundControl ignores and drops when the
+//! survey is edited there: [`survey_of`] then uses QGroundControl's keys.
 
 use serde_json::{Value, json};
 
@@ -23,7 +24,8 @@ const ABOVE_SEA: u8 = 2;
 const ABOVE_TERRAIN_BY_HOME: u8 = 3;
 const ABOVE_TERRAIN: u8 = 4;
 
-/// A survey as a complex item of QGroundControl, for [`super::PlanSettings::complex_items`] of a plan that holds its items.
+/// A survey as a complex item of QGroundControl, for [`super::PlanSettings::complex_items`] of a plan that holds its
+/// items.
 pub fn survey_item(survey: &Survey) -> ComplexItem {
     let places = |points: &[GeoPoint]| -> Vec<Value> {
         points.iter().map(|point| json!([plain(point.lat_deg()), plain(point.lon_deg())])).collect()
@@ -75,7 +77,7 @@ pub fn survey_item(survey: &Survey) -> ComplexItem {
     ComplexItem { kind: kind.to_owned(), json: value.to_string() }
 }
 
-/// What a survey was laid out from; of home and of the vehicle nothing.
+/// Options of a survey, without those of home and the vehicle.
 fn asked(options: &SurveyOptions) -> Value {
     let wind = options.wind.map(|wind| json!({ "from_deg": wind.from_deg, "speed_m_s": wind.speed_m_s }));
     let camera = options.camera.map(|camera| {
@@ -108,9 +110,9 @@ fn asked(options: &SurveyOptions) -> Value {
     })
 }
 
-/// What a survey or corridor of a plan was laid out from, to be laid out again with changes. One of QGroundControl's own gives its area,
-/// camera, overlap, height and angle; its turn-around is left out, for a plane needs more than is usual there. `None` for what is no
-/// survey, or does not say enough.
+/// The options of a plan's survey or corridor, for laying it out again with changes. One of QGroundControl's own gives
+/// its area, camera, overlap, height and angle; its turn-around is left out, because a plane needs more than is usual
+/// there. `None` for an item that is not a survey, or lacks data.
 pub fn survey_of(complex: &ComplexItem) -> Option<(SurveyShape, SurveyOptions)> {
     let value: Value = serde_json::from_str(&complex.json).ok()?;
     let places = |key: &str| value.get(key)?.as_array()?.iter().map(place_of).collect::<Option<Vec<_>>>();
@@ -184,8 +186,8 @@ fn options_of(asked: &Value) -> Option<SurveyOptions> {
     })
 }
 
-/// From the keys that QGroundControl has (`TransectStyleComplexItem::_save`, `CameraCalc::save`). `None` for a height above the sea, which says
-/// nothing of how far away what is photographed lies.
+/// From the keys that QGroundControl has (`TransectStyleComplexItem::_save`, `CameraCalc::save`). `None` for a height
+/// above the sea, which does not tell the distance to the ground.
 fn options_of_qgroundcontrol(value: &Value) -> Option<SurveyOptions> {
     const CAMERA: [&str; 6] =
         ["SensorWidth", "SensorHeight", "ImageWidth", "ImageHeight", "FocalLength", "MinTriggerInterval"];
@@ -336,7 +338,7 @@ mod tests {
         assert_eq!(shape, own.shape);
         assert_eq!((opened.camera, opened.height_m, opened.gsd_m), (own.options.camera, Some(120.0), None));
         assert!((opened.front_overlap - 0.8).abs() < 1e-9 && opened.side_overlap > 0.6);
-        // By its resolution, where that was what somebody set there.
+        // By its resolution, if that was set there.
         item["TransectStyleComplexItem"]["CameraCalc"]["ValueSetIsDistance"] = json!(false);
         let (_, opened) = survey_of(&ComplexItem { json: item.to_string(), ..theirs.clone() }).unwrap();
         assert_eq!((opened.height_m, opened.gsd_m), (None, Some(0.029_375)));
@@ -366,7 +368,8 @@ mod tests {
             survey_of(&complex).map(|(_, options)| (options.is_above_terrain, options.height_m))
         };
         let (flat, following) = (Some((false, Some(120.0))), Some((true, Some(120.0))));
-        // "AltitudeMode": 1 above home, 3 and 4 above the ground; 2, above the sea, is no height above what is photographed.
+        // "AltitudeMode": 1 above home, 3 and 4 above the ground; 2, above the sea, is not a height above the ground
+        // photographed.
         for (mode, expected) in [(1, flat), (2, None), (3, following), (4, following)] {
             assert_eq!(opened(None, Some(mode), None), expected, "{mode}");
         }
@@ -380,8 +383,8 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig { cases: 64, ..ProptestConfig::default() })]
 
-        /// A survey goes into a file as one item and comes back as the items that it was, with itself beside them; changed, its items are
-        /// written one by one and nothing is lost.
+        /// A survey goes into a file as one item and comes back as the items that it was, with itself beside them;
+        /// changed, its items are written one by one.
         #[test]
         fn a_survey_survives_the_file_and_an_edit_is_told(
             far in prop::collection::vec((0.0..360.0, 200.0..900.0), 3..6), width_m in prop::option::of(0.0..400.0),

@@ -1,7 +1,8 @@
 //! CSV: a row for each item, columns by the names in the first row.
 //!
-//! Our own tables have a row for home, then the lists of `.waypoints`: fence and rally points are items too. Of other tables latitude
-//! and longitude are enough; with semicolons or tabs between the columns decimals may have commas, as spreadsheets write them.
+//! Our own tables have a row for home, then the lists of `.waypoints`: fence and rally points are items too. Of other
+//! tables latitude and longitude are enough; with semicolons or tabs between the columns decimals may have commas, as
+//! spreadsheets write them.
 
 use csv::{ReaderBuilder, StringRecord, Writer};
 
@@ -17,7 +18,7 @@ const MAX_COLUMNS: usize = 200;
 /// What stands in the column `item` of home.
 const HOME: &str = "home";
 
-/// Names of columns in lower case, without what is neither letter nor digit, and what they hold.
+/// Names of columns in lower case, letters and digits only, and their content.
 const LATITUDES: [&str; 4] = ["latdeg", "lat", "latitude", "latitud"];
 const LONGITUDES: [&str; 6] = ["londeg", "lon", "lng", "long", "longitude", "longitud"];
 const HEIGHTS: [(&str, Option<MavFrame>); 17] = [
@@ -221,7 +222,7 @@ impl Row<'_> {
         Ok(home)
     }
 
-    /// The item of a row; `None` for one that holds neither a command nor a place.
+    /// The item of a row; `None` for a row without command and place.
     fn item(&self, notes: &mut Notes) -> std::result::Result<Option<MissionItem>, String> {
         let columns = self.columns;
         let command = match self.text(columns.command) {
@@ -250,7 +251,7 @@ impl Row<'_> {
             params[number] = self.number(column, &format!("parameter {}", number + 1))?;
         }
         if command.is_none() {
-            // what the table says nothing of is what a new waypoint has
+            // columns that are missing have the values of a new waypoint
             params[..4].iter_mut().for_each(|param| *param = param.or(Some(0.0)));
             if lat.is_none() || lon.is_none() {
                 return Err("has one of latitude and longitude; give both".into());

@@ -42,7 +42,7 @@ pub(super) fn shown(text: &str) -> String {
     short
 }
 
-/// A number of a text file, or what is wrong with it.
+/// Parses a number of a text file; the error is a sentence.
 pub(super) fn number(text: &str, column: &str) -> std::result::Result<f64, String> {
     match text.parse::<f64>() {
         Ok(value) if value.is_finite() => Ok(value),

@@ -3,11 +3,11 @@
 //! Columns: index, current, frame, command, parameters 1 to 4, x (latitude), y (longitude), z (height),
 //! autocontinue (<https://mavlink.io/en/file_formats/#mission_plain_text_file>).
 //!
-//! What the page does not say and the programs that write it do: Mission Planner begins a fence or rally list with home too, at times
-//! twice, and home without a position has command 0; MAVProxy's fence and rally lists have no home, nor have missions that a companion
-//! wrote for PX4 (the first line is the take-off) or saved without item 0 (the first index is 1). Version 120, of old QGroundControl, never
-//! has home. All of them go by the order of the lines, not by the index. A line belongs to the list of its command, so a file with
-//! several lists in it is read whole.
+//! Undocumented practice of the programs that write it: Mission Planner begins a fence or rally list with home too, at
+//! times twice, and home without a position has command 0; MAVProxy's fence and rally lists have no home, nor have
+//! missions that a companion wrote for PX4 (the first line is the take-off) or saved without item 0 (the first index is
+//! 1). Version 120, of old QGroundControl, never has home. All of them go by the order of the lines, not by the index.
+//! A line belongs to the list of its command, so a file with several lists in it is read whole.
 
 use std::fmt::Write as _;
 
@@ -40,13 +40,13 @@ struct Row {
 /// Reads the mission, fence and rally points of a file: the command of a line says to which list it belongs.
 ///
 /// Columns may be separated by tabs or spaces, lines end with LF or CRLF; empty lines and what follows a `#` are
-/// skipped. The altitude frame of each item is kept. "NaN" in parameters 1 to 4 means unset.
-/// The first line is home when its index is 0 and it is a waypoint, not known where its height does not count from mean sea level
-/// (frame 0); else there is none in the file. The order of the lines
-/// counts; a `DO_JUMP` goes to the line with the index that it names, though numbers between may be missing.
+/// skipped. The altitude frame of each item is kept. "NaN" in parameters 1 to 4 means unset. The first line is home
+/// when its index is 0 and it is a waypoint; home is unknown if that line is not in frame 0 (mean sea level). The order
+/// of the lines counts; a `DO_JUMP` goes to the line with the index that it names, though numbers between may be
+/// missing.
 ///
 /// # Errors
-/// [`FlightError::BadLine`] with the line and what to do; [`FlightError::BadFile`] when it is no text file.
+/// [`FlightError::BadLine`] with the line and what to do; [`FlightError::BadFile`] when it is not a text file.
 pub fn read_waypoints(bytes: &[u8]) -> Result<Plan> {
     let mut lines = text_of(bytes)?
         .lines()
@@ -91,7 +91,7 @@ pub fn read_waypoints(bytes: &[u8]) -> Result<Plan> {
     let is_home_in_file = home.is_some();
     drop_second_home(&mut rows, home.as_ref().and_then(Home::from_item));
     follow_jumps(&mut rows, is_home_in_file)?;
-    // A height that does not count from the sea says nothing of home's.
+    // Home's height must be above mean sea level; another one leaves home unknown.
     let home = home.filter(|item| item.frame == MavFrame::Global).as_ref().and_then(Home::from_item);
     let mut plan = Plan::from_mission(Mission { home, items: Vec::new() });
     let (mut fence, mut rally) = (List::default(), List::default());
@@ -140,7 +140,7 @@ pub(super) fn kind_of(command: Command) -> PlanKind {
     }
 }
 
-/// Mission Planner writes home once more before a fence that it read together with home: that is no waypoint.
+/// Mission Planner repeats home before a fence that it read together with home: that line is not a waypoint.
 fn drop_second_home(rows: &mut Vec<Row>, home: Option<Home>) {
     const SAME_DEG: f64 = 1e-6;
     let [first, others @ ..] = rows.as_slice() else { return };
@@ -156,8 +156,8 @@ fn drop_second_home(rows: &mut Vec<Row>, home: Option<Home>) {
 
 /// A jump names the index of a line; in a mission it names a seq, which is 1 for the first item.
 ///
-/// With numbers missing, as after deleting lines by hand, the index is meant: it still names the item that it named before. Where
-/// the numbers do not grow from line to line, nobody can say what a jump means.
+/// With numbers missing, as after deleting lines by hand, the index is meant: it still names the item that it named
+/// before. Where the numbers do not increase, the target of a jump is ambiguous.
 fn follow_jumps(rows: &mut [Row], is_home_in_file: bool) -> Result<()> {
     let Some(first) = rows.first().map(|row| row.index) else { return Ok(()) };
     let first_number = if is_home_in_file { 1 } else { first.min(1) };
@@ -179,7 +179,7 @@ fn follow_jumps(rows: &mut [Row], is_home_in_file: bool) -> Result<()> {
         }
         *target = match numbers.iter().position(|number| number == target) {
             Some(place) => (place + 1) as f64,
-            // beyond the end or before the beginning: the checks tell
+            // beyond the end or before the beginning: reported by the checks
             None if is_whole && !of_the_file.contains(target) => *target + (1 - first_number) as f64,
             None => {
                 return Err(bad(
@@ -268,8 +268,8 @@ pub(super) fn check_lists(mission: &Mission) -> Result<()> {
 /// waypoint, take-off or landing), else 0.
 ///
 /// # Errors
-/// [`FlightError::BadFile`] for a fence and rally points without a mission: a file holds one of the two; and for an item of a fence or a rally
-/// point in a mission, which would be read as another list.
+/// [`FlightError::BadFile`] for a fence and rally points without a mission: a file holds one of the two; and for an
+/// item of a fence or a rally point in a mission, which would be read as another list.
 pub fn write_waypoints(plan: &Plan) -> Result<String> {
     let Plan { mission, fence, rally } = plan;
     let points = match (mission.items.is_empty(), fence.is_empty(), rally.points.is_empty()) {

@@ -1,5 +1,5 @@
 //! XML as a small tree, within bounds: size, depth and number of elements are limited, and entities
-//! other than the five of XML itself stand for nothing, so that no document grows when it is read.
+//! other than the five of XML itself are dropped, so that no document grows when it is read.
 
 use quick_xml::Reader;
 use quick_xml::events::{BytesStart, Event};
@@ -9,7 +9,8 @@ pub const MAX_BYTES: usize = super::MAX_FILE_BYTES;
 const MAX_DEPTH: usize = 64;
 /// As many as the largest plan has in a `.kml` of ours.
 const MAX_ELEMENTS: usize = 300_000;
-/// Tags, texts, entities and comments: an element has two tags, a text in it and one behind it. A small `.kmz` holds millions.
+/// Tags, texts, entities and comments: an element has two tags, a text in it and one behind it. A small `.kmz` holds
+/// millions.
 const MAX_PARTS: usize = 5 * MAX_ELEMENTS;
 /// Attributes of an element at most, and of a document.
 const MAX_ATTRIBUTES: usize = 2000;
@@ -32,7 +33,7 @@ impl Element {
     /// Reads a document.
     ///
     /// # Errors
-    /// What is wrong, in words.
+    /// The fault, as a sentence.
     pub fn parse(bytes: &[u8]) -> Result<Self, String> {
         if bytes.len() > MAX_BYTES {
             return Err(format!("the document has more than {MAX_BYTES} bytes"));

@@ -3,7 +3,8 @@
 //! Each axis is a time constant from angle error to rate demand, and a rate loop of feed-forward, proportional,
 //! integral and derivative parts. Control moments grow with the square of the airspeed and damping moments with its
 //! first power (B. Etkin, L. D. Reid, *Dynamics of Flight*, 3rd ed. 1996, tables 4.4 and 5.3), so the feedback parts
-//! scale with (V₀/V)² and the feed-forward with V₀/V. Gains are in ArduPlane's unit: radians of a 45° surface travel per rad/s.
+//! scale with (V₀/V)² and the feed-forward with V₀/V. Gains are in ArduPlane's unit: radians of a 45° surface travel
+//! per rad/s.
 
 use super::{GRAVITY_M_S2, bound, lag, wrap_pi};
 use std::f64::consts::FRAC_PI_4;

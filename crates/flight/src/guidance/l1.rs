@@ -8,9 +8,9 @@
 //! ```
 //!
 //! where η is the angle from the ground velocity to the reference point on the path, L1 ahead. Their linearisation
-//! (section II.C) is a second-order system with ω = √2 V / L1 and ζ = 1/√2. As in ArduPlane, period and damping are chosen instead:
-//! with `K = 4 ζ²` in place of 2 and `L1 = ζ T V / π` the linear system has damping ζ and period T at every speed,
-//! because L1 grows with the ground speed.
+//! (section II.C) is a second-order system with ω = √2 V / L1 and ζ = 1/√2. As in ArduPlane, period and damping are
+//! chosen instead: with `K = 4 ζ²` in place of 2 and `L1 = ζ T V / π` the linear system has damping ζ and period T at
+//! every speed, because L1 grows with the ground speed.
 
 use super::{GRAVITY_M_S2, NorthEast, bound, wrap_pi};
 use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2, PI, SQRT_2, TAU};
@@ -95,8 +95,8 @@ pub enum Track {
 }
 
 impl Track {
-    /// True when going on from `previous` to this track is not a new target: the same circle, its radius at most 10 % other
-    /// (it grows with height, as the true airspeed does), or an equal track.
+    /// True when going on from `previous` to this track is not a new target: the same circle, its radius at most 10 %
+    /// other (it grows with height, as the true airspeed does), or an equal track.
     pub fn continues(&self, previous: &Self) -> bool {
         match (self, previous) {
             (
@@ -185,7 +185,7 @@ pub fn steer(state: L1State, motion: &Motion, track: &Track, params: &L1Params, 
     }
 }
 
-/// Velocity used for steering: nearly still, or blown backwards, the nose tells the direction.
+/// Velocity used for steering: when nearly still or blown backwards, along the nose.
 fn steering_velocity(motion: &Motion) -> NorthEast {
     let nose = NorthEast::from_bearing(motion.heading_rad);
     let speed = motion.velocity.length();
@@ -269,9 +269,9 @@ fn keep_decision(eta: f64, state: &L1State, target_bearing: f64, heading: f64) -
     }
 }
 
-/// A circle: capture by the L1 law towards the centre, then proportional-derivative control of the radius around
-/// the centripetal acceleration, `a = V_t²/r + ω² e + 2 ζ ω ė` with ω = 2π/T; the smaller demand wins while outside, so that one
-/// takes over from the other without a step. (Circles are section III of the paper; the derivative law
+/// A circle: capture by the L1 law towards the centre, then proportional-derivative control of the radius around the
+/// centripetal acceleration, `a = V_t²/r + ω² e + 2 ζ ω ė` with ω = 2π/T; the smaller demand wins while outside, so
+/// that one takes over from the other without a step. (Circles are section III of the paper; the derivative law
 /// replaces it because it also holds circles smaller than L1.)
 fn follow_circle(
     state: L1State,

@@ -5,7 +5,7 @@ use super::l1::{self, L1Output, L1Params, L1State, Motion, Track};
 use super::tecs::{self, Demand, Energy, TecsOutput, TecsParams, TecsState};
 use super::{NorthEast, bound, wrap_pi};
 
-/// What the plane knows of itself.
+/// The plane's sensed state.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Sensed {
     /// Position in the tangent plane, m.
@@ -86,7 +86,7 @@ pub enum Vertical {
     },
 }
 
-/// What the plane is to do in this step.
+/// Demands for this step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Orders {
     /// Who decides the bank.

@@ -9,10 +9,10 @@
 //! Ḃ = g ḣ − V V̇      (elevator exchanges one for the other)
 //! ```
 //!
-//! The law is ArduPlane's form of it (`AP_TECS` of ArduPilot 4.7), so that a plane flown by it zooms, lags and overshoots as one flown
-//! by ArduPlane does: demands for height and speed are limited in rate and smoothed; the error of E and Ė moves the throttle around
-//! what level flight needs, the error of B and Ḃ the pitch, each with an integrator that stops where its output is at its limit.
-//! Parameters carry ArduPlane's names and defaults.
+//! The law is ArduPlane's form of it (`AP_TECS` of ArduPilot 4.7), so that a plane flown by it zooms, lags and
+//! overshoots as one flown by ArduPlane does: demands for height and speed are limited in rate and smoothed; the error
+//! of E and Ė moves the throttle around what level flight needs, the error of B and Ḃ the pitch, each with an
+//! integrator that stops where its output is at its limit. Parameters carry ArduPlane's names and defaults.
 
 mod terms;
 
@@ -34,7 +34,7 @@ impl TecsState {
     }
 }
 
-/// What the law keeps between two steps.
+/// State of the law between two steps.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Memory {
     /// Demand of height as it came, and as it was passed on, m.
@@ -43,7 +43,7 @@ struct Memory {
     limited_m: f64,
     /// After the lag, m.
     lagged_m: f64,
-    /// What was asked of the plane last, m.
+    /// Last height demand, m.
     height_m: f64,
     /// Parts of the climb and sink limits that are left while the plane cannot follow, 0 to 1.
     climb_part: f64,
@@ -67,7 +67,7 @@ struct Memory {
     balance_clip: Clip,
     pitch_demand_slow: f64,
     pitch_slow: f64,
-    /// Too slow since so long, s.
+    /// Time that it has been too slow, s.
     underspeed_s: Option<f64>,
     sinks_badly: bool,
     flare: Option<Flare>,
@@ -77,7 +77,7 @@ struct Memory {
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Flare {
     climb_m_s: f64,
-    /// Height profile from the height that was asked for, and from the one that was there, m.
+    /// Height profile from the demanded height, and from the measured one, m.
     from_demand_m: f64,
     from_height_m: f64,
 }
@@ -202,7 +202,8 @@ pub fn manage(
     let climb = memory.ask_height(now, demand, params, &limits);
     let is_slow = memory.watch_speed(speed, now, demand, &limits);
 
-    // Energies: what is asked for, what is there, and their rates; the slow part of a measured change of speed is its error.
+    // Energies: what is asked for, what is there, and their rates; the slow part of a measured change of speed is its
+    // error.
     let potential = GRAVITY_M_S2 * (memory.height_m - now.height_m);
     let kinetic = 0.5 * (memory.speed_m_s * memory.speed_m_s - speed * speed);
     let potential_rate = GRAVITY_M_S2 * now.climb_m_s;
@@ -217,7 +218,7 @@ pub fn manage(
         memory.throttle_by_pitch(now, params, &limits);
     }
     if params.throttle_slew_per_s > 0.0 {
-        // The servo's own limit, beside the one on the demand.
+        // The servo's own limit, in addition to that of the demand.
         let step = params.throttle_slew_per_s * dt;
         memory.throttle = bound(memory.throttle, throttle_before - step, throttle_before + step);
     }
@@ -279,7 +280,7 @@ impl Memory {
         let lag_s = bound(params.height_demand_tau_s, dt, 20.0);
         match demand.phase {
             Phase::Climbout => {
-                // The climb is as it is; afterwards the demand starts from there.
+                // The climb is not controlled here; afterwards the demand starts from it.
                 *self = Self {
                     asked_m: now.height_m,
                     limited_m: now.height_m,
@@ -351,8 +352,8 @@ impl Memory {
         }
     }
 
-    /// Whether the plane is too slow: at full throttle below 0.9 of the slowest speed, until it is 15 % above for three seconds or
-    /// has its height.
+    /// Whether the plane is too slow: at full throttle below 0.9 of the slowest speed, until it is 15 % above for three
+    /// seconds or has its height.
     fn watch_speed(&mut self, speed: f64, now: &Energy, demand: &Demand, limits: &Limits) -> bool {
         let is_too_slow = speed < 0.9 * limits.speed_min;
         let flares = matches!(demand.phase, Phase::Flare { .. });

@@ -1,4 +1,4 @@
-//! The laws fly a point-mass plane: nothing they answer is ever out of bounds, and they get where they should.
+//! The laws fly a point-mass plane: every output stays within bounds, and the targets are reached.
 
 use super::attitude::{self, Attitude, AttitudeParams, AttitudeState};
 use super::l1::{self, L1Params, L1State, Motion, Track, Turn};

@@ -6,14 +6,14 @@ use crate::plan::difference::{Field, Keeping};
 use crate::plan::item::MissionItem;
 use crate::words::words;
 
-/// Pairs of items that are compared for the shortest story. Where more differ, as in two long missions of which hardly an item is the
-/// same, item is held beside item in order: a story of thousands is read by nobody.
+/// Most pairs of items that are compared for the shortest list of changes; beyond that items are compared index by
+/// index.
 const MOST_PAIRS: usize = 1_000_000;
 
 words! {
-    /// What of an item is another.
+    /// What has changed in an item.
     ChangedField {
-        /// What it does.
+        /// The command.
         Command = "command",
         /// Where.
         Place = "place",
@@ -45,13 +45,13 @@ pub enum Change {
         item: usize,
         /// The number of the one on board.
         on_board: usize,
-        /// What is another, in this order.
+        /// The fields that have changed, in this order.
         fields: Vec<ChangedField>,
     },
 }
 
-/// The shortest story of how the items on board became the edited ones: what stayed is left out, and one that was taken out where
-/// another was put in is told as changed. Empty when the vehicle, as it keeps items, has them as they are.
+/// The shortest list of changes from the items on board to the edited ones. Unchanged items are left out; a removal and
+/// an insertion at one place are reported as a change. Empty when the vehicle has the items, as it stores them.
 ///
 /// Of lists of a fence or of rally points the numbers are those of their corners and points in order.
 pub fn plan_changes(edited: &[MissionItem], on_board: &[MissionItem], keeping: Keeping) -> Vec<Change> {
@@ -72,7 +72,7 @@ pub fn plan_changes(edited: &[MissionItem], on_board: &[MissionItem], keeping: K
                     let mut named: Vec<_> = fields(item, on_board).map(|field| changed(field, &edited[item])).collect();
                     named.sort_unstable();
                     named.dedup();
-                    // of a run that is told in order, an item may be as it was
+                    // within a run of changes an item may be unchanged
                     (!named.is_empty()).then_some(Change::Changed {
                         item: item + 1,
                         on_board: on_board + 1,
@@ -136,7 +136,7 @@ fn kept_in_order(
     kept
 }
 
-/// What a person calls a field of an item.
+/// The field of an item that a difference is about.
 fn changed(field: Field, item: &MissionItem) -> ChangedField {
     match field {
         Field::Item | Field::Command => ChangedField::Command,
@@ -190,7 +190,7 @@ mod tests {
         // an ArduPilot keeps whole turns
         let turns = [with(&edited[2], 0, 2.3)];
         assert_eq!(plan_changes(&turns, &edited[2..3], Keeping::ARDUPILOT), []);
-        // values that nobody set come back as 0
+        // unset values come back as 0
         let mut unset = edited[4].clone();
         unset.params[3] = None;
         for keeping in BOTH {
@@ -316,7 +316,7 @@ mod tests {
         assert!(added.len() == 650 && added[649] == Change::Added { item: 650 });
         assert_eq!(plan_changes(&[], &many, Keeping::ARDUPILOT).len(), 650);
         assert!(plan_changes(&backwards, &many, Keeping::ARDUPILOT).len() > 600);
-        // too long for the shortest story: item beside item
+        // too long for the shortest list: index by index
         let actions = |airspeed_m_s: f64| vec![MissionItem::change_airspeed(airspeed_m_s); 1_001];
         let mut edited = actions(14.0);
         edited[500] = with(&edited[500], 1, 15.0);

@@ -273,14 +273,14 @@ impl Command {
         self.info().is_some_and(|info| info.support != Support::List)
     }
 
-    /// `true` when a vehicle flies to the position of the item. Beside the commands of the table that is the spline waypoint of
-    /// copters.
+    /// `true` when a vehicle flies to the position of the item. Beside the commands of the table that is the spline
+    /// waypoint of copters.
     pub fn is_destination(self) -> bool {
         self.info().map_or(self == Self::NAV_SPLINE_WAYPOINT, |info| info.is_destination)
     }
 
-    /// `true` when the mission stands at the item until it is done, and not for an action beside the flying. A number that is in no
-    /// table is one up to `MAV_CMD_NAV_LAST`.
+    /// `true` for navigation commands, at which the mission waits until they are done. Numbers in neither table count
+    /// as such below `MAV_CMD_NAV_LAST`.
     pub fn is_nav(self) -> bool {
         const NAV_LAST: u16 = 95;
         self.info().map_or(self.0 < NAV_LAST, |info| info.category == Category::Nav)
@@ -315,8 +315,8 @@ impl Command {
         )
     }
 
-    /// `true` when every ArduPilot takes NaN in `params[index]` (the heading, mostly); it refuses others. That of NAV_LOITER_UNLIM is taken
-    /// from 4.6 on, and kept by none.
+    /// `true` when every ArduPilot takes NaN in `params[index]` (the heading, mostly); it refuses others. In
+    /// NAV_LOITER_UNLIM NaN is accepted from 4.6 on only, and never stored.
     pub const fn param_may_be_unset(self, index: usize) -> bool {
         match self {
             Self::NAV_WAYPOINT | Self::NAV_LAND | Self::NAV_TAKEOFF | Self::NAV_VTOL_TAKEOFF => index == 3,

@@ -1,4 +1,4 @@
-//! What a height counts from, exchanged for another level.
+//! Converting an item's height to another datum.
 
 use super::item::{MavFrame, MissionItem};
 use crate::way::rounded;
@@ -11,7 +11,7 @@ words! {
         Home = "home",
         /// That of the ground below the item.
         Ground = "ground",
-        /// That of a frame which is none of those that heights are counted in here.
+        /// A frame without a datum known here.
         Frame = "frame",
     }
 }
@@ -37,9 +37,9 @@ impl Levels {
     }
 }
 
-/// The item with its height counted from another level: at the same height in space, to the centimetre, where both levels are known;
-/// else with the same number, since nobody can tell another, and with the first level that is not known. What has no position stays as it
-/// is, and so does a place in a frame that is none of ours, which is told likewise.
+/// The item with its height counted from another level: at the same height in space, to the centimetre, where both
+/// levels are known; else with the same number, with the first level that is not known. An item without position stays
+/// as it is, and so does one in an unknown frame, which is reported likewise.
 pub fn counted_from(item: &MissionItem, frame: MavFrame, levels: Levels) -> (MissionItem, Option<UnknownLevel>) {
     let mut counted = item.clone();
     if !item.has_position() || item.frame == frame {
@@ -69,11 +69,11 @@ mod tests {
             (home, 80.0, terrain, levels, 57.66, None),
             (terrain, 57.66, amsl, levels, 770.0, None),
             (home, 80.0, home, blind, 80.0, None),
-            // a number of which nobody can tell another stays, and that is told
+            // without both levels the number stays, which is reported
             (home, 80.0, amsl, blind, 80.0, Some(UnknownLevel::Home)),
             (home, 80.0, terrain, no_ground, 80.0, Some(UnknownLevel::Ground)),
             (terrain, 80.0, home, blind, 80.0, Some(UnknownLevel::Ground)),
-            // a height that nobody can fly is no number without end
+            // an absurd height stays finite
             (home, -1e307, amsl, levels, -1e307, None),
         ] {
             let (counted, unknown) = counted_from(&from(old, alt_m), new, levels);

@@ -1,5 +1,5 @@
-//! What of an item is another than it was, by what a vehicle can keep of it; and the comparison of a plan that was sent with the one
-//! read back.
+//! Differences between two items as far as a vehicle can store them, and the comparison of a plan that was sent with
+//! the one read back.
 
 use vencejo_proto::{Address, MissionSeq};
 
@@ -7,8 +7,8 @@ use crate::geodesy::wrap_180_deg;
 use crate::plan::item::{MissionItem, PARAM_NAMES};
 use crate::plan::{Command, PlanKind, ardupilot_stored};
 
-/// Largest difference of a float field that an ArduPilot's arithmetic makes, relative to its size: a few units in the last place of a
-/// 32-bit float, for a vehicle that scales by 0.01 in another order.
+/// Largest difference of a float field that an ArduPilot's arithmetic makes, relative to its size: a few units in the
+/// last place of a 32-bit float, for a vehicle that scales by 0.01 in another order.
 const FLOAT_TOLERANCE: f64 = 4.0 * (f32::EPSILON as f64);
 /// The same for a vehicle that hands back what it was sent, which may have been a decimal.
 const AS_SENT_TOLERANCE: f64 = 1e-6;
@@ -26,16 +26,16 @@ const WHOLE_NUMBERS_DEG: f64 = 1.6e-7;
 
 /// Largest difference, degrees, that 32-bit floats make to a coordinate on its way to an old vehicle and back.
 ///
-/// A float has 24 binary digits. A position in degrees passes through four roundings on its way to an ArduPilot from before
-/// MISSION_ITEM_INT and back (`AP_Mission::mavlink_to_mission_cmd`, `mission_cmd_to_mavlink` of ArduPlane 3.x):
+/// A float has 24 binary digits. A position in degrees passes through four roundings on its way to an ArduPilot from
+/// before MISSION_ITEM_INT and back (`AP_Mission::mavlink_to_mission_cmd`, `mission_cmd_to_mavlink` of ArduPlane 3.x):
 ///
 /// 1. to a float when it is sent: off by at most u = 2⁻²⁴ of its size,
 /// 2. times 1e7 in floats: u again,
 /// 3. cut to a whole number, which loses something only below 2²⁴ · 1e-7 = 1.7°: at most 1e-7°,
 /// 4. divided by 1e7 in floats when it is read back: u again.
 ///
-/// Together 3u of the coordinate's size, and the whole number (and ours) of degE7: at latitude 40° that is 7.2e-6° or 0.8 m, at
-/// longitude 180° on the equator 3.6 m. Nothing that is farther off is taken for rounding.
+/// Together 3u of the coordinate's size, and the whole number (and ours) of degE7: at latitude 40° that is 7.2e-6° or
+/// 0.8 m, at longitude 180° on the equator 3.6 m. Nothing that is farther off is taken for rounding.
 pub fn float_tolerance_deg(coordinate_deg: f64) -> f64 {
     ROUNDINGS * UNIT_ROUNDOFF * coordinate_deg.abs() + WHOLE_NUMBERS_DEG
 }
@@ -56,7 +56,7 @@ impl Keeping {
     /// A vehicle that gives back what it was sent.
     pub const AS_SENT: Self = Self { is_ardupilot: false, in_floats: false };
 
-    /// What is kept of an item, as far as that is known.
+    /// The item as it is stored, as far as that is known.
     pub(super) fn kept(self, item: &MissionItem) -> MissionItem {
         if self.is_ardupilot {
             return ardupilot_stored(item);
@@ -65,14 +65,15 @@ impl Keeping {
         MissionItem::from_wire(&wire).unwrap_or_else(|_| item.clone())
     }
 
-    /// In which fields the item read back is not the one sent, of which `expected` is kept. Of another command nothing else is compared.
+    /// The fields in which the item read back differs from `expected`, as the one sent is stored. If the command
+    /// differs, nothing else is compared.
     pub(super) fn fields_that_differ<'a>(
         self,
         expected: &'a MissionItem,
         read_back: &'a MissionItem,
     ) -> impl Iterator<Item = Field> + 'a {
         let is_same_command = expected.command == read_back.command;
-        // A vehicle that gives back what it was sent says any frame where there is no place.
+        // A vehicle that echoes items may report any frame for one without position.
         let has_frame = self.is_ardupilot || expected.has_position();
         let is_other_frame = is_same_command && has_frame && expected.frame != read_back.frame;
         let first = [(!is_same_command).then_some(Field::Command), is_other_frame.then_some(Field::Frame)];
@@ -98,7 +99,7 @@ impl Keeping {
     }
 }
 
-/// Whether a difference is one that ArduPlane 3.x makes to every such item, and that leaves it the same to fly.
+/// Whether a difference is one that ArduPlane 3.x makes to every such item without changing its flight.
 fn is_of_old(expected: &MissionItem, index: u8, sent: f64, kept: f64) -> bool {
     match index {
         // It keeps the sense of a loiter alone, and shows "clockwise, with my own radius" as 1.
@@ -133,16 +134,16 @@ impl std::fmt::Display for Field {
     }
 }
 
-/// One way in which the vehicle's plan is not the one that was sent.
+/// One difference between the vehicle's plan and the one that was sent.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Difference {
     /// Place in the list, from 0 (on ArduPilot item 0 of a mission is home).
     pub seq: usize,
     /// What differs.
     pub field: Field,
-    /// What should be there, after ArduPlane's rounding; `None`: nothing.
+    /// The expected value, after ArduPlane's rounding; `None`: no value.
     pub sent: Option<f64>,
-    /// What is there; `None`: nothing.
+    /// The value found; `None`: no value.
     pub kept: Option<f64>,
 }
 
@@ -169,10 +170,10 @@ impl std::fmt::Display for Difference {
 
 /// Compares a list that was sent with the list read back, item by item, as the vehicle keeps it.
 ///
-/// Both lists are as on the wire: for a mission of an ArduPilot item 0 is home, of which only the presence is compared, because it
-/// keeps its own. `autocontinue` is not compared: ArduPilot ignores it. Whole numbers and coordinates must be exact; an ArduPilot's
-/// heights equal to a centimetre, its other floats to a few units in their last place; of another vehicle all of them to a millionth.
-/// Positions in floats may be rounded ([`Keeping::in_floats`]).
+/// Both lists are as on the wire: for a mission of an ArduPilot item 0 is home, of which only the presence is compared,
+/// because it keeps its own. `autocontinue` is not compared: ArduPilot ignores it. Whole numbers and coordinates must
+/// be exact; an ArduPilot's heights equal to a centimetre, its other floats to a few units in their last place; of
+/// another vehicle all of them to a millionth. Positions in floats may be rounded ([`Keeping::in_floats`]).
 ///
 /// # Errors
 /// Every difference found, in order of item and field.

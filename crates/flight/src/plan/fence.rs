@@ -4,7 +4,7 @@ use crate::error::{FlightError, Result};
 use crate::geodesy::{GeoPoint, distance_m, point_in_polygon};
 use crate::plan::{Command, MavFrame, MissionItem};
 
-/// What a zone looks like.
+/// Shape of a zone.
 #[derive(Debug, Clone, PartialEq)]
 pub enum FenceShape {
     /// Three or more corners in order; the last joins the first.
@@ -55,7 +55,7 @@ impl FenceShape {
         }
     }
 
-    /// What is wrong with the shape, if anything.
+    /// The fault of the shape; `None` when it is sound.
     fn fault(&self) -> Option<ShapeFault> {
         match self {
             Self::Polygon { vertices } if vertices.len() < SHAPE_MIN_CORNERS => {
@@ -64,7 +64,7 @@ impl FenceShape {
             Self::Polygon { vertices } if vertices.len() > MAX_VERTICES => {
                 Some(ShapeFault::TooManyCorners { count: vertices.len() })
             }
-            // As the wire has it: what is nothing there is none.
+            // As on the wire: a radius that underflows there is invalid.
             Self::Circle { radius_m, .. } if !((*radius_m as f32).is_finite() && *radius_m as f32 > 0.0) => {
                 Some(ShapeFault::Radius { radius_m: *radius_m })
             }
@@ -73,7 +73,7 @@ impl FenceShape {
     }
 }
 
-/// A shape that no vehicle takes.
+/// Fault of a shape that every vehicle would refuse.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ShapeFault {
     /// A polygon with fewer than [`SHAPE_MIN_CORNERS`].
@@ -108,7 +108,7 @@ impl std::fmt::Display for ShapeFault {
 }
 
 impl Fence {
-    /// `true` when there is nothing in it.
+    /// `true` without zones and return point.
     pub fn is_empty(&self) -> bool {
         self.zones.is_empty() && self.return_point.is_none()
     }
@@ -122,7 +122,7 @@ impl Fence {
         self.fault().map_or(Ok(()), |(index, fault)| Err(FlightError::BadFence { index, problem: fault.to_string() }))
     }
 
-    /// The first zone that no vehicle takes, by index, and why; `None` when all are sound.
+    /// The first zone that every vehicle would refuse, by index, and why; `None` when all are sound.
     pub fn fault(&self) -> Option<(usize, ShapeFault)> {
         self.zones.iter().enumerate().find_map(|(index, zone)| Some((index, zone.shape.fault()?)))
     }
@@ -175,7 +175,7 @@ impl Fence {
         Some(MissionItem::at(Command::NAV_FENCE_RETURN_POINT, [0.0; 4], lat_deg, lon_deg, alt_rel_home_m))
     }
 
-    /// Why no vehicle takes its return point; `None` without one, and for one that is sound.
+    /// Why its return point cannot be sent; `None` without one, and when it is sound.
     pub fn return_fault(&self) -> Option<String> {
         Some(self.return_item()?.unsendable()?.to_string())
     }

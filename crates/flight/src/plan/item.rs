@@ -54,7 +54,7 @@ impl std::fmt::Display for PlanKind {
     }
 }
 
-/// What the height of an item is counted from (`MAV_FRAME`).
+/// Frame of an item: the datum of its height (`MAV_FRAME`).
 ///
 /// The `*_INT` variants 5, 6 and 11 mean the same as 0, 3 and 10 in a `MISSION_ITEM_INT` and are folded
 /// into them when read.
@@ -115,7 +115,7 @@ impl std::fmt::Display for MavFrame {
 }
 
 words! {
-    /// What a value must be to be sent.
+    /// Requirement on a value that is to be sent.
     #[cfg_attr(feature = "describe", schema(as = WantedValue))]
     Wanted {
         /// A number that fits the wire.
@@ -134,7 +134,7 @@ words! {
 }
 
 impl Wanted {
-    /// What is wrong with a value that is something else, in English.
+    /// English text about a value that violates it.
     pub const fn problem(self) -> &'static str {
         match self {
             Self::Finite => "which is not a number that can be sent; give a finite one",
@@ -154,7 +154,7 @@ pub struct Unsendable {
     pub field: &'static str,
     /// The value.
     pub value: f64,
-    /// What it must be.
+    /// The requirement that it violates.
     pub wanted: Wanted,
 }
 
@@ -174,7 +174,7 @@ impl std::fmt::Display for Unsendable {
 pub struct MissionItem {
     /// What to do.
     pub command: Command,
-    /// What the height is counted from; [`MavFrame::Mission`] for commands without position.
+    /// Datum of the height; [`MavFrame::Mission`] for commands without position.
     pub frame: MavFrame,
     /// Parameters 1 to 4, x, y, z.
     pub params: [Option<f64>; 7],
@@ -292,9 +292,8 @@ impl MissionItem {
         self.params.get(number.checked_sub(1)?).copied().flatten()
     }
 
-    /// The first value that may not be sent: not finite, more than the vehicle can make a whole number of where it keeps one, or a position off the
-    /// Earth or in a frame that is not known.
-    /// `None` when all may.
+    /// The first value that may not be sent: not finite, more than the vehicle can make a whole number of where it
+    /// keeps one, or a position off the Earth or in a frame that is not known. `None` when all may.
     pub fn unsendable(&self) -> Option<Unsendable> {
         let bad = |field, value, wanted| Some(Unsendable { field, value, wanted });
         for (field, value) in PARAM_NAMES.into_iter().zip(self.params) {
@@ -480,7 +479,8 @@ mod tests {
     }
 
     /// ArduPilot's simulator ends at the first three of these; a board keeps anything.
-    // fault 30: items with numbers that a vehicle cannot make whole ones of where it keeps such are refused, whatever is checked
+    // fault 30: items with numbers that a vehicle cannot make whole ones of where it keeps such are refused, whatever
+    // is checked
     #[test]
     fn what_no_whole_number_of_32_bits_can_be_made_of_is_not_sent_where_one_is_kept() {
         let action = |command: Command, index: usize, value: f64| {

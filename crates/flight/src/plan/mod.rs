@@ -1,9 +1,8 @@
-//! What a plan is: a mission, a fence and rally points, as people and files speak of them, and how
-//! each becomes MAVLink items.
+//! Plans: mission, fence and rally points, and their MAVLink items.
 //!
-//! Values keep their unit and datum; nothing here talks to a vehicle. [`ardupilot_stored`] knows what an
-//! ArduPlane keeps of an item, [`Keeping`] how a plan read back is compared with the one sent, and [`plan_changes`] how one that is
-//! edited differs from the one on board.
+//! Values keep their unit and datum; nothing here communicates with a vehicle. [`ardupilot_stored`] knows what an
+//! ArduPlane keeps of an item, [`Keeping`] how a plan read back is compared with the one sent, and [`plan_changes`] how
+//! one that is edited differs from the one on board.
 
 mod changes;
 pub mod command;
@@ -51,7 +50,8 @@ impl Home {
     /// The home position as a checked point.
     ///
     /// # Errors
-    /// [`FlightError::NotOnEarth`] when the coordinates are not finite or out of range, [`FlightError::HomeHeight`] when the height is.
+    /// [`FlightError::NotOnEarth`] when the coordinates are not finite or out of range, [`FlightError::HomeHeight`]
+    /// when the height is.
     pub fn point(&self) -> Result<GeoPoint> {
         let point = GeoPoint::new(self.lat_deg, self.lon_deg)?;
         if self.to_item().unsendable().is_some() {
@@ -79,8 +79,8 @@ impl Home {
 
 /// A mission: home, if it is known, and the items **without** home.
 ///
-/// On ArduPilot item 0 of the list on the wire is home, so `items[0]` has seq 1 there; on PX4 it has
-/// seq 0. [`Mission::to_wire`] takes care of that, also in what a `DO_JUMP` names: here `items[0]` is 1 for all vehicles.
+/// On ArduPilot item 0 of the list on the wire is home, so `items[0]` has seq 1 there; on PX4 it has seq 0.
+/// [`Mission::to_wire`] takes care of that, also in what a `DO_JUMP` names: here `items[0]` is 1 for all vehicles.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Mission {
     /// Planned home; the vehicle sets its own when it arms.
@@ -124,8 +124,8 @@ impl Mission {
     }
 }
 
-/// Moves where the `DO_JUMP`s of a mission go by so many items: −1 for a list that does not begin with home and so counts from 0 what
-/// a mission counts from 1, 1 back.
+/// Shifts the targets of a mission's `DO_JUMP`s: by −1 for a list that does not begin with home and so counts from 0
+/// what a mission counts from 1, 1 back.
 pub fn move_jumps(items: &mut [MissionItem], by: f64) {
     for item in items.iter_mut().filter(|item| item.command == Command::DO_JUMP) {
         item.params[0] = item.params[0].map(|target| target + by);
@@ -149,10 +149,10 @@ impl Plan {
         Self { mission, ..Self::default() }
     }
 
-    /// The items of one kind as they go on board, numbered by nobody yet, and the home that goes with a mission.
+    /// The items of one kind as they are uploaded, without seq, and the home of a mission.
     ///
     /// # Errors
-    /// [`FlightError::BadFence`] for a zone that no vehicle takes.
+    /// [`FlightError::BadFence`] for an invalid zone.
     pub fn into_list(self, kind: PlanKind) -> Result<(Vec<MissionItem>, Option<Home>)> {
         Ok(match kind {
             PlanKind::Mission => (self.mission.items, self.mission.home),
@@ -176,7 +176,7 @@ impl Plan {
     /// A plan of one list alone, as [`Self::into_list`] gives it.
     ///
     /// # Errors
-    /// [`FlightError::BadFence`] and [`FlightError::BadItem`] for items that make no fence and no rally points.
+    /// [`FlightError::BadFence`] and [`FlightError::BadItem`] for items that are not a fence or rally points.
     pub fn from_list(kind: PlanKind, list: Mission) -> Result<Self> {
         let mut plan = Self::default();
         match kind {

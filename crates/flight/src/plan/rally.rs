@@ -11,7 +11,7 @@ pub struct RallyPoint {
     pub point: GeoPoint,
     /// Height to loiter at, metres, in `frame`.
     pub alt_m: f64,
-    /// What the height is counted from.
+    /// Datum of the height.
     pub frame: MavFrame,
 }
 
@@ -23,7 +23,7 @@ impl RallyPoint {
         MissionItem { frame, ..item }
     }
 
-    /// Why no vehicle takes it; `None` for one that is sound.
+    /// Why it cannot be sent; `None` when it is sound.
     pub fn fault(self) -> Option<String> {
         frame_fault(self.frame).or_else(|| Some(self.to_item().unsendable()?.to_string()))
     }

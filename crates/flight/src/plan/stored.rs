@@ -1,4 +1,4 @@
-//! What an ArduPlane keeps of an item.
+//! Items as an ArduPlane stores them.
 //!
 //! ArduPilot packs an item into 15 bytes: most parameters are cut to whole numbers or dropped. The rules
 //! are data, in the table of [`crate::plan::command`]; this file applies them.
@@ -6,9 +6,9 @@
 use crate::plan::command::{Category, Storage};
 use crate::plan::item::{MavFrame, MissionItem, f64_from_f32};
 
-/// What ArduPlane keeps of an item and gives back when asked.
+/// The item as ArduPlane stores it and returns it on request.
 ///
-/// A command that ArduPlane refuses is returned as it is: there is nothing to compare it with.
+/// A command that ArduPlane refuses is returned unchanged.
 pub fn ardupilot_stored(item: &MissionItem) -> MissionItem {
     let Some(info) = item.command.info() else { return item.clone() };
     let mut params = [None; 7];

@@ -3,11 +3,11 @@
 use crate::guidance::NorthEast;
 use crate::landing::Wind;
 
-/// Height above which the wind is the one given, m, where nothing else is said.
+/// Height above which the wind is the one given, m, by default.
 const FULL_WIND_HEIGHT_M: f64 = 60.0;
 
-/// Exponent of the wind's growth with height over open land (the "one-seventh power law": J. Counihan, "Adiabatic atmospheric
-/// boundary layers", Atmospheric Environment 9, 1975).
+/// Exponent of the wind's growth with height over open land (the "one-seventh power law": J. Counihan, "Adiabatic
+/// atmospheric boundary layers", Atmospheric Environment 9, 1975).
 const OPEN_LAND: f64 = 1.0 / 7.0;
 
 /// Length over which gusts change at the heights of small planes, m (MIL-F-8785C, 3.7.2.2: 1,750 ft above 2,000 ft and
@@ -42,8 +42,8 @@ impl From<Wind> for Air {
 }
 
 impl Air {
-    /// This wind for a vehicle of these parameters: that of ArduPilot's simulator grows with the square root of height up to
-    /// `SIM_WIND_T_ALT` where `SIM_WIND_T` is 0, and not with height else; a real one's is that over open land.
+    /// This wind for a vehicle of these parameters: that of ArduPilot's simulator grows with the square root of height
+    /// up to `SIM_WIND_T_ALT` where `SIM_WIND_T` is 0, and not with height else; a real one's is that over open land.
     pub fn of(wind: Wind, get: impl Fn(&str) -> Option<f64>) -> Self {
         match get("SIM_WIND_T").filter(|_| is_ardupilots_simulator(&get)) {
             Some(0.0) => Self {
@@ -56,7 +56,8 @@ impl Air {
         }
     }
 
-    /// Velocity of the steady wind at a height above home, or above the ground where that lies lower, m/s: where it goes to.
+    /// Velocity of the steady wind at a height above home, or above the ground where that lies lower, m/s: where it
+    /// goes to.
     pub fn steady(&self, height_m: f64) -> NorthEast {
         let part = (height_m / self.full_height_m.max(1.0)).clamp(0.0, 1.0);
         let part = if part < 1.0 { part.powf(self.exponent.clamp(0.0, 2.0)) } else { 1.0 };
@@ -64,7 +65,8 @@ impl Air {
     }
 }
 
-/// Slowest step of ArduPilot's simulator, Hz: that of a plane's main loop with sensors. Others that hold its parameters step slower.
+/// Slowest step of ArduPilot's simulator, Hz: that of a plane's main loop with sensors. Others that hold its parameters
+/// step slower.
 const SIMULATOR_HZ: f64 = 300.0;
 
 /// Whether parameters are those of a plane in ArduPilot's simulator (`SIM_RATE_HZ`, 1,200 for its plane).
@@ -72,13 +74,15 @@ pub(super) fn is_ardupilots_simulator(get: impl Fn(&str) -> Option<f64>) -> bool
     get("SIM_RATE_HZ").is_some_and(|rate_hz| rate_hz >= SIMULATOR_HZ)
 }
 
-/// True over equivalent airspeed at a height above the sea, `√(ρ₀/ρ)` of the standard atmosphere (ISO 2533), −1 to 20 km.
+/// True over equivalent airspeed at a height above the sea, `√(ρ₀/ρ)` of the standard atmosphere (ISO 2533), −1 to 20
+/// km.
 pub(crate) fn eas_to_tas(height_amsl_m: f64) -> f64 {
     let temperature = 1.0 - 2.255_77e-5 * height_amsl_m.clamp(-1_000.0, 20_000.0);
     temperature.powf(-0.5 * 4.255_88)
 }
 
-/// Gusts along a flight: a first-order process in each direction (the Dryden form without its zero, MIL-F-8785C 3.7.1.2).
+/// Gusts along a flight: a first-order process in each direction (the Dryden form without its zero, MIL-F-8785C
+/// 3.7.1.2).
 #[derive(Debug, Clone)]
 pub(super) struct Gusts {
     state: u64,

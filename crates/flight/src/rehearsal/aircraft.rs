@@ -25,7 +25,7 @@ pub enum Autoland {
 }
 
 impl Autoland {
-    /// What a value of `RTL_AUTOLAND` means for a return; a landing that is looked for in go-arounds alone (3) is none.
+    /// What a value of `RTL_AUTOLAND` means for a return; 3, a landing for go-arounds alone, does not count.
     pub(crate) fn of_parameter(value: f64) -> Self {
         match value as i64 {
             1 => Self::AfterReturn,
@@ -36,9 +36,10 @@ impl Autoland {
     }
 }
 
-/// An ArduPlane and the airframe that it flies. Defaults are those of a foam pusher on an ArduPlane as it comes.
+/// An ArduPlane and its airframe. Defaults are those of a foam pusher with the parameters of ArduPilot's simulated
+/// plane.
 ///
-/// What no parameter tells is physics with its source at the field, and can be replaced by what a recorded flight taught.
+/// Values without a parameter have their source at the field, and can be learned from a recorded flight.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Aircraft {
     /// Lateral guidance (`NAVL1_*`).
@@ -73,9 +74,9 @@ pub struct Aircraft {
     pub throttle_min: f64,
     /// Radius within which a waypoint counts, m; default 50 (`WP_RADIUS`).
     pub waypoint_radius_m: f64,
-    /// Largest distance from a waypoint at which it counts, m; default 0, none (`WP_MAX_RADIUS`).
+    /// Largest distance from a waypoint at which it counts, m; default 0: no limit (`WP_MAX_RADIUS`).
     pub waypoint_max_radius_m: f64,
-    /// Radius of circles that give none, m, negative anticlockwise; default 60 (`WP_LOITER_RAD`).
+    /// Radius of circles without their own, m, negative anticlockwise; default 60 (`WP_LOITER_RAD`).
     pub loiter_radius_m: f64,
     /// Bank that circles are widened for in thin air, degrees; default 0, off (`NAVL1_LIM_BANK`).
     pub loiter_bank_deg: f64,
@@ -91,7 +92,7 @@ pub struct Aircraft {
     pub return_radius_m: f64,
     /// Climb before a return turns, m; default 0 (`RTL_CLIMB_MIN`).
     pub return_climb_min_m: f64,
-    /// What a return does with the mission's landing (`RTL_AUTOLAND`).
+    /// How a return uses the mission's landing (`RTL_AUTOLAND`).
     pub autoland: Autoland,
     /// Distance from a rally point beyond which home is preferred, m; default 5,000 (`RALLY_LIMIT_KM`).
     pub rally_limit_m: f64,
@@ -141,9 +142,9 @@ pub struct Aircraft {
     pub flare_hold_height_m: f64,
     /// Pitch that the autopilot adds to its demand, degrees (`PTCH_TRIM_DEG`, before 4.5 `TRIM_PITCH_CD`).
     pub pitch_trim_deg: f64,
-    /// What it does when something fails (`FS_*`, `THR_FAILSAFE`, `BATT_FS_*`).
+    /// Its failsafes (`FS_*`, `THR_FAILSAFE`, `BATT_FS_*`).
     pub failsafes: Failsafes,
-    /// What it flies on (`BATT_*`).
+    /// Its battery (`BATT_*`).
     pub battery: Battery,
     /// What flies.
     pub airframe: Airframe,
@@ -211,8 +212,8 @@ impl Default for Aircraft {
 }
 
 impl Aircraft {
-    /// From an ArduPlane's parameters; a name that `get` does not know keeps its default. Names from before ArduPlane 4.5 are
-    /// read where the present one is absent.
+    /// From an ArduPlane's parameters; a name that `get` does not know keeps its default. Names from before ArduPlane
+    /// 4.5 are read where the present one is absent.
     pub fn from_ardupilot(get: impl Fn(&str) -> Option<f64>) -> Self {
         // Since 4.5 a name and a unit may be another; the pair is one setting.
         let get = |name: &str| {
@@ -304,7 +305,7 @@ impl Aircraft {
         plane
     }
 
-    /// With the airframe and the battery that somebody chose, where he did.
+    /// With an airframe and a battery chosen by the user, where given.
     #[must_use]
     pub fn with(self, airframe: Option<Airframe>, battery: Option<&BatterySettings>) -> Self {
         let said = battery.copied().unwrap_or_default();

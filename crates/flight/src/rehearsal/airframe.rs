@@ -4,22 +4,23 @@ use crate::guidance::tecs::TecsParams;
 use crate::guidance::{GRAVITY_M_S2, bound};
 use crate::words::words;
 
-/// Lift coefficient of a small plane's cruise, and its slope, 1/rad (a wing of aspect ratio 8; B. Etkin, L. D. Reid, *Dynamics of
-/// Flight*, 3rd ed., eq. B.1,1).
+/// Lift coefficient of a small plane's cruise, and its slope, 1/rad (a wing of aspect ratio 8; B. Etkin, L. D. Reid,
+/// *Dynamics of Flight*, 3rd ed., eq. B.1,1).
 const CRUISE_LIFT: f64 = 0.45;
 const LIFT_PER_RAD: f64 = 5.5;
-/// Drag coefficient of a foam pusher without lift, its idling propeller included, and its induced drag at [`CRUISE_LIFT`] with an
-/// Oswald factor of 0.8 (D. P. Raymer, *Aircraft Design*, 6th ed., sections 12.5 and 12.6).
+/// Drag coefficient of a foam pusher without lift, its idling propeller included, and its induced drag at
+/// [`CRUISE_LIFT`] with an Oswald factor of 0.8 (D. P. Raymer, *Aircraft Design*, 6th ed., sections 12.5 and 12.6).
 const DRAG_0: f64 = 0.05;
 const DRAG_INDUCED: f64 = 0.01;
 /// Static thrust of a foam pusher over its weight.
 const THRUST_OVER_WEIGHT: f64 = 0.5;
-/// Exponent of the power over the throttle where none was learned.
+/// Exponent of the power over the throttle by default.
 const POWER_EXPONENT: f64 = 2.5;
 /// Battery of ArduPilot's simulator, V (`SIM_BATT_VOLTAGE`).
 const SIMULATOR_V: f64 = 12.6;
 
-/// Mass, wing area and lift of the plane of ArduPilot's simulator (`SIM_Plane.h`): lift coefficient at no angle of attack, and its slope.
+/// Mass, wing area and lift of the plane of ArduPilot's simulator (`SIM_Plane.h`): lift coefficient at no angle of
+/// attack, and its slope.
 const SIMULATED_KG: f64 = 2.0;
 const SIMULATED_M2: f64 = 0.45;
 const SIMULATED_LIFT_0: f64 = 0.56;
@@ -47,10 +48,11 @@ words! {
 ///
 /// The drag polar is parabolic, D = a V² + b n² V⁻² (J. D. Anderson, *Aircraft Performance and Design*, eq. 5.9).
 ///
-/// Where it is known how much a propeller pulls standing still, thrust is T = Ts θ² − (Ts − Tf) θ V / Vc of throttle θ and airspeed V, and
-/// nothing at least: ρ n² D⁴ C_T with revolutions n as the throttle and C_T linear in the advance ratio V / (n D), as small propellers have
-/// it (J. B. Brandt, M. S. Selig, *Propeller Performance Data at Low Reynolds Numbers*, AIAA 2011-1255). Elsewhere it is taken as
-/// independent of speed, which lies between a jet's and a propeller's of constant power, and as linear in throttle on both sides of cruise.
+/// Where it is known how much a propeller pulls standing still, thrust is T = Ts θ² − (Ts − Tf) θ V / Vc of throttle θ
+/// and airspeed V, and nothing at least: ρ n² D⁴ C_T with revolutions n as the throttle and C_T linear in the advance
+/// ratio V / (n D), as small propellers have it (J. B. Brandt, M. S. Selig, *Propeller Performance Data at Low Reynolds
+/// Numbers*, AIAA 2011-1255). Elsewhere it is taken as independent of speed, which lies between a jet's and a
+/// propeller's of constant power, and as linear in throttle on both sides of cruise.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(
     feature = "describe",
@@ -71,7 +73,8 @@ pub struct Airframe {
     /// The same standing still, no less; `None`: not known, or no propeller's.
     #[cfg_attr(feature = "describe", serde(default), schema(required = true))]
     pub thrust_static_m_s2: Option<f64>,
-    /// What holds it back on the ground after a landing beside its drag, m/s²: its wheels, brakes, or belly; `None`: not known, and it slides.
+    /// Deceleration on the ground after a landing in addition to its drag, m/s²: its wheels, brakes, or belly; `None`:
+    /// not known, and it slides.
     #[cfg_attr(feature = "describe", serde(default), schema(required = true))]
     pub ground_drag_m_s2: Option<f64>,
     /// Throttle of level flight at it, 0 to 1.
@@ -82,18 +85,18 @@ pub struct Airframe {
     pub level_pitch_rad: f64,
     /// True airspeed over what the autopilot takes for it; 1 where the pitot tube is right.
     pub pitot: f64,
-    /// Whether [`Self::pitot`] is the air's own true over equivalent airspeed: ArduPilot's simulator divides by it twice
-    /// (`SIM_Aircraft::update_eas_airspeed`, `SITL_State::_update_airspeed`), and its forces follow.
+    /// Whether [`Self::pitot`] is the air's own true over equivalent airspeed: ArduPilot's simulator divides by it
+    /// twice (`SIM_Aircraft::update_eas_airspeed`, `SITL_State::_update_airspeed`), and its forces follow.
     pub is_simulated: bool,
-    /// How much a turn skids: the side force of the slip that yawing brings, over the centripetal force. A bank turns the plane
-    /// `1 / (1 + skid)` as fast as a coordinated turn does; 0, coordinated, where nothing taught another. That of ArduPilot's simulator
-    /// holds at sea level.
+    /// How much a turn skids: the side force of the slip that yawing brings, over the centripetal force. A bank turns
+    /// the plane `1 / (1 + skid)` as fast as a coordinated turn does; 0, coordinated, unless learned. That of
+    /// ArduPilot's simulator holds at sea level.
     pub skid: f64,
-    /// Electrical power of level flight at it, W; `None`: not known, and no energy is told.
+    /// Electrical power of level flight at it, W; `None`: not known, and no energy is computed.
     #[cfg_attr(feature = "describe", schema(required = true))]
     pub power_cruise_w: Option<f64>,
-    /// Exponent of the power over the throttle: 3 for a propeller whose speed follows the throttle alone (momentum theory), less where it
-    /// moves on; measured mostly 2 to 3.
+    /// Exponent of the power over the throttle: 3 for a propeller whose speed follows the throttle alone (momentum
+    /// theory), less where it moves on; measured mostly 2 to 3.
     pub power_exponent: f64,
     /// Voltage of the battery in flight, V; `None`: not known.
     #[cfg_attr(feature = "describe", schema(required = true))]
@@ -101,10 +104,10 @@ pub struct Airframe {
 }
 
 impl Airframe {
-    /// A foam pusher, with what an owner told TECS of his own plane.
+    /// A foam pusher, with the owner's TECS parameters.
     ///
-    /// `TECS_CLMB_MAX` is the climb at full throttle and `TECS_SINK_MIN` the sink without, both at cruise; a value that ArduPlane comes
-    /// with (5 and 2 m/s) says nothing of a plane.
+    /// `TECS_CLMB_MAX` is the climb at full throttle and `TECS_SINK_MIN` the sink without, both at cruise; ArduPlane's
+    /// defaults (5 and 2 m/s) are ignored.
     pub fn of_parameters(cruise_m_s: f64, tecs: &TecsParams, pitch_trim_deg: f64) -> Self {
         let cruise = bound(cruise_m_s, 3.0, 100.0);
         let untold = TecsParams::default();
@@ -139,8 +142,8 @@ impl Airframe {
         }
     }
 
-    /// The plane of ArduPilot's simulator: 2 kg, 0.45 m² of wing with a span of 1.88 m, hanging on its propeller at 70 % throttle
-    /// (`libraries/SITL/SIM_Plane.h` of ArduPilot 4.7: mass, wing, coefficients of lift and drag).
+    /// The plane of ArduPilot's simulator: 2 kg, 0.45 m² of wing with a span of 1.88 m, hanging on its propeller at 70
+    /// % throttle (`libraries/SITL/SIM_Plane.h` of ArduPilot 4.7: mass, wing, coefficients of lift and drag).
     ///
     /// `rudder_mix` is the rudder per aileron (`KFF_RDDRMIX`).
     pub fn of_simulator(cruise_m_s: f64, rudder_mix: f64) -> Self {
@@ -211,14 +214,15 @@ impl Airframe {
         self.skid / self.skids_less(eas_to_tas)
     }
 
-    /// How much less a turn skids in thin air: the simulator's side force counts it three times, twice in the airspeed and once in the density
-    /// (`SIM_Plane::getForce`).
+    /// How much less a turn skids in thin air: the simulator's side force counts it three times, twice in the airspeed
+    /// and once in the density (`SIM_Plane::getForce`).
     pub(super) fn skids_less(&self, eas_to_tas: f64) -> f64 {
         if self.is_simulated { eas_to_tas.powi(3) } else { 1.0 }
     }
 
-    /// Change of the simulator's body rate of pitch, rad/s², at an angle of attack counted from no lift (rad), a rate (rad/s) and an elevator
-    /// (−1 to 1, positive up): the moments of `SIM_Plane::getTorque`, whose moment of inertia is 1 kg m².
+    /// Change of the simulator's body rate of pitch, rad/s², at an angle of attack counted from no lift (rad), a rate
+    /// (rad/s) and an elevator (−1 to 1, positive up): the moments of `SIM_Plane::getTorque`, whose moment of inertia
+    /// is 1 kg m².
     pub(super) fn pitch_accel(
         &self,
         airspeed_m_s: f64,
@@ -278,9 +282,10 @@ impl Airframe {
     }
 }
 
-/// How much the simulator's plane skids at sea level: in a steady turn the slip β, the aileron and the rudder mixed to it hold the moments of
-/// yaw and roll at zero against those of the yaw rate r (`SIM_Plane::getTorque`, coefficients of `SIM_Plane.h`, the centre of gravity 0.15 m
-/// behind and 0.05 m above where the forces act). Slip and surfaces so are multiples of r/V, and their side force of the centripetal V r / cos φ.
+/// How much the simulator's plane skids at sea level: in a steady turn the slip β, the aileron and the rudder mixed to
+/// it hold the moments of yaw and roll at zero against those of the yaw rate r (`SIM_Plane::getTorque`, coefficients of
+/// `SIM_Plane.h`, the centre of gravity 0.15 m behind and 0.05 m above where the forces act). Slip and surfaces so are
+/// multiples of r/V, and their side force of the centripetal V r / cos φ.
 fn simulated_skid(mass_kg: f64, area_m2: f64, span_m: f64, rudder_mix: f64) -> f64 {
     let (yaw_slip, yaw_rate, yaw_rudder) = (0.25, -1.0, 0.1);
     let (roll_slip, roll_rate, roll_aileron, roll_rudder) = (-0.12, 0.14, 0.25, -0.037);

@@ -1,9 +1,10 @@
 //! The autopilot of the rehearsal: a mission flown item by item, and the return to launch.
 //!
-//! This file holds its state, what it does at a time, and what it does when something fails; `mission`, `circles`, `landing` and `controls` how.
-//! What it decides ten times a second is what ArduPlane decides there: when a waypoint counts, when a circle is left, which height
-//! along a leg, when it flares (`ArduPlane/commands_logic.cpp`, `navigation.cpp`, `altitude.cpp`, `takeoff.cpp`, `mode_rtl.cpp`,
-//! `AP_Landing_Slope.cpp` and `AP_Mission.cpp` of ArduPilot 4.7 are the source of these rules).
+//! This file holds its state, the decision of one step, and its reactions to failures; `mission`, `circles`, `landing`
+//! and `controls` the details. What it decides ten times a second is what ArduPlane decides there: when a waypoint
+//! counts, when a circle is left, which height along a leg, when it flares (`ArduPlane/commands_logic.cpp`,
+//! `navigation.cpp`, `altitude.cpp`, `takeoff.cpp`, `mode_rtl.cpp`, `AP_Landing_Slope.cpp` and `AP_Mission.cpp` of
+//! ArduPilot 4.7 are the source of these rules).
 
 mod circles;
 mod controls;
@@ -28,8 +29,8 @@ use crate::plan::Command;
 pub(super) const STEP_S: f64 = 0.1;
 /// A height counts as reached this near, m.
 const HEIGHT_REACHED_M: f64 = 5.0;
-/// Time in which the autopilot learns the wind, s: its states follow a change of speed over some turns (EKF3's wind states with their
-/// process noise of 0.1 m/s²).
+/// Time in which the autopilot learns the wind, s: its states follow a change of speed over some turns (EKF3's wind
+/// states with their process noise of 0.1 m/s²).
 const WIND_LEARNED_S: f64 = 20.0;
 /// How long a plane that a pilot steers is flown straight on beyond the last failsafe, s.
 const PILOTED_S: f64 = 10.0;
@@ -89,16 +90,16 @@ impl Circle {
     }
 }
 
-/// What the plane is doing.
+/// Mode of flight.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Mode {
     /// The item at this index of the mission.
     Auto(usize),
     /// Returning to home or a rally point.
     Return { has_climbed: bool, looked_for_landing: bool },
-    /// Flying to a place that is no mission's, and circling there (GUIDED, LOITER).
+    /// Flying to a place outside of the mission, and circling there (GUIDED, LOITER).
     Holding(Duty),
-    /// Straight on at this height, for want of the pilot's wishes, or the air's.
+    /// Straight on at this height, because the pilot's commands, or thermals, are not known.
     Piloted(Duty),
     /// Circling where the failsafe found it, at a third of its bank limit; ends after a turn.
     Circling { turned_rad: f64, course_rad: f64 },
@@ -137,7 +138,8 @@ pub(super) struct Autopilot<'a> {
     groundspeed_min_m_s: f64,
     /// Whether a DO_LAND_START was passed, or a landing begun.
     is_in_landing_sequence: bool,
-    /// Whether a return is on its way to the first item of a landing, so that one which leads back to it is not looked for again.
+    /// Whether a return is on its way to the first item of a landing, so that one which leads back to it is not looked
+    /// for again.
     is_looking_for_landing: bool,
     /// Item that the mission was left at, for CIRCLE or FBWA.
     left_at: usize,
@@ -151,7 +153,7 @@ pub(super) struct Autopilot<'a> {
     load: f64,
     wind: NorthEast,
     pub passages: Vec<Passage>,
-    /// What the camera was told.
+    /// Orders to the camera.
     pub camera: Vec<CameraOrder>,
     pub ending: Option<Ending>,
 }
@@ -170,7 +172,7 @@ struct TakeOff {
     is_abort: bool,
 }
 
-/// What the autopilot knows of the ground while its height counts from it.
+/// The autopilot's knowledge of the ground while its height counts from it.
 #[derive(Debug, Clone, Copy, Default)]
 struct Follower {
     /// Height of the ground below above home, m; the last known where it is not known now.
@@ -253,7 +255,7 @@ impl<'a> Autopilot<'a> {
         self.set_up_slope(body, false, false);
     }
 
-    /// Nobody steers a plane without an engine here: it glides straight ahead.
+    /// A plane without an engine glides straight ahead here.
     pub fn loses_engine(&mut self, body: &Body) {
         if matches!(self.mode, Mode::Piloted(_)) {
             self.leave_mission(Mode::Gliding, body);
@@ -339,7 +341,7 @@ impl<'a> Autopilot<'a> {
         self.aim(body);
         self.note_ground();
         let bank_rad = self.bank(body, track);
-        // What the autopilot takes for the wind is what its filter has learned over a while.
+        // The autopilot's wind is a filtered estimate.
         self.wind = self.wind + (wind - self.wind) * (STEP_S / WIND_LEARNED_S);
         let (pitch_rad, throttle) = self.pitch_and_throttle(body, time_s);
         let is_open = self.takes_off.is_some() || matches!(self.stage, Stage::Flare { .. });
@@ -358,7 +360,7 @@ impl<'a> Autopilot<'a> {
 
     // Failsafes.
 
-    /// What an autopilot has to know to decide.
+    /// Facts that the failsafes decide by.
     pub fn situation(&mut self, body: &Body) -> Situation {
         let is_landing = self.flies_landing();
         let onward_m = self.item().and_then(|index| self.way_to_landing_m(index, body));
@@ -424,8 +426,8 @@ impl<'a> Autopilot<'a> {
         self.circle = Circle::new();
     }
 
-    /// Way from here to the landing that the mission comes to from an item on, m; `None` where it comes to none, or where the way
-    /// is not that of waypoints alone (`AP_Mission::distance_to_landing`).
+    /// Way from here to the landing that the mission comes to from an item on, m; `None` where it comes to no landing,
+    /// or where the way has more than waypoints (`AP_Mission::distance_to_landing`).
     fn way_to_landing_m(&mut self, index: usize, body: &Body) -> Option<f64> {
         let (mut at, mut from, mut way_m) = (index, body.position, 0.0);
         for _ in 0..255 {
@@ -468,7 +470,7 @@ impl<'a> Autopilot<'a> {
         self.item().and_then(|index| self.course.items.get(index)).is_some_and(|item| item.command == Command::NAV_LAND)
     }
 
-    /// A circle that nobody ends is shown for so many laps.
+    /// Laps shown of an endless circle.
     fn end_after_laps(&mut self, ending: Ending) {
         if self.circle.swept() >= LAPS_SHOWN * TAU {
             self.ending.get_or_insert(ending);

@@ -1,12 +1,12 @@
-//! The battery that a rehearsed plane flies on, and what a flight leaves of it.
+//! The battery of a rehearsed plane, and its charge after a flight.
 
 use super::airframe::Airframe;
 use crate::guidance::bound;
 use crate::words::words;
 
-/// Part of a battery that is kept where nothing says another: four fifths are used, as is usual of lithium polymer.
+/// Default reserve, as a part of the capacity: four fifths are used, as is usual of lithium polymer.
 const RESERVE: f64 = 0.2;
-/// Part of its charge that a battery must have given before what it gave tells how much it holds.
+/// Part of the charge that must have been used before the capacity can be inferred from it.
 const TELLS_CAPACITY: f64 = 0.1;
 
 /// A battery, as far as it is known.
@@ -18,7 +18,8 @@ pub struct Battery {
     pub voltage_v: Option<f64>,
     /// Part of its capacity that it holds at the start, 0 to 1; default 1.
     pub charge: f64,
-    /// Part of its capacity that should be left at the landing, 0 to 1: the higher of `BATT_LOW_MAH` and `BATT_CRT_MAH`; default 0.2.
+    /// Part of its capacity that should be left at the landing, 0 to 1: the higher of `BATT_LOW_MAH` and
+    /// `BATT_CRT_MAH`; default 0.2.
     pub reserve: f64,
 }
 
@@ -28,7 +29,7 @@ impl Default for Battery {
     }
 }
 
-/// What somebody says of a battery, in place of what the plane's settings and its monitor do; `None`: as those.
+/// A user's values for a battery, in place of those of parameters and battery monitor; `None`: as those.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "describe", derive(serde::Deserialize, utoipa::ToSchema), serde(default, deny_unknown_fields))]
 pub struct BatterySettings {
@@ -36,7 +37,7 @@ pub struct BatterySettings {
     pub capacity_mah: Option<f64>,
     /// Its voltage while the engine runs, V, 1 to 1,000.
     pub voltage_v: Option<f64>,
-    /// What it holds at the start, % of its capacity, 0 to 100.
+    /// Charge at the start, % of its capacity, 0 to 100.
     pub charge_pct: Option<f64>,
     /// What should be left at the landing, % of its capacity, 0 to 100.
     pub reserve_pct: Option<f64>,
@@ -45,7 +46,7 @@ pub struct BatterySettings {
 }
 
 impl BatterySettings {
-    /// What is wrong with them: the field, its value and the range that it must be in.
+    /// The first value out of range: the field, its value and its range.
     pub fn fault(&self) -> Option<(&'static str, f64, (f64, f64))> {
         let fields = [
             ("capacity_mah", self.capacity_mah, (1.0, 1e6)),
@@ -63,9 +64,9 @@ impl BatterySettings {
 }
 
 words! {
-    /// Why nobody can tell what is left of a battery.
+    /// Why the remaining charge is unknown.
     BatteryLack {
-        /// The plane's power is not known: no flight taught it.
+        /// The plane's power is not known: it was not learned from a flight.
         Power = "power",
         /// The battery's capacity is not known.
         Capacity = "capacity",
@@ -74,7 +75,7 @@ words! {
     }
 }
 
-/// What a flight leaves of a battery.
+/// Charge of a battery after a flight.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BatteryLeft {
     /// Energy of a full one, Wh.
@@ -112,9 +113,9 @@ impl Battery {
         Self { capacity_mah: Some(capacity_mah), reserve: reserve.unwrap_or(RESERVE), ..Self::default() }
     }
 
-    /// With what the vehicle tells of it: its voltage now, the charge that it has given, mAh, and the part that is left.
+    /// With the vehicle's telemetry: its present voltage, the charge used, mAh, and the part that is left.
     ///
-    /// Where the capacity is not known, it follows from what was given, once that is a tenth.
+    /// An unknown capacity is inferred from the charge used, once that is a tenth.
     #[must_use]
     pub fn as_told(self, voltage_v: Option<f64>, consumed_mah: Option<f64>, left: Option<f64>) -> Self {
         let left = left.filter(|left| (0.0..=1.0).contains(left));
@@ -128,7 +129,7 @@ impl Battery {
         }
     }
 
-    /// With what somebody says of it.
+    /// With a user's values.
     #[must_use]
     pub fn with(self, said: &BatterySettings) -> Self {
         Self {
@@ -142,7 +143,7 @@ impl Battery {
     /// Energy of a full one, Wh, as `mAh · V / 1000`.
     ///
     /// # Errors
-    /// What is not known.
+    /// The value that is unknown.
     pub(super) fn capacity_wh(&self, airframe: &Airframe) -> Result<f64, BatteryLack> {
         airframe.power_cruise_w.ok_or(BatteryLack::Power)?;
         let capacity_mah = self.capacity_mah.ok_or(BatteryLack::Capacity)?;

@@ -6,8 +6,8 @@
 //! V̇ = T − D − g sin γ        L cos φ = V γ̇ + g cos γ        ψ̇ V cos γ = L sin φ
 //! ```
 //!
-//! all per mass. Lift grows with the angle of attack, whose part in the pitch of a banked plane is α cos φ: so pitch that is
-//! held while banking keeps the flight path, which is what an autopilot's pitch law does.
+//! all per mass. Lift grows with the angle of attack, whose part in the pitch of a banked plane is α cos φ: so pitch
+//! that is held while banking keeps the flight path, which is what an autopilot's pitch law does.
 
 use super::air::eas_to_tas;
 use super::aircraft::Aircraft;
@@ -25,11 +25,12 @@ const MIN_OVER_STALL: f64 = 1.2;
 /// Airspeed over the slowest allowed one at which a rolling plane may raise its nose, where nothing else is set.
 const ROTATE_OVER_MIN: f64 = 1.1;
 
-/// Steps a second of ArduPilot's simulator (`SIM_RATE_HZ` of its plane), and the height within which its ground holds a plane, m.
+/// Steps a second of ArduPilot's simulator (`SIM_RATE_HZ` of its plane), and the height within which its ground holds a
+/// plane, m.
 const SIMULATOR_HZ: f64 = 1_200.0;
 const HELD_WITHIN_M: f64 = 0.001;
 
-/// What the autopilot asks for.
+/// Demands of the autopilot.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Controls {
     pub bank_rad: f64,
@@ -52,7 +53,8 @@ pub(super) struct Body {
     pub climb_m_s: f64,
     pub bank_rad: f64,
     pub pitch_rad: f64,
-    /// Body rate of pitch, rad/s, and the law that moves the elevator; in take-off and flare of ArduPilot's simulator alone.
+    /// Body rate of pitch, rad/s, and the law that moves the elevator; in take-off and flare of ArduPilot's simulator
+    /// alone.
     pitch_rate_rad_s: f64,
     pitch_loop: Option<RateLoop>,
     pub heading_rad: f64,
@@ -188,9 +190,10 @@ impl Body {
         }
     }
 
-    /// Pitch follows its demand with the autopilot's time constant: its loops for height and speed take out what the trim lags. In a take-off and
-    /// in a flare they do not, and the speed changes fast: there the nose is where the elevator has moved it, if the moments are known, and lags
-    /// while the trim comes from the integrator of the rate loop.
+    /// Pitch follows its demand with the autopilot's time constant: its loops for height and speed take out what the
+    /// trim lags. In a take-off and in a flare they do not, and the speed changes fast: there the nose is where the
+    /// elevator has moved it, if the moments are known, and lags while the trim comes from the integrator of the rate
+    /// loop.
     fn pitch(&mut self, controls: &Controls, airspeed_m_s: f64, path_rad: f64, plane: &Aircraft, dt: f64) {
         if !(plane.airframe.is_simulated && controls.is_open) {
             self.pitch_rad = lag(self.pitch_rad, controls.pitch_rad, plane.pitch_tau_s.max(0.05), dt);
@@ -216,9 +219,10 @@ impl Body {
         self.pitch_rad += self.pitch_rate_rad_s * dt;
     }
 
-    /// The take-off run of ArduPilot's simulator. Its ground stops every rotation after each of its steps, so that the nose rises by the moment of
-    /// one step at a time and not at all below 5 m/s; and it holds what has not risen by a millimetre within one step, so that the plane must climb
-    /// at more than a metre a second to leave it (`SIM_Aircraft::update_dynamics` and `on_ground`).
+    /// The take-off run of ArduPilot's simulator. Its ground stops every rotation after each of its steps, so that the
+    /// nose rises by the moment of one step at a time and not at all below 5 m/s; and it holds what has not risen by a
+    /// millimetre within one step, so that the plane must climb at more than a metre a second to leave it
+    /// (`SIM_Aircraft::update_dynamics` and `on_ground`).
     fn roll_simulated(
         &mut self,
         controls: &Controls,
@@ -320,7 +324,7 @@ fn lift(body: &Body, airspeed_m_s: f64, path_rad: f64, plane: &Aircraft) -> (f64
     (GRAVITY_M_S2 * load * cos_bank, load)
 }
 
-/// A rate limit in rad/s; 0 is none.
+/// A rate limit in rad/s; 0: no limit.
 fn limit_or(deg_s: f64) -> f64 {
     if deg_s > 0.0 { deg_s.to_radians() } else { f64::INFINITY }
 }

@@ -12,8 +12,8 @@ const NEAR_M: f64 = 20_000.0;
 /// Mean radius of the Earth, m (IUGG).
 const EARTH_M: f64 = 6_371_009.0;
 
-/// How far from home or a landing point the field is taken to be level, m, and by how much the known ground may differ there: SRTM is
-/// mostly within 8 m (Rodríguez et al. 2006), and a plane rolls on what is there, not on what a map has.
+/// How far from home or a landing point the field is taken to be level, m, and by how much the known ground may differ
+/// there: SRTM is mostly within 8 m (Rodríguez et al. 2006), and a plane rolls on what is there, not on what a map has.
 const FIELD_M: f64 = 300.0;
 const FIELD_OFF_M: f64 = 10.0;
 /// How far below a place of the plan that lies below home the ground is assumed where it is not known, m.
@@ -46,8 +46,8 @@ pub type Ground<'a> = dyn Fn(GeoPoint) -> Option<f64> + Sync + 'a;
 
 /// A plan around its home.
 ///
-/// Places are laid out by bearing and distance from home (azimuthal equidistant): exact along every line through home, and off by
-/// less than 1 m between two places 20 km from it.
+/// Places are laid out by bearing and distance from home (azimuthal equidistant): exact along every line through home,
+/// and off by less than 1 m between two places 20 km from it.
 pub(super) struct Course<'a> {
     pub home: Home,
     origin: GeoPoint,
@@ -64,7 +64,7 @@ pub(super) struct Course<'a> {
 }
 
 impl<'a> Course<'a> {
-    /// `None` when home is no place on Earth.
+    /// `None` when home is not a place on Earth.
     pub fn new(plan: &Plan, home: Home, ground: Option<&'a Ground<'a>>) -> Option<Self> {
         let origin = home.point().ok()?;
         let items: Vec<MissionItem> = plan.mission.items.iter().map(ardupilot_stored).collect();
@@ -88,8 +88,8 @@ impl<'a> Course<'a> {
         self.level_m = (level_m, level_m);
     }
 
-    /// Home's level, or below the lowest place of a plan that leads below home: what the plan flies over there is not known, but it is
-    /// not a plain at home's level.
+    /// Home's level, or below the lowest place of a plan that leads below home: the ground there is unknown, but
+    /// certainly not at home's level.
     fn below_plan_m(&self) -> f64 {
         let flown = self.items.iter().zip(&self.places).filter(|(item, _)| is_flown(item));
         let grounds = flown.filter_map(|(item, at)| {
@@ -116,8 +116,8 @@ impl<'a> Course<'a> {
         place(self.origin, point)
     }
 
-    /// The place on Earth of a position: near home by way of its tangent plane, within a centimetre of the geodesic up to 5 km, within
-    /// 0.3 m up to 20 km, and ten times as fast.
+    /// The place on Earth of a position: near home by way of its tangent plane, within a centimetre of the geodesic up
+    /// to 5 km, within 0.3 m up to 20 km, and ten times as fast.
     pub fn point(&self, at: NorthEast) -> GeoPoint {
         let distance_m = at.length();
         if distance_m > NEAR_M {
@@ -131,8 +131,8 @@ impl<'a> Course<'a> {
 
     /// Height of the ground below a position above home, m, where it is known.
     ///
-    /// It counts from the ground known at home, on which the plane stands: what a map is off in all its heights cancels, as in
-    /// ArduPlane (`AP_Terrain::update_reference_offset`).
+    /// It counts from the ground known at home, on which the plane stands: what a map is off in all its heights
+    /// cancels, as in ArduPlane (`AP_Terrain::update_reference_offset`).
     pub fn ground_m(&self, at: NorthEast) -> Option<f64> {
         let amsl_m = self.ground.and_then(|ground| ground(self.point(at)))?;
         Some(amsl_m - self.home_ground_m.unwrap_or(self.home.alt_amsl_m))
@@ -144,18 +144,20 @@ impl<'a> Course<'a> {
         self.ground_m(at).unwrap_or(if at.length() > FIELD_M { elsewhere_m } else { field_m })
     }
 
-    /// A height above home, m, counted from the ground where that lies below home: in a valley the wind's profile begins at its ground.
+    /// A height above home, m, counted from the ground where that lies below home: in a valley the wind's profile
+    /// begins at its ground.
     pub fn above_level_m(&self, at: NorthEast, height_m: f64) -> f64 {
         height_m - self.assumed_ground_m(at).min(0.0)
     }
 
-    /// The ground as an autopilot knows it, which needs the ground at home too (`AP_Terrain::height_relative_home_equivalent`).
+    /// The ground as an autopilot knows it, which needs the ground at home too
+    /// (`AP_Terrain::height_relative_home_equivalent`).
     pub fn followed_ground_m(&self, at: NorthEast) -> Option<f64> {
         self.home_ground_m.and_then(|_| self.ground_m(at))
     }
 
-    /// Height of the ground that stops the plane, m above home: the known or assumed one; on the field itself, and where none is known
-    /// on the way to a landing, the level of home or of that landing.
+    /// Height of the ground that stops the plane, m above home: the known or assumed one; on the field itself, and
+    /// where none is known on the way to a landing, the level of home or of that landing.
     pub fn stopping_ground_m(&self, item: Option<usize>, at: NorthEast) -> f64 {
         let item = item.and_then(|index| self.items.get(index)).filter(|item| item.command == Command::NAV_LAND);
         let field = item.and_then(MissionItem::point).map_or(NorthEast::default(), |point| place(self.origin, point));
@@ -207,7 +209,7 @@ impl<'a> Course<'a> {
         (self.spot(item, body).height_m, pitch_deg.to_radians())
     }
 
-    /// Where the item after a waypoint lies, as the turn to it is planned; `None` where none is.
+    /// Where the item after a waypoint lies, as the turn to it is planned; `None` where no turn is.
     ///
     /// An item without a place counts as latitude and longitude 0.
     pub fn onward(&self, item: &MissionItem) -> Option<NorthEast> {
@@ -276,8 +278,8 @@ impl<'a> Course<'a> {
         starts.map(|(index, _)| (index, away_m(index))).min_by(|a, b| a.1.total_cmp(&b.1)).map(|(index, _)| index)
     }
 
-    /// Index of the item whose leg from the one before lies nearest, between a DO_RETURN_PATH_START and the landing after it
-    /// (`AP_Mission::jump_to_closest_mission_leg`; jumps on the way are not followed).
+    /// Index of the item whose leg from the one before lies nearest, between a DO_RETURN_PATH_START and the landing
+    /// after it (`AP_Mission::jump_to_closest_mission_leg`; jumps on the way are not followed).
     pub fn nearest_on_return_path(&self, body: &Body) -> Option<usize> {
         let mut nearest: Option<(usize, f64)> = None;
         let mut is_on_path = false;
@@ -309,7 +311,7 @@ fn leg_away_m(from: Spot, to: Spot, body: &Body) -> f64 {
     Spot { at: from.at + leg * part, height_m: from.height_m + up * part, ..from }.away_m(body)
 }
 
-/// Whether an item is flown, not done beside the flying.
+/// Whether an item is flown, not an action.
 pub(super) fn is_flown(item: &MissionItem) -> bool {
     item.command.info().is_some_and(|info| info.category == Category::Nav)
 }

@@ -1,8 +1,8 @@
-//! What a plane in the air does when a rehearsal begins.
+//! Activity of a plane in the air when a rehearsal begins.
 
 use crate::geodesy::GeoPoint;
 
-/// What a plane in the air does when a rehearsal begins.
+/// Activity of a plane in the air when a rehearsal begins.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Doing {
     /// It flies its mission (AUTO).
@@ -32,14 +32,14 @@ pub enum Doing {
         /// Height above home, m.
         height_m: f64,
     },
-    /// A pilot steers it: what he will do nobody knows, so only what follows a trigger can be rehearsed.
+    /// A pilot steers it: only reactions to a trigger can be rehearsed.
     Piloted,
     /// It looks for lift (THERMAL): likewise, but its failsafes are those of LOITER.
     Soaring,
 }
 
 impl Doing {
-    /// Whether nobody knows what it will do of itself.
+    /// Whether its further flight without a trigger is unknown.
     pub fn is_open(self) -> bool {
         matches!(self, Self::Piloted | Self::Soaring)
     }

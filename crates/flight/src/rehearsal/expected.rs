@@ -1,8 +1,9 @@
-//! How a flight goes, beside the rehearsal of it from some moment before.
+//! A flight in progress compared with an earlier rehearsal of it.
 
 use crate::geodesy::{GeoPoint, LocalFrame};
 
-/// Farther from the expected track the plane is not on it: neither late nor low, metres.
+/// Distance from the expected track beyond which the plane is off it, so that delay and height are not compared,
+/// metres.
 const ASTRAY_M: f64 = 150.0;
 /// Part of the battery that must be used before its rate says anything, per cent.
 const LEAST_USED_PCT: f64 = 2.0;
@@ -20,9 +21,9 @@ pub struct Expected {
     pub index: Option<usize>,
 }
 
-/// The moment at which the plane was expected where it is, on its way to the item of this index; `None` where it is more than 150 m away
-/// from that way. Of an item that is flown several times, the one nearest to `since_s`, seconds since the rehearsal's beginning; where that is
-/// not known, the one nearest in space.
+/// The moment at which the plane was expected where it is, on its way to the item of this index; `None` where it is
+/// more than 150 m away from that way. Of an item that is flown several times, the one nearest to `since_s`, seconds
+/// since the rehearsal's beginning; where that is not known, the one nearest in space.
 pub fn expected_at(track: &[Expected], at: GeoPoint, index: Option<usize>, since_s: Option<f64>) -> Option<Expected> {
     // Of each time that the item is flown the nearest moment, with how far off it is.
     let mut times: Vec<(f64, Expected)> = Vec::new();
@@ -54,8 +55,9 @@ pub fn expected_at(track: &[Expected], at: GeoPoint, index: Option<usize>, since
     times.into_iter().min_by(|a, b| by(a).total_cmp(&by(b))).map(|(_, expected)| expected)
 }
 
-/// The moment at which the plane was expected to have `left_s` seconds yet at the item of this index: on a circle, where the place is the same after
-/// each turn. Of an item that is flown several times, the one nearest to `since_s`; `None` where the track does not leave it.
+/// The moment at which the plane was expected to have `left_s` seconds yet at the item of this index: on a circle,
+/// where the place is the same after each turn. Of an item that is flown several times, the one nearest to `since_s`;
+/// `None` where the track does not leave it.
 pub fn expected_before_leaving(track: &[Expected], index: usize, left_s: f64, since_s: f64) -> Option<Expected> {
     let leaves = track.windows(2).filter(|pair| pair[0].index == Some(index) && pair[1].index != Some(index));
     let moments = leaves.map(|pair| pair[1].time_s - left_s);
@@ -67,8 +69,8 @@ pub fn expected_before_leaving(track: &[Expected], index: usize, left_s: f64, si
     Some(Expected { time_s, point: from.point, height_m, index: Some(index) })
 }
 
-/// What will be left of a battery in `left_s` when it goes on as in the `since_s` in which it went from `before_pct` to `now_pct`, per cent;
-/// `None` while less than 2 % of it were used, which says nothing.
+/// What will be left of a battery in `left_s` when it goes on as in the `since_s` in which it went from `before_pct` to
+/// `now_pct`, per cent; `None` while less than 2 % of it were used, too little to extrapolate.
 pub fn battery_left_pct(before_pct: f64, now_pct: f64, since_s: f64, left_s: f64) -> Option<f64> {
     let used_pct = before_pct - now_pct;
     (used_pct >= LEAST_USED_PCT && since_s > 0.0).then(|| (now_pct - used_pct / since_s * left_s).max(0.0))

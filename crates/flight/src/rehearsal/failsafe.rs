@@ -1,18 +1,18 @@
-//! What an ArduPlane does when something fails in a mission.
+//! Reactions of an ArduPlane to failures in a mission.
 //!
-//! The rules are those of `ArduPlane/events.cpp`, `system.cpp` (`check_long_failsafe`, `check_short_failsafe`), `radio.cpp` and
-//! `AP_BattMonitor_Backend.cpp` of ArduPilot 4.7; the defaults are those of a fixed-wing plane.
+//! The rules are those of `ArduPlane/events.cpp`, `system.cpp` (`check_long_failsafe`, `check_short_failsafe`),
+//! `radio.cpp` and `AP_BattMonitor_Backend.cpp` of ArduPilot 4.7; the defaults are those of a fixed-wing plane.
 
 use crate::words::words;
 
-/// How long a voltage stays low until it counts where nothing is set, s (`BATT_LOW_TIMER`).
+/// Default time for which a voltage must stay low to count, s (`BATT_LOW_TIMER`).
 const VOLTAGE_LOW_S: f64 = 10.0;
 
 words! {
     /// What fails in flight, or is asked for.
     #[cfg_attr(feature = "describe", derive(serde::Deserialize))]
     Trigger {
-        /// Somebody chooses RTL.
+        /// RTL is commanded.
         ReturnAsked = "return-asked",
         /// The vehicle hears no ground station any more (`FS_GCS_ENABL`, `FS_LONG_ACTN`).
         LinkLost = "link-lost",
@@ -22,15 +22,15 @@ words! {
         BatteryLow = "battery-low",
         /// The battery reaches its critical mark (`BATT_FS_CRT_ACT`).
         BatteryCritical = "battery-critical",
-        /// Somebody breaks a landing off on its final leg (MAV_CMD_DO_GO_AROUND).
+        /// A landing is aborted on its final leg (MAV_CMD_DO_GO_AROUND).
         GoAround = "go-around",
-        /// The engine gives nothing any more. The autopilot knows nothing of it and flies on without height to spend.
+        /// The engine stops. The autopilot does not notice and tries to hold its height.
         EngineStopped = "engine-stopped",
     }
 }
 
 words! {
-    /// What the vehicle does.
+    /// Reaction of the vehicle.
     Reaction {
         /// It goes on as before: with the mission, or what else it did.
         GoesOn = "goes-on",
@@ -44,14 +44,14 @@ words! {
         GoesAround = "goes-around",
         /// It circles where it is and as high as it is (CIRCLE).
         Circles = "circles",
-        /// It glides straight ahead, throttle closed and nose level (FBWA, as long as nobody steers).
+        /// It glides straight ahead, throttle closed and nose level (FBWA, without stick input).
         Glides = "glides",
         /// Something that is not rehearsed: a parachute, a termination, a landing on rotors, a mode that needs a pilot.
         NotRehearsed = "not-rehearsed",
     }
 }
 
-/// What a battery failsafe does.
+/// Action of a battery failsafe.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum BatteryAction {
     /// Nothing, or no mark is set that would set it off.
@@ -59,13 +59,13 @@ pub enum BatteryAction {
     Nothing,
     /// RTL.
     Return,
-    /// The mission's landing, or RTL where it has none.
+    /// The mission's landing, or RTL without one.
     Land,
     /// Termination or a parachute.
     Other,
 }
 
-/// The autopilot's failsafes. Defaults are those of an ArduPlane as it comes: it goes on with its mission.
+/// The autopilot's failsafes. Defaults are ArduPlane's: it goes on with its mission.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Failsafes {
     /// Whether silence of the ground station is acted on (`FS_GCS_ENABL` 1, 2 or 3).
@@ -74,11 +74,11 @@ pub struct Failsafes {
     pub watches_station_in_mission_only: bool,
     /// Whether silence of the remote control is acted on (`THR_FAILSAFE` 1).
     pub watches_radio: bool,
-    /// What is done first (`FS_SHORT_ACTN`: 0 nothing in AUTO, 1 CIRCLE, 2 FBWA, 3 off, 4 FBWB).
+    /// First action (`FS_SHORT_ACTN`: 0 nothing in AUTO, 1 CIRCLE, 2 FBWA, 3 off, 4 FBWB).
     pub short_action: i64,
     /// After how long, s (`FS_SHORT_TIMEOUT`).
     pub short_s: f64,
-    /// What is done then (`FS_LONG_ACTN`: 0 nothing in AUTO, 1 RTL, 2 FBWA, 3 parachute, 4 AUTO).
+    /// Later action (`FS_LONG_ACTN`: 0 nothing in AUTO, 1 RTL, 2 FBWA, 3 parachute, 4 AUTO).
     pub long_action: i64,
     /// After how long, s (`FS_LONG_TIMEOUT`).
     pub long_s: f64,
@@ -113,7 +113,7 @@ impl Default for Failsafes {
     }
 }
 
-/// What the vehicle does when it has to decide: the groups of modes that its failsafes tell apart.
+/// Mode of the vehicle at the decision, in the groups that its failsafes distinguish.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Duty {
     /// AUTO.
@@ -198,7 +198,7 @@ impl Failsafes {
         }
     }
 
-    /// What the vehicle decides; `is_last` is the later decision of two.
+    /// The vehicle's decision; `is_last` is the later one of two.
     pub(super) fn decides(&self, trigger: Trigger, is_last: bool, now: Situation) -> Reaction {
         match trigger {
             Trigger::ReturnAsked => Reaction::Returns,
@@ -229,7 +229,7 @@ impl Failsafes {
             4 if now.duty == Duty::Mission => Reaction::GoesOn,
             4 => Reaction::FliesMission,
             _ if now.duty == Duty::Return => Reaction::GoesOn,
-            // What a mission goes on with, CIRCLE, LOITER and FBWA leave for a return.
+            // Where AUTO continues, CIRCLE, LOITER and FBWA return.
             0 if matches!(now.duty, Duty::Mission | Duty::Guided) => Reaction::GoesOn,
             0 | 1 => Reaction::Returns,
             2 => Reaction::Glides,

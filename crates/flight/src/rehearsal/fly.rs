@@ -28,10 +28,11 @@ const HELD_S: f64 = 600.0;
 /// Where the rehearsal begins.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Start {
-    /// On the ground at home, with the mission at its beginning. A mission that does not begin with a take-off is begun in the air,
-    /// over home and at the height of its first place.
+    /// On the ground at home, with the mission at its beginning. A mission that does not begin with a take-off is begun
+    /// in the air, over home and at the height of its first place.
     Ground {
-        /// Heading of the nose, degrees from true north; `None`: into the wind, in calm air towards the first place of the plan.
+        /// Heading of the nose, degrees from true north; `None`: into the wind, in calm air towards the first place of
+        /// the plan.
         heading_deg: Option<f64>,
     },
     /// In the air.
@@ -46,14 +47,14 @@ pub enum Start {
         airspeed_m_s: f64,
         /// Index in `mission.items` of the item that is flown to, or would be in AUTO.
         index: usize,
-        /// What it does.
+        /// Its activity.
         doing: Doing,
         /// How much it has flown of the circle at that item; where that is not known, the circle is flown whole.
         circled: Circled,
     },
 }
 
-/// What a rehearsal is flown with, beside the plan.
+/// Conditions of a rehearsal beside the plan.
 #[derive(Clone, Copy)]
 pub struct Conditions<'a> {
     /// The plane.
@@ -64,9 +65,10 @@ pub struct Conditions<'a> {
     pub home: Option<Home>,
     /// Where it begins.
     pub start: Start,
-    /// The ground; `None`: level, at home's height and at each landing's, and away from them below a plan that leads below home.
+    /// The ground; `None`: level, at home's height and at each landing's, and away from them below a plan that leads
+    /// below home.
     pub ground: Option<&'a Ground<'a>>,
-    /// Level of the ground where it is not known, m above home, in place of what is said there.
+    /// Level of the ground where `ground` does not know it, m above home; `None`: as described there.
     pub level_m: Option<f64>,
     /// Longest flight that is rehearsed, s; default and most: six hours.
     pub longest_s: f64,
@@ -80,7 +82,7 @@ impl<'a> Conditions<'a> {
     }
 }
 
-/// Flies a plan; `None` when no home is known or it is no place on Earth.
+/// Flies a plan; `None` when home is unknown or not on Earth.
 pub fn rehearse(plan: &Plan, conditions: &Conditions<'_>) -> Option<Rehearsal> {
     let course = laid_out(plan, conditions)?;
     let mut flight = Flight::new(&course, conditions);
@@ -97,7 +99,7 @@ pub(super) fn laid_out<'a>(plan: &Plan, conditions: &Conditions<'a>) -> Option<C
     Some(course)
 }
 
-/// A rehearsal under way. A copy of it goes on as the same flight would, or as another one from there.
+/// A rehearsal in progress. A copy continues it, or diverts from there.
 #[derive(Clone)]
 pub(super) struct Flight<'a> {
     course: &'a Course<'a>,
@@ -108,7 +110,7 @@ pub(super) struct Flight<'a> {
     gusts: Gusts,
     flown: Flown,
     energy_j: f64,
-    /// What the battery holds at the start, J, where that is known.
+    /// Charge of the battery at the start, J, where known.
     holds_j: Option<f64>,
     /// When it is empty, and the item that is flown then.
     empty: Option<(f64, Option<usize>)>,
@@ -173,18 +175,18 @@ impl<'a> Flight<'a> {
         Flown::placed(self.course, Flown::moment(self.time_s(), &self.body, &self.autopilot))
     }
 
-    /// From here on another flight than the one until now: its track begins here.
+    /// Diverts: the track begins anew here.
     pub fn diverts(&mut self) {
         self.flown.moments.clear();
         self.autopilot.ending = None;
     }
 
-    /// What the vehicle has to know to decide.
+    /// Facts that the vehicle decides by.
     pub fn situation(&mut self) -> Situation {
         self.autopilot.situation(&self.body)
     }
 
-    /// The engine stops, and the autopilot knows nothing of it.
+    /// The engine stops, unnoticed by the autopilot.
     pub fn loses_engine(&mut self) {
         self.has_engine = false;
         self.autopilot.loses_engine(&self.body);
@@ -244,7 +246,7 @@ impl<'a> Flight<'a> {
         self.step += 1;
     }
 
-    /// What was flown, from the start or from where it became another flight.
+    /// The flight from its start, or from its diversion.
     pub fn into_rehearsal(self) -> Rehearsal {
         let duration_s = self.time_s();
         let Self { course, plane, autopilot, flown, energy_j, empty, ending, .. } = self;

@@ -17,13 +17,15 @@ const STEP_S: f64 = 1.0;
 /// Longest glide, s.
 const LONGEST_S: f64 = 3_600.0;
 
-/// The ground that a plane may reach without thrust from a moment of its flight: where it comes down when it turns into each of 72
-/// directions with 30° of bank and glides straight on at the airspeed of its flattest glide, in this wind and over this ground. The
-/// first is north, the others follow clockwise. `None` as [`rehearse`](super::rehearse), empty on the ground.
+/// The ground that a plane may reach without thrust from a moment of its flight: where it comes down when it turns into
+/// each of 72 directions with 30° of bank and glides straight on at the airspeed of its flattest glide, in this wind
+/// and over this ground. The first is north, the others follow clockwise. `None` as [`rehearse`](super::rehearse),
+/// empty on the ground.
 ///
-/// In calm air a plane sinks over `1 m` of way by `D/W`, least where drag is least; with the polar `a V² + b n² V⁻²` that is at
-/// `V = (b/a)^¼` (J. D. Anderson, *Aircraft Performance and Design*, eq. 5.36), held above the slowest airspeed. The nose is held so
-/// that the course over ground is the direction (wind triangle); where the wind does not allow it, it is the direction in the air.
+/// In calm air a plane sinks over `1 m` of way by `D/W`, least where drag is least; with the polar `a V² + b n² V⁻²`
+/// that is at `V = (b/a)^¼` (J. D. Anderson, *Aircraft Performance and Design*, eq. 5.36), held above the slowest
+/// airspeed. The nose is held so that the course over ground is the direction (wind triangle); where the wind does not
+/// allow it, it is the direction in the air.
 pub fn glide_range(plan: &Plan, conditions: &Conditions<'_>, from: &Sample) -> Option<Vec<GeoPoint>> {
     let course = laid_out(plan, conditions)?;
     let start = course.position(from.point);

@@ -1,6 +1,7 @@
-//! What a recorded flight teaches of the plane that flew it: its pitot tube, how it turns, its lift, drag and thrust, and the wind.
+//! Learning a plane from its recorded flight: its pitot tube, how it turns, its lift, drag and thrust, and the wind.
 //!
-//! Least squares over moments in the air, each on the point mass' own equation, so that the numbers go straight into [`Airframe`]:
+//! Least squares over moments in the air, each on the point mass' own equation, so that the numbers go straight into
+//! [`Airframe`]:
 //!
 //! | what | from |
 //! |---|---|
@@ -13,7 +14,7 @@
 //! | drag on the ground | how fast it slows down between its touch-down and its rest, less its drag |
 //! | power, voltage | their medians in level flight at cruise, and how power grows with throttle away from it |
 //!
-//! What a flight does not show keeps its value from before.
+//! Values that a flight does not show are kept.
 
 use super::air::eas_to_tas;
 use std::collections::VecDeque;
@@ -65,7 +66,7 @@ pub struct Learned {
 
 /// Height above home from which the plane is taken to fly free of the ground and of its wind, m.
 const FREE_M: f64 = 20.0;
-/// Climb or sink, m/s, that below that height tells a plane in the air from one on the ground.
+/// Climb or sink, m/s, that distinguishes flight from standing below that height.
 const IN_AIR_M_S: f64 = 0.3;
 /// Speed over the ground, m/s, above which a plane that landed rolls or slides, and the longest that it does, s.
 const ROLLS_M_S: f64 = 3.0;
@@ -78,7 +79,7 @@ const TURN_RAD: std::ops::Range<f64> = 0.2..0.9;
 /// Time over which rates are taken, s.
 const RATE_S: f64 = 1.0;
 
-/// Change of the throttle over [`RATE_S`] that is none: an engine and a plane follow it with a delay.
+/// Throttle change over [`RATE_S`] below which it counts as constant (engine and airframe lag).
 const HELD: f64 = 0.1;
 /// Difference from cruise, as a part of it, climb, m/s, and acceleration, m/s², of level flight at cruise.
 const NEAR_CRUISE: f64 = 0.1;
@@ -86,8 +87,9 @@ const LEVEL_M_S: f64 = 0.5;
 const STEADY_M_S2: f64 = 0.3;
 /// Fewest moments at one end of the throttle.
 const A_FEW: usize = 10;
-/// Part of the drag that thrust must be missing before it tells of drag: a propeller gives less the faster it moves, by as much as a tenth or two.
-/// And the part of the way from cruise to full throttle above which a climb tells of full thrust; throttles are known to some hundredths.
+/// Thrust deficit, as a part of the drag, from which a moment is used for drag: a propeller's thrust falls with
+/// airspeed by a tenth or two. And the part of the way from cruise to full throttle above which a climb is used for
+/// full thrust; throttles are known to some hundredths.
 const CLEAR: f64 = 0.25;
 const HIGH_PART: f64 = 0.15;
 /// Thrust less drag of a plane that climbs or gains speed, and drag less thrust of one that sinks or loses it, m/s².
@@ -96,14 +98,15 @@ const SINKS_M_S2: f64 = 0.5;
 /// Throttle over that of cruise above which a propeller pulls, and the most that one pulls, over the plane's weight.
 const PULLS: f64 = 0.6;
 const MOST_STATIC: f64 = 4.0;
-/// Logarithm of the throttle over that of cruise from which it is another, and a throttle that is idle: there the avionics count.
+/// Logarithm of the throttle over that of cruise beyond which it differs, and the idle throttle, where the avionics
+/// dominate.
 const AWAY: f64 = 0.15;
 const IDLE: f64 = 0.1;
 
 /// How late a message may come after one that was sent later, s.
 const OUT_OF_ORDER_S: f64 = 5.0;
 
-/// What is kept of a flight under way to learn from: its last moments in the air, so many and no more.
+/// Bounded buffer of a flight's last moments in the air, to learn from.
 #[derive(Debug, Clone)]
 pub struct Learner {
     moments: VecDeque<Recorded>,
@@ -124,8 +127,8 @@ impl Learner {
         Self { moments: VecDeque::new(), most: 500_000, every_s: 0.01 }
     }
 
-    /// Keeps a moment in the air that is late enough after the last one. A clock that goes back begins anew, unless a link only brought
-    /// messages out of order.
+    /// Keeps a moment in the air that is late enough after the last one. A clock that goes back restarts the buffer,
+    /// unless messages were only reordered.
     pub fn note(&mut self, moment: Recorded) {
         if !moment.is_free() && !moment.is_in_air() && !moment.may_roll_out() {
             return;
@@ -225,7 +228,7 @@ pub fn learn<'a>(flight: impl IntoIterator<Item = &'a Recorded>, plane: &Aircraf
         }
     }
     for (before, now, after) in around(&low).filter(|(before, now, after)| is_level(now) && is_held(before, after)) {
-        // By the ground: the wind there grows with height, which is no change of the plane's own speed.
+        // By the ground: the wind there grows with height, which does not change the plane's own speed.
         let along = (now.velocity - wind).unit_or(NorthEast::default());
         let accel = (after.velocity - before.velocity).dot(along) / (after.time_s - before.time_s);
         pulls.push(Pull::of(before, now, after, accel + GRAVITY_M_S2 * now.climb_m_s / speed(now)));
@@ -280,7 +283,7 @@ fn wind_and_pitot(flown: &[Recorded], factor: impl Fn(&Recorded) -> f64) -> Opti
             squares += residual * residual;
         }
         let count = flown.len() as f64;
-        // Flying one way only, wind and pitot cannot be told apart.
+        // On one course alone, wind and pitot error cannot be separated.
         let step = solve(normal, right, count)?;
         wind = wind + NorthEast::new(step[0], step[1]);
         pitot += step[2];
@@ -352,12 +355,12 @@ fn mean_throttle(before: &Recorded, now: &Recorded, after: &Recorded) -> f64 {
     (before.throttle + now.throttle + after.throttle) / 3.0
 }
 
-/// Drag in level flight at cruise and thrust at full throttle, m/s², as [`Airframe::thrust`] and [`Airframe::drag`] have them between
-/// their known points; what the moments do not show keeps its value from before.
+/// Drag in level flight at cruise and thrust at full throttle, m/s², as [`Airframe::thrust`] and [`Airframe::drag`]
+/// have them between their known points; values without moments are kept.
 ///
-/// Each comes from moments with its own end of the throttle. In level flight at any speed nothing is left of thrust less drag, so moments
-/// of that, which are most, tell neither: a line through all of them has both too small. And a propeller gives more than twice as much
-/// at full throttle as at half.
+/// Each comes from moments with its own end of the throttle. In level flight thrust equals drag, so those moments,
+/// which are most, determine neither: a line through all of them underestimates both. And a propeller gives more than
+/// twice as much at full throttle as at half.
 fn drag_and_thrust(pulls: &[Pull], airframe: &Airframe) -> (f64, f64) {
     let cruise = airframe.throttle_cruise;
     let unit = Airframe { drag_m_s2: 1.0, ..*airframe };
@@ -389,10 +392,11 @@ fn drag_and_thrust(pulls: &[Pull], airframe: &Airframe) -> (f64, f64) {
     (drag, drag + above.clamp(0.1 * drag, 30.0))
 }
 
-/// Thrust at full throttle at cruise and standing still, m/s², by least squares on the propeller's law of [`Airframe::thrust`]; `None` where the
-/// flight shows too little of it, or no propeller.
+/// Thrust at full throttle at cruise and standing still, m/s², by least squares on the propeller's law of
+/// [`Airframe::thrust`]; `None` where the flight shows too little of it, or no propeller.
 ///
-/// In level flight at cruise thrust is drag, so that with the drag known one number is free: the law's T = Ts θ² − (Ts θc − D / θc) θ V / Vc.
+/// In level flight at cruise thrust is drag, so that with the drag known one number is free: the law's T = Ts θ² − (Ts
+/// θc − D / θc) θ V / Vc.
 fn propeller(pulls: &[Pull], airframe: &Airframe) -> Option<(f64, f64)> {
     if airframe.is_simulated {
         return None; // its thrust is another law's
@@ -412,7 +416,7 @@ fn propeller(pulls: &[Pull], airframe: &Airframe) -> Option<(f64, f64)> {
     is_propeller.then_some((full, still))
 }
 
-/// What holds a plane back on the ground beside its drag, m/s², its mean over the way; `None` where the flight shows too little of it.
+/// Mean deceleration on the ground in addition to drag, m/s²; `None` where the flight shows too little of it.
 fn ground_drag(rolled: &[Recorded], airframe: &Airframe) -> Option<f64> {
     let (mut way, mut work, mut count) = (0.0, 0.0, 0);
     for (before, now, after) in around(rolled) {
@@ -424,7 +428,8 @@ fn ground_drag(rolled: &[Recorded], airframe: &Airframe) -> Option<f64> {
     (count >= A_FEW / 2).then(|| (work / way).clamp(0.05, 20.0))
 }
 
-/// Exponent of the power over the throttle, by least squares of the logarithms away from cruise; `None` where the flight shows nothing else.
+/// Exponent of the power over the throttle, by least squares of the logarithms away from cruise; `None` where the
+/// flight shows cruise alone.
 fn power_exponent(pulls: &[Pull], airframe: &Airframe) -> Option<f64> {
     let cruise_w = airframe.power_cruise_w?;
     let (mut xx, mut xy, mut count) = (0.0, 0.0, 0);

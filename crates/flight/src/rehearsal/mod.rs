@@ -1,29 +1,29 @@
 //! Rehearsal: a plan flown by a point mass under ArduPlane's own laws, before the plane does.
 //!
-//! [`rehearse`] answers with the track that the plane will really fly in a wind, when each item begins and is reached, how near the
-//! plane comes to it, and where and how the flight ends. It is pure and deterministic; a mission of half an hour takes some ten
-//! milliseconds, so that the track can follow a finger.
+//! [`rehearse`] returns the track that the plane is expected to fly in a wind, when each item begins and is reached,
+//! how near the plane comes to it, and where and how the flight ends. It is pure and deterministic; a mission of half
+//! an hour takes some ten milliseconds, so that the track can follow a finger.
 //!
 //! | file | what it holds |
 //! |---|---|
 //! | `aircraft` | the autopilot's parameters |
 //! | `airframe` | lift, drag and thrust |
-//! | `battery` | what the plane flies on |
+//! | `battery` | the battery, and its charge after a flight |
 //! | `air` | density, wind over height, gusts |
 //! | `course` | the plan laid out in metres around home |
 //! | `autopilot` | items, circles, heights, landing and return, as ArduPlane decides them; its laws are those of [`crate::guidance`] |
 //! | `body` | the point mass |
-//! | `doing` | what the plane does at the beginning |
+//! | `doing` | activity at the start |
 //! | `fly` | one rehearsal from its start to its end |
 //! | `outcome` | track, items and end |
-//! | `expected` | how a flight goes, beside its rehearsal from some moment before |
+//! | `expected` | a flight in progress compared with its rehearsal |
 //! | `spread` | many rehearsals: the corridor and the odds |
-//! | `failsafe` | what fails, and what the autopilot does then |
+//! | `failsafe` | failures and the autopilot's reactions |
 //! | `what_if` | the flight from any moment on when something fails |
 //! | `glide` | how far the plane glides |
-//! | `learn` | what a recorded flight teaches of the plane |
+//! | `learn` | learning the plane from a recorded flight |
 //!
-//! # What it is not
+//! # Limits
 //!
 //! No ground but the one given, no other traffic. Quadplanes, scripts and a glider's release are not rehearsed: the
 //! flight ends there as [`Ending::NotRehearsed`]. How far rehearsals are from recorded flights, `make truth` measures.

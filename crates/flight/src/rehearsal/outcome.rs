@@ -1,4 +1,4 @@
-//! What a rehearsal answers with: the track, the items on the way, and the end.
+//! Result of a rehearsal: the track, the items on the way, and the end.
 
 use super::airframe::Origin;
 use super::battery::{BatteryLack, BatteryLeft};
@@ -76,8 +76,8 @@ impl Sample {
     }
 }
 
-/// Where a flight comes nearest to the ground, with its time, place and [`Sample::clearance_m`]; `None` where the ground is nowhere
-/// known.
+/// Where a flight comes nearest to the ground, with its time, place and [`Sample::clearance_m`]; `None` where the
+/// ground is nowhere known.
 pub fn nearest_to_ground<'a>(track: impl IntoIterator<Item = &'a Sample>) -> Option<&'a Sample> {
     let known = track.into_iter().filter_map(|sample| Some((sample, sample.clearance_m()?)));
     known.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(sample, _)| sample)
@@ -88,7 +88,7 @@ pub fn nearest_to_ground<'a>(track: impl IntoIterator<Item = &'a Sample>) -> Opt
 pub enum GroundLack {
     /// The ground is not known, there or at home.
     Unknown,
-    /// The vehicle is set to know none (`TERRAIN_ENABLE` 0).
+    /// The vehicle's terrain data are switched off (`TERRAIN_ENABLE` 0).
     Off,
 }
 
@@ -101,23 +101,24 @@ pub struct Passage {
     pub begins_s: f64,
     /// When it counted as reached or done; `None`: never.
     pub reached_s: Option<f64>,
-    /// How near the plane came to its place, m; `None` for what is no waypoint and no landing.
+    /// How near the plane came to its place, m; `None` for items other than waypoints and landings.
     pub nearest_m: Option<f64>,
     /// Whether it is a waypoint that the plane flew by, farther away than the autopilot's own radius.
     pub is_missed: bool,
-    /// How much higher than asked the plane was when a waypoint counted, m; `None` for what is no waypoint.
+    /// How much higher than asked the plane was when a waypoint counted, m; `None` for items other than waypoints.
     pub height_error_m: Option<f64>,
-    /// Why the plane did not follow the ground on the way to an item whose height counts from it, though only for a part: it flew as if
-    /// the height counted from home, or from the last ground known. `None`: it followed, or had not to.
+    /// Why the plane did not follow the ground on the way to an item whose height counts from it, though only for a
+    /// part: it flew as if the height counted from home, or from the last ground known. `None`: it followed, or had not
+    /// to.
     pub lacks_ground: Option<GroundLack>,
 }
 
-/// Something that the camera is told by an item.
+/// An order of an item to the camera.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CameraOrder {
     /// Since the start, s.
     pub time_s: f64,
-    /// Distance after which it takes the next picture, m, 0: none more; `None`: as before.
+    /// Distance after which it takes the next picture, m; 0: no more; `None`: unchanged.
     pub every_m: Option<f64>,
     /// Whether it takes a picture now.
     pub is_at_once: bool,
@@ -126,13 +127,13 @@ pub struct CameraOrder {
 /// A plan, flown.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Rehearsal {
-    /// What the airframe was taken from.
+    /// Origin of the airframe.
     pub airframe: Origin,
     /// The track, five moments a second, with its first and last.
     pub track: Vec<Sample>,
     /// The items flown.
     pub passages: Vec<Passage>,
-    /// What the camera was told, in order.
+    /// Orders to the camera, in order.
     pub camera: Vec<CameraOrder>,
     /// How it ends.
     pub ending: Ending,
@@ -144,19 +145,19 @@ pub struct Rehearsal {
     pub distance_m: f64,
     /// Electrical energy used, Wh; `None` where the plane's power is not known.
     pub energy_wh: Option<f64>,
-    /// What it leaves of the battery.
+    /// Charge of the battery at the end.
     ///
     /// # Errors
-    /// What is not known, so that nobody can tell.
+    /// The value that is unknown.
     pub battery: Result<BatteryLeft, BatteryLack>,
-    /// How far home lies above the ground that is known there, m; `None` where none is. The ground of the whole flight counts from
-    /// the ground at home, so this is what home's own height is off.
+    /// How far home lies above the known ground there, m; `None` where it is unknown. The ground of the whole flight
+    /// counts from the ground at home, so this is the error of home's height.
     pub home_above_ground_m: Option<f64>,
 }
 
 impl Rehearsal {
-    /// The samples that are needed to draw the track: the others lie within `tolerance_m` of where the last one kept was going, in
-    /// place and in height, and over ground as high within seven times that.
+    /// The samples that are needed to draw the track: the others lie within `tolerance_m` of where the last one kept
+    /// was going, in place and in height, and over ground as high within seven times that.
     pub fn thinned(&self, tolerance_m: f64) -> Vec<&Sample> {
         let mut kept: Vec<&Sample> = Vec::new();
         let mut before: Option<&Sample> = None;

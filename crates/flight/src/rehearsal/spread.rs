@@ -1,4 +1,5 @@
-//! Many rehearsals of one plan in winds and with planes that are not quite those expected: where it may be, and what the odds are.
+//! Many rehearsals of one plan in winds and with planes that are not quite those expected: where it may be, and what
+//! the odds are.
 //!
 //! [`fly_once`] as often as wanted, [`gather`] at the end.
 
@@ -30,7 +31,7 @@ pub struct Doubts {
 }
 
 impl Doubts {
-    /// What makes them none: the field, its value and the range that it must be in.
+    /// The first value out of range: the field, its value and its range.
     pub fn fault(&self) -> Option<(&'static str, f64, (f64, f64))> {
         let fields = [
             ("wind_speed_m_s", self.wind_speed_m_s, (0.0, 20.0)),
@@ -87,7 +88,8 @@ pub struct Spread {
     pub duration_s: Range,
     /// Energy, Wh, of the same; `None` where the plane's power is not known.
     pub energy_wh: Option<Range>,
-    /// Part of the battery's capacity that the same leave, below 0 where they want more than it holds; `None` where that is not known.
+    /// Part of the battery's capacity that the same leave, below 0 where they need more than it holds; `None` where
+    /// unknown.
     pub battery_left: Option<Range>,
     /// How many of all flights leave less than the reserve; `None` likewise.
     pub below_reserve: Option<usize>,
@@ -102,8 +104,8 @@ const CORRIDOR_S: f64 = 5.0;
 /// Part of the flight, and s, by which another flight may be ahead or late at a moment of the expected one.
 const LATE: (f64, f64) = (0.1, 15.0);
 
-/// One of many flights: in a wind and with a plane that the seed chooses. Pure, so that a caller flies as many at once as it has
-/// processors. `None` as [`rehearse`].
+/// One of many flights: in a wind and with a plane that the seed chooses. Pure, so that a caller flies as many at once
+/// as it has processors. `None` as [`rehearse`].
 pub fn fly_once(
     plan: &Plan,
     conditions: &Conditions<'_>,
@@ -116,7 +118,7 @@ pub fn fly_once(
     Some(Run::of(&flown, expected))
 }
 
-/// What many flights beside the expected one show; the order of the flights does not matter.
+/// Statistics of many flights and the expected one; the order of the flights does not matter.
 pub fn gather(expected: Rehearsal, others: &[Run]) -> Spread {
     let mut endings: Vec<(Ending, usize)> = Vec::new();
     for other in others {
@@ -180,7 +182,7 @@ fn doubtful(conditions: &Conditions<'_>, doubts: &Doubts, seed: u64) -> (Aircraf
     (Aircraft { airframe, ..*plane }, Air { wind, gust_m_s: doubts.gust_m_s.hypot(air.gust_m_s), seed, ..air })
 }
 
-/// What is kept of one of many flights.
+/// Result of one of many flights.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Run {
     ending: Ending,
@@ -223,7 +225,7 @@ impl Run {
     }
 }
 
-/// Of nine in ten; `None` of nothing.
+/// 90th percentile; `None` without values.
 fn range(values: impl Iterator<Item = f64>) -> Option<Range> {
     let mut values: Vec<f64> = values.collect();
     values.sort_by(f64::total_cmp);

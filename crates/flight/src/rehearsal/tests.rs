@@ -170,8 +170,8 @@ fn simulators() -> Aircraft {
     Aircraft::from_ardupilot(|name| set.iter().find(|(known, _)| *known == name).map(|(_, value)| *value))
 }
 
-/// An ArduPlane in its own simulator was on its way to the second circle and on it for 85 s: it counts from the moment at which it leaves the
-/// first, from the bearing of that one's centre on, and is done a lap sooner.
+/// An ArduPlane in its own simulator was on its way to the second circle and on it for 85 s: it counts from the moment
+/// at which it leaves the first, from the bearing of that one's centre on, and is done a lap sooner.
 #[test]
 fn a_circle_right_after_one_the_other_way_round_is_a_lap_shorter() {
     let circle = |point: GeoPoint, radius_m| {
@@ -192,7 +192,8 @@ fn a_circle_right_after_one_the_other_way_round_is_a_lap_shorter() {
     assert!((82.0..89.0).contains(&seconds), "{seconds}");
 }
 
-/// It touched the ground 46 m before the point of its landing in calm air, at 0.55 m/s: its nose lags while the speed falls in the flare.
+/// It touched the ground 46 m before the point of its landing in calm air, at 0.55 m/s: its nose lags while the speed
+/// falls in the flare.
 #[test]
 fn a_flare_ends_where_the_trim_lets_it() {
     let plane = simulators();
@@ -242,7 +243,7 @@ fn each_end_is_told() {
     let over = Conditions { ground: Some(&flat), ..Conditions::new(&usual, Air::default()) };
     let deep = rehearse(&plan(vec![takeoff(50.0), waypoint(0.0, 2_000.0, -40.0)]), &over).unwrap();
     assert_eq!(deep.ending, Ending::Ground);
-    // What ArduPlane passes over ends nothing.
+    // Items that ArduPlane skips do not end the flight.
     let passed = [Command::NAV_GUIDED_ENABLE, Command::NAV_SET_YAW_SPEED, Command::NAV_DELAY]
         .map(|command| MissionItem::action(command, [1.0, 5.0, 0.0, 0.0]));
     let items = [&[takeoff(50.0)], &passed[..], &[MissionItem::return_to_launch()]].concat();
@@ -465,7 +466,8 @@ fn how_thrust_falls_with_airspeed_is_learned() {
     close(learned.thrust_static_m_s2.unwrap(), 13.75, 2.0);
 }
 
-/// A flight that is level all the way, but for its landing: there it comes down without thrust, in a wind that ceases, and brakes on its wheels.
+/// A flight that is level all the way, but for its landing: there it comes down without thrust, in a wind that ceases,
+/// and brakes on its wheels.
 #[test]
 fn drag_is_learned_down_to_the_ground_and_not_on_it() {
     let truth = Airframe { drag_m_s2: 3.5, ..Aircraft::default().airframe };
@@ -489,7 +491,8 @@ fn drag_is_learned_down_to_the_ground_and_not_on_it() {
     let level =
         (0..1_500).map(|step| 0.2 * f64::from(step)).map(|time_s| moment(time_s, 0.02 * time_s, 22.0, 100.0, 0.0));
     let mut flight: Vec<Recorded> = level.collect();
-    // Northward, into the wind, at 5 moments a second. That the wind ceases costs airspeed and no speed over the ground.
+    // Northward, into the wind, at 5 moments a second. That the wind ceases costs airspeed and no speed over the
+    // ground.
     let (mut speed, mut height_m, sink_m_s) = (18.0, 8.0, 1.2);
     for step in 0..60 {
         let is_down = height_m <= 0.0;
@@ -514,8 +517,8 @@ fn drag_is_learned_down_to_the_ground_and_not_on_it() {
     assert!((learned.ground_drag_m_s2.unwrap() - 1.5).abs() < 0.15, "{learned:?}");
 }
 
-/// A propeller that gives less the faster the plane is, and more than twice as much at full throttle as at half, mostly in level flight at three
-/// speeds with a throttle that is never still.
+/// A propeller that gives less the faster the plane is, and more than twice as much at full throttle as at half, mostly
+/// in level flight at three speeds with a throttle that is never still.
 #[test]
 fn full_thrust_is_learned_from_climbs_not_from_level_flight() {
     let excess = |throttle: f64, airspeed_m_s: f64| {
@@ -649,7 +652,7 @@ fn a_return_leaves_the_mission_where_it_is_asked_for() {
     let end = flown.track.last().unwrap();
     assert!((end.height_m - 100.0).abs() < 5.0 && distance_m(end.point, HOME.point().unwrap()) < 90.0, "{end:?}");
     assert!(flown.duration_s > 60.0 && flown.distance_m > 1_000.0);
-    // On the ground nothing is asked.
+    // Not on the ground.
     let none =
         what_ifs(&plan(with_landing()), &Conditions::new(&plane, wind(0.0, 0.0)), &[Trigger::ReturnAsked], &[0.0]);
     assert_eq!(none, Some(vec![]));
@@ -768,7 +771,8 @@ fn a_landing_is_broken_off_with_wings_level_up_to_its_whole_height() {
     }
 }
 
-/// The height that a landing is broken off to is that of the take-off, where the landing has none: of a plane in the air that of its mission.
+/// The height that a landing is broken off to is that of the take-off, where the landing has none: of a plane in the
+/// air that of its mission.
 #[test]
 fn a_landing_is_broken_off_to_the_height_of_the_mission_s_take_off() {
     let plan = plan(with_landing());
@@ -792,7 +796,8 @@ fn a_landing_is_broken_off_to_the_height_of_the_mission_s_take_off() {
     assert!(turned.height_m > take_off_m, "{} of {take_off_m}", turned.height_m);
 }
 
-/// A flight that is rehearsed from the middle of a circle ends when the whole one did: what was flown of the circle is not flown again.
+/// A flight that is rehearsed from the middle of a circle ends when the whole one did: what was flown of the circle is
+/// not flown again.
 #[test]
 fn a_circle_goes_on_where_the_plane_is() {
     let centre = at(90.0, 800.0);
@@ -927,7 +932,7 @@ fn what_is_left_of_the_battery_is_told_where_it_is_known() {
     let told = told.unwrap();
     assert!(told.left_wh < 0.0 && told.is_below_reserve() && told.empty_s.unwrap() > 5.0, "{told:?}");
     assert!(told.empty_index.is_some());
-    // What is not known is not guessed.
+    // Unknown values are not guessed.
     let lack = |battery: Battery, airframe: Airframe| left(battery, airframe).0.unwrap_err();
     assert_eq!(lack(whole, Aircraft::default().airframe), BatteryLack::Power);
     assert_eq!(lack(Battery { capacity_mah: None, ..whole }, power), BatteryLack::Capacity);
@@ -1006,7 +1011,8 @@ fn without_an_engine_the_plane_glides_as_far_as_its_polar_says() {
     assert!((far(&over, 36) - far(&range, 36)).abs() < 1.0);
 }
 
-/// A ridge across the way north of home: 1,500 m away, 120 m high, 600 m wide on each side. A map that is 7 m off everywhere.
+/// A ridge across the way north of home: 1,500 m away, 120 m high, 600 m wide on each side. A map that is 7 m off
+/// everywhere.
 fn ridge(point: GeoPoint) -> Option<f64> {
     let line = inverse(HOME.point().unwrap(), point);
     let north_m = line.distance_m * line.bearing_start_deg.to_radians().cos();

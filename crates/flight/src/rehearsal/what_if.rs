@@ -1,4 +1,4 @@
-//! What if: the flight from any moment of a plan on, when something fails or somebody asks for a return.
+//! What if: the flight from any moment of a plan on, after a failure or a commanded return.
 
 use super::failsafe::{Reaction, Trigger};
 use super::fly::{Conditions, Flight, laid_out};
@@ -10,7 +10,7 @@ use crate::plan::Plan;
 pub struct Decision {
     /// When, s since the start of the plan.
     pub time_s: f64,
-    /// What it does.
+    /// Its reaction.
     pub reaction: Reaction,
 }
 
@@ -21,22 +21,22 @@ pub struct WhatIf {
     pub trigger: Trigger,
     /// Where the plane is then; its time is that of the plan.
     pub at: Sample,
-    /// What the vehicle decides, in order of time; none where its failsafes do not act on the trigger. The last is what it ends with.
+    /// Decisions of the vehicle, in order of time; empty where its failsafes ignore the trigger. The last one is final.
     pub decisions: Vec<Decision>,
-    /// The flight from that moment to its end. Times are those of the plan; distance and energy are those since its start. `None`
-    /// where the mission goes on as rehearsed, or the flight ended before a decision.
+    /// The flight from that moment to its end. Times are those of the plan; distance and energy are those since its
+    /// start. `None` where the mission goes on as rehearsed, or the flight ended before a decision.
     pub flown: Option<Rehearsal>,
 }
 
 impl WhatIf {
-    /// What the vehicle ends with.
+    /// The final reaction.
     pub fn reaction(&self) -> Reaction {
         self.decisions.last().map_or(Reaction::GoesOn, |decision| decision.reaction)
     }
 }
 
-/// Flies a plan once, and from each moment (s since the start, in order) that it is in the air at on once more for each trigger that
-/// changes the flight. `None` as [`rehearse`](super::rehearse).
+/// Flies a plan once, and from each moment (s since the start, in order) that it is in the air at on once more for each
+/// trigger that changes the flight. `None` as [`rehearse`](super::rehearse).
 pub fn what_ifs(
     plan: &Plan,
     conditions: &Conditions<'_>,

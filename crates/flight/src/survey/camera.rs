@@ -1,9 +1,10 @@
 //! The camera of a survey: what its picture shows from a height, and which height shows what.
 //!
-//! All of it is the pinhole camera looking straight down: a picture's scale is `f / H` (P. R. Wolf, B. A. Dewitt, B. E. Wilkinson,
-//! "Elements of Photogrammetry", 4th ed., eq. 6-1), so that a pixel of pitch `p` covers `p H / f` of level ground.
+//! All of it is the pinhole camera looking straight down: a picture's scale is `f / H` (P. R. Wolf, B. A. Dewitt, B. E.
+//! Wilkinson, "Elements of Photogrammetry", 4th ed., eq. 6-1), so that a pixel of pitch `p` covers `p H / f` of level
+//! ground.
 
-/// What a camera's pictures are made with.
+/// Sensor and lens of a camera.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "describe", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema))]
 #[cfg_attr(feature = "describe", serde(deny_unknown_fields))]
@@ -33,7 +34,8 @@ pub struct Footprint {
 }
 
 impl Camera {
-    /// Ground that a pixel covers from a height above it, m: `p H / f`, the coarser of the two directions where pixels are not square.
+    /// Ground that a pixel covers from a height above it, m: `p H / f`, the coarser of the two directions where pixels
+    /// are not square.
     pub fn gsd_m(&self, height_m: f64) -> f64 {
         height_m * self.pitch_mm() / self.focal_length_mm
     }
@@ -43,7 +45,7 @@ impl Camera {
         gsd_m * self.focal_length_mm / self.pitch_mm()
     }
 
-    /// What a picture from a height above the ground shows of it: `s H / f` in each direction.
+    /// Footprint of a picture from a height above the ground: `s H / f` in each direction.
     pub fn footprint(&self, height_m: f64, is_landscape: bool) -> Footprint {
         let side = |sensor_mm: f64| sensor_mm * height_m / self.focal_length_mm;
         let (width_m, height_m) = (side(self.sensor_width_mm), side(self.sensor_height_mm));
@@ -66,7 +68,7 @@ impl Camera {
 pub struct KnownCamera {
     /// Its name; for those that QGroundControl knows, the one by which it knows them.
     pub name: &'static str,
-    /// What it is.
+    /// The camera.
     pub camera: Camera,
 }
 
@@ -91,8 +93,8 @@ const fn known(
 
 /// Cameras that are flown on small planes.
 ///
-/// Data of the manufacturers, as QGroundControl keeps them (`src/Camera/CameraMetaData.json`); those of Raspberry Pi from its
-/// documentation ("Camera", "Hardware specification"), the HQ camera with the 6 mm lens that is sold for it.
+/// Data of the manufacturers, as QGroundControl keeps them (`src/Camera/CameraMetaData.json`); those of Raspberry Pi
+/// from its documentation ("Camera", "Hardware specification"), the HQ camera with the 6 mm lens that is sold for it.
 pub const CAMERAS: [KnownCamera; 15] = [
     known("Canon S100 PowerShot", [7.6, 5.7], [4000, 3000], 5.2, 0.0),
     known("Canon SX260 HS PowerShot", [6.17, 4.55], [4000, 3000], 4.5, 0.0),

@@ -1,4 +1,4 @@
-//! The lines of a survey and the way from one to the next, as mission items.
+//! The design of a survey: speeds, distances and course, from which lines and way are laid out.
 
 use std::f64::consts::TAU;
 
@@ -100,8 +100,8 @@ words! {
     LineCourse {
         /// The course that was asked for.
         Asked = "asked",
-        /// The wind, across which they lie: the plane is as fast on the way out as on the way back, so that pictures are equally far apart and
-        /// equally sharp, and it crabs by one known angle.
+        /// The wind, across which they lie: the plane is as fast on the way out as on the way back, so that pictures
+        /// are equally far apart and equally sharp, and it crabs by one known angle.
         AcrossWind = "across-wind",
         /// The area, along which they are fewest.
         AlongArea = "along-area",
@@ -110,7 +110,7 @@ words! {
     }
 }
 
-/// What the pilot should know of a survey before it is flown.
+/// A caution about a survey, for the pilot.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum SurveyCaution {
     /// Heights count from home, and the height of the ground is not known; home's was taken.
@@ -190,17 +190,17 @@ pub struct SurveyLine {
 /// A survey, ready to be placed in a mission.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Survey {
-    /// What was asked to be covered.
+    /// The area or corridor.
     pub shape: SurveyShape,
-    /// What it was laid out from.
+    /// The options that it was laid out with.
     pub options: SurveyOptions,
     /// Waypoints and camera; the first waypoint leads to the first line, the last one away from the last.
     pub items: Vec<MissionItem>,
-    /// What is photographed, in the order flown.
+    /// Photographed lines, in the order flown.
     pub lines: Vec<SurveyLine>,
     /// Course of the first line, degrees from true north, 0 to 360.
     pub course_deg: f64,
-    /// What gave it.
+    /// Origin of the course.
     pub course_from: LineCourse,
     /// Height above the ground, m.
     pub height_m: f64,
@@ -232,13 +232,13 @@ pub struct Survey {
     pub duration_s: f64,
     /// Pictures: one more than fits into each line, as fast as the camera can.
     pub photos: usize,
-    /// What the pilot should know.
+    /// Cautions for the pilot.
     pub cautions: Vec<SurveyCaution>,
 }
 
 impl Survey {
-    /// Where it can begin in place of where it does: at the next of its corners, in turn around it. Asked for as the place that the plane comes
-    /// from ([`SurveyOptions::coming_from`]) it begins there.
+    /// Where it can begin in place of where it does: at the next of its corners, in turn around it. Asked for as the
+    /// place that the plane comes from ([`SurveyOptions::coming_from`]) it begins there.
     pub fn next_entry(&self) -> Option<GeoPoint> {
         next_entry(&self.lines.iter().map(|line| line.points.as_slice()).collect::<Vec<_>>())
     }
@@ -246,21 +246,23 @@ impl Survey {
 
 /// Lays out a survey.
 ///
-/// - Height and ground sample distance give each other ([`Camera`]); a picture's width and the overlaps give the distance between lines
-///   and pictures. A plane that crabs by θ turns its pictures: a strip of pictures `a` wide and `l` long, `b` apart, has no gap within
-///   `a cos θ + sin θ (l − 2 b cos θ)`, and that width is overlapped.
-/// - Lines lie across the wind unless a course is given ([`LineCourse::AcrossWind`]). A line is photographed from where the strip on
-///   either side of it enters the area to where it leaves it; a bay of a concave area is flown through with the camera off.
-/// - Turns have the radius `(V + W)² / (g tan φ)` with the wind from behind and a bank of 10° less than the plane may (`ROLL_LIMIT_DEG`,
-///   or where it would stall). They are the shortest that the plane can fly ([`corners`]); each waypoint says how far before it the turn begins.
-///   Lines nearer to each other than two radii are flown in race-track order ([`race_track`]).
-/// - Before its first picture the plane is straight on the line for `V ln(R / 3 m) / (ζ ω)`: the time in which the L1 law, a second-order
-///   loop of period T = 2π / ω and damping ζ, brings an error of a turn's radius below 3 m (K. Ogata, "Modern Control Engineering",
-///   5th ed., eq. 5-22).
-/// - The camera is switched by `DO_SET_CAM_TRIGG_DIST` where pictures begin and end. The waypoints there lie on a straight leg, so that
-///   ArduPlane counts them when it is abeam, not before.
-/// - A corridor's passes are parallel to its line. A corner that would bank the plane so much that its pictures leave the strip is flown
-///   straight over, and the next leg begun anew.
+/// - Height and ground sample distance give each other ([`Camera`]); a picture's width and the overlaps give the
+///   distance between lines and pictures. A plane that crabs by θ turns its pictures: a strip of pictures `a` wide and
+///   `l` long, `b` apart, has no gap within `a cos θ + sin θ (l − 2 b cos θ)`, and that width is overlapped.
+/// - Lines lie across the wind unless a course is given ([`LineCourse::AcrossWind`]). A line is photographed from where
+///   the strip on either side of it enters the area to where it leaves it; a bay of a concave area is flown through
+///   with the camera off.
+/// - Turns have the radius `(V + W)² / (g tan φ)` with the wind from behind and a bank of 10° less than the plane may
+///   (`ROLL_LIMIT_DEG`, or where it would stall). They are the shortest that the plane can fly ([`corners`]); each
+///   waypoint says how far before it the turn begins. Lines nearer to each other than two radii are flown in race-track
+///   order ([`race_track`]).
+/// - Before its first picture the plane is straight on the line for `V ln(R / 3 m) / (ζ ω)`: the time in which the L1
+///   law, a second-order loop of period T = 2π / ω and damping ζ, brings an error of a turn's radius below 3 m (K.
+///   Ogata, "Modern Control Engineering", 5th ed., eq. 5-22).
+/// - The camera is switched by `DO_SET_CAM_TRIGG_DIST` where pictures begin and end. The waypoints there lie on a
+///   straight leg, so that ArduPlane counts them when it is abeam, not before.
+/// - A corridor's passes are parallel to its line. A corner that would bank the plane so much that its pictures leave
+///   the strip is flown straight over, and the next leg approached again.
 ///
 /// # Errors
 /// [`FlightError::BadSurvey`], which names the option or the corner, and what to change.
@@ -475,8 +477,8 @@ fn check(shape: &SurveyShape, options: &SurveyOptions) -> Result<()> {
 
 /// Radius of a turn that is flown with bank to spare, m: `V² / (g tan φ)`, the balance of a level turn.
 ///
-/// Where the autopilot keeps the plane from stalling it banks no further than its load factor allows, `cos φ = (V_min / V)²`
-/// (ArduPlane's `Plane::update_load_factor`).
+/// Where the autopilot keeps the plane from stalling it banks no further than its load factor allows, `cos φ = (V_min /
+/// V)²` (ArduPlane's `Plane::update_load_factor`).
 fn turn_radius_m(plane: &Aircraft, airspeed_eas_m_s: f64, fastest_m_s: f64) -> f64 {
     let slow = (plane.tecs.airspeed_min_m_s / airspeed_eas_m_s).clamp(0.0, 1.0);
     let stall_deg = if plane.prevents_stall { (slow * slow).acos().to_degrees().max(25.0) } else { 90.0 };
@@ -485,9 +487,9 @@ fn turn_radius_m(plane: &Aircraft, airspeed_eas_m_s: f64, fastest_m_s: f64) -> f
     fastest_m_s * fastest_m_s / (GRAVITY_M_S2 * bank_deg.to_radians().tan())
 }
 
-/// Course change of a corridor that is flown with the camera on, radians: the L1 law banks for it by no more than what moves the
-/// picture half the overlap aside. At most an acceleration of `4 π ζ V sin η / T` comes from a course that is off by η
-/// ([`crate::guidance::l1`], with `L1 = ζ T V / π`).
+/// Course change of a corridor that is flown with the camera on, radians: the L1 law banks for it by no more than what
+/// moves the picture half the overlap aside. At most an acceleration of `4 π ζ V sin η / T` comes from a course that is
+/// off by η ([`crate::guidance::l1`], with `L1 = ζ T V / π`).
 fn gentle_rad(plane: &Aircraft, spare_and_height_m: Option<(f64, f64)>, groundspeed_m_s: f64) -> f64 {
     let Some((spare_m, height_m)) = spare_and_height_m else { return GENTLE_DEG.to_radians() };
     let tan_bank = (0.5 * spare_m / height_m).max(0.0);
@@ -496,7 +498,7 @@ fn gentle_rad(plane: &Aircraft, spare_and_height_m: Option<(f64, f64)>, groundsp
     (tan_bank / most.max(1e-6)).min(1.0).asin()
 }
 
-/// Course of the lines, degrees, and what gives it.
+/// Course of the lines, degrees, and its origin.
 fn course(region: &Region, options: &SurveyOptions, wind: Wind) -> (f64, LineCourse) {
     if region.width_m.is_some() {
         let first = region.sides().next().map_or(0.0, |(from, to)| (to - from).bearing_rad());

@@ -1,4 +1,5 @@
-//! What the pictures of a rehearsed flight show: where each is really taken, how much of the area is on them, and what is missing.
+//! Coverage of a survey by its rehearsed flight: where each picture is taken, how much of the area they show, and the
+//! holes.
 
 use super::design::{Survey, SurveyLine};
 use super::region::{Region, range};
@@ -10,13 +11,14 @@ use crate::rehearsal::{Air, Aircraft, Conditions, Doing, Ground, Rehearsal, Samp
 
 /// Cells that an area is divided into, about.
 const CELLS: f64 = 30_000.0;
-/// Half of the width that a corridor has at least, in cells: a line between the middles of two rows is half a cell away from both.
+/// Half of the width that a corridor has at least, in cells: a line between the middles of two rows is half a cell away
+/// from both.
 const LINE_CELLS: f64 = 0.51;
-/// Holes that are told at most, the largest first.
+/// Most holes reported, the largest first.
 const MOST_HOLES: usize = 20;
 /// A line of sight that goes down by less than this part of its length shows no ground to speak of.
 const LEAST_DOWN: f64 = 0.17;
-/// Distance from its line that nobody calls a miss, m.
+/// Distance from its line within which it is never missed, m.
 const FINE_M: f64 = 5.0;
 
 /// A picture, with the plane at that moment.
@@ -36,9 +38,9 @@ pub struct Photo {
     pub pitch_deg: f64,
 }
 
-/// The pictures of a rehearsed flight, as ArduPilot's camera takes them (`AP_Camera_Backend::update`): one when the straight distance from
-/// the last is the one that was ordered, none sooner than `min_interval_s` after it, and where `bank_max_deg` (`CAM_MAX_ROLL`) is above 0,
-/// none with more bank than that.
+/// The pictures of a rehearsed flight, as ArduPilot's camera takes them (`AP_Camera_Backend::update`): one when the
+/// straight distance from the last is the one that was ordered, none sooner than `min_interval_s` after it, and where
+/// `bank_max_deg` (`CAM_MAX_ROLL`) is above 0, none with more bank than that.
 pub fn photographs(flown: &Rehearsal, min_interval_s: f64, bank_max_deg: f64) -> Vec<Photo> {
     let Some(first) = flown.track.first() else { return Vec::new() };
     let plane = Region::around(first.point);
@@ -94,8 +96,8 @@ pub fn photographs(flown: &Rehearsal, min_interval_s: f64, bank_max_deg: f64) ->
     photos
 }
 
-/// The part of a piece of track, at `from` of it or later, at which its distance from a place is reached; `offset` leads from the place
-/// to its start, `way` from its start to its end.
+/// The part of a piece of track, at `from` of it or later, at which its distance from a place is reached; `offset`
+/// leads from the place to its start, `way` from its start to its end.
 fn reaches(offset: NorthEast, way: NorthEast, distance_m: f64, from: f64) -> Option<f64> {
     if (offset + way * from).length() >= distance_m {
         return Some(from);
@@ -138,16 +140,17 @@ pub struct FlownLine {
     pub off_m: Option<f64>,
     /// Pictures on it.
     pub photos: usize,
-    /// Whether it is not flown, or so far aside that nothing is left of the overlap with the next.
+    /// Whether it is not flown, or flown so far aside that no overlap with the next remains.
     pub is_missed: bool,
 }
 
-/// What the pictures of a survey's rehearsed flight show.
+/// Coverage by the pictures of a survey's rehearsed flight.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Coverage {
     /// The pictures, in order.
     pub photos: Vec<Photo>,
-    /// Corners of the ground that each picture shows, in order around it; `None` for one that looks beyond the horizon, and without a camera.
+    /// Corners of the ground that each picture shows, in order around it; `None` for one that looks beyond the horizon,
+    /// and without a camera.
     pub footprints: Vec<Option<[GeoPoint; 4]>>,
     /// Part of the area that one picture or more show, 0 to 1; `None` without a camera.
     pub covered: Option<f64>,
@@ -161,11 +164,11 @@ pub struct Coverage {
     pub lines: Vec<FlownLine>,
 }
 
-/// What the pictures show when a survey is flown as rehearsed.
+/// Coverage of a survey flown as rehearsed.
 ///
-/// `first_item` is the index in `mission.items` where the survey's items begin. The ground is that of the rehearsal, with the height of home
-/// above the sea; `None`: level, at the height that the survey was laid out for. The camera is fixed in the plane and looks down when it
-/// flies level: bank and pitch move what it shows.
+/// `first_item` is the index in `mission.items` where the survey's items begin. The ground is that of the rehearsal,
+/// with the height of home above the sea; `None`: level, at the height that the survey was laid out for. The camera is
+/// fixed in the plane and looks down when it flies level: bank and pitch move what it shows.
 pub fn coverage(
     survey: &Survey,
     first_item: usize,
@@ -215,8 +218,8 @@ pub fn coverage(
     coverage
 }
 
-/// Flies a survey alone, as it will be flown, and looks at its pictures: from the air, three turns' radii before its first waypoint, at
-/// its height and on its course.
+/// Flies a survey alone, as it will be flown, and looks at its pictures: from the air, three turns' radii before its
+/// first waypoint, at its height and on its course.
 ///
 /// Heights count from `home`; `None`: where the survey is, at the height above the sea that it was laid out for.
 pub fn rehearse_survey(
@@ -280,10 +283,12 @@ fn line_flown(survey: &Survey, line: &SurveyLine, first_item: usize, flown: &Reh
     }
 }
 
-/// The corners of the ground that a picture shows, from a height above it; `half` is half a picture along and across at 1 m.
+/// The corners of the ground that a picture shows, from a height above it; `half` is half a picture along and across at
+/// 1 m.
 ///
-/// Rays through the corners of the sensor, turned by heading, pitch above that of level flight, and bank (the aerospace sequence 3-2-1:
-/// B. L. Stevens, F. L. Lewis, "Aircraft Control and Simulation", eq. 1.3-20), down to level ground. `None` where one does not go down.
+/// Rays through the corners of the sensor, turned by heading, pitch above that of level flight, and bank (the aerospace
+/// sequence 3-2-1: B. L. Stevens, F. L. Lewis, "Aircraft Control and Simulation", eq. 1.3-20), down to level ground.
+/// `None` where one does not go down.
 fn shown(
     photo: &Photo,
     at: NorthEast,
@@ -360,7 +365,7 @@ impl Grid {
         }
     }
 
-    /// Part of the cells that at least so many pictures show; `None` where the area is narrower than they are.
+    /// Part of the cells that at least `least` pictures show; `None` where the area is narrower than a cell.
     fn part_seen(&self, least: usize) -> Option<f64> {
         let inside = || self.views.iter().flatten();
         let seen = inside().filter(|views| **views as usize >= least).count();

@@ -1,8 +1,8 @@
-//! Surveys for a plane: the lines from which it photographs an area or a corridor, and what its pictures really show.
+//! Surveys for a plane: the lines from which it photographs an area or a corridor, and their coverage.
 //!
-//! [`design_survey`] lays out lines, leads and turns that the plane can fly, with the camera's triggers, as mission items. The plan that
-//! holds them is rehearsed as any other ([`crate::rehearsal`]), and [`coverage`] tells from the rehearsed flight where each picture is
-//! taken, how much of the area they show, and which lines were missed.
+//! [`design_survey`] lays out lines, leads and turns that the plane can fly, with the camera's triggers, as mission
+//! items. The plan that holds them is rehearsed as any other ([`crate::rehearsal`]), and [`coverage`] tells from the
+//! rehearsed flight where each picture is taken, how much of the area they show, and which lines were missed.
 //!
 //! | file | what it holds |
 //! |---|---|
@@ -10,13 +10,17 @@
 //! | `region` | the area or corridor, in metres |
 //! | `order` | the race-track order of lines |
 //! | `turn` | the shortest way that a plane can turn |
-//! | `design` | lines, leads, turns and triggers as mission items |
+//! | `options` | the options and their ranges |
+//! | `design` | speeds, distances and course of a survey |
+//! | `layout` | lines of an area, passes of a corridor |
+//! | `route` | leads, turns and triggers as mission items |
 //! | `flown` | pictures and coverage of a rehearsed flight |
 //!
-//! # What it is not
+//! # Limits
 //!
-//! The ground is level, at the height that is given, unless heights count from the terrain; nothing is known of what stands on it. The camera
-//! is fixed in the plane and looks down when it flies level. A bay of a concave area is flown through, not round.
+//! The ground is level, at the height that is given, unless heights count from the terrain; obstacles are unknown. The
+//! camera is fixed in the plane and looks down when it flies level. A bay of a concave area is flown through, not
+//! round.
 
 mod camera;
 mod design;

@@ -1,16 +1,18 @@
-//! In which order the lines of a survey are flown, so that a plane can turn from one to the next, and where they can begin.
+//! In which order the lines of a survey are flown, so that a plane can turn from one to the next, and where they can
+//! begin.
 //!
-//! A plane that turns within a radius R comes out of a half circle 2 R beside where it went in. Where lines lie nearer to each other than
-//! that, it does not fly the next one but the one that it comes out on, and comes back for those between: the race-track order of
-//! surveys by plane.
+//! A plane that turns within a radius R comes out of a half circle 2 R beside where it went in. Where lines lie nearer
+//! to each other than that, it does not fly the next one but the one that it comes out on, and comes back for those
+//! between: the race-track order of surveys by plane.
 
 use crate::geodesy::{GeoPoint, distance_m, leg_offset};
 
 /// The order in which `count` lines are flown when two that follow each other should be at least `apart` lines apart.
 ///
-/// Each line once. They are taken in blocks of at least `2 apart + 1` as equal as can be; in a block of `2 h − 1` lines the order is
-/// 0, h, 1, h + 1, …, h − 1, so that steps are of h and h − 1 lines, to the next block too; in one of `2 h` lines h, 0, h + 1, 1, …. With
-/// fewer lines than `2 apart` no order keeps them that far apart, and this keeps them as far apart as they can be: half their number.
+/// Each line once. They are taken in blocks of at least `2 apart + 1` as equal as can be; in a block of `2 h − 1` lines
+/// the order is 0, h, 1, h + 1, …, h − 1, so that steps are of h and h − 1 lines, to the next block too; in one of `2
+/// h` lines h, 0, h + 1, 1, …. With fewer lines than `2 apart` no order keeps them that far apart, and this keeps them
+/// as far apart as they can be: half their number.
 pub fn race_track(count: usize, apart: usize) -> Vec<usize> {
     let apart = apart.clamp(1, (count / 2).max(1));
     if apart == 1 {
@@ -33,8 +35,8 @@ pub fn race_track(count: usize, apart: usize) -> Vec<usize> {
     order
 }
 
-/// The places where lines can begin, in turn around them: the ends of the outermost ones, those of the first side first. Lines of a corridor
-/// end where its line does, on either side.
+/// The places where lines can begin, in turn around them: the ends of the outermost ones, those of the first side
+/// first. Lines of a corridor end where its line does, on either side.
 fn entries(lines: &[&[GeoPoint]]) -> Vec<GeoPoint> {
     let lines: Vec<&[GeoPoint]> = lines.iter().copied().filter(|line| line.len() > 1).collect();
     let ends = |line: &[GeoPoint]| (line[0], line[line.len() - 1]);
@@ -54,7 +56,8 @@ fn entries(lines: &[&[GeoPoint]]) -> Vec<GeoPoint> {
     if distance_m(far, a) <= distance_m(far, b) { vec![near, far, a, b] } else { vec![near, far, b, a] }
 }
 
-/// Where lines can begin in place of where they do now: at the next of their corners, in turn around them; `None` of no line.
+/// Where lines can begin in place of where they do now: at the next of their corners, in turn around them; `None` of no
+/// line.
 pub(super) fn next_entry(lines: &[&[GeoPoint]]) -> Option<GeoPoint> {
     let begin = *lines.first()?.first()?;
     let around = entries(lines);

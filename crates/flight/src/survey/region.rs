@@ -1,4 +1,4 @@
-//! What a survey covers, in metres around its middle: an area, or a corridor along a line.
+//! The area of a survey, in metres around its middle: an area, or a corridor along a line.
 
 use crate::error::{FlightError, Result, SurveyProblem};
 use crate::geodesy::{GeoPoint, direct, inverse};
@@ -15,7 +15,7 @@ const FARTHEST_M: f64 = 25_000.0;
 /// Corners nearer to each other than this are one, m.
 const SAME_M: f64 = 0.01;
 
-/// What is to be surveyed.
+/// Shape to survey.
 #[derive(Debug, Clone, PartialEq)]
 pub enum SurveyShape {
     /// An area, by its corners in order; the last joins the first. It may be concave, and may not cross itself.

@@ -93,7 +93,7 @@ fn a_field_is_covered_in_race_track_order() {
     let low = SurveyOptions { ground_rel_home_m: Some(-150.0), ..options };
     let low = is_flown(&design_survey(&field, &low, &plane).unwrap(), &plane, 3.0);
     assert_eq!((low.covered, low.photos.len()), (Some(1.0), coverage.photos.len()));
-    // The checks of a plan find nothing in it that an aeroplane would not do.
+    // The checks of a plan find no error in it.
     let mission = Mission { home: Some(HOME), items: survey.items.clone() };
     let context = CheckContext { far_from_home_m: f64::MAX, ..CheckContext::default() };
     let said = check_plan(&Plan::from_mission(mission), &context);

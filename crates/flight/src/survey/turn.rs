@@ -1,9 +1,10 @@
-//! The way of a plane from one line to the next: the shortest that turns no tighter than it can, as corners for waypoints.
+//! The way of a plane from one line to the next: the shortest that turns no tighter than it can, as corners for
+//! waypoints.
 //!
-//! L. E. Dubins, "On curves of minimal length with a constraint on average curvature", Amer. J. Math. 79 (1957): the shortest way between
-//! two places with a course each is an arc, a straight line or an arc, and an arc, all arcs of the smallest radius. The six kinds and
-//! their lengths are those of A. M. Shkel and V. Lumelsky, "Classification of the Dubins set", Robotics and Autonomous Systems 34
-//! (2001), eq. 6 to 11, here in their geometric form.
+//! L. E. Dubins, "On curves of minimal length with a constraint on average curvature", Amer. J. Math. 79 (1957): the
+//! shortest way between two places with a course each is an arc, a straight line or an arc, and an arc, all arcs of the
+//! smallest radius. The six kinds and their lengths are those of A. M. Shkel and V. Lumelsky, "Classification of the
+//! Dubins set", Robotics and Autonomous Systems 34 (2001), eq. 6 to 11, here in their geometric form.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -27,7 +28,7 @@ enum Piece {
     Straight(f64),
 }
 
-/// Arcs below this are no turn, radians.
+/// Arcs below this do not count as turns, radians.
 const NO_TURN_RAD: f64 = 0.02;
 
 /// Where two lines that touch an arc meet.
@@ -41,8 +42,8 @@ pub struct Corner {
 
 /// The corners of the shortest way from one pose to another with arcs of this radius, neither pose among them.
 ///
-/// Each arc is given by the corners of the lines that touch it, a right angle or less at each: a plane that begins its turn before a
-/// waypoint, as ArduPlane does at the distance that the item gives it, flies the arc.
+/// Each arc is given by the corners of the lines that touch it, a right angle or less at each: a plane that begins its
+/// turn before a waypoint, as ArduPlane does at the distance that the item gives it, flies the arc.
 pub fn corners(from: Pose, to: Pose, radius_m: f64) -> Vec<Corner> {
     let mut corners = Vec::new();
     let mut pose = from;
@@ -73,7 +74,7 @@ fn shortest(from: Pose, to: Pose, radius_m: f64) -> [Piece; 3] {
         |pose: Pose, side: f64| pose.at + NorthEast::from_bearing(pose.course_rad + side * FRAC_PI_2) * radius_m;
     let turn = |from: f64, to: f64, side: f64| {
         let angle = (side * (to - from)).rem_euclid(TAU);
-        // Rounding makes a whole circle of none.
+        // Rounding would turn an arc of 0 into a whole circle.
         side * if angle > TAU - 1e-9 { 0.0 } else { angle }
     };
     let mut best = (f64::INFINITY, [Piece::Straight(0.0); 3]);
@@ -91,7 +92,8 @@ fn shortest(from: Pose, to: Pose, radius_m: f64) -> [Piece; 3] {
         for last in [1.0, -1.0] {
             let between = centre(to, last) - centre(from, first);
             let (apart_m, bearing) = (between.length(), between.bearing_rad());
-            // Round both circles the same way the line is as long as their centres are apart; round them in opposite ways it crosses.
+            // Round both circles the same way the line is as long as their centres are apart; round them in opposite
+            // ways it crosses.
             let across = if first == last { 0.0 } else { 2.0 * radius_m };
             if apart_m >= across {
                 let course = bearing + first * (across / apart_m.max(1e-9)).min(1.0).asin();
@@ -148,7 +150,7 @@ mod tests {
     }
 
     proptest! {
-        /// Where it ends is where it should, whatever way it takes, and it is no longer than a way that anybody can name.
+        /// Where it ends is where it should, whatever way it takes, and it is no longer than a known way.
         #[test]
         fn the_way_leads_there(north in -900.0..900.0, east in -900.0..900.0, out_deg in 0.0..360.0, in_deg in 0.0..360.0, radius_m in 20.0..150.0) {
             let (from, to) = (pose(0.0, 0.0, out_deg), pose(north, east, in_deg));

@@ -1,4 +1,4 @@
-//! What the energy controller is given, and what it answers.
+//! Inputs and outputs of the energy controller.
 
 /// Parameters of the energy controller.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -45,11 +45,12 @@ pub struct TecsParams {
     pub land_throttle_damping: f64,
     /// Damping of the pitch on the approach; default 0, as in flight (`TECS_LAND_PDAMP`).
     pub approach_pitch_damping: f64,
-    /// Whether the airspeed is measured; without, pitch looks after the height alone and throttle follows the pitch. Default yes.
+    /// Whether the airspeed is measured; without, pitch looks after the height alone and throttle follows the pitch.
+    /// Default yes.
     pub has_airspeed: bool,
     /// Throttle of level flight at cruise speed, 0 to 1, default 0.5 (`TRIM_THROTTLE`).
     pub throttle_trim: f64,
-    /// Slew limit of the throttle, 1/s; 0 is none, default 1 (`THR_SLEWRATE`).
+    /// Slew limit of the throttle, 1/s; 0: no limit; default 1 (`THR_SLEWRATE`).
     pub throttle_slew_per_s: f64,
     /// Cruise airspeed, m/s EAS; 5 to 100, default 22 (`AIRSPEED_CRUISE`).
     pub airspeed_cruise_m_s: f64,
@@ -93,7 +94,7 @@ impl Default for TecsParams {
     }
 }
 
-/// What the flight is doing, as far as energy is concerned.
+/// Phase of flight, as the energy law distinguishes them.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Phase {
     /// Climb, cruise and descent.
@@ -117,7 +118,7 @@ pub enum Phase {
     },
 }
 
-/// What is wanted.
+/// Demands.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Demand {
     /// Height, m (same zero as the measured height).
@@ -136,7 +137,7 @@ pub struct Demand {
     pub throttle_max: f64,
 }
 
-/// What is measured.
+/// Measurements.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Energy {
     /// Height, m.

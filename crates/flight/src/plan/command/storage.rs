@@ -58,9 +58,10 @@ pub enum Storage {
 }
 
 impl Storage {
-    /// Whether a vehicle can make of a value what it keeps: a whole number of at most 32 bits, on the way at least, where it is no float.
+    /// Whether a value can be converted as it is stored: anything but a float passes through a 32-bit whole number.
     ///
-    /// What cannot be converted is undefined there (ISO C++, 7.10): ArduPilot's simulator ends, a board keeps anything.
+    /// Other conversions are undefined behaviour (ISO C++, 7.10): ArduPilot's simulator crashes, a board stores any
+    /// value.
     pub fn converts(self, sent: f32) -> bool {
         let factor = match self {
             Self::Dropped | Self::Float | Self::Half => return true,
@@ -70,10 +71,10 @@ impl Storage {
         (sent * factor).abs() < 2_147_483_648.0
     }
 
-    /// What a value that is sent (as the 32-bit float of the wire) reads back as.
+    /// The value that is read back after this one was sent (as the 32-bit float of the wire).
     ///
-    /// Values beyond the range of the storage saturate here; what a vehicle makes of them is not
-    /// defined, so the checks refuse them.
+    /// Values beyond the range of the storage saturate here; on a vehicle they are undefined, so the checks refuse
+    /// them.
     pub fn keep(self, sent: f32) -> f32 {
         let whole_within = |low: f32, high: f32| {
             if (low..=high).contains(&sent) { sent.trunc() } else { 0.0 }

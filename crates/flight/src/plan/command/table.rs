@@ -1,4 +1,5 @@
-//! The table itself: every command that ArduPlane takes in missions, fences and rally lists, and every one that it refuses.
+//! The table itself: every command that ArduPlane takes in missions, fences and rally lists, and every one that it
+//! refuses.
 
 use super::{Category, Choice, ChoiceWord, Command, CommandInfo, ParamInfo, RefusedCommand, Storage, Support, Unit};
 
@@ -77,8 +78,8 @@ const OTHER: bool = false;
 const POSITION: bool = true;
 const NO_POSITION: bool = false;
 
-/// One row per command: `NAME = number, title, category, support, DESTINATION or OTHER: [parameters 1 to 4, x, y, z]`. Trailing unused
-/// parameters are left out. Makes the constant `Command::NAME` and the entry of [`COMMANDS`].
+/// One row per command: `NAME = number, title, category, support, DESTINATION or OTHER: [parameters 1 to 4, x, y, z]`.
+/// Trailing unused parameters are left out. Makes the constant `Command::NAME` and the entry of [`COMMANDS`].
 macro_rules! commands {
     ($($name:ident = $number:literal, $title:literal, $category:ident, $support:ident, $flown_to:ident: [$($param:expr),* $(,)?],)*) => {
         impl Command {

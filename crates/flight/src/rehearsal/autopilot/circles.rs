@@ -16,7 +16,7 @@ const STUCK_LAPS: f64 = 3.0;
 pub(super) const LINED_UP_RAD: f64 = 10.0 * PI / 180.0;
 
 impl Autopilot<'_> {
-    /// Goes on with the circle of the item that it began with, of which so many turns were flown in so long; elsewhere that says nothing.
+    /// Resumes the first item's circle after `turns` flown in `time_s`; ignored for other items.
     pub fn resume_circle(&mut self, turns: f64, time_s: f64, body: &Body) {
         let command = self.item().and_then(|index| self.course.items.get(index)).map(|item| item.command);
         if let Some(Command::NAV_LOITER_TURNS | Command::NAV_LOITER_TIME | Command::NAV_LOITER_TO_ALT) = command {
@@ -97,8 +97,9 @@ impl Autopilot<'_> {
         if sea_level_m > radius_m { wider_m } else { (sea_level_m * body.eas_to_tas * body.eas_to_tas).max(radius_m) }
     }
 
-    /// Counts the angle flown, by what was steered for last (`Plane::loiter_angle_update` comes before the new target is steered for): a circle
-    /// right after another is counted from its first moment, from the bearing of the other's centre on.
+    /// Counts the angle flown, by what was steered for last (`Plane::loiter_angle_update` comes before the new target
+    /// is steered for): a circle right after another is counted from its first moment, from the bearing of the other's
+    /// centre on.
     pub(super) fn count_circle(&mut self, body: &Body) {
         let (centre, is_on) = match self.track {
             Some(Track::Circle { centre, .. }) => (centre, self.l1.on_circle),
@@ -119,7 +120,8 @@ impl Autopilot<'_> {
             None => {}
         }
         circle.bearing_rad = bearing;
-        // The height asked for may still be that of the slope that led here: the autopilot's is the circle's from its first moment.
+        // The height asked for may still be that of the slope that led here: the autopilot's is the circle's from its
+        // first moment.
         if is_on && (body.height_m - self.next.height_m).abs() < HEIGHT_REACHED_M {
             circle.has_height = true;
             circle.is_stuck = false;

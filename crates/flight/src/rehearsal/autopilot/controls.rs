@@ -15,7 +15,8 @@ const LEAST_BANK_RAD: f64 = 25.0 * PI / 180.0;
 const SLOPES_ABOVE_M: f64 = 20.0;
 /// Decisions between two looks at the ground ahead: half a second, in which it is 10 m nearer.
 const STEPS_A_LOOK: u32 = 5;
-/// How far ahead it looks at the most, m, whatever it is set to (the range of `TERRAIN_LOOKAHD`), and at how many places.
+/// How far ahead it looks at the most, m, whatever it is set to (the range of `TERRAIN_LOOKAHD`), and at how many
+/// places.
 const LOOKS_AHEAD_M: f64 = 10_000.0;
 const MOST_LOOKS: f64 = 200.0;
 
@@ -262,7 +263,8 @@ impl Autopilot<'_> {
         let height_m = self.counted_m(body);
         let descends = height_m > self.next.height_m;
         let slopes = descends || (is_mission && !self.plane.climbs_at_once && body.height_m > SLOPES_ABOVE_M);
-        // On the way from one height above ground to the next the present one counts; else the numbers do, whatever they count from.
+        // On the way from one height above ground to the next the present one counts; else the numbers do, whatever
+        // they count from.
         let from_m = if self.next.follows_ground && self.follower.follows { height_m } else { self.previous.height_m };
         self.slope_m = if slopes { self.slope_between(from_m, is_landing) } else { 0.0 };
     }

@@ -18,8 +18,8 @@ const RETURN_HEIGHT_REACHED_M: f64 = 10.0;
 const BEYOND_LANDING_M: f64 = 500.0;
 /// How far ahead of the plane its course is drawn, m: beyond the point, so that nothing turns there.
 const AHEAD_OF_LANDING_M: f64 = 200.0;
-/// Height above home that a landing broken off climbs to, m, and its least pitch, rad, where neither the landing nor a take-off gives one
-/// (`Plane::do_land`).
+/// Height above home that a landing broken off climbs to, m, and its least pitch, rad, where neither the landing nor a
+/// take-off gives one (`Plane::do_land`).
 const ABORT_HEIGHT_M: f64 = 30.0;
 const ABORT_PITCH_RAD: f64 = 10.0 * PI / 180.0;
 
@@ -43,8 +43,9 @@ impl Autopilot<'_> {
         }
     }
 
-    /// Goes from a return to the landing at an item, if there is one. Where nothing is flown from there on but the next return, the vehicle
-    /// changes to and fro between AUTO and RTL (`ModeRTL::navigate`) and gets home all the same: that return looks for none.
+    /// Goes from a return to the landing at an item, if there is one. Where nothing is flown from there on but the next
+    /// return, the vehicle changes to and fro between AUTO and RTL (`ModeRTL::navigate`) and gets home all the same:
+    /// that return does not look for a landing.
     fn look_for_landing(&mut self, index: Option<usize>, body: &Body, time_s: f64) {
         if self.is_looking_for_landing {
             return;
@@ -141,10 +142,12 @@ impl Autopilot<'_> {
         Track::Leg { from: self.previous.at, to: self.next.at + along * ahead_m }
     }
 
-    /// Breaks a landing off: by the abort pattern of the mission, if it has one (`Plane::trigger_land_abort`); else full throttle, wings level, up to the height that the landing gives in its first parameter, else that of the
-    /// last take-off (`Plane::do_land`, `AP_Landing::verify_abort_landing`). The course of the approach is asked for but not flown: the bank
-    /// of a climb-out waits for that of a take-off run, which is forgotten by then (`Plane::takeoff_calc_roll`). Nor does the nose come down
-    /// before the height is there (`Plane::get_takeoff_pitch_min_cd`).
+    /// Breaks a landing off: by the abort pattern of the mission, if it has one (`Plane::trigger_land_abort`); else
+    /// full throttle, wings level, up to the height that the landing gives in its first parameter, else that of the
+    /// last take-off (`Plane::do_land`, `AP_Landing::verify_abort_landing`). The course of the approach is asked for
+    /// but not flown: the bank of a climb-out waits for that of a take-off run, which is forgotten by then
+    /// (`Plane::takeoff_calc_roll`). Nor does the nose come down before the height is there
+    /// (`Plane::get_takeoff_pitch_min_cd`).
     pub(super) fn go_around(&mut self, body: &Body, time_s: f64) {
         if let Some(index) = self.course.nearest_abort(body) {
             self.is_in_landing_sequence = false;
@@ -168,8 +171,9 @@ impl Autopilot<'_> {
         });
     }
 
-    /// Climbs away, and begins the landing again: at an item that climbs straight on after it, else at the nearest DO_LAND_START, else at the
-    /// place before the landing; without one it returns (`AP_Landing::restart_landing_sequence`).
+    /// Climbs away, and begins the landing again: at an item that climbs straight on after it, else at the nearest
+    /// DO_LAND_START, else at the place before the landing; without one it returns
+    /// (`AP_Landing::restart_landing_sequence`).
     pub(super) fn fly_around(&mut self, index: usize, body: &Body, time_s: f64) -> Track {
         let Some(TakeOff { height_m, .. }) = self.takes_off else { return Track::Level };
         if body.height_m > height_m {
@@ -193,7 +197,8 @@ impl Autopilot<'_> {
         Track::Level
     }
 
-    /// Height on the glide slope, m above home: to a point that lies before and above the landing by what the flare needs.
+    /// Height on the glide slope, m above home: to a point that lies before and above the landing by what the flare
+    /// needs.
     pub(super) fn slope_height_m(&mut self, body: &Body) -> f64 {
         let plane = self.plane;
         let total_m = (self.next.at - self.previous.at).length().max(1.0);

@@ -1,5 +1,5 @@
-//! Items one after the other: which is next, when a waypoint counts, and the actions between them (`ArduPlane/commands_logic.cpp`,
-//! `takeoff.cpp`, `AP_Mission.cpp`).
+//! Items one after the other: which is next, when a waypoint counts, and the actions between them
+//! (`ArduPlane/commands_logic.cpp`, `takeoff.cpp`, `AP_Mission.cpp`).
 
 use std::f64::consts::FRAC_PI_2;
 
