@@ -1,7 +1,8 @@
 //! The table itself: every command that ArduPlane takes in missions, fences and rally lists, and every one that it
 //! refuses.
 
-use super::{Category, Choice, ChoiceWord, Command, CommandInfo, ParamInfo, RefusedCommand, Storage, Support, Unit};
+use super::info::{Category, Choice, ChoiceWord, Command, CommandInfo, ParamInfo, RefusedCommand, Support, Unit};
+use super::storage::Storage;
 
 const fn choice(value: f64, word: ChoiceWord) -> Choice {
     Choice { value, word }
