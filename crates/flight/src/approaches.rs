@@ -127,9 +127,9 @@ impl Site {
 
     /// The courses to land on: a runway's or the one asked for and its opposite, else a fan that begins into the wind,
     /// or where the plane comes from, or at north. With the point and how much of a runway lies before and behind it.
-    fn ways(&self, options: &LandingOptions) -> Vec<Way> {
+    fn directions(&self, options: &LandingOptions) -> Vec<Direction> {
         match self {
-            Self::Runway(runway) => [*runway, runway.reversed()].map(|runway| Way::on(&runway)).to_vec(),
+            Self::Runway(runway) => [*runway, runway.reversed()].map(|runway| Direction::on(&runway)).to_vec(),
             Self::Point(point) => {
                 let (first_deg, step_deg) = options.course_deg.map_or_else(
                     || {
@@ -141,7 +141,7 @@ impl Site {
                 );
                 let courses = (360.0 / step_deg).round() as u32;
                 (0..courses)
-                    .map(|number| Way {
+                    .map(|number| Direction {
                         point: *point,
                         course_deg: wrap_360_deg(first_deg + f64::from(number) * step_deg),
                         runway: None,
@@ -154,14 +154,14 @@ impl Site {
 
 /// One direction to land in.
 #[derive(Debug, Clone, Copy)]
-struct Way {
+struct Direction {
     point: GeoPoint,
     course_deg: f64,
     /// Metres of the runway before and beyond the point.
     runway: Option<(f64, f64)>,
 }
 
-impl Way {
+impl Direction {
     fn on(runway: &Runway) -> Self {
         let before_m = runway.aim_m();
         let course_deg = runway.course_deg();
@@ -250,7 +250,7 @@ pub fn design(site: Site, options: &LandingOptions, below: Option<&Below<'_>>) -
     let wind = options.wind.filter(|wind| wind.speed_m_s >= CALM_M_S).map(|wind| wind.from_deg);
     let wanted_deg = options.course_deg.or(wind).unwrap_or_else(|| runway.course_deg());
     let is_ahead = wrap_180_deg(wanted_deg - runway.course_deg()).abs() <= 90.0;
-    Way::on(&if is_ahead { runway } else { runway.reversed() }).landing(options, below)
+    Direction::on(&if is_ahead { runway } else { runway.reversed() }).landing(options, below)
 }
 
 /// The landings at a place, the best first: each direction with its circle on either side, flown by the plane of
@@ -277,11 +277,11 @@ pub fn landing_alternatives(
     let over = conditions.ground.and_then(|ground| Some((ground, ground(home?)?)));
     let below = |at: GeoPoint| over.and_then(|(ground, home_m)| Some(ground(at)? - home_m));
     let below = over.is_some().then_some(&below as &Below<'_>);
-    for way in site.ways(options) {
+    for direction in site.directions(options) {
         for is_clockwise in [options.is_clockwise, !options.is_clockwise] {
             let options = LandingOptions { is_clockwise, ..*options };
-            match way.landing(&options, below) {
-                Ok(landing) => found.push(judged(&way, landing, &options, below, conditions)),
+            match direction.landing(&options, below) {
+                Ok(landing) => found.push(judged(&direction, landing, &options, below, conditions)),
                 Err(error) => problem = Some(error),
             }
         }
@@ -308,21 +308,21 @@ pub fn landing_alternatives(
 /// point as the rehearsed plane comes to rest before it (or the other way round), so that it rests on the point. With a
 /// guessed airframe the correction would be a guess too.
 fn settled(
-    way: &Way,
+    direction: &Direction,
     landing: Landing,
     options: &LandingOptions,
     below: Option<&Below<'_>>,
     conditions: &Conditions<'_>,
 ) -> (Landing, Flown) {
-    let asked = flown(way, &landing, options, conditions);
+    let asked = flown(direction, &landing, options, conditions);
     let is_known = conditions.plane.airframe.origin != Origin::Parameters;
     let Some(rest_m) = asked.rest_m.filter(|rest_m| is_known && rest_m.abs() <= FARTHEST_MOVED_M) else {
         return (landing, asked);
     };
-    let moved = Way { point: direct(way.point, landing.course_deg, -rest_m), ..*way };
+    let moved = Direction { point: direct(direction.point, landing.course_deg, -rest_m), ..*direction };
     match moved.landing(options, below) {
         Ok(landing) => {
-            let flown = flown(way, &landing, options, conditions);
+            let flown = flown(direction, &landing, options, conditions);
             (landing, flown)
         }
         Err(_) => (landing, asked),
@@ -330,7 +330,7 @@ fn settled(
 }
 
 fn judged(
-    way: &Way,
+    direction: &Direction,
     landing: Landing,
     options: &LandingOptions,
     below: Option<&Below<'_>>,
@@ -339,7 +339,7 @@ fn judged(
     let is_clockwise = options.is_clockwise;
     let crosswind_m_s =
         options.wind.map(|wind| wind.speed_m_s * wrap_180_deg(wind.from_deg - landing.course_deg).to_radians().sin());
-    let (landing, flown) = settled(way, landing, options, below, conditions);
+    let (landing, flown) = settled(direction, landing, options, below, conditions);
     let mut reasons = Vec::new();
     match landing.headwind_m_s {
         Some(speed_m_s) if speed_m_s >= CALM_M_S => reasons.push(LandingReason::Headwind { speed_m_s }),
@@ -362,7 +362,7 @@ fn judged(
     reasons.push(flown.rest_m.map_or(LandingReason::DoesNotLand { ending: flown.ending }, |rest_m| {
         LandingReason::ComesToRest { distance_m: rest_m.abs(), is_beyond: rest_m > 0.0 }
     }));
-    if let Some((before_m, beyond_m)) = way.runway {
+    if let Some((before_m, beyond_m)) = direction.runway {
         let touch_down_m = flown.touch_down_m.unwrap_or(0.0);
         if touch_down_m < -before_m {
             reasons.push(LandingReason::BeforeRunway { distance_m: -before_m - touch_down_m });
@@ -376,12 +376,12 @@ fn judged(
 }
 
 /// The approach as the plane of the conditions would fly it.
-fn flown(way: &Way, landing: &Landing, options: &LandingOptions, conditions: &Conditions<'_>) -> Flown {
-    let here = Home { lat_deg: way.point.lat_deg(), lon_deg: way.point.lon_deg(), alt_amsl_m: 0.0 };
+fn flown(direction: &Direction, landing: &Landing, options: &LandingOptions, conditions: &Conditions<'_>) -> Flown {
+    let here = Home { lat_deg: direction.point.lat_deg(), lon_deg: direction.point.lon_deg(), alt_amsl_m: 0.0 };
     let home = conditions.home.filter(|home| home.point().is_ok()).unwrap_or(here);
-    let from = options.coming_from.or_else(|| home.point().ok()).unwrap_or(way.point);
+    let from = options.coming_from.or_else(|| home.point().ok()).unwrap_or(direction.point);
     let index = usize::from(options.has_land_start);
-    let circle = landing.items.get(index).and_then(MissionItem::point).unwrap_or(way.point);
+    let circle = landing.items.get(index).and_then(MissionItem::point).unwrap_or(direction.point);
     let away = inverse(circle, from);
     let far_m = away.distance_m.min(FLOWN_FROM_M + options.radius_m);
     let from = direct(circle, away.bearing_start_deg, far_m);
@@ -402,7 +402,7 @@ fn flown(way: &Way, landing: &Landing, options: &LandingOptions, conditions: &Co
     let plan = Plan { mission: Mission { home: Some(home), items: landing.items.clone() }, ..Plan::default() };
     let rehearsed = rehearse(&plan, &Conditions { home: Some(home), start, longest_s: LONGEST_S, ..*conditions });
     let beyond_m = |place: GeoPoint| {
-        let line = inverse(way.point, place);
+        let line = inverse(direction.point, place);
         line.distance_m * wrap_180_deg(line.bearing_start_deg - landing.course_deg).to_radians().cos()
     };
     rehearsed.map_or(

@@ -104,7 +104,8 @@ pub fn bearing_deg(from: GeoPoint, to: GeoPoint) -> f64 {
 }
 
 /// Length of a line through points, metres.
-pub fn polyline_length_m(points: &[GeoPoint]) -> f64 {
+#[cfg(test)]
+pub(crate) fn polyline_length_m(points: &[GeoPoint]) -> f64 {
     points.windows(2).map(|pair| distance_m(pair[0], pair[1])).sum()
 }
 
@@ -266,12 +267,6 @@ impl LocalFrame {
         });
         geodetic_from_ecef(ecef)
     }
-
-    /// The place and height (metres) of east, north, up.
-    pub fn geodetic_from_enu(&self, enu_m: [f64; 3]) -> (GeoPoint, f64) {
-        let [east, north, up] = enu_m;
-        self.geodetic_from_ned([north, east, -up])
-    }
 }
 
 /// Earth-centred coordinates of a place and height above the ellipsoid, metres (NIMA TR8350.2, eq. 4-14).
@@ -408,7 +403,7 @@ mod tests {
             let (frame, place) = (LocalFrame::new(at(lat0, lon0), h0), at(lat, lon));
             assert!(apart(ecef_m(place, h), [x, y, z]) < 1e-8, "{row}");
             assert!(apart(frame.enu_m(place, h), [east, north, up]) < 2e-8, "{row}");
-            for (back, height_m) in [geodetic_from_ecef([x, y, z]), frame.geodetic_from_enu([east, north, up])] {
+            for (back, height_m) in [geodetic_from_ecef([x, y, z]), frame.geodetic_from_ned([north, east, -up])] {
                 assert!(distance_m(back, place) < 1e-6 && (height_m - h).abs() < 1e-6, "{row}: {back} {height_m}");
             }
         }

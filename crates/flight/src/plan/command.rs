@@ -52,11 +52,6 @@ impl Command {
         self.info().map(|info| info.has_position).or_else(|| self.refused().map(|refused| refused.has_position))
     }
 
-    /// `true` when ArduPlane takes it in a mission.
-    pub fn is_mission_command(self) -> bool {
-        self.info().is_some_and(|info| info.support != Support::List)
-    }
-
     /// `true` when a vehicle flies to the position of the item. Beside the commands of the table that is the spline
     /// waypoint of copters.
     pub fn is_destination(self) -> bool {

@@ -40,8 +40,8 @@ pub fn ardupilot_stored(item: &MissionItem) -> MissionItem {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::plan::Command;
     use crate::plan::item::MissionItemInt;
+    use crate::plan::{Command, Support};
     use crate::plan::{Keeping, PlanKind, plans_equal_as_stored};
     use vencejo_proto::{Address, MissionSeq};
 
@@ -72,8 +72,9 @@ mod tests {
             let number = u16::try_from(fact["command"].as_u64().unwrap()).unwrap();
             let command = Command(number);
             assert_eq!(command.name(), fact["name"].as_str(), "{number}");
-            assert_eq!(command.is_mission_command(), fact["accepted"].as_bool().unwrap(), "{number}");
-            if !command.is_mission_command() {
+            let is_taken = command.info().is_some_and(|info| info.support != Support::List);
+            assert_eq!(is_taken, fact["accepted"].as_bool().unwrap(), "{number}");
+            if !is_taken {
                 refused += 1;
                 continue;
             }
