@@ -101,7 +101,8 @@ class SurveyCaution:
     Attributes
     ----------
     code : str
-        ``"ground-not-known"``, ``"camera-too-slow"``, ``"along-wind"``, ``"tight-turns"`` or ``"gaps"``.
+        ``"ground-not-known"``, ``"camera-too-slow"``, ``"along-wind"``, ``"tight-turns"``, ``"gaps"`` or
+        ``"speed-not-taken"``.
     message : str
     """
 

@@ -1,7 +1,8 @@
 //! Coverage of a survey by its rehearsed flight: where each picture is taken, how much of the area they show, and the
 //! holes.
 
-use super::design::{Survey, SurveyLine};
+use super::design::Survey;
+use super::layout::SurveyLine;
 use super::region::{Region, range};
 use crate::geodesy::{GeoPoint, direct};
 use crate::guidance::NorthEast;

@@ -25,14 +25,19 @@
 mod camera;
 mod design;
 mod flown;
+mod layout;
+mod options;
 mod order;
 mod region;
+mod route;
 mod turn;
 
 #[cfg(test)]
 mod tests;
 
 pub use camera::{CAMERAS, Camera, Footprint, KnownCamera, camera_named};
-pub use design::{LineCourse, Survey, SurveyCaution, SurveyLine, SurveyOptions, design_survey};
+pub use design::{LineCourse, Survey, SurveyCaution, design_survey};
 pub use flown::{Coverage, FlownLine, Hole, Photo, coverage, photographs, rehearse_survey};
+pub use layout::SurveyLine;
+pub use options::SurveyOptions;
 pub use region::{LEAST_AREA_M2, LEAST_LINE_M, MAX_CORNERS, SurveyShape};

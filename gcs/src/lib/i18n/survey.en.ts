@@ -68,6 +68,8 @@ export const surveyEn = {
     'the wind blows along the lines: {slow} m/s over ground one way and {fast} m/s the other; across the wind both are the same',
   'survey.caution.tight-turns':
     'lines {spacing} m apart are too few to leave some out where the plane turns within {radius} m: it swings out at each end',
+  'survey.caution.speed-not-taken':
+    'the plane does not take this airspeed and flies at its own: times and turns will be others',
   'survey.caution.gaps': 'pictures do not touch: there is ground between them that none shows',
   'complex.survey': 'Survey',
   'complex.CorridorScan': 'Corridor',

@@ -70,6 +70,8 @@ export const surveyEs: Record<keyof typeof surveyEn, string> = {
     'el viento sopla a lo largo de las líneas: {slow} m/s sobre el suelo en un sentido y {fast} m/s en el otro; de través serían iguales',
   'survey.caution.tight-turns':
     'con {spacing} m entre ellas hay pocas líneas para saltarse algunas, y el avión vira en {radius} m: se abre en cada extremo',
+  'survey.caution.speed-not-taken':
+    'el avión no acepta esta velocidad y vuela a la suya: los tiempos y los virajes serán otros',
   'survey.caution.gaps': 'las fotos no se tocan: entre ellas queda suelo que ninguna muestra',
   'complex.survey': 'Levantamiento',
   'complex.CorridorScan': 'Corredor',
