@@ -4,6 +4,7 @@
 //! something else, or fly what cannot be intended; a warning is for the pilot to judge.
 
 mod border;
+mod english;
 mod finding;
 mod fix;
 mod rehearsed;
@@ -16,7 +17,7 @@ pub use surveyed::check_survey;
 
 pub use crate::words::Figure;
 
-use self::border::Border;
+use self::border::Borders;
 use crate::geodesy::{GeoPoint, distance_m};
 use crate::guidance::GRAVITY_M_S2;
 use crate::landing::STEEP_SLOPE;
@@ -43,6 +44,8 @@ pub struct CheckContext {
     pub finds_landing: Option<bool>,
     /// Whether it flies the arcs of `NAV_ARC_WAYPOINT`, as ArduCopter does. Default no.
     pub flies_arcs: bool,
+    /// Whether one of several inclusion zones of its fence is enough (`FENCE_OPTIONS`, bit 1). Default no.
+    pub is_fence_union: bool,
     /// Items that it holds, home included. Default 650.
     pub max_items: usize,
     /// Distance from home that is far, metres. Default 20,000.
@@ -51,6 +54,10 @@ pub struct CheckContext {
     pub far_first_m: f64,
     /// Speed that turns are flown with, metres per second. Default 22 (`AIRSPEED_CRUISE`).
     pub airspeed_m_s: f64,
+    /// Lowest airspeed that a mission may order, metres per second (`AIRSPEED_MIN`); `None`, the default: unknown.
+    pub airspeed_min_m_s: Option<f64>,
+    /// Highest airspeed that a mission may order, metres per second (`AIRSPEED_MAX`); `None`, the default: unknown.
+    pub airspeed_max_m_s: Option<f64>,
     /// Bank of turns, degrees. Default 45 (`ROLL_LIMIT_DEG`).
     pub bank_deg: f64,
     /// Slope of the final approach that is steep, height over distance. Default [`STEEP_SLOPE`], 0.10.
@@ -66,10 +73,13 @@ impl Default for CheckContext {
             can_hover: false,
             finds_landing: None,
             flies_arcs: false,
+            is_fence_union: false,
             max_items: 650,
             far_from_home_m: 20_000.0,
             far_first_m: 5_000.0,
             airspeed_m_s: 22.0,
+            airspeed_min_m_s: None,
+            airspeed_max_m_s: None,
             bank_deg: 45.0,
             steep_slope: STEEP_SLOPE,
         }
@@ -126,6 +136,10 @@ fn is_nav(item: &MissionItem) -> bool {
     item.command.is_nav() && item.command.info().is_none_or(|info| info.support != Support::Ignored)
 }
 
+const fn is_jump(item: &MissionItem) -> bool {
+    matches!(item.command, Command::DO_JUMP | Command::DO_JUMP_TAG)
+}
+
 impl<'a> Check<'a> {
     fn items_of_mission(&self) -> impl Iterator<Item = (usize, &'a MissionItem)> + use<'a> {
         self.plan.mission.items.iter().enumerate()
@@ -180,6 +194,7 @@ impl<'a> Check<'a> {
                 _ => {}
             }
             self.params(index, item);
+            self.airspeed(index, item);
             self.position(index, item);
         }
     }
@@ -214,6 +229,16 @@ impl<'a> Check<'a> {
             if if is_unused { measured && value != 0.0 } else { !is_kept } {
                 self.warn(about, FindingKind::ParamChanged { param: number + 1, label, value, kept, unit, is_unused });
             }
+        }
+    }
+
+    /// An airspeed outside the vehicle's limits is dropped without a word (`Plane::do_change_speed`).
+    fn airspeed(&mut self, index: usize, item: &MissionItem) {
+        let is_airspeed = item.command == Command::DO_CHANGE_SPEED && item.param(1).unwrap_or(0.0) == 0.0;
+        let Some(speed_m_s) = item.param(2).filter(|speed_m_s| is_airspeed && *speed_m_s > 0.0) else { return };
+        let (min_m_s, max_m_s) = (self.context.airspeed_min_m_s, self.context.airspeed_max_m_s);
+        if min_m_s.is_some_and(|min_m_s| speed_m_s < min_m_s) || max_m_s.is_some_and(|max_m_s| speed_m_s > max_m_s) {
+            self.warn(Some((index, item)), FindingKind::SpeedNotTaken { speed_m_s, min_m_s, max_m_s });
         }
     }
 
@@ -283,7 +308,7 @@ impl<'a> Check<'a> {
         let endless = self
             .items_of_mission()
             .last()
-            .is_some_and(|(_, item)| item.command == Command::DO_JUMP && item.param(2).is_some_and(|n| n < 0.0));
+            .is_some_and(|(_, item)| is_jump(item) && item.param(2).is_some_and(|repeats| repeats < 0.0));
         if let Some(last) = nav.last().copied()
             && !endless
             && !last.1.command.is_landing()
@@ -326,7 +351,7 @@ impl<'a> Check<'a> {
         let mission = &self.plan.mission;
         let mut count = 0;
         for (index, item) in self.items_of_mission() {
-            if !matches!(item.command, Command::DO_JUMP | Command::DO_JUMP_TAG) {
+            if !is_jump(item) {
                 continue;
             }
             count += 1;
@@ -426,12 +451,14 @@ impl<'a> Check<'a> {
             };
             self.error(None, FindingKind::BadFence { fault, zone, corners, radius_m, alt_rel_home_m: None });
         }
-        if let Some((_, alt_rel_home_m)) = self.plan.fence.return_point
-            && self.plan.fence.return_fault().is_some()
-        {
-            let (fault, alt_rel_home_m) = (FenceFault::ReturnHeight, Some(alt_rel_home_m));
-            let found = FindingKind::BadFence { fault, zone: None, corners: None, radius_m: None, alt_rel_home_m };
-            self.error(None, found);
+        if let Some((point, alt_rel_home_m)) = self.plan.fence.return_point {
+            let is_nowhere = (point.lat_deg(), point.lon_deg()) == (0.0, 0.0);
+            let height = self.plan.fence.return_fault().map(|_| FenceFault::ReturnHeight);
+            for fault in height.into_iter().chain(is_nowhere.then_some(FenceFault::ReturnPlace)) {
+                let alt_rel_home_m = Some(alt_rel_home_m);
+                let found = FindingKind::BadFence { fault, zone: None, corners: None, radius_m: None, alt_rel_home_m };
+                self.error(None, found);
+            }
         }
         for (index, (rally, item)) in self.plan.rally.points.iter().zip(self.plan.rally.to_items()).enumerate() {
             let found = match item.unsendable() {
@@ -450,6 +477,10 @@ impl<'a> Check<'a> {
         }
     }
 
+    fn forbidden_by(&self, point: GeoPoint) -> Option<usize> {
+        self.plan.fence.forbidden_by(point, self.context.is_fence_union)
+    }
+
     /// Places and legs of the mission within the fence.
     fn fence_around_mission(&mut self) {
         let zones = &self.plan.fence.zones;
@@ -462,25 +493,31 @@ impl<'a> Check<'a> {
             is_inclusion: zones[zone].inclusion,
         };
         for (index, rally) in self.plan.rally.points.iter().enumerate() {
-            if let Some(zone) = self.plan.fence.forbidden_by(rally.point) {
+            if let Some(zone) = self.forbidden_by(rally.point) {
                 self.error(None, outside(Some(index + 1), zone));
             }
         }
         let home = self.home.and_then(|home| home.point().ok());
-        if let Some(zone) = home.and_then(|home| self.plan.fence.forbidden_by(home)) {
+        if let Some(zone) = home.and_then(|home| self.forbidden_by(home)) {
             self.error(None, outside(None, zone));
         }
-        let borders: Vec<Border<'_>> = zones.iter().map(Border::of).collect();
+        if let Some((return_point, _)) = self.plan.fence.return_point
+            && let Some(zone) = self.forbidden_by(return_point)
+        {
+            let is_inclusion = zones[zone].inclusion;
+            self.error(None, FindingKind::ReturnPointOutsideFence { zone: zone + 1, is_inclusion });
+        }
+        let borders = Borders::of(&self.plan.fence, self.context.is_fence_union);
         let mut previous = self.context.position.or(home);
         for (index, item) in self.items_of_mission() {
             let Some(point) = target(item) else { continue };
-            if let Some(zone) = self.plan.fence.forbidden_by(point) {
+            if let Some(zone) = self.forbidden_by(point) {
                 self.error(Some((index, item)), outside(None, zone));
                 previous = None; // the legs to and from it cross the fence for sure
                 continue;
             }
             if let Some(from) = previous
-                && let Some(zone) = borders.iter().position(|border| border.is_crossed(from, point))
+                && let Some(zone) = borders.crossed(from, point)
             {
                 self.error(Some((index, item)), FindingKind::LegCrossesFence { zone: zone + 1 });
             }

@@ -292,6 +292,14 @@ fn jumps() {
     check(insert(99, 1), JumpTarget, Error, Some(4));
     check(insert(2, -1), EndlessJump, Warning, Some(4));
     check(insert(5, 2), IdleJump, Error, Some(4));
+    // An endless jump already implies that the mission neither lands nor returns.
+    let tag = MissionItem::action(Command::JUMP_TAG, [3.0, 0.0, 0.0, 0.0]);
+    let back = MissionItem::action(Command::DO_JUMP_TAG, [3.0, -1.0, 0.0, 0.0]);
+    let mut items = sound();
+    items.truncate(3);
+    items.insert(1, tag);
+    items.push(back);
+    assert_eq!(found(&plan(items)), [(EndlessJump, Warning, Some(4))]);
     check(
         |items| items.insert(4, MissionItem::action(Command::DO_JUMP_TAG, [3.0, 1.0, 0.0, 0.0])),
         JumpTarget,
@@ -321,7 +329,7 @@ fn sizes() {
 
 #[test]
 fn fences() {
-    use FindingCode::{BadFence, BadRally, LegCrossesFence, OutsideFence};
+    use FindingCode::{BadFence, BadRally, LegCrossesFence, OutsideFence, ReturnPointOutsideFence};
     let circle = |inclusion, center, radius_m| FenceZone { inclusion, shape: FenceShape::Circle { center, radius_m } };
     let square = |inclusion, center: GeoPoint, half_deg: f64| FenceZone {
         inclusion,
@@ -347,6 +355,21 @@ fn fences() {
     assert_eq!(codes(circle(false, at(180.0, 500.0), 50.0)), []);
     assert_eq!(codes(circle(true, at(0.0, 5_000.0), 1_000.0))[0], (OutsideFence, None));
     assert_eq!(codes(circle(true, home, 0.0)), [(BadFence, None)]);
+    // Two fields of which one is enough where the vehicle takes their union.
+    let zones = vec![circle(true, at(0.0, 5_000.0), 1_000.0), circle(true, home, 2_000.0)];
+    let both = Fence { zones, return_point: None };
+    let both = Plan { fence: both, ..plan(sound()) };
+    let union = CheckContext { is_fence_union: true, ..context() };
+    assert!(has_errors(&check_plan(&both, &context())) && check_plan(&both, &union).is_empty());
+    // The point that a breach leads to.
+    let returning = |zone: FenceZone, to: GeoPoint| {
+        let fence = Fence { zones: vec![zone], return_point: Some((to, 60.0)) };
+        found(&Plan { fence, ..plan(sound()) }).into_iter().map(|(code, ..)| code).collect::<Vec<_>>()
+    };
+    assert_eq!(returning(circle(true, home, 2_000.0), at(90.0, 1_900.0)), []);
+    assert_eq!(returning(circle(true, home, 2_000.0), at(90.0, 2_100.0)), [ReturnPointOutsideFence]);
+    assert_eq!(returning(circle(false, at(180.0, 500.0), 50.0), at(180.0, 480.0)), [ReturnPointOutsideFence]);
+    assert_eq!(returning(circle(false, at(180.0, 500.0), 50.0), GeoPoint::new(0.0, 0.0).unwrap()), [BadFence]);
 
     let mut low = plan(sound());
     low.rally.points = vec![RallyPoint { point: home, alt_m: -5.0, frame: MavFrame::GlobalRelativeAlt }];

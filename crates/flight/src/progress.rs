@@ -33,11 +33,23 @@ pub struct ProgressOptions {
     /// Its own speed, that a mission goes back to where it orders -2 (`AIRSPEED_CRUISE` of ArduPlane), metres per
     /// second; `None`, the default: not known.
     pub own_speed_m_s: Option<f64>,
+    /// Lowest airspeed that a mission may order (`AIRSPEED_MIN`), metres per second; lower ones are ignored, as are
+    /// those above the highest (`AIRSPEED_MAX`). `None`, the default: unknown, no limit.
+    pub airspeed_min_m_s: Option<f64>,
+    /// Highest airspeed; as `airspeed_min_m_s`.
+    pub airspeed_max_m_s: Option<f64>,
 }
 
 impl Default for ProgressOptions {
     fn default() -> Self {
-        Self { loiter_radius_m: 60.0, climb_rate_m_s: 2.5, flies_arcs: false, own_speed_m_s: None }
+        Self {
+            loiter_radius_m: 60.0,
+            climb_rate_m_s: 2.5,
+            flies_arcs: false,
+            own_speed_m_s: None,
+            airspeed_min_m_s: None,
+            airspeed_max_m_s: None,
+        }
     }
 }
 
@@ -251,7 +263,7 @@ fn walk(
     let before = mission.items.get(..start_index).unwrap_or_default();
     let mut leg_start = before.iter().rev().find_map(|item| place(item, options)).or(Some(start));
     let mut alt_m = None;
-    let mut speed_m_s = ground_speed_m_s.filter(|speed| *speed >= MIN_GROUND_SPEED_M_S);
+    let mut pace = Pace::new(ground_speed_m_s.filter(|speed| *speed >= MIN_GROUND_SPEED_M_S));
     let mut distance_total_m = 0.0;
     let mut time_total_s = Some(0.0);
     let mut is_estimate = false;
@@ -265,6 +277,8 @@ fn walk(
         // Of the item in execution: where a jump leads back to it, it is flown whole.
         let (turns_flown, time_flown_s) = std::mem::take(&mut circled).flown().unwrap_or_default();
         index += 1;
+        pace.order(item, options);
+        let speed_m_s = pace.m_s();
         let mut leg_m = 0.0;
         let mut wait_s = 0.0;
         let mut end = None;
@@ -289,7 +303,8 @@ fn walk(
                 let turns = (item.param(1).unwrap_or(0.0) - turns_flown).max(0.0);
                 leg_m += turns * std::f64::consts::TAU * radius_m;
             }
-            Command::NAV_LOITER_TIME | Command::NAV_DELAY => {
+            // A plane in the air passes NAV_DELAY over (`ModeAuto::verify_nav_delay`).
+            Command::NAV_LOITER_TIME => {
                 wait_s = (item.param(1).unwrap_or(0.0) - time_flown_s).max(0.0);
             }
             Command::NAV_SCRIPT_TIME => wait_s = item.param(2).unwrap_or(0.0).max(0.0),
@@ -305,11 +320,6 @@ fn walk(
                 }
             }
             Command::NAV_CONTINUE_AND_CHANGE_ALT | Command::NAV_ALTITUDE_WAIT => return Trip::UNKNOWN,
-            Command::DO_CHANGE_SPEED => match ordered(item) {
-                Some(Ordered::Speed(ordered_m_s)) => speed_m_s = speed_m_s.map(|_| ordered_m_s),
-                Some(Ordered::Own) => speed_m_s = speed_m_s.and(options.own_speed_m_s),
-                None => {}
-            },
             Command::DO_JUMP | Command::DO_JUMP_TAG => {
                 let Some(to) = jump_index(&mission.items, item) else { return Trip::UNKNOWN };
                 let repeats = item.param(2).unwrap_or(0.0);
@@ -336,21 +346,36 @@ fn walk(
     Trip::UNKNOWN
 }
 
-/// What a `DO_CHANGE_SPEED` orders.
-pub(crate) enum Ordered {
-    /// A speed, m/s.
-    Speed(f64),
-    /// The vehicle's own.
-    Own,
+/// How fast a mission is flown, as its `DO_CHANGE_SPEED` items order it (`Plane::do_change_speed` of ArduPilot).
+#[derive(Clone, Copy)]
+pub(crate) struct Pace {
+    /// In calm air; `None`: not known.
+    speed_m_s: Option<f64>,
+    /// Lowest ground speed: in calm air the plane flies no slower.
+    least_m_s: f64,
 }
 
-/// The speed that a `DO_CHANGE_SPEED` orders; `None` for what it leaves as it is, as a speed of climb (`Plane::do_change_speed` of ArduPilot).
-pub(crate) fn ordered(item: &MissionItem) -> Option<Ordered> {
-    let kind = item.param(1).unwrap_or(0.0);
-    match item.param(2)? {
-        speed_m_s if speed_m_s >= MIN_GROUND_SPEED_M_S && kind < 2.0 => Some(Ordered::Speed(speed_m_s)),
-        speed_m_s if speed_m_s == OWN_SPEED && kind == 0.0 => Some(Ordered::Own),
-        _ => None,
+impl Pace {
+    pub(crate) const fn new(speed_m_s: Option<f64>) -> Self {
+        Self { speed_m_s, least_m_s: 0.0 }
+    }
+
+    pub(crate) fn m_s(self) -> Option<f64> {
+        self.speed_m_s.map(|speed_m_s| speed_m_s.max(self.least_m_s))
+    }
+
+    /// Takes what an item orders; airspeeds that the vehicle does not take, climb rates and other items change nothing.
+    pub(crate) fn order(&mut self, item: &MissionItem, options: &ProgressOptions) {
+        let Some(speed_m_s) = item.param(2).filter(|_| item.command == Command::DO_CHANGE_SPEED) else { return };
+        let kind = item.param(1).unwrap_or(0.0) as i64;
+        let is_taken = options.airspeed_min_m_s.is_none_or(|min| speed_m_s >= min)
+            && options.airspeed_max_m_s.is_none_or(|max| speed_m_s <= max);
+        match kind {
+            0 if speed_m_s == OWN_SPEED => self.speed_m_s = self.speed_m_s.and(options.own_speed_m_s),
+            0 if speed_m_s >= MIN_GROUND_SPEED_M_S && is_taken => self.speed_m_s = self.speed_m_s.map(|_| speed_m_s),
+            1 if speed_m_s >= 0.0 => self.least_m_s = speed_m_s,
+            _ => {}
+        }
     }
 }
 
@@ -577,6 +602,32 @@ mod tests {
                 remaining(&mission, 1, HOME.point().unwrap(), Circled::Nothing, None, &ProgressOptions::default());
             assert!((left.leg_m.unwrap() - 3_000.0).abs() < 0.01);
         }
+    }
+
+    #[test]
+    fn a_speed_that_the_vehicle_does_not_take_changes_nothing() {
+        let to =
+            |kind: f64, speed_m_s: f64| MissionItem::action(Command::DO_CHANGE_SPEED, [kind, speed_m_s, -1.0, 0.0]);
+        let options = ProgressOptions {
+            airspeed_min_m_s: Some(12.0),
+            airspeed_max_m_s: Some(30.0),
+            ..ProgressOptions::default()
+        };
+        for (kind, speed_m_s, flown_m_s) in [
+            (0.0, 8.0, 20.0),
+            (0.0, 31.0, 20.0),
+            (0.0, 15.0, 15.0),
+            (1.0, 8.0, 20.0),
+            (1.0, 25.0, 25.0),
+            (2.0, 3.0, 20.0),
+        ] {
+            let mission = Mission { home: Some(HOME), items: vec![to(kind, speed_m_s), waypoint(3_000.0)] };
+            let time_s = trip(&mission, Some(20.0), &options).time_s.unwrap();
+            assert!((time_s - 3_000.0 / flown_m_s).abs() < 0.1, "{kind} {speed_m_s}: {time_s}");
+        }
+        // Nor does a wait that holds a plane on the ground alone.
+        let wait = MissionItem::action(Command::NAV_DELAY, [60.0, -1.0, -1.0, -1.0]);
+        check(vec![wait, waypoint(1_000.0)], Some((1_000.0, 100.0)));
     }
 
     #[test]

@@ -9,7 +9,7 @@
 use crate::geodesy::{GeoPoint, LocalFrame, direct, distance_m, inverse, points_along, wrap_360_deg};
 use crate::landing::STEEP_SLOPE;
 use crate::plan::{Command, MavFrame, Mission, MissionItem};
-use crate::progress::{Ordered, ProgressOptions, alt_amsl_m, jump_index, ordered, place, rel_home_m};
+use crate::progress::{Pace, ProgressOptions, alt_amsl_m, jump_index, place, rel_home_m};
 use crate::radius::{named_radius_m, own_radius_m};
 use crate::words::words;
 
@@ -176,24 +176,19 @@ struct Place<'a> {
 pub fn way(mission: &Mission, speed_m_s: f64, options: &ProgressOptions) -> Way {
     let home = mission.home.and_then(|home| home.point().ok());
     let home_alt_m = mission.home.map(|home| home.alt_amsl_m);
-    let (own_m_s, mut speed_m_s) = (speed_m_s, speed_m_s);
+    let mut pace = Pace::new(Some(speed_m_s));
+    let options = &ProgressOptions { own_speed_m_s: Some(speed_m_s), ..*options };
     // what is flown to, and the speed on the way
     let mut places: Vec<(Place<'_>, f64)> = Vec::new();
     for (index, item) in mission.items.iter().enumerate() {
-        if item.command == Command::DO_CHANGE_SPEED {
-            speed_m_s = match ordered(item) {
-                Some(Ordered::Speed(ordered_m_s)) => ordered_m_s,
-                Some(Ordered::Own) => own_m_s,
-                None => speed_m_s,
-            };
-        }
+        pace.order(item, options);
         let at = match item.command {
             Command::NAV_RETURN_TO_LAUNCH => home,
             command if command.is_takeoff() => item.point(),
             _ => place(item, options),
         };
         if let Some(at) = at {
-            places.push((Place { at, item: Some((index, item)) }, speed_m_s));
+            places.push((Place { at, item: Some((index, item)) }, pace.m_s().unwrap_or(speed_m_s)));
         }
     }
     let start = home.map(|at| Place { at, item: None });

@@ -8,8 +8,14 @@ use crate::rehearsal::Aircraft;
 use vencejo_proto::MissionSeq;
 
 const HOME: Home = Home { lat_deg: 40.3332, lon_deg: -3.7978, alt_amsl_m: 690.0 };
-const COPTER: ProgressOptions =
-    ProgressOptions { loiter_radius_m: 60.0, climb_rate_m_s: 2.5, flies_arcs: true, own_speed_m_s: None };
+const COPTER: ProgressOptions = ProgressOptions {
+    loiter_radius_m: 60.0,
+    climb_rate_m_s: 2.5,
+    flies_arcs: true,
+    own_speed_m_s: None,
+    airspeed_min_m_s: None,
+    airspeed_max_m_s: None,
+};
 
 fn home() -> GeoPoint {
     HOME.point().expect("on Earth")

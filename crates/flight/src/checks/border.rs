@@ -1,7 +1,7 @@
 //! Pieces of a way, drawn or flown, held against the border of a fence's zone.
 
 use crate::geodesy::{GeoPoint, LocalFrame, wrap_180_deg};
-use crate::plan::{FenceShape, FenceZone};
+use crate::plan::{Fence, FenceShape, FenceZone};
 
 /// Metres of a degree of latitude, less than anywhere on Earth.
 const M_PER_DEG_LEAST: f64 = 110_000.0;
@@ -15,8 +15,66 @@ const WIDE_DEG: f64 = 90.0;
 /// Two coordinates on a plane.
 type Flat = (f64, f64);
 
+/// The zones of a fence, with what many pieces are held against.
+pub(super) struct Borders<'a> {
+    fence: &'a Fence,
+    borders: Vec<Border<'a>>,
+    /// Whether one of several inclusion zones is enough (`FENCE_OPTIONS` of ArduPilot, bit 1).
+    is_union: bool,
+}
+
+impl<'a> Borders<'a> {
+    /// The borders of a sound fence.
+    pub fn of(fence: &'a Fence, is_union: bool) -> Self {
+        let inclusions = fence.zones.iter().filter(|zone| zone.inclusion).count();
+        let borders = fence.zones.iter().map(Border::of).collect();
+        Self { fence, borders, is_union: is_union && inclusions > 1 }
+    }
+
+    /// The first zone, by index, that forbids the end of a piece or is left or entered on the way.
+    pub fn broken(&self, from: GeoPoint, to: GeoPoint) -> Option<usize> {
+        self.alone().find(|(_, border)| border.is_broken(from, to)).map(|(index, _)| index).or_else(|| {
+            let zone = self.union()?;
+            (self.fence.forbidden_by(to, true) == Some(zone) || self.leaves_union(from, to)).then_some(zone)
+        })
+    }
+
+    /// The first zone, by index, that a piece between two allowed places leaves or enters.
+    pub fn crossed(&self, from: GeoPoint, to: GeoPoint) -> Option<usize> {
+        let crossed = self.alone().find(|(_, border)| border.is_crossed(from, to)).map(|(index, _)| index);
+        crossed.or_else(|| self.union().filter(|_| self.leaves_union(from, to)))
+    }
+
+    /// Zones that count each by itself.
+    fn alone(&self) -> impl Iterator<Item = (usize, &Border<'a>)> {
+        self.borders.iter().enumerate().filter(|(_, border)| !(self.is_union && border.zone.inclusion))
+    }
+
+    /// The inclusion zone that stands for all of them.
+    fn union(&self) -> Option<usize> {
+        self.borders.iter().position(|border| border.zone.inclusion).filter(|_| self.is_union)
+    }
+
+    /// Whether a part of a piece lies in no inclusion zone.
+    fn leaves_union(&self, from: GeoPoint, to: GeoPoint) -> bool {
+        let piece = Piece::new(from, to);
+        let inclusions = || self.borders.iter().filter(|border| border.zone.inclusion);
+        let mut meets = Meets::default();
+        for border in inclusions() {
+            match &border.zone.shape {
+                FenceShape::Polygon { vertices } => piece.meet(vertices, &mut meets),
+                FenceShape::Circle { radius_m, .. } => {
+                    meets.at.extend(circle_meets(border.flat(from), border.flat(to), *radius_m));
+                }
+            }
+        }
+        let is_included = |point| inclusions().any(|border| border.zone.shape.contains(point));
+        piece.has_part(meets, |point| !is_included(point))
+    }
+}
+
 /// A zone, with what many pieces are held against.
-pub(super) struct Border<'a> {
+struct Border<'a> {
     zone: &'a FenceZone,
     /// What touches the ground at the middle of a circle.
     frame: LocalFrame,
@@ -28,7 +86,7 @@ pub(super) struct Border<'a> {
 
 impl<'a> Border<'a> {
     /// The border of a sound zone.
-    pub fn of(zone: &'a FenceZone) -> Self {
+    fn of(zone: &'a FenceZone) -> Self {
         let (middle, half_lat_deg, half_lon_deg) = match &zone.shape {
             FenceShape::Polygon { vertices } => box_of(vertices),
             FenceShape::Circle { center, radius_m } => {
@@ -44,7 +102,7 @@ impl<'a> Border<'a> {
     }
 
     /// Whether a piece ends on the wrong side, or gets there on the way.
-    pub fn is_broken(&self, from: GeoPoint, to: GeoPoint) -> bool {
+    fn is_broken(&self, from: GeoPoint, to: GeoPoint) -> bool {
         let is_inclusion = self.zone.inclusion;
         if !is_inclusion && !self.may_touch(from, to) {
             return false;
@@ -53,20 +111,25 @@ impl<'a> Border<'a> {
     }
 
     /// Whether a piece between two allowed places leaves an inclusion zone or enters an exclusion zone.
-    pub fn is_crossed(&self, from: GeoPoint, to: GeoPoint) -> bool {
+    fn is_crossed(&self, from: GeoPoint, to: GeoPoint) -> bool {
         match &self.zone.shape {
             // A circle is convex: a piece between two places inside stays inside.
             FenceShape::Circle { .. } if self.zone.inclusion => false,
             _ if !self.may_touch(from, to) => false,
-            FenceShape::Polygon { vertices } => crosses_border(self.zone, vertices, from, to),
-            FenceShape::Circle { radius_m, .. } => {
-                let flat = |point| {
-                    let [north_m, east_m, _] = self.frame.ned_m(point, 0.0);
-                    (north_m, east_m)
-                };
-                distance_to_segment(flat(from), flat(to)) < *radius_m
+            FenceShape::Polygon { vertices } => {
+                let (piece, mut meets) = (Piece::new(from, to), Meets::default());
+                piece.meet(vertices, &mut meets);
+                let is_wrong = |point| self.zone.shape.contains(point) != self.zone.inclusion;
+                !meets.at.is_empty() && piece.has_part(meets, is_wrong)
             }
+            FenceShape::Circle { radius_m, .. } => distance_to_segment(self.flat(from), self.flat(to)) < *radius_m,
         }
+    }
+
+    /// A place on the plane that touches the ground at the middle of the zone, m.
+    fn flat(&self, point: GeoPoint) -> Flat {
+        let [north_m, east_m, _] = self.frame.ned_m(point, 0.0);
+        (north_m, east_m)
     }
 
     /// Whether a piece comes near the box around the zone: `false` is sure, `true` is not.
@@ -95,47 +158,83 @@ fn box_of(vertices: &[GeoPoint]) -> (GeoPoint, f64, f64) {
     (middle.unwrap_or(first), (north - south) / 2.0, (east - west) / 2.0)
 }
 
-/// Whether a piece lies on the wrong side of a polygon's border for a part of its way, ends aside: between two of the places at which it meets
-/// an edge. To touch the border, or to go along an edge, is no part.
-fn crosses_border(zone: &FenceZone, vertices: &[GeoPoint], from: GeoPoint, to: GeoPoint) -> bool {
-    let flat = |point: GeoPoint| (wrap_180_deg(point.lon_deg() - from.lon_deg()), point.lat_deg() - from.lat_deg());
-    let (dx, dy) = flat(to);
-    let length2 = dx * dx + dy * dy;
-    if length2 == 0.0 {
-        return false;
+/// A piece of a way, straight between the degrees.
+struct Piece {
+    from: GeoPoint,
+    dx: f64,
+    dy: f64,
+}
+
+/// Where a piece meets borders, in parts of its length.
+#[derive(Default)]
+struct Meets {
+    at: Vec<f64>,
+    /// Edges that it goes along.
+    along: Vec<(f64, f64)>,
+}
+
+impl Piece {
+    fn new(from: GeoPoint, to: GeoPoint) -> Self {
+        let (dx, dy) = flat(from, to);
+        Self { from, dx, dy }
     }
-    let side = |(x, y): Flat| dx * y - dy * x;
-    let part = |(x, y): Flat| (dx * x + dy * y) / length2;
-    let mut meets = Vec::new();
-    let mut edges_along = Vec::new();
-    let mut a = flat(vertices[vertices.len() - 1]);
-    for vertex in vertices {
-        let b = flat(*vertex);
-        let (side_a, side_b) = (side(a), side(b));
-        if (a.0 - b.0).abs() >= 180.0 || side_a * side_b > 0.0 {
-            // An edge that wraps round the globe is far from the piece; one on one side of it does not meet it.
-        } else if side_a == side_b {
-            meets.extend([part(a), part(b)]);
-            edges_along.push((part(a).min(part(b)), part(a).max(part(b))));
-        } else {
-            let along = side_a / (side_a - side_b);
-            meets.push(part((a.0 + along * (b.0 - a.0), a.1 + along * (b.1 - a.1))));
+
+    /// Adds where it meets the edges of a polygon.
+    fn meet(&self, vertices: &[GeoPoint], meets: &mut Meets) {
+        let (dx, dy) = (self.dx, self.dy);
+        let length2 = dx * dx + dy * dy;
+        if length2 == 0.0 {
+            return;
         }
-        a = b;
+        let side = |(x, y): Flat| dx * y - dy * x;
+        let part = |(x, y): Flat| (dx * x + dy * y) / length2;
+        let mut a = flat(self.from, vertices[vertices.len() - 1]);
+        for vertex in vertices {
+            let b = flat(self.from, *vertex);
+            let (side_a, side_b) = (side(a), side(b));
+            if (a.0 - b.0).abs() >= 180.0 || side_a * side_b > 0.0 {
+                // An edge that wraps round the globe is far from the piece; one on one side of it does not meet it.
+            } else if side_a == side_b {
+                meets.at.extend([part(a), part(b)]);
+                meets.along.push((part(a).min(part(b)), part(a).max(part(b))));
+            } else {
+                let along = side_a / (side_a - side_b);
+                meets.at.push(part((a.0 + along * (b.0 - a.0), a.1 + along * (b.1 - a.1))));
+            }
+            a = b;
+        }
     }
-    if meets.is_empty() {
-        return false;
+
+    /// Whether `is_such` holds between two of the places where it meets borders. Touching a border, or going along
+    /// an edge, does not count.
+    fn has_part(&self, Meets { mut at, along }: Meets, is_such: impl Fn(GeoPoint) -> bool) -> bool {
+        at.retain(|at| (0.0..=1.0).contains(at));
+        at.extend([0.0, 1.0]);
+        at.sort_by(f64::total_cmp);
+        let is_along = |at: f64| along.iter().any(|(low, high)| (*low..=*high).contains(&at));
+        let place = |at: f64| {
+            GeoPoint::new(self.from.lat_deg() + at * self.dy, wrap_180_deg(self.from.lon_deg() + at * self.dx))
+        };
+        let parts = at.windows(2).filter(|pair| pair[1] - pair[0] > LEAST_PART);
+        parts
+            .map(|pair| f64::midpoint(pair[0], pair[1]))
+            .any(|middle| !is_along(middle) && place(middle).is_ok_and(&is_such))
     }
-    meets.retain(|at| (0.0..=1.0).contains(at));
-    meets.extend([0.0, 1.0]);
-    meets.sort_by(f64::total_cmp);
-    let is_along = |at: f64| edges_along.iter().any(|(low, high)| (*low..=*high).contains(&at));
-    let is_wrong = |at: f64| {
-        let point = GeoPoint::new(from.lat_deg() + at * dy, wrap_180_deg(from.lon_deg() + at * dx));
-        point.is_ok_and(|point| zone.shape.contains(point) != zone.inclusion)
-    };
-    let parts = meets.windows(2).filter(|pair| pair[1] - pair[0] > LEAST_PART);
-    parts.map(|pair| f64::midpoint(pair[0], pair[1])).any(|middle| !is_along(middle) && is_wrong(middle))
+}
+
+/// Degrees eastward and northward from one place to another.
+fn flat(from: GeoPoint, point: GeoPoint) -> Flat {
+    (wrap_180_deg(point.lon_deg() - from.lon_deg()), point.lat_deg() - from.lat_deg())
+}
+
+/// Where a piece meets a circle round the origin, in parts of its length.
+fn circle_meets(a: Flat, b: Flat, radius: f64) -> impl Iterator<Item = f64> {
+    let (dx, dy) = (b.0 - a.0, b.1 - a.1);
+    let length2 = dx * dx + dy * dy;
+    let middle = -(a.0 * dx + a.1 * dy) / length2;
+    let half = (middle * middle - (a.0 * a.0 + a.1 * a.1 - radius * radius) / length2).sqrt();
+    // No meets for a piece without length or beside the circle: not finite.
+    [middle - half, middle + half].into_iter().filter(|at| at.is_finite())
 }
 
 /// Distance from the origin to a segment.
@@ -208,5 +307,32 @@ mod tests {
         let polar = FenceZone { inclusion: false, shape: FenceShape::Circle { center: pole, radius_m: 20_000.0 } };
         let beyond = |lon_deg: f64| GeoPoint::new(89.95, lon_deg).unwrap();
         assert!(Border::of(&polar).is_broken(beyond(179.0), beyond(-179.0)));
+    }
+
+    #[test]
+    fn one_of_several_inclusion_zones_is_enough_where_they_are_a_union() {
+        let square = |north: f64, half: f64| {
+            let corners = [(-1.0, -1.0), (-1.0, 1.0), (1.0, 1.0), (1.0, -1.0)];
+            let vertices = corners.map(|(y, x)| at(north + half * y, half * x)).to_vec();
+            FenceZone { inclusion: true, shape: FenceShape::Polygon { vertices } }
+        };
+        let circle = |north: f64, radius_m: f64, inclusion| FenceZone {
+            inclusion,
+            shape: FenceShape::Circle { center: at(north, 0.0), radius_m },
+        };
+        let crossed = |zones: &[FenceZone], is_union: bool| {
+            let fence = Fence { zones: zones.to_vec(), return_point: None };
+            Borders::of(&fence, is_union).broken(at(0.0, 0.0), at(10.0, 0.0))
+        };
+        // Two that overlap, and a gap of a thousandth of a degree between two.
+        let overlapping = [square(0.0, 6.0), square(10.0, 6.0)];
+        assert_eq!((crossed(&overlapping, false), crossed(&overlapping, true)), (Some(0), None));
+        assert_eq!(crossed(&[square(0.0, 4.5), square(10.0, 4.5)], true), Some(0));
+        // Side by side they share an edge; a circle of 111 m more than the half joins a square.
+        assert_eq!(crossed(&[square(0.0, 5.0), square(10.0, 5.0)], true), None);
+        assert_eq!(crossed(&[circle(0.0, 666.0, true), square(10.0, 5.0)], true), None);
+        assert_eq!(crossed(&[circle(0.0, 444.0, true), square(10.0, 5.0)], true), Some(0));
+        assert_eq!(crossed(&[square(0.0, 6.0), square(10.0, 6.0), circle(5.0, 50.0, false)], true), Some(2));
+        assert_eq!(crossed(&[square(0.0, 6.0), square(30.0, 6.0)], true), Some(0), "its end lies in none");
     }
 }

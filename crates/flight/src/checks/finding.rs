@@ -8,7 +8,7 @@ use serde::Serialize;
 #[cfg(feature = "describe")]
 use utoipa::ToSchema;
 
-use crate::plan::{MAX_VERTICES, MavFrame, MissionItem, SHAPE_MIN_CORNERS, Wanted};
+use crate::plan::{MavFrame, MissionItem, Wanted};
 use crate::words::{figured, words};
 
 /// How bad a finding is.
@@ -45,7 +45,7 @@ impl Datum {
         }
     }
 
-    const fn words(self) -> &'static str {
+    pub(super) const fn words(self) -> &'static str {
         match self {
             Self::Amsl => "above mean sea level",
             Self::Home => "above home",
@@ -76,6 +76,8 @@ words! {
         Radius = "radius",
         /// A return point at a height that cannot be sent.
         ReturnHeight = "return-height",
+        /// A return point at latitude 0, longitude 0.
+        ReturnPlace = "return-place",
     }
 }
 
@@ -174,6 +176,15 @@ kinds! {
         /// Whether the vehicle does not use the parameter at all.
         is_unused: bool,
     },
+    /// An airspeed outside the limits of the vehicle, which keeps the one it has.
+    SpeedNotTaken = "speed-not-taken" {
+        /// The airspeed.
+        speed_m_s: f64,
+        /// The lowest that it takes; null when it is not known.
+        min_m_s: Option<f64>,
+        /// The highest that it takes; null when it is not known.
+        max_m_s: Option<f64>,
+    },
     /// A place without latitude, longitude or height.
     MissingPosition = "missing-position" {
         /// The part that is missing.
@@ -271,6 +282,13 @@ kinds! {
     OutsideFence = "outside-fence" {
         /// The rally point, counted from 1; null when it is an item, or home.
         rally_point: Option<usize>,
+        /// The zone that forbids it, counted from 1.
+        zone: usize,
+        /// Whether that is a zone to stay in.
+        is_inclusion: bool,
+    },
+    /// The return point of the fence is outside the fence.
+    ReturnPointOutsideFence = "return-point-outside-fence" {
         /// The zone that forbids it, counted from 1.
         zone: usize,
         /// Whether that is a zone to stay in.
@@ -445,295 +463,10 @@ impl Finding {
     pub const fn code(&self) -> FindingCode {
         self.kind.code()
     }
-
-    /// A finding in words; `item` is the one that it is about, with its index.
-    pub(super) fn new(severity: Severity, kind: FindingKind, item: Option<(usize, &MissionItem)>) -> Self {
-        let name = item.map_or_else(String::new, |(index, item)| format!("item {} ({})", index + 1, item.command));
-        let (message, remedy) = sentences(&kind, &name);
-        Self { severity, item: item.map(|(index, _)| index + 1), message, remedy, kind }
-    }
 }
 
 impl std::fmt::Display for Finding {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "{}: {}", self.message, self.remedy)
     }
-}
-
-/// A height with what it counts from.
-fn height(alt_m: f64, datum: Option<Datum>) -> String {
-    datum.map_or_else(|| format!("{alt_m} m"), |datum| format!("{alt_m} m {}", datum.words()))
-}
-
-/// What is wrong and how to mend it, in English.
-fn sentences(kind: &FindingKind, name: &str) -> (String, String) {
-    use FindingKind::*;
-    let (message, remedy): (String, &str) = match kind {
-        EmptyMission { has_areas } => (
-            "the mission is empty".to_owned(),
-            if *has_areas {
-                "send the fence and the rally points alone"
-            } else {
-                "add items; to empty the vehicle, clear its mission"
-            },
-        ),
-        TooManyItems { count, max } => (
-            format!("the mission has {count} items, the vehicle holds {max} beside home"),
-            "split it, or widen the distance between survey lines",
-        ),
-        BadValue { field, value, wanted } => (format!("{name}: {field} is {value}"), wanted.problem()),
-        UnsupportedCommand {} => (
-            format!("{name} is no mission command of ArduPlane, which refuses the whole mission"),
-            "delete it or choose another command",
-        ),
-        IgnoredCommand { needs_hover: true } => {
-            (format!("{name} needs a plane that can hover"), "delete it, or say that the plane is a quadplane")
-        }
-        IgnoredCommand { needs_hover: false } => {
-            (format!("{name} is for other vehicles; ArduPlane skips it"), "delete it")
-        }
-        ParamOutOfRange { label, value, unit, min, max, .. } => {
-            let bound = |value: &Option<f64>| value.map_or("…".to_owned(), |value| value.to_string());
-            let remedy = format!("choose from {} to {}", bound(min), bound(max));
-            return (format!("{name}: {label} is {value} {unit}").trim_end().to_owned(), remedy);
-        }
-        ParamChanged { label, value, unit, kept, is_unused, .. } => {
-            let value = format!("{value} {unit}");
-            (
-                format!("{name}: {label} of {} is kept as {kept}", value.trim_end()),
-                if *is_unused { "set it to 0: ArduPlane does not use it" } else { "choose a value that is kept" },
-            )
-        }
-        MissingPosition { missing: Missing::Place } => {
-            (format!("{name} has no latitude or longitude"), "place it on the map")
-        }
-        MissingPosition { missing: Missing::Height } => (format!("{name} has no height"), "set one"),
-        ZeroCoordinates { is_here: false } => (format!("{name} lies at 0/0, in the Atlantic"), "place it on the map"),
-        ZeroCoordinates { is_here: true } => (
-            format!("{name} lies at 0/0, so it is done where the plane is then"),
-            "place it on the map, unless you mean that",
-        ),
-        NoTakeoff {} => (
-            format!("the mission begins with {name}, not with a take-off"),
-            "put a take-off first, or start it in the air",
-        ),
-        TakeoffTooLow { alt_m, datum } => (
-            format!("{name} climbs to {}, which is not above home", height(*alt_m, *datum)),
-            "give it a height to climb to, 30 m or more",
-        ),
-        NoLanding {} => (
-            format!("the mission ends with {name}, neither landing nor return"),
-            "end it with a landing or a return to launch",
-        ),
-        ItemsAfterLanding { next_item } => (
-            format!("{name} lands before the mission ends; item {next_item} is not flown"),
-            "move the landing to the end",
-        ),
-        EndlessLoiter { next_item } => (
-            format!("{name} circles until it is told otherwise; item {next_item} is not flown by itself"),
-            "give it turns or a time, or move it to the end",
-        ),
-        LandStartWithoutLanding { has_landing: false } => {
-            (format!("{name} starts a landing sequence, but no landing follows"), "add a landing after it or delete it")
-        }
-        LandStartWithoutLanding { has_landing: true } => (
-            format!("{name} is followed by the landing at once, without an approach"),
-            "put a waypoint before the landing, in line with the runway",
-        ),
-        LandStartDisabled {} => (
-            format!("{name}: with RTL_AUTOLAND 0 this vehicle refuses to arm with a landing sequence"),
-            "set RTL_AUTOLAND to 2, so that a return flies it, or delete it",
-        ),
-        JumpTarget { target, last } => {
-            return (format!("{name} jumps to {target}, which is no item"), format!("choose an item from 1 to {last}"));
-        }
-        EndlessJump {} => (
-            format!("{name} repeats for ever; what follows it is never flown"),
-            "give it a number of repeats, unless you mean it",
-        ),
-        IdleJump {} => {
-            (format!("{name} jumps in a circle in which nothing is flown"), "choose an item before the last waypoint")
-        }
-        TooManyJumps { count, max } => {
-            (format!("the mission has {count} jumps; small boards track {max}"), "repeat items instead of jumping")
-        }
-        FarFromHome { distance_m, far_m } => {
-            return (
-                format!("{name} lies {:.1} km from home", distance_m / 1_000.0),
-                format!("check it; far is {:.0} km", far_m / 1_000.0),
-            );
-        }
-        FarFirst { distance_m } => (
-            format!("{name}, the first destination, lies {:.1} km from the plane", distance_m / 1_000.0),
-            "check that the mission is for this place",
-        ),
-        BelowHome { alt_m, datum } => {
-            let level = if *datum == Some(Datum::Terrain) { "the ground" } else { "home" };
-            (
-                format!("{name} lies at {}, not above {level}", height(*alt_m, *datum)),
-                "raise it, unless the terrain falls away there",
-            )
-        }
-        ShortLeg { length_m, turn_radius_m } => (
-            format!("the leg to {name} is {length_m:.0} m long, the plane turns within {turn_radius_m:.0} m"),
-            "move the waypoints apart or fly slower",
-        ),
-        SteepApproach { drop_m, length_m, wanted_length_m } => {
-            return (
-                format!("the approach to {name} drops {drop_m:.0} m in {length_m:.0} m; the plane will land long"),
-                format!("begin it {wanted_length_m:.0} m away or more, or lower"),
-            );
-        }
-        FlatApproach {} => {
-            (format!("the approach to {name} does not descend"), "raise the waypoint before the landing")
-        }
-        OutsideFence { rally_point, zone, is_inclusion } => {
-            let (subject, remedy) = match rally_point {
-                Some(number) => (format!("rally point {number}"), "move it or the fence"),
-                None if name.is_empty() => ("home".to_owned(), "move the fence"),
-                None => (name.to_owned(), "move it or the fence"),
-            };
-            let side = if *is_inclusion { "outside inclusion" } else { "inside exclusion" };
-            (format!("{subject} lies {side} zone {zone} of the fence"), remedy)
-        }
-        LegCrossesFence { zone } => {
-            (format!("the leg to {name} crosses fence zone {zone}"), "lead it round, or change the fence")
-        }
-        NearGround { clearance_m, wanted_m, .. } => {
-            return (
-                format!("on the way to {name} the plane is {:.0} m above the ground", clearance_m.max(0.0)),
-                format!("raise it by {:.0} m, or lead it round", (wanted_m - clearance_m).ceil()),
-            );
-        }
-        GroundNotKnown { is_off: false, .. } => (
-            format!(
-                "the height of {name} counts from the ground, which is not known on the way: neither is the plane's height"
-            ),
-            "add elevation that covers it to the maps",
-        ),
-        GroundNotKnown { is_off: true, .. } => (
-            format!(
-                "the height of {name} counts from the ground, and with TERRAIN_ENABLE 0 the plane takes it from home"
-            ),
-            "set TERRAIN_ENABLE to 1, or count its height from home",
-        ),
-        HomeOffGround { difference_m, is_above } => {
-            let side = if *is_above { "above" } else { "below" };
-            (
-                format!("home's height is {difference_m:.0} m {side} the ground that the maps have there"),
-                "set home on the ground: heights above mean sea level are off by as much",
-            )
-        }
-        FliesIntoGround { .. } => {
-            (format!("on the way to {name} the plane flies into the ground"), "raise it and what lies around it")
-        }
-        HeldByWind { wind_m_s } => (
-            format!("the plane comes no nearer to {name} in {wind_m_s:.0} m/s of wind"),
-            "wait for less wind, or fly faster",
-        ),
-        WaypointMissed { distance_m } => (
-            format!("the plane turns too wide for {name} and passes it {distance_m:.0} m away"),
-            "move it away from the one before, fly slower, or widen WP_RADIUS",
-        ),
-        HeightNotReached { difference_m, is_low } => {
-            let side = if *is_low { "too low" } else { "too high" };
-            (
-                format!("the plane is {difference_m:.0} m {side} at {name}"),
-                "lengthen the leg, change the height, or climb and sink in a circle",
-            )
-        }
-        LeavesFence { zone } => (
-            format!("on the way to {name} the plane leaves the fence at zone {zone}"),
-            "keep farther from it: turns are wider than the lines, and a return goes straight",
-        ),
-        ReturnHitsGround {} => (
-            format!("a return that begins on the way to {name} flies into the ground"),
-            "raise RTL_ALTITUDE, set RTL_CLIMB_MIN, or lead the way round the hill",
-        ),
-        ReturnHeldByWind { wind_m_s } => (
-            format!("from the way to {name} the plane does not come back in {wind_m_s:.0} m/s of wind"),
-            "wait for less wind, or fly faster",
-        ),
-        ReturnLeavesFence { zone } => (
-            format!("a return that begins on the way to {name} leaves the fence at zone {zone}"),
-            "set a rally point on this side of it, or fly round",
-        ),
-        GoAroundHitsGround {} => (
-            format!("a go-around on the way to {name} flies into the ground"),
-            "land the other way, or give the landing more room to climb out",
-        ),
-        LandsOff { distance_m, is_long: true } => (
-            format!("the plane touches the ground {distance_m:.0} m beyond {name}"),
-            "come in lower, slower or against the wind",
-        ),
-        LandsOff { distance_m, is_long: false } => (
-            format!("the plane touches the ground {distance_m:.0} m before {name}"),
-            "look at the approach: nothing may stand there",
-        ),
-        LandsDownwind { tailwind_m_s } => {
-            (format!("at {name} {tailwind_m_s:.0} m/s of the wind come from behind"), "land the other way")
-        }
-        BatteryBelowReserve { left_pct, reserve_pct } => (
-            format!("at the end of the flight {left_pct:.0} % of the battery is left, {reserve_pct:.0} % should be"),
-            "shorten it, wait for less wind, or take a larger battery",
-        ),
-        BatteryEmpty { time_s, lacks_wh } => {
-            let leg = if name.is_empty() { String::new() } else { format!(", on the way to {name}") };
-            (
-                format!(
-                    "the battery is empty {:.0} min after the start{leg}; the flight wants {lacks_wh:.0} Wh more",
-                    time_s / 60.0
-                ),
-                "shorten it, wait for less wind, or take a larger battery",
-            )
-        }
-        BadFence { fault, zone, corners, radius_m, alt_rel_home_m } => {
-            let zone = zone.map_or_else(|| "the fence".to_owned(), |zone| format!("fence zone {zone}"));
-            let corners = corners.unwrap_or(0);
-            match fault {
-                FenceFault::TooFewCorners => (
-                    format!("{zone} has {corners} corners, a polygon needs {SHAPE_MIN_CORNERS}"),
-                    "add some or delete the zone",
-                ),
-                FenceFault::TooManyCorners => {
-                    (format!("{zone} has {corners} corners, a vehicle takes {MAX_VERTICES}"), "simplify or split it")
-                }
-                FenceFault::Radius => {
-                    let radius = radius_m.map_or_else(|| "no radius".to_owned(), |r| format!("a radius of {r} m"));
-                    (format!("{zone} has {radius}, which makes no circle"), "give it one above 0 or delete the zone")
-                }
-                FenceFault::ReturnHeight => {
-                    let height = alt_rel_home_m.map_or_else(|| "no number".to_owned(), |alt_m| format!("{alt_m} m"));
-                    (
-                        format!("the fence's return point has a height of {height}, which cannot be sent"),
-                        "stay within 83,000 m",
-                    )
-                }
-            }
-        }
-        BadRally { rally_point, fault, alt_m } => match fault {
-            RallyFault::Height => {
-                (format!("rally point {rally_point} lies at {alt_m} m"), "stay within 32,767 m, as ArduPilot stores it")
-            }
-            RallyFault::NotAboveHome => {
-                (format!("rally point {rally_point} lies at {alt_m} m, not above home"), "raise it")
-            }
-            RallyFault::Frame => (
-                format!("rally point {rally_point} has a frame without meaning for a place"),
-                "count its height from sea level, home or the terrain",
-            ),
-        },
-        SurveyLineMissed { line, distance_m } => (
-            match distance_m {
-                Some(off_m) => format!("at {name} the plane flies line {line} of the survey {off_m:.0} m aside"),
-                None => format!("at {name} line {line} of the survey is not flown"),
-            },
-            "lengthen the lead-in, fly slower, or across the wind",
-        ),
-        SurveyHoles { holes, side_m } => (
-            format!("{holes} places of the survey are on no picture, the largest some {side_m:.0} m across"),
-            "overlap more, lengthen the lead-in, or wait for less wind",
-        ),
-    };
-    (message, remedy.to_owned())
 }

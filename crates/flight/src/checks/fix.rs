@@ -242,6 +242,10 @@ fn candidates(plan: &Plan, inspection: &Inspection<'_>, finding: &Finding) -> Ve
         FindingKind::ParamChanged { param: number, label, kept, unit, is_unused, .. } => {
             param(*number, label, if *is_unused { 0.0 } else { *kept }, unit)
         }
+        FindingKind::SpeedNotTaken { speed_m_s, min_m_s, max_m_s } => {
+            let bound = if min_m_s.is_some_and(|min_m_s| *speed_m_s < min_m_s) { *min_m_s } else { *max_m_s };
+            bound.map_or_else(Vec::new, |bound| param(2, "Speed", bound, "m/s"))
+        }
         FindingKind::UnsupportedCommand {}
         | FindingKind::IgnoredCommand { .. }
         | FindingKind::IdleJump {}

@@ -1,6 +1,6 @@
 //! Findings from a plan's rehearsed flight.
 
-use super::border::Border;
+use super::border::Borders;
 use super::finding::{Finding, FindingCode, FindingKind, Severity};
 use crate::geodesy::{GeoPoint, inverse, wrap_180_deg};
 use crate::landing::Wind;
@@ -72,8 +72,8 @@ pub(super) fn look(plan: &Plan, conditions: &Conditions<'_>, clearance_m: f64) -
     let all_s = 2.0 * flown.duration_s + others_s.sum::<f64>();
     let (returns, go_arounds): (Vec<_>, Vec<_>) =
         asked.into_iter().partition(|asked| asked.trigger == Trigger::ReturnAsked);
-    let is_fenced = plan.fence.fault().is_none();
-    let borders = plan.fence.zones.iter().filter(|_| is_fenced).map(Border::of).collect();
+    let is_fenced = !plan.fence.zones.is_empty() && plan.fence.fault().is_none();
+    let borders = is_fenced.then(|| Borders::of(&plan.fence, conditions.plane.is_fence_union));
     let mut found = Found { plan, borders, findings: Vec::new() };
     found.flight(&flown, conditions.air.wind);
     found.ground(&flown, clearance_m);
@@ -96,14 +96,15 @@ pub fn with_flown(mut drawn: Vec<Finding>, flown: impl IntoIterator<Item = Findi
 /// Findings collected so far.
 struct Found<'a> {
     plan: &'a Plan,
-    /// Of the zones of a sound fence.
-    borders: Vec<Border<'a>>,
+    /// Of a sound fence with zones.
+    borders: Option<Borders<'a>>,
     findings: Vec<Finding>,
 }
 
 impl Found<'_> {
-    fn tell(&mut self, severity: Severity, index: usize, kind: FindingKind) {
-        let item = self.plan.mission.items.get(index).map(|item| (index, item));
+    /// Adds a finding about an item; without one it is about the way home.
+    fn tell(&mut self, severity: Severity, index: impl Into<Option<usize>>, kind: FindingKind) {
+        let item = index.into().and_then(|index| Some((index, self.plan.mission.items.get(index)?)));
         let finding = Finding::new(severity, kind, item);
         let is_new = |before: &Finding| before.item != finding.item || before.code() != finding.code();
         if self.findings.iter().all(is_new) {
@@ -113,11 +114,11 @@ impl Found<'_> {
 
     /// Zones of the fence that a flight gets to the wrong side of, counted from 1, with the item flown then.
     fn left_zones<'f>(&self, flown: &'f Rehearsal) -> impl Iterator<Item = (Option<usize>, usize)> + use<'_, 'f> {
-        let kept = if self.borders.is_empty() { Vec::new() } else { flown.thinned(OFF_TRACK_M) };
+        let kept = if self.borders.is_some() { flown.thinned(OFF_TRACK_M) } else { Vec::new() };
         let mut before: Option<GeoPoint> = None;
         with_items(flown, kept).filter_map(move |(item, sample)| {
             let from = before.replace(sample.point).unwrap_or(sample.point);
-            let zone = self.borders.iter().position(|border| border.is_broken(from, sample.point))?;
+            let zone = self.borders.as_ref()?.broken(from, sample.point)?;
             Some((item, zone + 1))
         })
     }
@@ -171,9 +172,7 @@ impl Found<'_> {
         }
         let left: Vec<_> = self.left_zones(flown).collect();
         for (index, zone) in left {
-            if let Some(index) = index {
-                self.tell(Severity::Error, index, FindingKind::LeavesFence { zone });
-            }
+            self.tell(Severity::Error, index, FindingKind::LeavesFence { zone });
         }
         let last = flown.passages.last().map_or(0, |passage| passage.item);
         match flown.ending {
@@ -199,7 +198,7 @@ impl Found<'_> {
         let hits = flown.ending == Ending::Ground;
         for (index, sample, wanted_m) in too_near(self.plan, flown, clearance_m) {
             // What ends in the ground is said once.
-            if !(hits && flown.passages.last().is_some_and(|last| last.item == index)) {
+            if !(hits && flown.passages.last().map(|last| last.item) == index) {
                 let near_m = sample.clearance_m().unwrap_or(f64::NAN);
                 let (lat_deg, lon_deg) = (sample.point.lat_deg(), sample.point.lon_deg());
                 let kind = FindingKind::NearGround { clearance_m: near_m, wanted_m, lat_deg, lon_deg };
@@ -227,10 +226,7 @@ impl Found<'_> {
             }
             None => return,
         };
-        match index {
-            Some(index) => self.tell(severity, index, kind),
-            None => self.findings.push(Finding::new(severity, kind, None)),
-        }
+        self.tell(severity, index, kind);
     }
 
     fn landing(&mut self, flown: &Rehearsal, last: usize, wind: Wind) {
@@ -276,10 +272,11 @@ fn with_items<'a>(
     })
 }
 
-/// The worst place of each item on the way to which the plane comes too near the ground, and how much it should be above it there.
-fn too_near<'a>(plan: &Plan, flown: &'a Rehearsal, clearance_m: f64) -> Vec<(usize, &'a Sample, f64)> {
-    let mut worst: Vec<(usize, &Sample, f64)> = Vec::new();
-    // What lands last is where the height above the field counts from on the way to it.
+/// The worst place of each item on the way to which the plane comes too near the ground, and how much it should be
+/// above it there.
+fn too_near<'a>(plan: &Plan, flown: &'a Rehearsal, clearance_m: f64) -> Vec<(Option<usize>, &'a Sample, f64)> {
+    let mut worst: Vec<(Option<usize>, &Sample, f64)> = Vec::new();
+    // On the way to a landing the height above the field counts from its touch-down.
     let field_m = |index: usize| {
         let lands = |item: &&MissionItem| item.command == Command::NAV_LAND;
         plan.mission.items.get(index).filter(lands).map(|_| flown.touch_down.map_or(0.0, |down| down.height_m))
@@ -287,10 +284,9 @@ fn too_near<'a>(plan: &Plan, flown: &'a Rehearsal, clearance_m: f64) -> Vec<(usi
     let away_s = flown.passages.get(1).and_then(|passage| passage.reached_s).unwrap_or(f64::INFINITY);
     let mut has_climbed = false;
     for (item, sample) in with_items(flown, &flown.track) {
-        let item = item.unwrap_or(0);
         let Some(above_m) = sample.clearance_m() else { continue };
         has_climbed |= above_m >= clearance_m || sample.time_s > away_s;
-        let wanted_m = match field_m(item) {
+        let wanted_m = match item.and_then(field_m) {
             None if has_climbed => clearance_m,
             field_m => {
                 let height_m = sample.height_m - field_m.unwrap_or(0.0);

@@ -190,6 +190,21 @@ fn the_whole_flight_is_held_against_the_fence() {
 }
 
 #[test]
+fn what_is_broken_before_any_item_is_told_of_the_way_home() {
+    // Nothing to fly: the plane circles over home.
+    let speed = MissionItem::action(Command::DO_CHANGE_SPEED, [0.0, 20.0, -1.0, 0.0]);
+    let center = HOME.point().unwrap();
+    let zone = FenceZone { inclusion: true, shape: FenceShape::Circle { center, radius_m: 40.0 } };
+    let fence = Fence { zones: vec![zone], return_point: None };
+    let plan = Plan { fence, ..Plan::from_mission(Mission { home: Some(HOME), items: vec![speed] }) };
+    let plane = Aircraft::default();
+    let (_, found) = rehearse_and_check(&plan, &Conditions::new(&plane, Air::default()), CLEARANCE_M).unwrap();
+    let codes: Vec<_> = found.iter().map(|finding| (finding.code(), finding.item)).collect();
+    assert_eq!(codes, [(FindingCode::LeavesFence, None)]);
+    assert!(found[0].message.contains("on the way to home the plane leaves"), "{}", found[0].message);
+}
+
+#[test]
 fn the_ground_is_kept_away_from() {
     let calm = Air::default();
     let found_from = |height_m: f64, items: Vec<MissionItem>, ground: &crate::rehearsal::Ground<'_>| {

@@ -129,9 +129,14 @@ impl Fence {
 
     /// The first zone that forbids a place, by index; `None` when the place is allowed.
     ///
-    /// As on ArduPilot a place must lie inside every inclusion zone and outside every exclusion zone.
-    pub fn forbidden_by(&self, point: GeoPoint) -> Option<usize> {
-        self.zones.iter().position(|zone| zone.shape.contains(point) != zone.inclusion)
+    /// As on ArduPilot a place must lie outside every exclusion zone and inside every inclusion zone; inside one of
+    /// them where `is_union` says so (`FENCE_OPTIONS`, bit 1). The first of them stands for all then.
+    pub fn forbidden_by(&self, point: GeoPoint, is_union: bool) -> Option<usize> {
+        let is_included = is_union && self.zones.iter().any(|zone| zone.inclusion && zone.shape.contains(point));
+        self.zones.iter().position(|zone| {
+            let is_wrong = zone.shape.contains(point) != zone.inclusion;
+            is_wrong && !(zone.inclusion && is_included)
+        })
     }
 
     /// The fence as items of a fence list (`MAV_MISSION_TYPE_FENCE`), frame global.
@@ -339,8 +344,10 @@ mod tests {
             shape: FenceShape::Circle { center: at(40.0, -3.0), radius_m },
         };
         let fence = Fence { zones: vec![circle(true, 1_000.0), circle(false, 100.0)], return_point: None };
-        assert_eq!(fence.forbidden_by(at(40.0, -3.0)), Some(1));
-        assert_eq!(fence.forbidden_by(at(40.005, -3.0)), None);
-        assert_eq!(fence.forbidden_by(at(40.02, -3.0)), Some(0));
+        for is_union in [false, true] {
+            assert_eq!(fence.forbidden_by(at(40.0, -3.0), is_union), Some(1));
+            assert_eq!(fence.forbidden_by(at(40.005, -3.0), is_union), None);
+            assert_eq!(fence.forbidden_by(at(40.02, -3.0), is_union), Some(0));
+        }
     }
 }

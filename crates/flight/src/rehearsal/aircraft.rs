@@ -98,6 +98,8 @@ pub struct Aircraft {
     pub rally_limit_m: f64,
     /// Whether home takes part beside rally points (`RALLY_INCL_HOME`).
     pub rally_includes_home: bool,
+    /// Whether one of several inclusion zones of the fence is enough; default no (`FENCE_OPTIONS`, bit 1).
+    pub is_fence_union: bool,
     /// Whether the autopilot knows the ground where the rehearsal does; default yes (`TERRAIN_ENABLE`).
     pub knows_terrain: bool,
     /// How far ahead it looks for rising ground while its height counts from it, m; default 2,000 (`TERRAIN_LOOKAHD`).
@@ -182,6 +184,7 @@ impl Default for Aircraft {
             autoland: Autoland::Never,
             rally_limit_m: 5_000.0,
             rally_includes_home: false,
+            is_fence_union: false,
             knows_terrain: true,
             terrain_lookahead_m: 2_000.0,
             terrain_spacing_m: 100.0,
@@ -288,6 +291,7 @@ impl Aircraft {
         plane.prevents_stall = get("STALL_PREVENTION").is_none_or(|value| value != 0.0);
         plane.climbs_at_once = get("FLIGHT_OPTIONS").is_some_and(|value| value as i64 & (1 << 10) != 0);
         plane.rally_includes_home = get("RALLY_INCL_HOME").is_some_and(|value| value != 0.0);
+        plane.is_fence_union = get("FENCE_OPTIONS").is_some_and(|value| value as i64 & 1 << 1 != 0);
         plane.knows_terrain = get("TERRAIN_ENABLE").is_none_or(|value| value != 0.0);
         plane.return_follows_terrain = get("TERRAIN_FOLLOW").is_some_and(|value| value as i64 & (1 | 1 << 4) != 0);
         plane.is_launched = get("TKOFF_THR_MINACC").is_some_and(|value| value > 0.0);

@@ -313,7 +313,9 @@ impl Vehicle {
         let default = ProgressOptions::default();
         let loiter_radius_m = self.flight_parameters.loiter_radius_m.unwrap_or(default.loiter_radius_m);
         let own_speed_m_s = self.flight_parameters.airspeed_m_s;
-        ProgressOptions { loiter_radius_m, flies_arcs: self.flies_arcs(), own_speed_m_s, ..default }
+        let CheckContext { airspeed_min_m_s, airspeed_max_m_s, .. } = self.limits;
+        let flies_arcs = self.flies_arcs();
+        ProgressOptions { loiter_radius_m, flies_arcs, own_speed_m_s, airspeed_min_m_s, airspeed_max_m_s, ..default }
     }
 
     /// Its flight parameters, as far as they were read.

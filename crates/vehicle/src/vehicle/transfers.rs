@@ -237,9 +237,12 @@ impl Vehicle {
             "WP_LOITER_RAD" => self.flight_parameters.loiter_radius_m = Some(own_radius_m(signed)),
             "AIRSPEED_CRUISE" if value >= 1.0 => self.flight_parameters.airspeed_m_s = Some(value),
             "TRIM_ARSPD_CM" if value >= 100.0 => self.flight_parameters.airspeed_m_s = Some(value / 100.0),
+            "AIRSPEED_MIN" | "ARSPD_FBW_MIN" => self.limits.airspeed_min_m_s = Some(value),
+            "AIRSPEED_MAX" | "ARSPD_FBW_MAX" => self.limits.airspeed_max_m_s = Some(value),
             "RTL_AUTOLAND" => self.flight_parameters.finds_landing = Some(value > 0.0),
             "ROLL_LIMIT_DEG" if value >= 1.0 => self.limits.bank_deg = value,
             "LIM_ROLL_CD" if value >= 100.0 => self.limits.bank_deg = value / 100.0,
+            "FENCE_OPTIONS" => self.limits.is_fence_union = signed as i64 & 1 << 1 != 0,
             "Q_ENABLE" => self.limits.can_hover = value > 0.0,
             // kB of a file of 15 bytes an item, after 4 of its version (`AP_Mission::init`)
             "BRD_SD_MISSION" if value >= 1.0 => self.limits.max_items = (value * 1024.0 - 4.0) as usize / 15,

@@ -2132,7 +2132,7 @@ export interface components {
             drag_m_s2: number;
             /**
              * Format: double
-             * @description What holds it back on the ground after a landing beside its drag, m/s²: its wheels, brakes, or belly; `None`: not known, and it slides.
+             * @description Deceleration on the ground after a landing in addition to its drag, m/s²: its wheels, brakes, or belly; `None`: not known, and it slides.
              */
             ground_drag_m_s2: number | null;
             /**
@@ -2159,7 +2159,7 @@ export interface components {
             pitot: number;
             /**
              * Format: double
-             * @description Electrical power of level flight at it, W; `None`: not known, and no energy is told.
+             * @description Electrical power of level flight at it, W; `None`: not known, and no energy is computed.
              */
             power_cruise_w: number | null;
             /**
@@ -2171,7 +2171,7 @@ export interface components {
             /**
              * Format: double
              * @description How much a turn skids: the side force of the slip that yawing brings, over the centripetal force. A bank turns the plane
-             *     `1 / (1 + skid)` as fast as a coordinated turn does; 0, coordinated, where nothing taught another. That of ArduPilot's simulator
+             *     `1 / (1 + skid)` as fast as a coordinated turn does; 0, coordinated, unless learned. That of ArduPilot's simulator
              *     holds at sea level.
              */
             skid: number;
@@ -2424,7 +2424,7 @@ export interface components {
             voltage_v: number | null;
         };
         /**
-         * @description Why nobody can tell what is left of a battery.
+         * @description Why the remaining charge is unknown.
          * @enum {string}
          */
         BatteryLack: "power" | "capacity" | "voltage";
@@ -2452,7 +2452,7 @@ export interface components {
              */
             reserve_pct: number;
         };
-        /** @description What somebody says of a battery, in place of what the plane's settings and its monitor do; `None`: as those. */
+        /** @description A user's values for a battery, in place of those of parameters and battery monitor; `None`: as those. */
         BatterySettings: {
             /**
              * Format: double
@@ -2462,7 +2462,7 @@ export interface components {
             capacity_mah: number | null;
             /**
              * Format: double
-             * @description What it holds at the start, % of its capacity, 0 to 100.
+             * @description Charge at the start, % of its capacity, 0 to 100.
              * @default null
              */
             charge_pct: number | null;
@@ -2492,7 +2492,7 @@ export interface components {
             /** @description Track of its `ahead`. */
             track: components["schemas"]["ExpectedTrack"];
         };
-        /** @description What a camera's pictures are made with. */
+        /** @description Sensor and lens of a camera. */
         Camera: {
             /**
              * Format: double
@@ -3321,12 +3321,12 @@ export interface components {
             confirm_system_id: number;
         };
         /**
-         * @description What of an item is another.
+         * @description What has changed in an item.
          * @enum {string}
          */
         ChangedField: "command" | "place" | "height" | "parameters";
         /**
-         * @description What a value of a parameter that is one of a few stands for.
+         * @description Meaning of an enumerated parameter value.
          * @enum {string}
          */
         ChoiceWord: "off" | "on" | "clockwise" | "counter-clockwise" | "centre" | "tangent" | "airspeed" | "groundspeed" | "climb" | "descent" | "whenever" | "above" | "below" | "floor-off" | "deploy" | "release" | "grab" | "low" | "middle" | "high" | "hover" | "cruise";
@@ -3445,14 +3445,14 @@ export interface components {
         CommandCategory: "nav" | "condition" | "do" | "fence" | "rally";
         /** @description A MAVLink command: its number, or its name with or without `MAV_CMD_`. */
         CommandChoice: number | string;
-        /** @description A value of a parameter that is one of a few. */
+        /** @description A value of an enumerated parameter. */
         CommandChoiceInfo: {
             /**
              * Format: double
-             * @description It.
+             * @description The value.
              */
             value: number;
-            /** @description What it stands for. */
+            /** @description Its meaning. */
             word: components["schemas"]["ChoiceWord"];
         };
         /** @description A command of the table. */
@@ -3704,14 +3704,14 @@ export interface components {
              */
             velocity_variance: number | null;
         };
-        /** @description What is known of the ground's height at a place. */
+        /** @description Height of the ground at a place, as far as it is known. */
         ElevationPoint: {
             /**
              * Format: double
              * @description Height of the ground above mean sea level; null: unknown.
              */
             alt_amsl_m: number | null;
-            /** @description What heights are above: the geoid model of mean sea level. */
+            /** @description Datum of the heights: the geoid model of mean sea level. */
             datum: string | null;
             /**
              * Format: double
@@ -3723,7 +3723,7 @@ export interface components {
         };
         /** @description The ground under a line. */
         ElevationProfile: {
-            /** @description What heights are above. */
+            /** @description Datum of the heights. */
             datum: string | null;
             /** @description Why a source failed. */
             error: string | null;
@@ -3941,7 +3941,7 @@ export interface components {
          * @description What is wrong with a fence.
          * @enum {string}
          */
-        FenceFault: "too-few-corners" | "too-many-corners" | "radius" | "return-height";
+        FenceFault: "too-few-corners" | "too-many-corners" | "radius" | "return-height" | "return-place";
         /** @description FENCE_STATUS. */
         FenceStatus: {
             /**
@@ -3992,9 +3992,9 @@ export interface components {
         Finding: components["schemas"]["FindingKind"] & {
             /** @description The item, counted from 1 as its seq on ArduPilot; null when it is about the whole plan, home, the fence or rally points. */
             item: number | null;
-            /** @description What is wrong. */
+            /** @description The fault. */
             message: string;
-            /** @description How to mend it. */
+            /** @description How to fix it. */
             remedy: string;
             /** @description How bad it is. */
             severity: components["schemas"]["FindingSeverity"];
@@ -4018,7 +4018,7 @@ export interface components {
             /** @description Description of the change, in English. */
             message: string;
         };
-        /** @description What was found. `code` is stable; a figure's name ends in its unit. */
+        /** @description Kind of finding, with its figures. `code` is stable; a figure's name ends in its unit. */
         FindingKind: {
             /** @enum {string} */
             code: "empty-mission";
@@ -4046,10 +4046,10 @@ export interface components {
                 field: string;
                 /**
                  * Format: double
-                 * @description The value; null when it is no number.
+                 * @description The value; null when it is not a number.
                  */
                 value: number | null;
-                /** @description What it must be. */
+                /** @description The requirement that it violates. */
                 wanted: components["schemas"]["WantedValue"];
             };
         } | {
@@ -4070,7 +4070,7 @@ export interface components {
             code: "param-out-of-range";
             /** @description A parameter outside its range. */
             figures: {
-                /** @description What the parameter is called, in English. */
+                /** @description English name of the parameter. */
                 label: string;
                 /**
                  * Format: double
@@ -4101,10 +4101,10 @@ export interface components {
                 is_unused: boolean;
                 /**
                  * Format: double
-                 * @description What the vehicle keeps.
+                 * @description The value that the vehicle stores.
                  */
                 kept: number;
-                /** @description What the parameter is called, in English. */
+                /** @description English name of the parameter. */
                 label: string;
                 /** @description Which, 1 to 7. */
                 param: number;
@@ -4118,10 +4118,31 @@ export interface components {
             };
         } | {
             /** @enum {string} */
+            code: "speed-not-taken";
+            /** @description An airspeed outside the limits of the vehicle, which keeps the one it has. */
+            figures: {
+                /**
+                 * Format: double
+                 * @description The highest that it takes; null when it is not known.
+                 */
+                max_m_s: number | null;
+                /**
+                 * Format: double
+                 * @description The lowest that it takes; null when it is not known.
+                 */
+                min_m_s: number | null;
+                /**
+                 * Format: double
+                 * @description The airspeed.
+                 */
+                speed_m_s: number;
+            };
+        } | {
+            /** @enum {string} */
             code: "missing-position";
             /** @description A place without latitude, longitude or height. */
             figures: {
-                /** @description What it lacks. */
+                /** @description The part that is missing. */
                 missing: components["schemas"]["MissingPart"];
             };
         } | {
@@ -4152,7 +4173,7 @@ export interface components {
         } | {
             /** @enum {string} */
             code: "no-landing";
-            /** @description Neither landing nor return at the end. */
+            /** @description The mission ends without landing or return. */
             figures: Record<string, never>;
         } | {
             /** @enum {string} */
@@ -4181,7 +4202,7 @@ export interface components {
         } | {
             /** @enum {string} */
             code: "land-start-disabled";
-            /** @description A start of a landing sequence for a vehicle that is set to know none. */
+            /** @description A DO_LAND_START for a vehicle whose `RTL_AUTOLAND` is 0, which refuses to arm with it. */
             figures: Record<string, never>;
         } | {
             /** @enum {string} */
@@ -4228,7 +4249,7 @@ export interface components {
                 distance_m: number;
                 /**
                  * Format: double
-                 * @description What is far.
+                 * @description The limit.
                  */
                 far_m: number;
             };
@@ -4311,6 +4332,16 @@ export interface components {
             };
         } | {
             /** @enum {string} */
+            code: "return-point-outside-fence";
+            /** @description The return point of the fence is outside the fence. */
+            figures: {
+                /** @description Whether that is a zone to stay in. */
+                is_inclusion: boolean;
+                /** @description The zone that forbids it, counted from 1. */
+                zone: number;
+            };
+        } | {
+            /** @enum {string} */
             code: "leg-crosses-fence";
             /** @description A leg that crosses the fence. */
             figures: {
@@ -4355,7 +4386,7 @@ export interface components {
                 lon_deg: number;
                 /**
                  * Format: double
-                 * @description How much it should be there.
+                 * @description The clearance required there.
                  */
                 wanted_m: number;
             };
@@ -4369,7 +4400,7 @@ export interface components {
                  * @description Its height above that ground; null without one.
                  */
                 alt_m: number | null;
-                /** @description Whether the vehicle is set to know none (`TERRAIN_ENABLE` 0). */
+                /** @description Whether the vehicle's terrain data are switched off (`TERRAIN_ENABLE` 0). */
                 is_off: boolean;
             };
         } | {
@@ -4488,7 +4519,7 @@ export interface components {
             figures: {
                 /**
                  * Format: double
-                 * @description What is left, % of its capacity.
+                 * @description Remaining charge, % of its capacity.
                  */
                 left_pct: number;
                 /**
@@ -4504,7 +4535,7 @@ export interface components {
             figures: {
                 /**
                  * Format: double
-                 * @description Energy that the flight wants more than the battery holds.
+                 * @description Energy that the flight needs beyond what the battery holds.
                  */
                 lacks_wh: number;
                 /**
@@ -4516,7 +4547,7 @@ export interface components {
         } | {
             /** @enum {string} */
             code: "bad-fence";
-            /** @description A fence that no vehicle takes. */
+            /** @description A fence that every vehicle would refuse. */
             figures: {
                 /**
                  * Format: double
@@ -4525,7 +4556,7 @@ export interface components {
                 alt_rel_home_m: number | null;
                 /** @description Corners of the polygon. */
                 corners: number | null;
-                /** @description What is wrong. */
+                /** @description The fault. */
                 fault: components["schemas"]["FenceFault"];
                 /**
                  * Format: double
@@ -4538,14 +4569,14 @@ export interface components {
         } | {
             /** @enum {string} */
             code: "bad-rally";
-            /** @description A rally point that no vehicle takes or that lies badly. */
+            /** @description A rally point that every vehicle would refuse, or that is badly placed. */
             figures: {
                 /**
                  * Format: double
-                 * @description Its height in its frame; null when it is no number.
+                 * @description Its height in its frame; null when it is not a number.
                  */
                 alt_m: number | null;
-                /** @description What is wrong. */
+                /** @description The fault. */
                 fault: components["schemas"]["RallyFault"];
                 /** @description The rally point, counted from 1. */
                 rally_point: number;
@@ -4553,7 +4584,7 @@ export interface components {
         } | {
             /** @enum {string} */
             code: "survey-line-missed";
-            /** @description Rehearsed: a line of a survey is not flown, or so far aside that nothing is left of the overlap. */
+            /** @description Rehearsed: a line of a survey is not flown, or flown so far aside that no overlap remains. */
             figures: {
                 /**
                  * Format: double
@@ -4582,13 +4613,13 @@ export interface components {
          * @enum {string}
          */
         FindingSeverity: "error" | "warning";
-        /** @description What a remedy does. `code` is stable; a figure's name ends in its unit. */
+        /** @description Kind of fix, with its figures. `code` is stable; a figure's name ends in its unit. */
         FixKind: {
             /** @enum {string} */
             does: "set-param";
             /** @description Sets a parameter of the item. */
             with: {
-                /** @description What the parameter is called, in English. */
+                /** @description English name of the parameter. */
                 label: string;
                 /** @description Symbol of the unit; empty when there is none. */
                 unit: string;
@@ -4639,7 +4670,7 @@ export interface components {
         } | {
             /** @enum {string} */
             does: "turn-landing";
-            /** @description Lays the landing out anew at its point. */
+            /** @description Lays the landing out again at the same point. */
             with: {
                 /**
                  * Format: double
@@ -5209,7 +5240,7 @@ export interface components {
             wind?: components["schemas"]["PlanWind"] | null;
         };
         /**
-         * @description A part of a landing that somebody moves.
+         * @description A part of a landing that can be moved.
          * @enum {string}
          */
         LandingPart: "point" | "final-leg" | "circle";
@@ -5266,7 +5297,7 @@ export interface components {
             distance_m: number;
             /**
              * Format: double
-             * @description How much it should be there.
+             * @description The clearance required there.
              */
             wanted_m: number;
         } | {
@@ -5543,7 +5574,7 @@ export interface components {
              * @description Coarsest level of the source's grid.
              */
             min_level: number;
-            /** @description What people call it. */
+            /** @description Display name. */
             name: string;
             /**
              * Format: double
@@ -5562,7 +5593,7 @@ export interface components {
              */
             tiles: number;
         };
-        /** @description What an area would take. */
+        /** @description Size of an area before it is fetched. */
         MapAreaEstimate: {
             /**
              * Format: int64
@@ -5680,7 +5711,7 @@ export interface components {
             pinned_tiles: number;
             /**
              * Format: int64
-             * @description Tiles, and places known to have none.
+             * @description Tiles, absent ones included.
              */
             tiles: number;
         };
@@ -5691,7 +5722,7 @@ export interface components {
         MapCaching: "keep" | "headers" | "none";
         /** @description A layer that a service offers. */
         MapCapLayer: {
-            /** @description What it says about itself. */
+            /** @description Abstract. */
             abstract: string | null;
             attribution: components["schemas"]["MapAttribution"] | null;
             bounds: components["schemas"]["MapBounds"] | null;
@@ -5749,14 +5780,14 @@ export interface components {
             /** @description To show. */
             title: string;
         };
-        /** @description What a service offers. */
+        /** @description Capabilities of a service. */
         MapCapabilities: {
-            /** @description What it says about itself. */
+            /** @description Abstract. */
             abstract: string | null;
-            /** @description What it may be used for. */
+            /** @description Access constraints. */
             access_constraints: string | null;
             attribution: components["schemas"]["MapAttribution"] | null;
-            /** @description What it costs. */
+            /** @description Fees. */
             fees: string | null;
             /** @description Formats of its pictures that browsers show. */
             formats: string[];
@@ -5764,7 +5795,7 @@ export interface components {
             kind: components["schemas"]["MapSourceKind"];
             /** @description Layers, parents first. */
             layers: components["schemas"]["MapCapLayer"][];
-            /** @description What it calls itself. */
+            /** @description Title of the service. */
             title: string | null;
             /** @description The version that it answered with. */
             version: string;
@@ -5773,12 +5804,12 @@ export interface components {
         MapConfiguration: {
             /**
              * Format: int32
-             * @description Megabytes of the cache of a source that says nothing else.
+             * @description Megabytes of the cache of a source without its own limit.
              */
             cache_max_mb: number;
             /** @description The file of the sources. */
             file: string;
-            /** @description What is wrong with it. */
+            /** @description The fault of the file. */
             file_error: string | null;
             /** @description The maps folder, on the server's machine. */
             folder: string;
@@ -5829,21 +5860,21 @@ export interface components {
         /** @description A kind of source as forms and programs need to know it. */
         MapKind: {
             /**
-             * @description Parts of addresses that show a service of this kind, in small letters: placeholders such as `{x}` tell most, then what a query says, such as
+             * @description Parts of addresses that indicate a service of this kind, in lower case: placeholders such as `{x}` weigh most, then queries such as
              *     `service=wms`, then the ends of files, and words of the path least.
              */
             address_signs: string[];
-            /** @description Fields of a source's settings that it takes, beside those of all kinds. */
+            /** @description Settings that it takes in addition to those of all kinds. */
             fields: string[];
             /** @description Ends of the names of files that can be handed in, in small letters, such as `.mbtiles`. */
             file_ends: string[];
-            /** @description Whether a service of this kind tells what it offers. */
+            /** @description Whether a service of this kind has capabilities. */
             has_capabilities: boolean;
             /** @description Its name. */
             kind: components["schemas"]["MapSourceKind"];
             /** @description Whether its service demands a key, whatever the address is. */
             needs_key: boolean;
-            /** @description What its sources can be for; the first where nothing is said. */
+            /** @description Roles that its sources can have; the first is the default. */
             roles: components["schemas"]["MapRole"][];
         };
         /** @description One level of a grid. */
@@ -5887,13 +5918,13 @@ export interface components {
         };
         /** @description A source that can be added as it is. */
         MapPreset: {
-            /** @description What it shows and what its terms ask for. */
+            /** @description Its content, and the requirements of its terms. */
             description: string;
             /** @description Of its settings. */
             id: string;
             /** @description Where to get one. */
             key_url: string | null;
-            /** @description What people call it. */
+            /** @description Display name. */
             name: string;
             /** @description Whether the user needs a key. */
             needs_key: boolean;
@@ -5903,7 +5934,7 @@ export interface components {
             terms_url: string | null;
         };
         /**
-         * @description What a source is for.
+         * @description Role of a source.
          * @enum {string}
          */
         MapRole: "base" | "overlay" | "elevation";
@@ -5937,11 +5968,11 @@ export interface components {
              * @description Zoom (of Web Mercator) from which it is shown.
              */
             min_zoom: number | null;
-            /** @description What people call it. */
+            /** @description Display name. */
             name: string;
             /** @description Whether its service demands a key. */
             needs_key: boolean;
-            /** @description Whether offline areas may be made of it. */
+            /** @description Whether offline areas of it are allowed. */
             offline: components["schemas"]["MapOffline"];
             /**
              * Format: double
@@ -5953,7 +5984,7 @@ export interface components {
              * @description Place among the others of its role.
              */
             order: number;
-            /** @description What it is for. */
+            /** @description Its role. */
             role: components["schemas"]["MapRole"];
             /** @description How it fares. */
             state: components["schemas"]["MapSourceState"];
@@ -6024,7 +6055,7 @@ export interface components {
         MapSourceSettings: {
             /** @description Who is to be named. */
             attribution?: components["schemas"]["MapAttribution"][];
-            /** @description Address that tells whom to name for a view, with `{west} {south} {east} {north} {zoom} {key}`. */
+            /** @description Address of the attribution for a view, with `{west} {south} {east} {north} {zoom} {key}`. */
             attribution_url?: string | null;
             /**
              * @description Elevation from tiles and GeoTIFF: heights below sea level are land, as in the Netherlands or at the Dead Sea. Without it they
@@ -6086,10 +6117,10 @@ export interface components {
              * @description Zoom (of Web Mercator) from which it is shown; for tiles also the coarsest that are asked for.
              */
             min_zoom?: number | null;
-            /** @description What people call it. */
+            /** @description Display name. */
             name: string;
             /**
-             * @description Whether offline areas may be made of it.
+             * @description Whether offline areas of it are allowed.
              * @default true
              */
             offline: boolean;
@@ -6119,11 +6150,11 @@ export interface components {
             path?: string | null;
             /** @description Google: region whose borders are shown, such as `ES`. */
             region?: string | null;
-            /** @description What it is for. */
+            /** @description Its role. */
             role?: components["schemas"]["MapRole"];
             /** @description WMTS: the style; the layer's default when absent. */
             style?: string | null;
-            /** @description WMS: a style for each layer, or none for their defaults. */
+            /** @description WMS: a style for each layer, or empty for their defaults. */
             styles?: string[];
             /** @description For `{s}`. */
             subdomains?: string[];
@@ -6211,7 +6242,7 @@ export interface components {
         MapSources: {
             /** @description Where their file is, for operators; empty for viewers. */
             file: string;
-            /** @description What is wrong with the file; the last right one is in use. */
+            /** @description The fault of the file; the last valid one is in use. */
             file_error: string | null;
             /** @description Base maps, overlays from the bottom, heights; each in their order. */
             sources: components["schemas"]["MapSource"][];
@@ -6251,7 +6282,7 @@ export interface components {
             rate_hz: components["schemas"]["RateChoice"] | null;
         };
         /**
-         * @description What a place lacks.
+         * @description Which part of a position is missing.
          * @enum {string}
          */
         MissingPart: "place" | "height";
@@ -6282,7 +6313,7 @@ export interface components {
             /** @description The first item of that landing where it is as one is designed, so that parts of it can be moved; null where it is not. */
             designed_item: number | null;
             /**
-             * @description The first item of the landing that ends it, its approach with it, or the return; counted from 1, one more than there are items where it ends
+             * @description The first item of the landing that ends it, its approach with it, or the return; counted from 1, the number of items plus one where it ends
              *     with neither. What is added "at the end" belongs before it.
              */
             item: number;
@@ -6587,7 +6618,7 @@ export interface components {
             /** @description Its number on board. */
             on_board: number;
         } | {
-            /** @description What is another, in this order. */
+            /** @description The fields that have changed, in this order. */
             fields: components["schemas"]["ChangedField"][];
             /** @description Its number in the plan that is edited. */
             item: number;
@@ -6645,7 +6676,7 @@ export interface components {
             count: number;
         };
         /**
-         * @description What a note about a plan file says, as in `heights-missing`.
+         * @description Kind of note about a plan file, as in `heights-missing`.
          * @enum {string}
          */
         PlanFileNoteCode: "heights-above-sea-level" | "heights-above-terrain" | "heights-taken-above-sea-level" | "heights-taken-above-home" | "heights-missing" | "not-places" | "points-left-out" | "tracks-left-out" | "items-missing" | "lines-joined" | "areas-taken-as-fence" | "holes-taken-as-fence" | "area-heights-not-kept" | "names-not-kept" | "rally-landings-not-kept" | "heights-written-above-sea-level" | "heights-not-written" | "heights-drawn-above-sea-level" | "heights-not-drawn" | "commands-not-written" | "items-not-written" | "home-not-written" | "fence-not-written" | "rally-not-written" | "complex-items-edited" | "settings-not-written";
@@ -7150,7 +7181,7 @@ export interface components {
             rssi: number | null;
         };
         /**
-         * @description What the vehicle does.
+         * @description Reaction of the vehicle.
          * @enum {string}
          */
         Reaction: "goes-on" | "flies-mission" | "returns" | "lands" | "goes-around" | "circles" | "glides" | "not-rehearsed";
@@ -8365,7 +8396,7 @@ export interface components {
             distance_m: number | null;
             /** @description How it ends. */
             end: components["schemas"]["TripEnd"];
-            /** @description Whether the distance rests on what the plan does not tell: a speed, a climb, the vehicle's own radius. */
+            /** @description Whether the distance depends on values that are not in the plan: a speed, a climb rate, the vehicle's own radius. */
             is_estimate: boolean;
             /**
              * Format: double
@@ -8525,7 +8556,7 @@ export interface components {
          */
         VideoCodec: "h264" | "jpeg";
         /**
-         * @description What a value must be to be sent.
+         * @description Requirement on a value that is to be sent.
          * @enum {string}
          */
         WantedValue: "finite" | "latitude" | "longitude" | "height" | "whole-number" | "frame";
@@ -8574,7 +8605,7 @@ export interface components {
             descent: components["schemas"]["WayDescent"] | null;
             /** @description The item that it comes from, counted from 1; null for home. */
             from_item: number | null;
-            /** @description What it is. */
+            /** @description Its kind. */
             kind: components["schemas"]["WayLegKind"];
             /** @description The line that is flown, degrees: at a circle it begins or ends on it. */
             lat_deg: number[];
@@ -8587,7 +8618,7 @@ export interface components {
             lon_deg: number[];
         };
         /**
-         * @description What a leg is.
+         * @description Kind of leg.
          * @enum {string}
          */
         WayLegKind: "takeoff" | "flown" | "approach" | "return";
@@ -8600,9 +8631,9 @@ export interface components {
             changed_before: number;
             /** @description Its sense. */
             is_clockwise: boolean;
-            /** @description Whether that rests on what the plan does not tell: a speed, a climb, the vehicle's own radius. */
+            /** @description Whether that depends on values that are not in the plan: a speed, a climb rate, the vehicle's own radius. */
             is_estimate: boolean;
-            /** @description Whether the radius is the item's own; false where it names none, and the vehicle flies its usual one (`WP_LOITER_RAD`). */
+            /** @description Whether the radius is the item's own; false where the vehicle flies its usual one (`WP_LOITER_RAD`). */
             is_own_radius: boolean;
             /** @description Until when. */
             kind: components["schemas"]["WayCircling"];

@@ -32,6 +32,8 @@ export const findingsEs: Record<keyof typeof findingsEn, string> = {
   'finding.param-changed.remedy': 'Elige un valor que se conserve.',
   'finding.param-changed.is-unused': '{item}: un ArduPlane no usa {label} de {value}.',
   'finding.param-changed.is-unused.remedy': 'Ponlo a 0.',
+  'finding.speed-not-taken': '{item}: el avión no acepta una velocidad de {speed_m_s} y mantiene la suya.',
+  'finding.speed-not-taken.remedy': 'Elige de {min_m_s} a {max_m_s}.',
   'finding.missing-position': '{item} no tiene lugar.',
   'finding.missing-position.remedy': 'Colócalo en el mapa.',
   'finding.missing-position.height': '{item} no tiene altura.',
@@ -82,6 +84,10 @@ export const findingsEs: Record<keyof typeof findingsEn, string> = {
   'finding.outside-fence': '{item} está dentro de la zona {zone} de la geovalla, que no se debe pisar.',
   'finding.outside-fence.remedy': 'Mueve el punto o la geovalla.',
   'finding.outside-fence.is-inclusion': '{item} está fuera de la zona {zone} de la geovalla.',
+  'finding.return-point-outside-fence':
+    'El punto de retorno de la geovalla está dentro de la zona {zone}, que no se debe pisar.',
+  'finding.return-point-outside-fence.remedy': 'Muévelo dentro de la geovalla.',
+  'finding.return-point-outside-fence.is-inclusion': 'El punto de retorno de la geovalla está fuera de la zona {zone}.',
   'finding.leg-crosses-fence': 'El tramo hasta {item} cruza la zona {zone} de la geovalla.',
   'finding.leg-crosses-fence.remedy': 'Rodéala o cambia la geovalla.',
   'finding.flies-into-ground': 'De camino a {item} el avión choca con el terreno.',
@@ -140,6 +146,9 @@ export const findingsEs: Record<keyof typeof findingsEn, string> = {
   'finding.bad-fence.return-height':
     'El punto de retorno de la geovalla tiene una altura que no se puede enviar ({alt_rel_home_m}).',
   'finding.bad-fence.return-height.remedy': 'Dale una altura de menos de 83 km.',
+  'finding.bad-fence.return-place':
+    'El punto de retorno de la geovalla está en latitud 0, longitud 0, en el Atlántico.',
+  'finding.bad-fence.return-place.remedy': 'Colócalo en el mapa.',
   'finding.bad-rally': 'El punto de reunión {rally_point} tiene una altura que no se puede enviar ({alt_m}).',
   'finding.bad-rally.remedy': 'Corrígelo o elimínalo.',
   'finding.bad-rally.height.remedy': 'No pases de 32 767 m, que es lo que ArduPilot guarda.',
