@@ -21,7 +21,7 @@ SIMULATED: Final = "http://127.0.0.1:8554/stream.mjpg"
 
 ON_DEMAND: Final = "on-demand:"
 SECRETS: Final = re.compile(r"(?i)([^&;=]*(?:pass|pwd|secret|token|auth|key|usr|user|login)[^&;=]*)=[^&;]*")
-"""Parameters of a URL that hold what is shown to nobody; cameras that take the password so are many."""
+"""URL parameters that hold secrets: many cameras take their password this way."""
 
 HELP: Final = (
     "a source is a device (/dev/video0), rpicam, sim, a stream (rtsp://…, http://…, udp://…, tcp://…), an .sdp file for RTP, or a "
@@ -125,7 +125,7 @@ def _url(text: str, scheme: str) -> SourceAddress:
         parts = urlsplit(text)
         host, _ = parts.hostname, parts.port
     except ValueError as error:
-        # What is no URL may hold a password all the same.
+        # An invalid URL may hold a password all the same.
         raise CameraError(f"{scheme}://… is no URL ({error}); {HELP}") from error
     shown = text
     if parts.username is not None:

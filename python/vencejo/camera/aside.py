@@ -18,11 +18,11 @@ DEATHS: Final = 3
 REST_S: Final = 600.0
 """How long it is left alone then, before it is tried once more."""
 SOUND_S: Final = 30.0
-"""A source that gave pictures for so long is sound again."""
+"""A source that has given pictures for this long counts as sound again, s."""
 
 
 class Aside:
-    """What is remembered of one source.
+    """The crash record of one source.
 
     Parameters
     ----------

@@ -1,7 +1,6 @@
-"""A camera: its source, read for ever by a thread of its own, and the newest picture for whoever wants it.
+"""A camera: its source, read for ever by a thread of its own, and its newest picture.
 
-Pictures that come encoded are handed on as they are. Pixels are made of them, and code of pixels, only while somebody
-asks.
+Encoded pictures are passed on unchanged. They are decoded, and raw ones encoded, only on demand.
 """
 
 from __future__ import annotations
@@ -30,19 +29,19 @@ from vencejo.camera.sources import Source, open_source
 __all__ = ["Camera", "CameraState", "CameraStatus"]
 
 STALL_S: Final = 2.0
-"""Without a picture for so long a camera is stalled."""
+"""A camera without a picture for this long is stalled, s."""
 FIRST_RETRY_S: Final = 0.5
 LAST_RETRY_S: Final = 10.0
 SETTLED_S: Final = 5.0
-"""A source that lived this long begins with the first wait again."""
+"""After a source has worked this long, retries begin with the shortest wait again, s."""
 ASKED_S: Final = 3.0
-"""Decoding, and reading on demand, go on for so long after the last time that somebody asked."""
+"""Decoding, and reading on demand, continue this long after the last request, s."""
 MAX_BEHIND_S: Final = 0.5
-"""A decoder further behind the newest picture is one that begins: it is waited for."""
+"""A decoder further behind the newest picture is starting: its first picture is waited for, s."""
 KEEPS_UP_S: Final = 0.1
-"""How long one that runs along is waited for."""
+"""How long a running decoder is waited for, s."""
 WAKE_S: Final = 8.0
-"""How long a source that is read on demand may take to its first picture when one is asked for."""
+"""Longest wait for the first picture of a source that is read on demand, s."""
 MAX_GROUP: Final = 600
 MAX_GROUP_BYTES: Final = 8 << 20
 RATE_WINDOW_S: Final = 2.0
@@ -50,7 +49,7 @@ MIN_RATE_SPAN_S: Final = 1.0
 
 
 class CameraState(Enum):
-    """Whether pictures come."""
+    """State of a camera's pictures."""
 
     STANDBY = "standby"
     STARTING = "starting"
@@ -61,28 +60,27 @@ class CameraState(Enum):
 
 @dataclass(frozen=True, kw_only=True)
 class CameraStatus:
-    """How a camera is.
+    """Status of a camera.
 
     Attributes
     ----------
     state : CameraState
-        ``STANDBY`` when a source is read on demand and nobody asks; ``STARTING`` on the way to the first picture;
-        ``LIVE``; ``STALLED`` when the source is there but nothing comes; ``DEAD`` when it is not there: it is tried
-        again for ever.
+        ``STANDBY``: a source on demand without viewers; ``STARTING``: before the first picture; ``LIVE``; ``STALLED``:
+        the source is connected, but no pictures come; ``DEAD``: the source cannot be opened and is retried for ever.
     reason : str or None
         Why no pictures come.
     codec : {"h264", "jpeg"} or None
-        How the source encodes; ``None`` before the first picture, and for raw pictures.
+        Codec of the source; ``None`` before the first picture, and for raw pictures.
     width, height : int or None
         Pixels.
     rate_hz, bitrate_bit_s : float or None
-        Of the last two seconds.
+        Over the last two seconds.
     captured_unix_s : float or None
         When the newest picture was taken.
     frames : int
-        Pictures so far.
+        Number of pictures so far.
     recording : Recording or None
-        The recording under way, or the last if a fault ended it.
+        The present recording, or the last one if a fault ended it.
     """
 
     state: CameraState
@@ -98,30 +96,30 @@ class CameraStatus:
 
 
 class Camera(Closing):
-    """A camera, from its making until it is closed.
+    """A camera. It is read from construction until it is closed.
 
     Parameters
     ----------
     source : str
-        See `vencejo.camera.parse_source`. One that is read on demand is read while somebody looks (`watch`), records or
-        asks for pictures.
+        See `vencejo.camera.parse_source`. A source on demand is read only while it is watched (`watch`), recorded, or
+        asked for pictures.
     name : str, optional
         1 to 32 letters, digits, ``-`` or ``_``; default ``"camera"``.
     recording_dir : Path, optional
-        Where recordings go; default `vencejo.camera.default_video_dir`.
+        Folder of recordings; default `vencejo.camera.default_video_dir`.
     recording_limits : RecorderLimits, optional
-        Of each recording: size, and the free space that is left.
+        Limits of each recording: its size, and the free disk space to keep.
     jpeg_quality : int, optional
-        1 to 100, default 80, for pictures that have to be encoded here.
+        JPEG quality, 1 to 100, default 80, of pictures that are encoded here.
     open : callable, optional
-        Opens the source; for tests.
+        Function that opens the source; for tests.
     monotonic_s : callable, optional
-        The clock that ages are counted with.
+        Clock for ages.
 
     Raises
     ------
     CameraError
-        For a source or name that cannot be one. A source that is not there is no error: it is waited for.
+        For an invalid source or name. A source that cannot be opened is no error: it is retried.
 
     Examples
     --------
@@ -176,41 +174,41 @@ class Camera(Closing):
         self._decoder: Decoder | None = None
         self._stills = StillDecoder()
         self._asked_s: float | None = None
-        """When somebody asked for pixels."""
+        """When pixels were last requested."""
         self._waiting = 0
-        """How many wait for them."""
+        """Number of callers waiting for pixels."""
         self._wanted_s: float | None = None
-        """When somebody asked for pictures of any kind."""
+        """When pictures of any kind were last requested."""
         self._is_watched = False
         self._askers = 0
-        """How many wait for a picture."""
+        """Number of callers waiting for a picture."""
         self._wants_jpeg = False
         self._beginning = threading.Lock()
-        """Held while a recording is begun or ended, which may take as long as the disk does; taken before the other lock."""
+        """Held while a recording is started or stopped, which may wait for the disk; taken before the other lock."""
         self._recorder: VideoRecorder | None = None
-        """The recording under way, or the last if a fault ended it."""
+        """The present recording, or the last one if a fault ended it."""
         self._listeners: tuple[Callable[[EncodedFrame], None], ...] = ()
         self._thread = threading.Thread(target=self._run, name=f"camera {name}", daemon=True)
         self._thread.start()
 
     @property
     def source(self) -> str:
-        """Where its pictures come from, without passwords."""
+        """The source, without passwords."""
         return self._address.shown
 
     @property
     def recording_dir(self) -> Path:
-        """Where its recordings go."""
+        """Folder of its recordings."""
         return self._recording_dir
 
     @property
     def recording_limits(self) -> RecorderLimits | None:
-        """Their limits, where they are not the usual ones."""
+        """Limits of its recordings; ``None`` for the default ones."""
         return self._recording_limits
 
     @property
     def status(self) -> CameraStatus:
-        """How it is now."""
+        """Its present status."""
         with self._lock:
             now = self._monotonic_s()
             state = self._state
@@ -234,11 +232,11 @@ class Camera(Closing):
 
     @property
     def is_on_demand(self) -> bool:
-        """Whether its source is read only while somebody looks, records or asks for pictures."""
+        """Whether its source is read only while it is watched, recorded, or asked for pictures."""
         return self._address.is_on_demand
 
     def watch(self, is_watched: bool) -> None:
-        """Whether somebody looks: only then a source that is read on demand is read for its listeners."""
+        """Set whether it has viewers: a source on demand is read for its listeners only then."""
         with self._lock:
             if self._is_watched != is_watched:
                 self._is_watched = is_watched
@@ -247,8 +245,7 @@ class Camera(Closing):
     def latest(self, timeout_s: float = 1.0) -> Frame | None:
         """The newest picture in pixels.
 
-        The first call begins to decode, and to read where that is done on demand; after three seconds without a call
-        that ends.
+        The first call starts decoding, and reading a source on demand; both stop after three seconds without a call.
 
         Parameters
         ----------
@@ -291,7 +288,7 @@ class Camera(Closing):
 
     @contextlib.contextmanager
     def _waited_for(self) -> Iterator[None]:
-        """Who waits asks all the while: a decoder may take longer to start than one that nobody asks is kept."""
+        """Keep the decoder while the caller waits: it may take longer to start than it is kept without requests."""
         with self._lock:
             self._waiting += 1
         try:
@@ -302,7 +299,7 @@ class Camera(Closing):
                 self._asked_s = self._monotonic_s()
 
     def latest_jpeg(self, timeout_s: float = 1.0) -> EncodedFrame | None:
-        """The newest picture as JPEG: the source's own where it sends JPEG, else encoded here.
+        """The newest picture as JPEG: that of a JPEG source unchanged, others encoded here.
 
         Parameters
         ----------
@@ -323,12 +320,12 @@ class Camera(Closing):
         return None if frame is None else jpeg.encoded(frame, quality=self._quality)
 
     def listen(self, listener: Callable[[EncodedFrame], None]) -> Callable[[], None]:
-        """Have every encoded picture handed to a function, in the camera's thread: it must be quick and not raise.
+        """Call a function for each encoded picture, in the camera's thread: it must be quick and not raise.
 
         Returns
         -------
         callable
-            Ends it.
+            Stops the calls.
         """
         with self._lock:
             self._listeners = (*self._listeners, listener)
@@ -340,14 +337,14 @@ class Camera(Closing):
         return end
 
     def want_jpeg(self, wanted: bool) -> None:
-        """Whether listeners are to hear JPEG pictures too when the source sends others: they are encoded here."""
+        """Set whether listeners also get JPEG pictures of a source with another codec; they are encoded here."""
         with self._lock:
             self._wants_jpeg = wanted
             if wanted and self._codec == "h264" and self._group:
                 self._ensure_decoder()
 
     def start_recording(self) -> Recording:
-        """Begin to record; the recording that is under way when there is one.
+        """Start recording; returns the present recording if there is one.
 
         A source that is read on demand is waited for: 8 s at most. H.264 is written from a key frame on: the last one
         if its group of pictures is at hand, else the next.
@@ -369,7 +366,7 @@ class Camera(Closing):
                     return recording
                 if self._stop.is_set():
                     raise CameraError(f"the camera {self.name} is closed")
-            # Not under the lock that pictures are taken under: a disk that does not answer holds up none.
+            # Not under the lock of the pictures: a disk that hangs must not delay them.
             recorder = VideoRecorder(self._recording_dir, self.name, limits=self._recording_limits)
             with self._lock:
                 recorder.begin(self._group)
@@ -377,14 +374,14 @@ class Camera(Closing):
             return recorder.status()
 
     def stop_recording(self) -> Recording | None:
-        """End the recording; ``None`` when there was none."""
+        """Stop recording; ``None`` without a recording."""
         with self._beginning, self._lock:
             recorder, self._recorder = self._recorder, None
             self._want()
         return None if recorder is None else recorder.close()
 
     def close(self) -> None:
-        """End everything. May be called again."""
+        """Close the source and stop recording. Can be called again."""
         self._stop.set()
         with self._lock:
             source, decoder, self._decoder = self._source, self._decoder, None
@@ -396,7 +393,7 @@ class Camera(Closing):
         self._stills.close()
         self.stop_recording()
         if threading.current_thread() is not self._thread:
-            # A network that hangs is left to itself: the thread ends when it comes back from there.
+            # A hanging network is not waited for: the thread ends when the call returns.
             self._thread.join(1.0)
 
     def __repr__(self) -> str:
@@ -435,11 +432,11 @@ class Camera(Closing):
             wait_s = min(wait_s * 2, LAST_RETRY_S)
 
     def _wait_for_demand(self) -> bool:
-        """Stand by while nobody wants pictures of a source that is read on demand. ``False`` at the end."""
+        """Wait until pictures of a source on demand are wanted. ``False`` once the camera is closed."""
         with self._lock:
             if not self._is_demanded():
                 self._state, self._reason = CameraState.STANDBY, None
-                # Who asks next knows how its pictures are encoded, but is not shown old ones.
+                # The codec stays known for the next request; old pictures are not shown.
                 codec = self._codec
                 self._forget()
                 self._codec = codec
@@ -501,7 +498,7 @@ class Camera(Closing):
             listener(encoded)
 
     def _keep(self, frame: EncodedFrame) -> None:
-        """Remember the pictures since the last key frame: who comes next begins with them."""
+        """Keep the group of pictures since the last key frame, from which decoders and recordings start."""
         if frame.is_key:
             self._group, self._group_bytes = [], 0
         elif not self._group:
@@ -535,7 +532,7 @@ class Camera(Closing):
             threading.Thread(target=decoder.close, name="video decoder's end", daemon=True).start()
 
     def _on_picture(self, picture: Frame) -> None:
-        """In the decoder's thread: a picture for those who do not show H.264."""
+        """In the decoder's thread: pass on a picture to listeners that want JPEG."""
         with self._lock:
             listeners = self._listeners if self._wants_jpeg and self._codec == "h264" else ()
         if listeners:
@@ -544,7 +541,7 @@ class Camera(Closing):
                 listener(encoded)
 
     def _forget(self) -> None:
-        """Nothing that came before can be shown as if it were new, or built upon."""
+        """Drop earlier pictures: they are neither shown as new nor used to decode later ones."""
         self._group, self._group_bytes = [], 0
         self._jpeg, self._raw, self._pixels = None, None, None
         self._codec = None
@@ -559,7 +556,7 @@ class Camera(Closing):
         return self._jpeg is not None or self._raw is not None or bool(self._group)
 
     def _recording(self) -> Recording | None:
-        """The recording, while it is under way: one that the disk ended wants no pictures."""
+        """The present recording; ``None`` once the disk has ended it."""
         status = None if self._recorder is None else self._recorder.status()
         return status if status is not None and status.problem is None else None
 
@@ -568,7 +565,7 @@ class Camera(Closing):
         self._arrived.notify_all()
 
     def _wait_for_pictures(self, timeout_s: float) -> bool:
-        """Wait for the first picture, of a source on demand too, which goes on for a while then."""
+        """Wait for a picture, also of a source on demand, which is then read for a while."""
         self._askers += 1
         self._arrived.notify_all()
         try:
@@ -592,7 +589,7 @@ class Camera(Closing):
             return None, None
         span_s = self._arrivals[-1][0] - self._arrivals[0][0]
         if span_s < MIN_RATE_SPAN_S:
-            return None, None  # those that waited while a stream was opened come all at once
+            return None, None  # pictures queued while a stream was opened come all at once
         bits = 8 * sum(size for _, size in list(self._arrivals)[1:])
         return (len(self._arrivals) - 1) / span_s, bits / span_s if bits else None
 
@@ -601,6 +598,6 @@ def _decoded(decoder: Decoder | None, newest: EncodedFrame | None, timeout_s: fl
     if decoder is None or newest is None:
         return None
     picture = decoder.picture()
-    # One that runs along is a picture behind at most; a new one has to come up to the present first.
+    # A running decoder is at most a picture behind; a new one has to catch up first.
     is_new = picture is None or newest.captured_unix_s - picture.captured_unix_s > MAX_BEHIND_S
     return decoder.wait(newest.captured_unix_s, timeout_s if is_new else min(timeout_s, KEEPS_UP_S))

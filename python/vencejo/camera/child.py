@@ -75,7 +75,7 @@ class Child:
         return True
 
     def receive(self) -> tuple[int, int, int, float, bytes] | None:
-        """Its next message; ``None`` when it is gone, or says what no message is."""
+        """Its next message; ``None`` if it has ended, or sent something invalid."""
         try:
             head = self._out.read(HEAD.size)
             if len(head) != HEAD.size:
@@ -121,7 +121,7 @@ def _end(process: subprocess.Popen[bytes]) -> None:
 
 
 class _Spare:
-    """One child that has loaded its libraries and waits to be told what to do: whoever needs one need not wait for that."""
+    """A child that has loaded its libraries in advance, so that its user need not wait for that."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -161,7 +161,7 @@ _SPARE: Final = _Spare()
 
 
 def prepare() -> None:
-    """Have a child ready for whoever asks for pixels next."""
+    """Keep a child ready for the next request for pixels."""
     _SPARE.prepare()
 
 
@@ -186,7 +186,7 @@ class ChildSource:
     def __init__(self, address: SourceAddress) -> None:
         self._shown = address.shown
         self.child = Child("source")
-        # By the pipe: arguments, which everybody can read, are no place for a password.
+        # Through the pipe: other users can read arguments, and there may be a password.
         about = {**asdict(address), "kind": address.kind.value}
         self.child.send(json.dumps(about).encode() + b"\n")
         try:

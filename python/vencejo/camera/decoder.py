@@ -1,4 +1,4 @@
-"""H.264 to pixels, for those who need pixels: one decoder that runs along while somebody asks, and costs nothing else."""
+"""H.264 to pixels: a decoder that runs only while pixels are requested."""
 
 from __future__ import annotations
 

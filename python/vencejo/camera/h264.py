@@ -36,7 +36,7 @@ HIGH_PROFILES: Final = frozenset({100, 110, 122, 244, 44, 83, 86, 118, 128, 138,
 """Profiles whose parameter sets say how colours are sampled (section 7.3.2.1.1)."""
 MAX_SIDE: Final = 16384
 MAX_ACCESS_UNIT: Final = 16 << 20
-"""Bytes; a stream without an end to its pictures is none."""
+"""Most bytes of a picture: a stream whose picture does not end is invalid."""
 
 
 def units(data: bytes) -> Iterator[bytes]:
@@ -95,7 +95,7 @@ class _Bits:
         self._left = 8 * len(data)
 
     def take(self, count: int) -> int:
-        """A number of so many bits."""
+        """An unsigned number of this many bits."""
         if count > self._left:
             raise ValueError("it ends too soon")
         self._left -= count
@@ -112,7 +112,7 @@ class _Bits:
 
 
 def size(sps: bytes) -> tuple[int, int] | None:
-    """Width and height in pixels that a sequence parameter set tells (section 7.3.2.1.1); ``None`` when it is broken."""
+    """Width and height in pixels from a sequence parameter set (section 7.3.2.1.1); ``None`` if it is invalid."""
     try:
         bits = _Bits(sps[1:].replace(b"\x00\x00\x03", b"\x00\x00"))
         profile = bits.take(8)
@@ -228,7 +228,7 @@ class AccessUnits:
                 done += self._before(unit)
                 self._pending.append(unit)
                 self._has_slice = self._has_slice or kind(unit) in SLICES
-        # The beginning of a unit tells already that the picture before it is whole.
+        # The beginning of a unit shows that the picture before it is complete.
         done += self._before(bytes(self._buffer[len(START) : len(START) + 2]))
         if len(self._buffer) > MAX_ACCESS_UNIT or sum(map(len, self._pending)) > MAX_ACCESS_UNIT:
             self._buffer.clear()

@@ -14,11 +14,11 @@ __all__ = ["BEGIN", "END", "decode", "encode", "encode_rgb", "encoded", "size", 
 BEGIN: Final = b"\xff\xd8"
 END: Final = b"\xff\xd9"
 MAX_SIDE: Final = 16384
-"""Pixels: no camera has more."""
+"""Most pixels of a picture: more than any camera has."""
 
 
 def size(data: bytes) -> tuple[int, int] | None:
-    """Width and height that a JPEG file says it has; ``None`` for what is no whole JPEG file.
+    """Width and height in the header of a JPEG file; ``None`` for anything but a complete JPEG file.
 
     Some cameras fill up behind the end mark; that is no fault.
     """

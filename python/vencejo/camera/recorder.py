@@ -202,7 +202,7 @@ class VideoRecorder:
             with contextlib.suppress(OSError):
                 self._file.close()
             if self._bytes == 0:
-                # Nothing came: an empty file helps nobody.
+                # Nothing came: an empty file is of no use.
                 with contextlib.suppress(OSError):
                     self._path.unlink()
 

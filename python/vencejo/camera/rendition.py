@@ -1,4 +1,4 @@
-"""Pictures for programs, no larger and no more often than they want them."""
+"""Pictures for programs, limited in size and rate."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class FrameSource:
     max_rate_hz : float, optional
         Who asks more often gets the same picture again, default 30.
     jpeg_quality : int, optional
-        1 to 100, default 80, for pictures that have to be encoded here.
+        JPEG quality, 1 to 100, default 80, of pictures that are encoded here.
     monotonic_s : callable, optional
         The clock.
 

@@ -22,9 +22,9 @@ if TYPE_CHECKING:
 __all__ = ["ServedCamera", "still_picture"]
 
 LOOK_INTERVAL_S: Final = 0.25
-"""How often the server is told how the camera is."""
+"""How often the camera's status is sent to the server, s."""
 MAX_STILL_AGE_S: Final = 5.0
-"""An older picture is no picture of now: no still is made of it."""
+"""Greatest age of a picture of which a still is made, s."""
 
 
 class ServedCamera(Closing):

@@ -39,7 +39,7 @@ XMP_HEADER: Final = b"http://ns.adobe.com/xap/1.0/\0"
 
 @dataclass(frozen=True, kw_only=True)
 class Pose:
-    """Where a camera was, and which way it looked. What is not known is ``None``.
+    """Position and orientation of a camera; ``None`` for unknown values.
 
     Attributes
     ----------

@@ -72,7 +72,7 @@ def _line() -> bytes:
 
 
 def limit_memory() -> None:
-    """From now on this process gets so much more, and no more."""
+    """Limit the memory of this process to this much more than it has now."""
     opencv()
     try:
         import resource

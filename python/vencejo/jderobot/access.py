@@ -1,4 +1,4 @@
-"""Who may use the Ice interfaces, and how many connections there may be."""
+"""Authorisation of requests to the Ice interfaces, and the limit of connections."""
 
 from __future__ import annotations
 
@@ -50,15 +50,15 @@ READS: Final = frozenset(
 
 
 class Gate:
-    """Decides for each request.
+    """Decides whether a request is let through.
 
     Parameters
     ----------
     tokens : function that gives Tokens, or None
-        Asked at each request, whose context has one of them under ``token``: new ones hold at once. ``None``: everybody
-        may.
+        Called at each request, whose context has one of them under ``token``, so new ones hold at once. ``None``: no
+        token is needed.
     allow : collection of networks
-        Whoever comes from there needs none: existing programs cannot send one.
+        Networks that need no token: existing programs cannot send one.
     takes_pages : bool, optional
         Whether pages in a browser reach what it guards.
     """
@@ -75,7 +75,7 @@ class Gate:
         self._takes_pages = takes_pages
 
     def standing(self, connection: Any, operation: str, token: str) -> Callable[[], str | None]:
-        """What tells, whenever it is asked, why a request of this connection is refused by then: a token may be replaced."""
+        """A function that returns, at any later time, why a request of this connection would be refused: tokens may be replaced."""
         origin = web_origin(connection) if self._takes_pages else None
         if origin is None and self._tokens is None:
             return lambda: None
@@ -221,7 +221,7 @@ def web_origin(connection: Any) -> str | None:
 
 
 def despite_mixed_plan(current: Any) -> bool:
-    """Whether a request is to be done although the mission on board may be mixed: its context says so, by that name."""
+    """Whether the request's context has ``despite_mixed_plan``: then it is done although the mission on board may be mixed."""
     if current is None:
         return False
     with tolerant():
@@ -229,7 +229,7 @@ def despite_mixed_plan(current: Any) -> bool:
 
 
 def raise_file_limit(connections: int) -> None:
-    """Let this process have so many connections and what else it needs, as far as the system lets it."""
+    """Raise the limit of open files to this many connections and the other files, as far as the system allows."""
     try:
         import resource
     except ImportError:
@@ -243,10 +243,10 @@ def raise_file_limit(connections: int) -> None:
 
 
 class ConnectionLimit:
-    """Closes connections beyond a number. Ice 3.7 has no such limit, and a connection that says nothing never reaches a servant.
+    """Closes connections beyond a limit. Ice 3.7 has none, and a connection that sends nothing never reaches a servant.
 
-    Twice a second it counts this process's sockets on our ports (Linux) and shuts the newest down where there are too
-    many; Ice sees their end as any other. Elsewhere Ice's own closing of idle connections (60 s) has to do.
+    Twice a second it counts this process's sockets on our ports (Linux) and shuts down the newest excess ones; Ice
+    handles their end like any other. Elsewhere Ice's own closing of idle connections (60 s) has to suffice.
     """
 
     def __init__(self, ports: Collection[int], most: int) -> None:
@@ -273,7 +273,7 @@ class ConnectionLimit:
                 self.look()
 
     def look(self) -> int:
-        """Count, and shut down what is too much; how many were."""
+        """Count the connections, shut down the excess, and return its number."""
         present: list[tuple[int, int]] = []
         for inode, descriptor in self._connections():
             if inode not in self._known:
@@ -300,7 +300,7 @@ class ConnectionLimit:
                 yield int(target[8:-1]), int(descriptor.name)
 
     def _is_ours(self, descriptor: int) -> bool:
-        """Whether it is a connection to one of our ports. Looked at through a copy: the number may be another file's by now."""
+        """Whether it is a connection to one of our ports. Examined through a duplicate: the descriptor may be reused by now."""
         try:
             with socket.socket(fileno=os.dup(descriptor)) as copy:
                 if copy.family not in (socket.AF_INET, socket.AF_INET6) or copy.type != socket.SOCK_STREAM:

@@ -25,11 +25,11 @@ class Answer(enum.IntEnum):
     NOT_SENT = 4
     """The mission could not be sent or verified; what the vehicle holds is unknown."""
     REFUSED = 5
-    """The vehicle refused, such as arming by its pre-arm checks; or somebody else holds control of the driver."""
+    """The vehicle refused, such as arming by its pre-arm checks; or another operator holds control of the driver."""
     NO_ANSWER = 6
     """The vehicle did not answer, or does not show what was asked for."""
     WRONG_MODE = 7
-    """It must be in GUIDED, and this changes no mode."""
+    """The vehicle must be in GUIDED, and this operation does not change the mode."""
     FAILED = 8
     """Anything else; the log says what."""
 

@@ -87,7 +87,7 @@ class _Picture:
 
 
 def _shrunk(rgb: NDArray[np.uint8], width: int, height: int) -> NDArray[np.uint8]:
-    """A picture no larger than this, its shape kept, every so many pixels taken."""
+    """The picture reduced to at most this size by taking every n-th pixel, keeping its aspect ratio."""
     rows, columns = rgb.shape[:2]
     factor = max(rows / height, columns / width, 1.0)
     if factor == 1.0:
@@ -169,7 +169,7 @@ class Camera:
     # ImageProvider -----------------------------------------------------------------------------------------------------
 
     def getImageDescription(self, current: Any = None) -> Any:
-        """What pictures are like; all zeros while there is none, because this operation has no exception."""
+        """Description of the pictures; all zeros without one, because this operation has no exception."""
         try:
             return self._workers.later(self._description)
         except Busy:

@@ -28,7 +28,7 @@ _MAX_RAD_S: Final = 10.0
 _LEAD_S: Final = 4.0
 """How far course and height lead the plane: long enough to outlast a lost command, short enough to be harmless."""
 _MAX_LEAD_RAD: Final = math.radians(150.0)
-"""Less than half a turn, so that the plane turns the way it is told."""
+"""Less than half a turn, so that the plane turns in the commanded direction."""
 _REFRESH_S: Final = 0.5
 _TICK_S: Final = 0.1
 _LEVEL_RATE_M_S: Final = 3.0
@@ -147,7 +147,7 @@ class CMDVel:
         self._thread.start()
 
     def setCMDVelData(self, data: Any, current: Any = None) -> int:
-        """Take a velocity. The vehicle must be in GUIDED already: no velocity changes its mode."""
+        """Accept a velocity. The vehicle must be in GUIDED already: velocities do not change its mode."""
         if data is None:
             return int(Answer.BAD_VALUE)
         velocity = Velocity(data.linearX, data.linearY, data.linearZ, data.angularZ)
@@ -191,7 +191,7 @@ class CMDVel:
                     self._changed.wait(max(0.0, min(_TICK_S, rest)))
 
     def _send(self, velocity: Velocity | None) -> None:
-        """Send a velocity; ``None`` when there is none any more."""
+        """Send a velocity; ``None`` once they have ended."""
         self._attempt(lambda: self._send_velocity(velocity))
 
     def _attempt(self, send: Callable[[], None]) -> None:

@@ -1,4 +1,4 @@
-"""Which servant answers a request: after the gate and, where objects come in, after a look at their bytes.
+"""Dispatch of requests to servants, after authorisation and, for Slice classes, a check of their bytes.
 
 Ice for Python does not survive every body that a request can have, so operations that take Slice classes are taken as
 bytes and checked (`vencejo.jderobot.wire`) before Ice decodes them (docs/adr/0011-ice-decodes-what-was-checked.md).
@@ -32,20 +32,20 @@ SHAPES: Final[Mapping[str, Mapping[str, Shapes]]] = {
 """Parameters of every operation that takes an object, in each dialect, by interface and operation; a test compares them with the
 Slice files."""
 _REMEMBERED: Final = 256
-"""Clients whose dialect is remembered; the one not heard for longest is forgotten."""
+"""Most clients whose dialect is remembered; the least recent is forgotten."""
 _TELL_EVERY_S: Final = 5.0
 
 
 class Dialects:
-    """Which dialect of Mission a client speaks, so that what it asks for comes in its own.
+    """Dialects of Mission by client, so that each client is answered in its own.
 
-    A client shows it by what it sends, on that connection and, as connections come and go, at its address. An address
-    from which both came, and one that sent nothing yet, gets the one that is set. Thread-safe.
+    A client shows its dialect by what it sends, on that connection and, because connections come and go, at its
+    address. An address that sent both, or nothing yet, gets the configured one. Thread-safe.
 
     Parameters
     ----------
     otherwise : {"data", "sequence"}
-        For clients that did not show it.
+        For clients that have not shown it.
     """
 
     def __init__(self, otherwise: Dialect) -> None:
@@ -76,7 +76,7 @@ class Dialects:
 
 
 class Answering:
-    """What answers for one object of the outside.
+    """The servants of one public object.
 
     Parameters
     ----------
@@ -124,11 +124,11 @@ class Checked:
     shapes : mapping of str to Shapes
         The operations, and what they take.
     behind : mapping of dialect to proxy
-        Proxies of the servants, which nobody else reaches.
+        Proxies of the servants, which are reachable only from here.
     dialects : Dialects
-        Is told what clients show.
+        Records what clients show.
     clock : function, optional
-        Seconds that do not jump.
+        Monotonic seconds.
     """
 
     def __init__(
@@ -178,14 +178,15 @@ class Checked:
                 self._told_s = now
                 LOG.warning("%s, from %s", reason, remote_address(current.con))
             raise self._ice.UnknownLocalException(reason)
-        # Null and the empty sequence look alike in encoding 1.1; they show nothing, and both are no mission.
+        # Null and the empty sequence are the same bytes in encoding 1.1: neither shows a dialect, and neither is a
+        # mission.
         if len(found) == 1 < len(self._behind):
             self._dialects.show(peer_of(current.con), found[0])
         return found[0]
 
 
 class Locator:
-    """Finds the servant of each request that is let through (Ice's ServantLocator)."""
+    """Authorises each request and finds its servant (Ice's ServantLocator)."""
 
     def __init__(self, slices: Slices, gate: Gate, objects: Mapping[str, Answering], presence: Presence) -> None:
         self._ice = slices.ice
@@ -200,14 +201,14 @@ class Locator:
         self._let_through(current.con, operation, context.get("token", ""))
         found = None if identity.category else self._objects.get(identity.name)
         if not (found.has_facet(facet) if found else not facet):
-            # One without it is not the one that was asked for.
+            # An object without the facet is not the one requested.
             raise self._ice.FacetNotExistException(identity, facet, operation)
         if found is None:
             return None, None
         return found.servant(operation, facet, lambda: peer_of(current.con)), None
 
     def _let_through(self, connection: Any, operation: str, token: str) -> None:
-        """Refuse who may not. Every request passes here, before any of its parameters is decoded, and nowhere else.
+        """Refuse unauthorised requests. Every request passes here, before any of its parameters is decoded, and nowhere else.
 
         Raises
         ------

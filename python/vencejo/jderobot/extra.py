@@ -171,7 +171,7 @@ class Extra:
             vehicle.takeoff(alt_rel_home_m=self._settings.takeoff_alt_m)
 
     def _arm(self, vehicle: Vehicle, mode_before: str | None, despite: bool) -> None:
-        """Arm; where that is refused go back to the mode before: whoever arms later by radio expects that one."""
+        """Arm; if that is refused, restore the mode: a pilot who arms later by radio expects it."""
         try:
             self._workers.go_on()
             vehicle.arm(despite_mixed_plan=despite)

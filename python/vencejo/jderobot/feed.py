@@ -1,4 +1,4 @@
-"""Pushes telemetry and events to subscribers. A slow one loses the older ones and delays nobody."""
+"""Pushes telemetry and events to subscribers. A slow subscriber loses the oldest ones and delays no other."""
 
 from __future__ import annotations
 
@@ -25,15 +25,15 @@ __all__ = ["Feed"]
 
 _MAX_SUBSCRIPTIONS: Final = 256
 _MAX_EVENTS: Final = 256
-"""Events that wait for one subscriber; the oldest are dropped."""
+"""Most events queued for one subscriber; the oldest are dropped."""
 _MAX_UNSENT: Final = 16
-"""Calls to one subscriber that its connection has not taken yet."""
+"""Most calls to one subscriber that its connection has not accepted yet."""
 _MAX_NUMBER: Final = 2**31 - 1
 _LOOK_S: Final = 0.2
 _AT_LEAST_S: Final = 5.0
-"""Without news the observer hears that there is none: values grow old, and its connection does not go idle."""
+"""Longest time between calls: without news the observer is called too, so that it sees values age and its connection stays open."""
 _ASK_S: Final = 1.0
-"""How often at least it is asked whether the subscriber would still be let in."""
+"""How often the subscriber's authorisation is checked again, at least."""
 
 
 @dataclass
@@ -43,7 +43,7 @@ class _Subscriber:
     observer: Any
     period_s: float
     refusal: Callable[[], str | None]
-    """Why the subscription would be refused by now."""
+    """Why the subscription would be refused now; ``None`` if it would not."""
     due_s: float
     ask_s: float
     seen: int = -1
@@ -61,7 +61,7 @@ class Feed:
     slices : Slices
     states : States
     clock : function, optional
-        Seconds that do not jump.
+        Monotonic seconds.
     """
 
     def __init__(self, slices: Slices, states: States, *, clock: Callable[[], float] = time.monotonic) -> None:
@@ -78,9 +78,9 @@ class Feed:
     def subscribe(
         self, vehicle: Vehicle, observer: Any, rate_hz: float, connection: Any, refusal: Callable[[], str | None]
     ) -> int:
-        """Call an observer that we connect to: only at the address that it asks from, so that nobody aims us at others.
+        """Call an observer over a connection of ours, only at the address of the request, so that no client aims us at others.
 
-        Nothing is told any more once `refusal` gives a reason, and the subscription ends within a second.
+        Calls stop as soon as `refusal` gives a reason, and the subscription ends within a second.
 
         Raises
         ------
@@ -135,7 +135,7 @@ class Feed:
         return number
 
     def _new_number(self) -> int:
-        """One that nobody guesses: whoever knows it ends the subscription."""
+        """A number that cannot be guessed: it is all that is needed to end the subscription."""
         while (number := secrets.randbelow(_MAX_NUMBER) + 1) in self._subscribers:
             pass
         return number
@@ -202,7 +202,7 @@ class Feed:
                 return True
             if subscriber.due_s <= now_s:
                 subscriber.due_s = max(subscriber.due_s + subscriber.period_s, now_s)
-                # Latest wins: while one is on its way, no other is sent.
+                # Latest wins: no other is sent while one is in flight.
                 if not subscriber.unsent and self._is_worth_telling(subscriber, now_s):
                     telemetry = subscriber.vehicle.telemetry
                     subscriber.unsent.append(

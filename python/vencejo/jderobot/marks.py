@@ -51,7 +51,7 @@ class Marks:
 
     @property
     def due_s(self) -> float | None:
-        """When they act alone; ``None`` when there is none."""
+        """When the marks act alone; ``None`` without marks."""
         return self._due_s
 
     def take_due(self, now_s: float) -> Taken:

@@ -45,7 +45,7 @@ HOVERING: Final = frozenset({2, 3, 4, 13, 14, 15, 29, 35})
 _NAV_LAST: Final = 95
 """MAV_CMD_NAV_LAST: commands above it are flown to nowhere."""
 _APART_M: Final = 20.0
-"""Poses nearer to each other than this give no direction to land in."""
+"""Poses nearer to each other than this give no landing direction."""
 _ARDUPILOT: Final = 3
 _WORRYING: Final = frozenset({"steep-approach", "tailwind"})
 """Cautions of a landing that a pilot must see; that the ground's height is taken to be home's is this interface's rule."""
@@ -58,7 +58,7 @@ Sent = tuple[float, float, float, float, float, float, float, float]
 
 @dataclass(frozen=True)
 class Situation:
-    """What is known of the vehicle that a mission is made for.
+    """What is known about the vehicle for which a mission is made.
 
     Attributes
     ----------
@@ -160,7 +160,7 @@ def _problem(lat: float, lon: float, height: float, *, is_landing: bool) -> str 
 
 
 def poses_of(plan: Plan, home_alt_amsl_m: float | None) -> list[Pose]:
-    """The places that a mission flies to, with heights above home; those above terrain are left out: nobody knows them."""
+    """Positions of a mission with altitudes above home; those above terrain are left out, because their altitude is not known."""
     poses = []
     for item in plan.items:
         lat, lon, alt = item.lat_deg, item.lon_deg, item.alt_m
@@ -190,7 +190,7 @@ class Mission:
         """Fingerprint of a mission on board and its poses."""
 
     def getMissionData(self, current: Any = None) -> Any:
-        """The mission on board, whoever sent it; the last one known while it cannot be read, empty before any."""
+        """The mission on board, from any sender; the last known one while it cannot be read, empty before any."""
         return self.given(self._slices.jderobot.MissionData)
 
     def setMissionData(self, data: Any, current: Any = None) -> Any:
@@ -257,7 +257,7 @@ class Mission:
         except VencejoError as error:
             self._subject.tell(f"a mission was {step}: {error}")
             answer = answer_of(error)
-            # What is refused before the vehicle has it is the sender's; later, the vehicle's.
+            # A refusal before the upload is the sender's fault, a later one the vehicle's.
             return Answer.FAILED if answer is Answer.BAD_VALUE and step != "refused" else answer
         finally:
             self._busy.release()
@@ -266,7 +266,7 @@ class Mission:
 
     @staticmethod
     def _upload(vehicle: Vehicle, plan: Plan) -> PlanState:
-        """Send it while the vehicle is heard. One that comes back later must not get what its sender was told has failed."""
+        """Upload it while the vehicle is heard. One that is heard again later must not get a mission reported as failed."""
         try:
             return vehicle.upload(plan, while_heard=True)
         except Cancelled as error:

@@ -62,7 +62,7 @@ def _whole(value: float) -> int:
 
 
 class Navdata:
-    """Servant of ``jderobot::Navdata``. It has no word for "unknown": the last value stays, zeros before the first."""
+    """Servant of ``jderobot::Navdata``. It cannot express "unknown": the last value stays, zeros before the first."""
 
     def __init__(self, slices: Slices, subject: Subject) -> None:
         self._slices = slices

@@ -32,7 +32,7 @@ def quaternion(roll_rad: float, pitch_rad: float, yaw_rad: float) -> tuple[float
 
 
 class Pose3D:
-    """Servant of ``jderobot::Pose3D``. It has no word for "unknown": the last value stays, zeros before the first."""
+    """Servant of ``jderobot::Pose3D``. It cannot express "unknown": the last value stays, zeros before the first."""
 
     def __init__(self, slices: Slices, subject: Subject, workers: Workers) -> None:
         self._slices = slices
@@ -57,7 +57,7 @@ class Pose3D:
         return self._slices.jderobot.Pose3DData(lat, lon, alt, alt, *quaternion(roll, -pitch, yaw))
 
     def setPose3DData(self, data: Any, current: Any = None) -> Any:
-        """Fly to a position, height above mean sea level in z, when the vehicle is in GUIDED; no mode is changed."""
+        """Fly to a position, with altitude above mean sea level in z, if the vehicle is in GUIDED; the mode is not changed."""
         try:
             return self._workers.later(lambda: int(self._goto(data)))
         except Busy as error:

@@ -64,7 +64,7 @@ class TelemetryServant:
         )
 
     def unsubscribe(self, subscription: int, current: Any = None) -> None:
-        """End a subscription; one that is none any more is no error."""
+        """End a subscription; one that has ended already is no error."""
         self._feed.unsubscribe(subscription)
 
     def _standing(self, operation: str, current: Any) -> Callable[[], str | None]:
@@ -217,7 +217,7 @@ class Missions:
         return self._later(systemId, lambda vehicle: vehicle.clear(kind=self._kind(kind), confirm=_confirmed(current)))
 
     def getPlanState(self, systemId: int, kind: Any, current: Any = None) -> Any:
-        """What is known of a plan on board."""
+        """What is known about a plan on board."""
         return self._faults.at_once(lambda: self._state(self._subject.need(systemId).plan_state(self._kind(kind))))
 
     def getProgress(self, systemId: int, current: Any = None) -> Any:

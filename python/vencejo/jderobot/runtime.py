@@ -25,7 +25,7 @@ SLICE_DIR: Final = Path(__file__).resolve().parent / "slice"
 _T = TypeVar("_T")
 _FILES: Final = ("camera", "pose3d", "navdata", "ardroneextra", "cmdvel", "mission")
 _OTHER_MISSION: Final = "MissionOfPoses"
-"""Mission of mission_sequence.ice in this process, where both dialects are served; on the wire an interface has no name."""
+"""Name of Mission of mission_sequence.ice in this process, which serves both dialects; names are not sent over the wire."""
 SLICE_DIGEST: Final = "5489c7e0541425843c8a1ca6ca32015332a786aac443d036cb8d8999d12df8de"
 """Of the Slice files (`digest`). Ice's compiler ends the process over some that are damaged, so it sees none of those."""
 _MISSING: Final = (

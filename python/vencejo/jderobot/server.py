@@ -35,7 +35,7 @@ from vencejo.station import Station
 __all__ = ["IceServer"]
 
 OPERATOR: Final = "JdeRobot"
-"""In whose name the clients of these interfaces act: old ones have no word for who they are."""
+"""Operator of all clients of these interfaces: the old protocol has no identity for them."""
 _DISPATCH_THREADS: Final = 4
 """Requests are short; what takes long has threads of its own (`vencejo.jderobot.workers`)."""
 
@@ -113,7 +113,7 @@ class IceServer(Closing):
         states = States(slices)
         feed = Feed(slices, states)
         closing.callback(feed.close)
-        # Ended before the others: what is under way begins no act any more while they close.
+        # Ended first: pending operations begin no further step while the others close.
         closing.callback(workers.close)
         closing.callback(pictures.close)
         faults = Faults(slices, workers)
@@ -239,11 +239,11 @@ def _communicator(slices: Slices, settings: IceSettings) -> Any:
         "Ice.ThreadPool.Server.Size": str(_DISPATCH_THREADS),
         "Ice.ThreadPool.Server.SizeMax": str(_DISPATCH_THREADS),
         "Ice.MessageSizeMax": str(settings.max_message_kib),
-        # A connection that nobody uses is closed after a minute; clients open a new one by themselves.
+        # An idle connection is closed after a minute; clients reconnect by themselves.
         "Ice.ACM.Server.Timeout": "60",
         "Ice.Warn.Connections": "0",
         "Ice.Warn.Dispatch": "0",
-        # A server that ends does not wait for what a client does not take.
+        # A closing server does not wait for clients that do not read.
         "Ice.ACM.Server.Close": "3",
     }
     for name, value in {**ours, **settings.properties}.items():

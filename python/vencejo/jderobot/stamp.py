@@ -30,12 +30,12 @@ _GLYPHS: Final = {
 }
 """Five by seven pixels each, rows from the top."""
 _ROOM: Final = 96
-"""The text is as large as lets so many of its own pixels across a picture."""
+"""Width of a picture in pixels of the text, which sets the text's size."""
 _INK: Final = (255, 220, 0)
 
 
 def age_text(age_s: float) -> str:
-    """An age as it is written: ``"OLD 12 s"``, minutes from two, hours from two; what is more than 99 hours is so much."""
+    """An age as text: ``"OLD 12 s"``, in minutes from two on, in hours from two on, 99 hours at most."""
     seconds = max(0, int(age_s))
     if seconds < 120:
         return f"OLD {seconds} s"

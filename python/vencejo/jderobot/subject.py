@@ -1,4 +1,4 @@
-"""The vehicle that the interfaces speak of, and what it last said."""
+"""The vehicle that the interfaces serve, and its last values."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class Subject:
         The default vehicle. If not given, the first that was heard, and of several heard by the first call that needs
         it the one with the lowest system id; it then stays the default, whichever vehicles are asked for by their ids.
     operator : Operator, optional
-        In whose name they are acted on; the program's own when not given.
+        The operator that acts on them; by default the program's own.
     """
 
     def __init__(self, station: Station, system_id: int | None = None, operator: Operator | None = None) -> None:
@@ -47,7 +47,7 @@ class Subject:
         return [vehicle.system_id for vehicle in self._station.vehicles]
 
     def find(self, system_id: int = 0) -> Vehicle | None:
-        """A vehicle by its system id, 0 for the default one; ``None`` when it was not heard yet."""
+        """A vehicle by its system id, 0 for the default one; ``None`` while it has not been heard."""
         with self._lock:
             wanted = system_id or self._system_id
             if wanted in self._vehicles:
@@ -63,7 +63,7 @@ class Subject:
             return None
 
     def need(self, system_id: int = 0) -> Vehicle:
-        """The same, or an exception.
+        """As `find`, but raises while the vehicle has not been heard.
 
         Raises
         ------
@@ -78,7 +78,7 @@ class Subject:
         return vehicle
 
     def hear(self) -> Vehicle:
-        """The default vehicle, when it is heard: nothing is sent to one that is lost, where it would wait for its return.
+        """The default vehicle, if it is heard now: a request to a lost one would wait for its return.
 
         Raises
         ------
@@ -93,14 +93,14 @@ class Subject:
         return vehicle
 
     def tell(self, text: str, *, is_problem: bool = True) -> None:
-        """Write a text to the log, and beside the vehicle's own in the station."""
+        """Write a text to the log and to the vehicle's texts in the station."""
         LOG.log(logging.WARNING if is_problem else logging.INFO, "%s", text)
         try:
             vehicle = self.find()
             if vehicle is not None:
                 vehicle.note(f"JdeRobot: {text}", severity=4 if is_problem else 6)
         except VencejoError:
-            pass  # a station that ends; the log has it
+            pass  # the station is closing; the log has it
 
 
 def stand_down(vehicle: Vehicle) -> None:
@@ -118,13 +118,13 @@ def stand_down(vehicle: Vehicle) -> None:
 
 
 class Held:
-    """The last value of each name: interfaces without a word for "unknown" keep giving that."""
+    """Last known values by name, for interfaces that cannot express "unknown"."""
 
     def __init__(self) -> None:
         self._values: dict[str, float] = {}
 
     def __call__(self, name: str, value: float | None) -> float:
-        """The value; when it is not known the last that was, and 0 before any."""
+        """The value; the last known one if it is ``None``, 0 before any."""
         if value is not None:
             self._values[name] = value
         return self._values.get(name, 0.0)

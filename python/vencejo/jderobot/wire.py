@@ -31,11 +31,11 @@ __all__ = [
 ]
 
 MAX_PARTS: Final = 16_384
-"""Elements of sequences and objects in one request; no vehicle holds so many mission items, and more would take too long to look at."""
+"""Most sequence elements and objects in one request: more than a vehicle's mission items, and few enough to check quickly."""
 
 
 class Malformed(Exception):
-    """Bytes that no client of our Slice files sends."""
+    """Bytes that no client of our Slice files would send."""
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ class Text:
 
 @dataclass(frozen=True)
 class Enum:
-    """One of so many enumerators, fewer than 127."""
+    """An enumerator of an enumeration with this many, fewer than 127."""
 
     count: int
 
@@ -292,7 +292,7 @@ class _Reader10(_Reader):
         number = self._int()
         if number <= 0 or number in self._present:
             raise Malformed("the number of an object is wrong, or twice there")
-        # Whoever refers to an object comes before it: nothing is sent that nobody refers to.
+        # A reference precedes its object: unreferenced objects are never sent.
         expected = self._wanted.get(number)
         if expected is None:
             raise Malformed(f"nothing refers to object {number}")
@@ -328,7 +328,7 @@ class _Reader11(_Reader):
         self._seen: list[Object] = []
         """Objects in the order of their numbers, which begin at 2."""
         self._table: list[tuple[int, Object]] | None = None
-        """References of the slice that is read to the table behind it; ``None`` where there is none."""
+        """References of the current slice to the table behind it; ``None`` without a table."""
 
     def _object(self, expected: Object) -> None:
         index = self._size()

@@ -51,12 +51,12 @@ class Workers:
         return promise
 
     def go_on(self, otherwise: Callable[[], object] = lambda: None) -> None:
-        """Called by what consists of several acts, before each: when the driver ends, whoever asked was told that it failed.
+        """Called before each step of a multi-step operation: when the driver ends, its caller was told that it failed.
 
         Parameters
         ----------
         otherwise : function, optional
-            Undoes the act before, when no other may follow.
+            Undoes the previous step if none may follow.
 
         Raises
         ------

@@ -1,4 +1,4 @@
-"""Streams and files by the FFmpeg inside OpenCV. What is H.264 or JPEG already is taken as it is; other video is decoded."""
+"""Streams and files through OpenCV's FFmpeg. H.264 and JPEG are passed on unchanged; other video is decoded."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ __all__ = ["FfmpegSource", "open_file", "open_stream"]
 
 OPEN_TIMEOUT_MS: Final = 10_000
 READ_TIMEOUT_MS: Final = 5_000
-"""A stream in which nothing comes for so long is gone."""
+"""A stream without data for this long is gone, s."""
 NEW_S: Final = 0.005
-"""A picture that had to be waited for so long is a new one."""
+"""A picture that was waited for this long is a live one, s."""
 MAX_WAITED: Final = 300
 """Pictures that waited while a stream was opened, at most."""
 MAX_PAUSE_S: Final = 10.0
@@ -184,7 +184,7 @@ class FfmpegSource:
                 self._sets = h264.parameter_sets(data) or self._sets
                 data = h264.with_parameter_sets(data, self._sets)
                 if self._sets is not None:
-                    # Cameras that are told to change their size do so in the middle of the stream.
+                    # Cameras that are set to another size change it in the middle of the stream.
                     self._size = h264.size(self._sets[0]) or self._size
         else:
             size = jpeg.size(data)

@@ -27,13 +27,13 @@ from vencejo.camera.sources.source import Source
 __all__ = ["MjpegSource", "open_http"]
 
 TIMEOUT_S: Final = 5.0
-"""A camera that says nothing for so long is gone."""
+"""A camera that sends nothing for this long is gone, s."""
 MAX_PICTURE: Final = 16 << 20
 """Bytes of one picture at most."""
 MAX_LINE: Final = 4096
 MAX_HEADERS: Final = 32
 MAX_CLOCK_ERROR_S: Final = 60.0
-"""A time of capture that differs more from ours is no time of capture."""
+"""A time of capture that differs more from ours is ignored, s."""
 
 
 def open_http(address: SourceAddress) -> Source:

@@ -1,4 +1,4 @@
-"""Why a server gives no video. FFmpeg does not tell: so it is asked once more, by hand.
+"""Why a server gives no video. FFmpeg does not report it, so the server is asked once more directly.
 
 Only after FFmpeg has failed: there are cameras that serve one connection, and end when it does.
 """
@@ -17,7 +17,7 @@ PORTS: Final = {"rtsp": 554, "rtsps": 322, "rtmp": 1935, "http": 80, "https": 44
 
 
 def why_not(url: str) -> str | None:
-    """What is wrong with a server, as a sentence; ``None`` when nothing can be said.
+    """What is wrong with a server, as a sentence; ``None`` if it is not known.
 
     Parameters
     ----------

@@ -24,7 +24,7 @@ DEFAULT_RATE_HZ: Final = 30
 PIECE: Final = 65536
 MAX_ERROR: Final = 2000
 PATIENCE_S: Final = 5.0
-"""A program that sends nothing for so long hangs: it is ended, and started again."""
+"""A program that sends nothing for this long hangs and is restarted, s."""
 
 
 class RpicamSource:
@@ -134,7 +134,7 @@ class RpicamSource:
 
 
 def command(program: str, camera: str, size: tuple[int, int], rate_hz: int) -> Sequence[str]:
-    """What is started: H.264 for ever to standard output, parameter sets with each key frame, one of which a second."""
+    """The command: H.264 for ever to standard output, a key frame with parameter sets each second."""
     return (
         *(program, "--camera", camera, "--timeout", "0", "--nopreview", "--codec", "h264", "--profile", "baseline"),
         *("--inline", "--flush", "--intra", str(rate_hz), "--framerate", str(rate_hz)),

@@ -24,5 +24,5 @@ class Source(Protocol):
         ...
 
     def close(self) -> None:
-        """End it, from any thread: whoever waits for a picture comes back soon. May be called again."""
+        """Close it, from any thread; a pending read returns soon. Can be called again."""
         ...
