@@ -82,7 +82,7 @@ if TYPE_CHECKING:
         StatusText,
     )
 
-# Imported when somebody asks for it: to make all these classes takes longer than to hear a plane.
+# Imported lazily: defining all these classes takes longer than hearing the first vehicle.
 _LATER = {
     "findings": {"Finding"},
     "link": {"LinkInfo"},

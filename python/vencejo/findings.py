@@ -1,4 +1,4 @@
-"""What a check of a plan finds: `vencejo.Plan.check` gives it, and `vencejo.PlanRefused` carries it."""
+"""Findings of plan checks, as `vencejo.Plan.check` returns and `vencejo.PlanRefused` carries them."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ __all__ = ["Finding"]
 
 @dataclass(frozen=True)
 class Finding:
-    """Something that a check of a plan found.
+    """A finding of a plan check.
 
     Attributes
     ----------
     severity : {"error", "warning"}
-        A plan with an error is not sent.
+        A plan with an error is not uploaded.
     code : str
         Stable name of the finding.
     item : int or None

@@ -1,4 +1,4 @@
-"""What is known of a link: its state, and what went over it."""
+"""State and counters of a link."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ __all__ = ["LinkInfo"]
 
 @dataclass(frozen=True, kw_only=True)
 class LinkInfo:
-    """A link and what went over it.
+    """State and counters of a link.
 
     Attributes
     ----------
@@ -18,7 +18,7 @@ class LinkInfo:
     name, address : str
         The name given to it, and its link string in canonical form.
     local_address : str or None
-        Address and port of its own socket while it is up; tells the port when the link string says 0.
+        Address and port of its own socket while it is up, such as the port chosen for port 0.
     state : str
         ``"connecting"``, ``"up"``, ``"down"`` or ``"ended"``.
     detail : str or None

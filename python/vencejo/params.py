@@ -15,7 +15,7 @@ __all__ = ["load_params", "save_params"]
 
 
 def load_params(path: str | os.PathLike[str]) -> dict[str, float]:
-    """Read a parameter file of any of the known kinds, told apart by content.
+    """Read a parameter file of any known kind, recognised by its content.
 
     Raises
     ------

@@ -1,8 +1,7 @@
 """Plans: missions, fences and rally points, as files and as the vehicle has them.
 
-A `Plan` is an immutable value, and so is what it consists of; a field of another type than the one that belongs there
-is a `TypeError` where it is given. Items never include home: the first item is item 1 on an ArduPilot vehicle, whose
-item 0 is home.
+A `Plan` and its parts are immutable values; a field of the wrong type raises `TypeError` on construction. Items never
+include home: the first item is item 1 on an ArduPilot vehicle, whose item 0 is home.
 
 Examples
 --------
@@ -55,11 +54,11 @@ __all__ = [
 
 
 PLAN_ENDINGS: Final = tuple(f".{ending}" for ending in _native.PLAN_ENDINGS)
-"""Endings of the names of files that `Plan.save` writes."""
+"""File name endings that `Plan.save` writes."""
 
 
 class Frame(enum.IntEnum):
-    """What an item's altitude is counted from (MAV_FRAME)."""
+    """Reference of an item's altitude (MAV_FRAME)."""
 
     GLOBAL = 0
     """Above mean sea level."""
@@ -72,7 +71,7 @@ class Frame(enum.IntEnum):
 
 
 class Command(enum.IntEnum):
-    """The mission commands used most (MAV_CMD). Any other number is taken too."""
+    """The most common mission commands (MAV_CMD). Any other number is accepted too."""
 
     NAV_WAYPOINT = 16
     NAV_LOITER_UNLIM = 17
@@ -114,7 +113,7 @@ class GeoPoint:
 
 @dataclass(frozen=True)
 class Home:
-    """Where heights above home are counted from.
+    """The home position, from which altitudes above home count.
 
     Attributes
     ----------
@@ -144,9 +143,9 @@ class MissionItem:
         MAV_FRAME of the altitude.
     params : tuple of seven (float or None)
         Parameters 1 to 4 and then x, y, z: latitude and longitude in degrees and altitude in metres when the
-        command has a position. ``None`` where a value is not given.
+        command has a position. ``None`` for a value that is not given.
     autocontinue : bool
-        Whether the vehicle goes on to the next item by itself.
+        Whether the vehicle continues to the next item by itself.
     """
 
     command: int
@@ -177,7 +176,7 @@ class MissionItem:
 
     @property
     def is_nav(self) -> bool:
-        """Whether the mission stands at it until it is done; ``False`` for an action beside the flying."""
+        """Whether the mission stays at it until it is done; ``False`` for an action executed on the way."""
         return _native.command_is_nav(self.command)
 
     @property
@@ -192,7 +191,7 @@ class MissionItem:
 
     @property
     def alt_m(self) -> float | None:
-        """Altitude in metres, counted as `frame` says; ``None`` when the command has no position."""
+        """Altitude in metres, in the item's `frame`; ``None`` when the command has no position."""
         return self.params[6] if self.has_position else None
 
     def with_altitude(self, alt_m: float) -> MissionItem:
@@ -209,7 +208,7 @@ class MissionItem:
         alt_rel_home_m: float,
         params: Sequence[float | None] = (0.0, 0.0, 0.0, 0.0),
     ) -> MissionItem:
-        """An item with a position, its altitude above home."""
+        """An item with a position, and its altitude above home."""
         p1, p2, p3, p4 = params
         return cls(int(command), Frame.GLOBAL_RELATIVE_ALT, (p1, p2, p3, p4, lat_deg, lon_deg, alt_rel_home_m))
 
@@ -224,7 +223,7 @@ class MissionItem:
     def waypoint(
         cls, lat_deg: float, lon_deg: float, *, alt_rel_home_m: float, acceptance_radius_m: float = 0.0
     ) -> MissionItem:
-        """Fly to a point. With radius 0 the vehicle's own (WP_RADIUS) counts."""
+        """Fly to a point. Radius 0 stands for the vehicle's WP_RADIUS."""
         return cls.at(
             Command.NAV_WAYPOINT,
             lat_deg,
@@ -235,14 +234,14 @@ class MissionItem:
 
     @classmethod
     def takeoff(cls, lat_deg: float, lon_deg: float, *, alt_rel_home_m: float, pitch_deg: float = 15.0) -> MissionItem:
-        """Take off and climb to a height, at least with this pitch."""
+        """Take off and climb to an altitude, with at least this pitch."""
         return cls.at(
             Command.NAV_TAKEOFF, lat_deg, lon_deg, alt_rel_home_m=alt_rel_home_m, params=(pitch_deg, 0.0, 0.0, 0.0)
         )
 
     @classmethod
     def land(cls, lat_deg: float, lon_deg: float, *, alt_rel_home_m: float = 0.0) -> MissionItem:
-        """Land at a point; the leg that leads to it is the final approach."""
+        """Land at a point; the leg to it is the final approach."""
         return cls.at(Command.NAV_LAND, lat_deg, lon_deg, alt_rel_home_m=alt_rel_home_m)
 
     @classmethod
@@ -254,7 +253,7 @@ class MissionItem:
     def loiter_turns(
         cls, lat_deg: float, lon_deg: float, *, alt_rel_home_m: float, turns: float, radius_m: float
     ) -> MissionItem:
-        """Fly full circles round a point. A negative radius turns counter-clockwise."""
+        """Fly full circles around a point. A negative radius turns counter-clockwise."""
         return cls.at(
             Command.NAV_LOITER_TURNS,
             lat_deg,
@@ -267,7 +266,7 @@ class MissionItem:
     def loiter_time(
         cls, lat_deg: float, lon_deg: float, *, alt_rel_home_m: float, time_s: float, radius_m: float = 0.0
     ) -> MissionItem:
-        """Circle round a point for a time. ArduPlane keeps only the radius' sign: its size is WP_LOITER_RAD."""
+        """Circle around a point for a time. ArduPlane keeps only the sign of the radius; its size is WP_LOITER_RAD."""
         return cls.at(
             Command.NAV_LOITER_TIME,
             lat_deg,
@@ -280,7 +279,7 @@ class MissionItem:
     def loiter_to_altitude(
         cls, lat_deg: float, lon_deg: float, *, alt_rel_home_m: float, radius_m: float = 0.0
     ) -> MissionItem:
-        """Circle round a point until this height is reached."""
+        """Circle around a point until this altitude is reached."""
         return cls.at(
             Command.NAV_LOITER_TO_ALT,
             lat_deg,
@@ -291,7 +290,7 @@ class MissionItem:
 
     @classmethod
     def loiter(cls, lat_deg: float, lon_deg: float, *, alt_rel_home_m: float, radius_m: float = 0.0) -> MissionItem:
-        """Circle round a point until told otherwise."""
+        """Circle around a point indefinitely."""
         return cls.at(
             Command.NAV_LOITER_UNLIM, lat_deg, lon_deg, alt_rel_home_m=alt_rel_home_m, params=(0.0, 0.0, radius_m, 0.0)
         )
@@ -308,7 +307,7 @@ class MissionItem:
 
     @classmethod
     def jump(cls, item: int, *, repeats: int = -1) -> MissionItem:
-        """Go on at another item, counted from 1 as the plan's items are; -1 repeats for ever."""
+        """Continue at another item, counted from 1 as the plan's items are; -1 repeats for ever."""
         return cls.action(Command.DO_JUMP, float(item), float(repeats))
 
 
@@ -338,13 +337,13 @@ class Circle:
 
 @dataclass(frozen=True)
 class Fence:
-    """Where to stay.
+    """A fence: zones to stay inside or outside of.
 
     Attributes
     ----------
     zones : tuple of Polygon or Circle
     return_point : RallyPoint or None
-        Where to go on a breach, its altitude above home; ``None`` leaves it to the vehicle.
+        Where to fly on a breach, its altitude above home; ``None`` leaves it to the vehicle.
     """
 
     zones: tuple[Polygon | Circle, ...] = ()
@@ -357,7 +356,7 @@ class Fence:
 
 @dataclass(frozen=True)
 class RallyPoint:
-    """A point to return to instead of home. Altitude in metres, as `frame` says."""
+    """A point to return to instead of home. Altitude in metres, in its `frame`."""
 
     lat_deg: float
     lon_deg: float
@@ -372,17 +371,17 @@ class RallyPoint:
 
 @dataclass(frozen=True)
 class ComplexItem:
-    """An item of a ``.plan`` file that stands for several: a survey, a corridor, a landing pattern, a structure scan.
+    """A complex item of a ``.plan`` file: a survey, a corridor, a landing pattern, a structure scan.
 
-    The mission holds the items that it stands for. It is kept beside them, and written in their place as long as they
-    are in the mission as it made them; so QGroundControl opens it as what it was.
+    The mission contains its simple items. It is kept beside them, and written instead of them as long as they are
+    unchanged in the mission, so that QGroundControl can edit it again.
 
     Attributes
     ----------
     kind : str
         ``"survey"``, ``"CorridorScan"``, ``"fwLandingPattern"``, ``"StructureScan"``…
     json : str
-        The whole of it.
+        The whole item as JSON.
     """
 
     kind: str
@@ -394,18 +393,18 @@ class ComplexItem:
 
 @dataclass(frozen=True)
 class PlanSettings:
-    """What a ``.plan`` file says beside the plan. QGroundControl plans for these; no vehicle is told.
+    """Settings of a ``.plan`` file beside the plan. QGroundControl uses them for planning; they are not sent to vehicles.
 
     Attributes
     ----------
     cruise_speed_m_s, hover_speed_m_s : float or None
-        Speeds to plan times with.
+        Speeds from which times are planned.
     vehicle_type : int or None
         MAV_TYPE; 1 is a fixed-wing plane.
     firmware_type : int or None
         MAV_AUTOPILOT; 3 is ArduPilot.
     complex_items : tuple of ComplexItem
-        Items of the mission that stand for several, in the order of the file.
+        Complex items of the mission, in the order of the file.
     """
 
     cruise_speed_m_s: float | None = None
@@ -422,16 +421,16 @@ class PlanSettings:
 
 @dataclass(frozen=True)
 class PlanNote:
-    """What reading a file had to assume or leave out, or what writing one could not keep.
+    """Something that reading a file assumed or left out, or that writing one could not keep.
 
     Attributes
     ----------
     code : str
         Stable name, such as ``"heights-missing"``; `schemas/openapi.json` lists them (``PlanFileNoteCode``).
     count : int
-        How many heights, items, areas… it concerns.
+        Number of altitudes, items, areas… concerned.
     message : str
-        What it says, in English.
+        The note in English.
     """
 
     code: str
@@ -444,7 +443,7 @@ class PlanNote:
 
 @dataclass(frozen=True)
 class Plan:
-    """What a vehicle is to fly, where it shall stay, and where it may return to.
+    """A plan: the mission to fly, the fence to stay in, and rally points to return to.
 
     Attributes
     ----------
@@ -455,10 +454,9 @@ class Plan:
     fence : Fence
     rally : tuple of RallyPoint
     settings : PlanSettings
-        Kept from file to file.
+        Settings kept from file to file.
     notes : tuple of PlanNote
-        What reading the file had to assume or leave out; no part of the plan, so that plans which differ in it alone
-        are equal.
+        What reading the file assumed or left out. Not part of the plan: plans that differ only in it are equal.
     """
 
     items: tuple[MissionItem, ...] = ()
@@ -482,17 +480,17 @@ class Plan:
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Plan:
-        """Read a plan file of any kind, told apart by content.
+        """Read a plan file of any kind, recognised by its content.
 
-        These hold plans: ``.plan`` and ``.mission`` (QGroundControl), ``.waypoints`` (QGC WPL 110), ``.fen`` and
-        ``.ral`` (lines of points). Of maps and receivers, ``.kml``, ``.kmz``, ``.geojson``, ``.gpx`` and ``.csv``:
-        lines, else points, become waypoints, areas become zones of the fence to stay inside.
+        These formats hold plans: ``.plan`` and ``.mission`` (QGroundControl), ``.waypoints`` (QGC WPL 110), ``.fen``
+        and ``.ral`` (lines of points). Of map formats, ``.kml``, ``.kmz``, ``.geojson``, ``.gpx`` and ``.csv``: lines,
+        else points, become waypoints, areas become zones of the fence to stay inside.
 
-        Surveys, corridors and landing patterns become the items that they stand for, and are kept beside them in
+        Surveys, corridors and landing patterns become their simple items, and are kept beside them in
         ``settings.complex_items``, so that `save` writes them again. A structure scan becomes one item that no vehicle
-        takes: only QGroundControl knows what it stands for.
+        accepts: only QGroundControl can expand it.
 
-        Heights keep what they count from, and where a file does not say it, or has none, `Plan.notes` does.
+        Altitudes keep their reference; `Plan.notes` says where a file has no reference or no altitude.
 
         Raises
         ------
@@ -517,20 +515,22 @@ class Plan:
         )
 
     def save(self, path: str | os.PathLike[str]) -> tuple[PlanNote, ...]:
-        """Write a file; the name's ending says which: ``.plan``, ``.waypoints``, ``.kml``, ``.kmz``, ``.geojson``, ``.gpx``, ``.csv``.
+        """Write a file in the format of its ending: one of `PLAN_ENDINGS`, such as ``.plan`` or ``.waypoints``.
 
-        A ``.waypoints`` file holds the mission alone; of a plan without one its fence, else its rally points. A
-        ``.gpx`` holds the places of the mission. The others hold everything.
+        A ``.waypoints`` file holds the mission alone, or without a mission the fence, else the rally points. A ``.gpx``
+        file holds the positions of the mission. The others hold everything.
 
         Returns
         -------
         tuple of PlanNote
-            What the file does not keep as it is in the plan; empty when it keeps all.
+            What the file does not keep; empty if it keeps everything.
 
         Raises
         ------
         FileFormatError
-            For another ending, or a plan that the format cannot hold.
+            For an unknown ending, or a plan that the format cannot hold.
+        InvalidRequest
+            For a position that is not on Earth.
         """
         path = Path(path)
         try:
@@ -542,7 +542,7 @@ class Plan:
 
     @property
     def edited_complex_items(self) -> tuple[ComplexItem, ...]:
-        """Those of ``settings.complex_items`` whose items were changed: `save` writes their items one by one."""
+        """Complex items whose simple items were changed; `save` writes their simple items instead."""
         edited = _native.edited_complex_items(self._to_native(), self._native_settings())
         return tuple(self.settings.complex_items[index] for index in edited)
 
@@ -557,19 +557,24 @@ class Plan:
         )
 
     def check(self, *, position: GeoPoint | Home | None = None, on_ground: bool | None = None) -> tuple[Finding, ...]:
-        """Look for what would make the plan fail or be refused.
+        """Find what would make the plan fail or be refused.
 
         Parameters
         ----------
         position : GeoPoint or Home, optional
-            Where the vehicle or its home is; finds plans for another place.
+            Position of the vehicle or its home; finds plans for another place.
         on_ground : bool, optional
             Whether the vehicle is on the ground; then the mission must begin with a take-off.
 
         Returns
         -------
         tuple of Finding
-            Errors first.
+            The findings, errors first.
+
+        Raises
+        ------
+        InvalidRequest
+            For a position that is not on Earth.
         """
         at = None if position is None else (position.lat_deg, position.lon_deg)
         return findings_of(_native.check_plan(self._to_native(), at, on_ground))
@@ -577,7 +582,7 @@ class Plan:
     def require_sound(
         self, *, position: GeoPoint | Home | None = None, on_ground: bool | None = None
     ) -> tuple[Finding, ...]:
-        """Check the plan and refuse it if there is an error; give back the warnings.
+        """Check the plan, and raise if it has an error; returns the warnings.
 
         Raises
         ------
@@ -587,7 +592,7 @@ class Plan:
 
     @property
     def length_m(self) -> float | None:
-        """Length of the mission's way in metres, circles included; ``None`` when it has no end or no position."""
+        """Length of the mission's path in metres, circles included; ``None`` if it has no end or no position."""
         return _native.mission_length_m(self._to_native())
 
     def _to_native(self) -> _native._Plan:
@@ -623,7 +628,7 @@ def findings_of(found: Sequence[_native._Finding]) -> tuple[Finding, ...]:
 
 
 def refuse_errors(findings: tuple[Finding, ...]) -> tuple[Finding, ...]:
-    """The findings, when there is no error among them; else `PlanRefused`."""
+    """The findings, if there is no error among them; raises `PlanRefused` otherwise."""
     errors = [str(finding) for finding in findings if finding.severity == "error"]
     if errors:
         raise PlanRefused("the plan was not sent: " + "; ".join(errors), findings)

@@ -1,4 +1,4 @@
-"""Recordings: what is in a ``.tlog`` file.
+"""Recordings: the contents of a ``.tlog`` file.
 
 Examples
 --------
@@ -20,14 +20,14 @@ __all__ = ["RecordedEvent", "RecordingSummary", "Sender", "summarize"]
 
 @dataclass(frozen=True)
 class Sender:
-    """Who spoke.
+    """A sender in a recording.
 
     Attributes
     ----------
     system_id, component_id : int
     frames : int
     mav_type, autopilot : int or None
-        MAV_TYPE and MAV_AUTOPILOT of its heartbeats, ``None`` when it sent none.
+        MAV_TYPE and MAV_AUTOPILOT of its heartbeats, ``None`` without heartbeats.
     """
 
     system_id: int
@@ -56,7 +56,7 @@ class RecordedEvent:
     Attributes
     ----------
     time_s : float
-        Since the first frame.
+        Time since the first frame, seconds.
     system_id : int
         The vehicle.
     kind : str
@@ -73,16 +73,16 @@ class RecordedEvent:
 
 @dataclass(frozen=True, kw_only=True)
 class RecordingSummary:
-    """What is in a recording.
+    """Contents of a recording.
 
     Attributes
     ----------
     frames : int
-        Whole frames.
+        Number of complete frames.
     skipped_bytes : int
-        Bytes that belong to no whole frame: damage, or a torn end.
+        Bytes outside complete frames: damage, or a truncated end.
     start_unix_s : float or None
-        Time of the first frame, seconds since 1970; ``None`` when there is none.
+        Time of the first frame, seconds since 1970; ``None`` without frames.
     duration_s : float
         From the first frame to the last.
     senders : tuple of Sender
@@ -110,7 +110,7 @@ def summarize(path: str | os.PathLike[str]) -> RecordingSummary:
     Raises
     ------
     FileFormatError
-        When the file cannot be read. One without a single frame is no error: it has 0 frames.
+        When the file cannot be read. A file without frames is no error.
     """
     found = _native.summarize_recording(os.fspath(path))
     senders = tuple(

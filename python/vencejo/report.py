@@ -1,4 +1,4 @@
-"""A plan and its rehearsed flight as one HTML file: for a screen, for A4, for a club's notice board. No network, no script.
+"""A report of a plan and its rehearsed flight: one HTML file for the screen and A4 paper, without network or scripts.
 
 Examples
 --------
@@ -53,12 +53,12 @@ SHOWN_PARAMETERS = (
     "RTL_ALTITUDE",
     "RTL_AUTOLAND",
 )
-"""What says most of how a plane flies; those that are given are printed."""
+"""Parameters that say most about how a plane flies; those that are given are printed."""
 
 
 @dataclass(frozen=True)
 class _Subject:
-    """What is reported, and in which words."""
+    """The subject of a report, and its texts."""
 
     plan: Plan
     flown: Rehearsal
@@ -93,9 +93,9 @@ def plan_report(
     ----------
     plan : Plan
     flown : Rehearsal
-        Of this plan, as :func:`vencejo.rehearsal.rehearse` gives it.
+        The rehearsal of this plan, from :func:`vencejo.rehearsal.rehearse`.
     title : str
-        What it is called; any text.
+        Title, any text.
     wind, parameters, airframe : optional
         What it was rehearsed with.
     language : {"en", "es"}, optional
@@ -111,7 +111,7 @@ def plan_report(
         The page, whole: styles and drawings are in it.
     """
     subject = _Subject(plan, flown, wind or Wind(0.0, 0.0), parameters, airframe, what_ifs, Texts(language))
-    # A section is a function of the subject; what has nothing to say gives no text.
+    # Each section is a function of the subject; an empty one returns no text.
     sections = (
         _header(subject, title, made),
         _summary(subject),
@@ -277,7 +277,7 @@ def _moment(track: Sequence[Moment], time_s: float) -> Moment:
 
 
 def _what_if(subject: _Subject) -> str:
-    """A row for each thing that may happen, a column for each moment."""
+    """A row per trigger, a column per moment."""
     moments = list(dict.fromkeys(found.at.time_s for found in subject.what_ifs))
     if not moments:
         return ""

@@ -1,6 +1,6 @@
-"""Separation: where planned flights come too near to each other, found before they are flown.
+"""Separation: conflicts between planned flights, found before they are flown.
 
-It tells; nothing is flown differently for it.
+Conflicts are reported only; no flight is changed.
 
 Examples
 --------
@@ -31,15 +31,15 @@ __all__ = ["Conflict", "ConflictPlace", "conflicts"]
 
 @dataclass(frozen=True, slots=True)
 class ConflictPlace:
-    """Where a flight is at a moment.
+    """Position of a flight at a moment.
 
     Attributes
     ----------
     time_s : float
-        On the clock of the starts.
+        Time on the clock of ``starts_s``, seconds.
     lat_deg, lon_deg : float
     alt_amsl_m : float
-        Height above mean sea level.
+        Altitude above mean sea level.
     """
 
     time_s: float
@@ -57,9 +57,9 @@ class Conflict:
     flights : tuple of int
         Indices of the two, the lower first.
     begins_s, ends_s : float
-        From when to when the first is too near to the other.
+        When the first begins and ceases to be too near to the other.
     nearest : tuple of ConflictPlace
-        Where each is where they come nearest over ground.
+        Positions of both at their least distance over ground.
     horizontal_m, vertical_m : float
         Distance over ground and difference in height there.
     """
@@ -80,16 +80,15 @@ def conflicts(
     vertical_m: float = 30.0,
     window_s: float = 10.0,
 ) -> tuple[Conflict, ...]:
-    """Where any two of these rehearsed flights come too near to each other, earliest first.
+    """Find conflicts between rehearsed flights, the earliest first.
 
-    A pair that comes near, parts and comes near again is told each time.
+    A pair that comes near, parts and comes near again gives a conflict each time.
 
     Parameters
     ----------
     flights : sequence of Rehearsal
     starts_s : sequence of float, optional
-        When each starts, seconds on a clock that all have in common; all at 0 by default. That they start then is
-        assumed.
+        When each starts, seconds on a common clock; all at 0 by default.
     horizontal_m : float, optional
         Distance over ground below which they are too near, 1 to 10,000.
     vertical_m : float, optional

@@ -1,4 +1,4 @@
-"""Signing: how vehicles sign, and the keys of this machine."""
+"""MAVLink signing: signing state of vehicles, and the keys of this machine."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ __all__ = ["SigningInfo", "SigningKeyInfo"]
 
 @dataclass(frozen=True, kw_only=True)
 class SigningInfo:
-    """How a vehicle signs. Counts are since the station was opened.
+    """Signing state of a vehicle. Counters start when the station is opened.
 
     Attributes
     ----------
     must_sign : bool
-        Whether what it does not sign is refused.
+        Whether its unsigned messages are refused.
     key : str or None
-        Name of the key that it is talked to with.
+        Name of the key with which messages to it are signed.
     key_missing : bool
-        Whether that key is gone from this machine: nothing of the vehicle is believed then.
+        Whether that key is missing on this machine: then none of the vehicle's messages are accepted.
     unproven : tuple of str
         Names of keys that were sent to it and that it has not shown.
     verified : int
@@ -49,7 +49,7 @@ class SigningInfo:
 
     @property
     def refused(self) -> int:
-        """All frames that were refused."""
+        """Total number of refused frames."""
         return (
             self.refused_unsigned
             + self.refused_wrong_key
@@ -61,15 +61,15 @@ class SigningInfo:
 
 @dataclass(frozen=True, kw_only=True)
 class SigningKeyInfo:
-    """A key of this machine, without what is secret of it.
+    """A key of this machine, without its secret.
 
     Attributes
     ----------
     name : str
     made : datetime
-        When, by this machine's clock, UTC.
+        When it was made, by this machine's clock, UTC.
     vehicles : tuple of int
-        System ids of the vehicles that have it, or may.
+        System ids of the vehicles that have it, or may have it.
     """
 
     name: str
