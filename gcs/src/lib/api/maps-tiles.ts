@@ -3,7 +3,7 @@ import { connection } from './connection';
 import { noAnswer, problemOf } from './problem';
 import type { Problem } from './types';
 
-export type TileAnswer =
+type TileAnswer =
   /** `isStale`: the source failed, this is an older copy. */
   | { readonly kind: 'tile'; readonly picture: Blob; readonly isStale: boolean }
   /** The source has nothing there. */

@@ -64,7 +64,7 @@ export function reasonsOf({ reasons = [], refusals = [] }: Problem): Reason[] {
 export const isCuredByMode = (refusal: RefusalCode): boolean =>
   refusal === 'mode-not-armable' || refusal === 'landing-sequence';
 
-export type Challenge = Extract<Cause, { code: 'needs-confirmation' }>;
+type Challenge = Extract<Cause, { code: 'needs-confirmation' }>;
 
 /** What the server wants confirmed; null for any other problem. */
 export const challengeOf = ({ cause }: Problem): Challenge | null =>

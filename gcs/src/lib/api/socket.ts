@@ -8,7 +8,7 @@ const LAST_RETRY_MS = 4000;
 
 export type SocketState = 'connecting' | 'open' | 'waiting' | 'closed';
 
-export interface SocketHandlers {
+interface SocketHandlers {
   /**
    * Asked before each attempt: opens the session, gives the address. A rejection counts as a failed attempt; so does
    * silence, and then `signal` ends what was begun.

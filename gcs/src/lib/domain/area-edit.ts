@@ -87,7 +87,7 @@ export function fenceHandles({ zones, return_point }: Fence): PlacedHandle[] {
 export const rallyHandles = (rally: readonly RallyPoint[]): PlacedHandle[] =>
   rally.map((at, index) => ({ handle: { kind: 'rally', index }, at }));
 
-export interface Moved {
+interface Moved {
   readonly areas: Areas;
   /** The handle held from now on: an edge that is moved becomes a corner. */
   readonly handle: AreaHandle;

@@ -55,7 +55,7 @@ export function approach(shown: number | null, target: number, dt_s: number): nu
 }
 
 /** Values of the tapes; null when unknown. */
-export interface Tapes {
+interface Tapes {
   readonly airspeed_m_s: number | null;
   readonly climb_m_s: number | null;
   readonly groundspeed_m_s: number | null;

@@ -8,7 +8,7 @@ export type CoordinateFormat = (typeof COORDINATES)[number];
 /** Letters of the UTM bands from 80° S to 84° N, 8° each (the last 12°), without I and O. */
 const BANDS = 'CDEFGHJKLMNPQRSTUVWX';
 
-export interface UtmZone {
+interface UtmZone {
   readonly zone: number;
   /** MGRS latitude band. */
   readonly band: string;

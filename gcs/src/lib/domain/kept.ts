@@ -1,6 +1,6 @@
 // What is missing of a history.
 
-export interface Gap {
+interface Gap {
   first: number;
   last: number;
   is_lost: boolean;

@@ -3,7 +3,7 @@
 /** MAV_SEVERITY; smaller is worse. */
 export const WARNING = 4;
 
-export interface Searchable {
+interface Searchable {
   severity: number;
   text: string;
 }

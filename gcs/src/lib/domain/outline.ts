@@ -3,7 +3,7 @@
 import { bearing_deg, between, destination, distance_m } from './geo';
 import { type LonLat, rounded, sameLonLat } from './lonlat';
 
-export interface Edge {
+interface Edge {
   /** Index of the corner that it goes out from. */
   readonly after: number;
   readonly middle: LonLat;

@@ -109,7 +109,7 @@ export function standsAt(draft: Draft, items: readonly DraftItem[]): number | nu
   return index >= 0 && items.every((item, at) => draft.items[index + at] === item) ? index : null;
 }
 
-export interface PlacedComplex {
+interface PlacedComplex {
   readonly draft: Draft;
   /** The items it generated. */
   readonly items: readonly DraftItem[];

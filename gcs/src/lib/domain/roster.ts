@@ -67,7 +67,7 @@ export const changedRow = (row: RosterRow | undefined, change: RosterChange): Ro
   ({ ...(row ?? NEW), ...change }) as RosterRow;
 
 /** Reasons why a vehicle needs attention, the most urgent first. */
-export const ATTENTION = [
+const ATTENTION = [
   'lost',
   'target',
   'battery-critical',

@@ -112,7 +112,7 @@ export function pageLink(url: string | null | undefined): string | null {
 }
 
 /** What a kind of source says of addresses and files of it. */
-export interface KindSigns<Kind extends string> {
+interface KindSigns<Kind extends string> {
   readonly kind: Kind;
   readonly address_signs: readonly string[];
   readonly file_ends: readonly string[];

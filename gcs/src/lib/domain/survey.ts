@@ -12,7 +12,7 @@ export const NEW_WIDTH_M = 100;
 /** Step in which a course is turned, degrees. */
 const TURN_DEG = 1;
 
-export interface SurveyShape {
+interface SurveyShape {
   readonly places: readonly LonLat[];
   /** Of a corridor, metres; `null`: the places are the corners of an area. */
   readonly width_m: number | null;
@@ -39,7 +39,7 @@ export function turner({ places }: SurveyShape, course_deg: number): LonLat {
   return destination(centre, course_deg, 1.25 * far_m);
 }
 
-export interface SurveyMove {
+interface SurveyMove {
   /** The handle held from now on: an edge that is moved becomes a corner. */
   readonly handle: AreaHandle;
   readonly change: Partial<SurveyShape & { readonly course_deg: number }>;

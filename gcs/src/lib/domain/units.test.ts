@@ -9,12 +9,12 @@ import {
   lengthTo_m,
   parseMeasure,
   parseNumber,
-  SI,
   speedFrom_m_s,
   speedTo_m_s,
   type Units,
 } from './units';
 
+const SI: Units = { length: 'm', speed: 'm_s' };
 const FEET: Units = { length: 'ft', speed: 'kt' };
 
 describe('units', () => {

@@ -9,8 +9,6 @@ export interface Units {
   readonly speed: SpeedUnit;
 }
 
-export const SI: Units = { length: 'm', speed: 'm_s' };
-
 /** The international foot, exact. */
 const M_PER_FT = 0.3048;
 /** The international nautical mile, exact. */

@@ -2,7 +2,7 @@ import { describe, expect, it } from 'vitest';
 import { destination } from './geo';
 import { makeItem, type PlanItem, withParam, withPlace } from './plan';
 import { NO_PROFILE } from './profile';
-import { type Loiter, NO_WAY, placesFlown, type ToldWay, type Way, wayOf } from './way';
+import { type Loiter, placesFlown, type ToldWay, type Way, wayOf } from './way';
 
 const HOME = { lat_deg: 40.3332, lon_deg: -3.7978, alt_amsl_m: 690 };
 const at = (away_m: number, bearing_deg = 0) => destination(HOME, bearing_deg, away_m);
@@ -54,7 +54,7 @@ describe('before the core has told', () => {
     expect(stops.every(({ leg }) => leg?.isGuess && leg.line.length === 2)).toBe(true);
     expect(stops[2]?.leg?.length_m).toBeCloseTo(300, 3);
     expect(wayOf(items.slice(2, 3), null, false).stops).toMatchObject([{ index: 0, leg: null }]);
-    expect(wayOf([], HOME, false)).toEqual(NO_WAY);
+    expect(wayOf([], HOME, false)).toEqual({ stops: [], jumps: [] });
   });
 
   it('passes over an arc unless the vehicle flies it, and returns only to a home that is known', () => {

@@ -122,8 +122,6 @@ export interface Way {
   readonly jumps: readonly { readonly fromIndex: number; readonly toIndex: number }[];
 }
 
-export const NO_WAY: Way = { stops: [], jumps: [] };
-
 /** How a mission ends, by the keys that its items keep while they are edited. */
 export interface End {
   /** Of the landing that ends it with its approach, or the return. */

@@ -47,13 +47,13 @@ export type { FleetMark, AreaView, SurveyView, RouteStatus, RouteTexts, ShownSou
 /** How the view stands to the selected plane. */
 export type FollowMode = 'free' | 'follow' | 'sight';
 
-export interface Modifiers {
+interface Modifiers {
   /** Ctrl, Cmd or Shift: add to the selection. */
   readonly isAdding: boolean;
 }
 
 /** What people do on the map. Item numbers count from 1; pixels from the map's top left. */
-export interface MapEvents {
+interface MapEvents {
   /** A click or tap beside everything, or Enter while the map has the keyboard. */
   click?(at: LonLat, modifiers: Modifiers): void;
   itemClick?(number: number, modifiers: Modifiers): void;
@@ -78,7 +78,7 @@ export interface MapEvents {
   viewChange?(view: MapViewState): void;
 }
 
-export interface MapTexts extends RouteTexts, AreaTexts {
+interface MapTexts extends RouteTexts, AreaTexts {
   /** A round distance, for the grid. */
   distance(value_m: number): string;
   /** Length so far and bearing of the last piece. */
@@ -93,7 +93,7 @@ export interface MapViewState {
   readonly zoom: number;
 }
 
-export interface MapOptions {
+interface MapOptions {
   readonly target: HTMLElement;
   readonly events: MapEvents;
   readonly sources: SourceEvents;

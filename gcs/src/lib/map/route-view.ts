@@ -25,7 +25,7 @@ export interface RouteLeg {
   readonly isGuess: boolean;
 }
 
-export interface RouteCircle {
+interface RouteCircle {
   readonly number: number;
   readonly line: readonly XY[];
   readonly isClockwise: boolean;
@@ -33,7 +33,7 @@ export interface RouteCircle {
   readonly isOwnRadius: boolean;
 }
 
-export interface RouteApproach extends Descent {
+interface RouteApproach extends Descent {
   readonly middle: XY;
   readonly length_m: number;
 }

@@ -6,7 +6,7 @@ import { api } from './station.svelte';
 import { type Vehicle, vehicles } from './vehicles.svelte';
 
 /** Where the wind of a rehearsal is from: the vehicle's own estimate; of one that has none, what a pilot set, or no wind. */
-export type WindFrom = 'vehicle' | 'pilot' | 'nobody';
+type WindFrom = 'vehicle' | 'pilot' | 'nobody';
 
 function windFrom(vehicle: Vehicle): WindFrom {
   if (estimateOf(vehicle) !== null) return 'vehicle';

@@ -22,7 +22,7 @@ interface Answer {
 }
 
 /** How a part differs from the one on board. */
-export interface Differing<Part extends PlanKind> {
+interface Differing<Part extends PlanKind> {
   readonly changes: readonly PlanChange[];
   /** The part that was compared. */
   readonly of: Question[Part];

@@ -9,7 +9,7 @@ import { api, problemFrom } from './station.svelte';
 /** Requests under way at once: a browser has six connections, and a single act must find one free. */
 const AT_ONCE = 4;
 
-export interface GroupAnswer {
+interface GroupAnswer {
   readonly id: number;
   readonly name: string;
   readonly state: 'waiting' | Outcome;

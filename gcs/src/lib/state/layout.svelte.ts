@@ -3,8 +3,8 @@ import { load, save } from './stored';
 
 const LEFT_PANELS = ['instruments', 'fly'] as const;
 const RIGHT_PANELS = ['fleet', 'plan', 'numbers', 'sensors', 'messages', 'maps', 'settings'] as const;
-export type LeftPanel = (typeof LEFT_PANELS)[number];
-export type RightPanel = (typeof RIGHT_PANELS)[number];
+type LeftPanel = (typeof LEFT_PANELS)[number];
+type RightPanel = (typeof RIGHT_PANELS)[number];
 export type Panel = LeftPanel | RightPanel;
 
 /** Below this width one panel at a time opens, as a sheet from the bottom. */

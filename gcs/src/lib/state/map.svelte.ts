@@ -3,7 +3,7 @@ import type { LonLat } from '$lib/domain/lonlat';
 import { load, save } from './stored';
 
 export type FollowMode = 'free' | 'follow' | 'sight';
-export type MapTool = 'none' | 'ruler';
+type MapTool = 'none' | 'ruler';
 
 interface Look {
   follow: FollowMode;

@@ -17,7 +17,7 @@ export interface ItemChange {
 }
 
 /** The draft compared with the plan known to be on board the selected vehicle; `uncompared` until the core has answered. */
-export type DraftState = 'empty' | 'not-sent' | 'sending' | 'verified' | 'differs' | 'uncompared' | 'unknown';
+type DraftState = 'empty' | 'not-sent' | 'sending' | 'verified' | 'differs' | 'uncompared' | 'unknown';
 
 class PlanCompared {
   /** What the selected vehicle has on board; `null` when that is not known. */

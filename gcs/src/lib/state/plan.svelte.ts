@@ -11,7 +11,6 @@ import {
   type HeightFrame,
   type Home,
   type Plan,
-  type PlanItem,
 } from '$lib/domain/plan';
 import {
   type Added,
@@ -372,8 +371,5 @@ function readChosen(value: unknown): Chosen | null {
   if (typeof alt_m !== 'number' || !Number.isFinite(alt_m)) return null;
   return { alt_m, frame: (['home', 'amsl', 'terrain'] as const).find((one) => one === frame) ?? 'home' };
 }
-
-/** Whether an item is one that the editor knows, for those who show items. */
-export type { PlanItem };
 
 export const plan = new PlanStore();

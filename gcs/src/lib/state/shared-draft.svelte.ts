@@ -14,7 +14,7 @@ import { load, save } from './stored';
 const PUSH_MS = 1000;
 
 /** A draft on the server that differs from the one open here. */
-export interface Theirs {
+interface Theirs {
   readonly kind: 'offer' | 'conflict';
   readonly draft: ServerDraft;
   readonly plan: Plan;

@@ -23,11 +23,11 @@ import { load, save } from './stored';
 import { vehicles } from './vehicles.svelte';
 
 /** How a survey is to be flown, without where. */
-export type SurveySettings = Omit<SurveyRequest, 'places' | 'width_m' | 'wind' | 'home' | 'vehicle'>;
+type SurveySettings = Omit<SurveyRequest, 'places' | 'width_m' | 'wind' | 'home' | 'vehicle'>;
 /** All that one is laid out from but home and the vehicle. */
-export type SurveyAsked = Omit<SurveyRequest, 'home' | 'vehicle'>;
+type SurveyAsked = Omit<SurveyRequest, 'home' | 'vehicle'>;
 /** The displayed part of a laid-out survey. */
-export type LaidOut = Omit<Survey, 'items' | 'complex_item'>;
+type LaidOut = Omit<Survey, 'items' | 'complex_item'>;
 
 /** What is known of a complex item of the draft. */
 interface Known {

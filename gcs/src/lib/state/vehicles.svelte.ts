@@ -43,14 +43,14 @@ export interface Text {
 }
 
 /** How well a vehicle is heard. */
-export interface LinkQuality {
+interface LinkQuality {
   /** Id of the link that it is reached over. */
   id: number | null;
   loss_pct: number | null;
   round_trip_ms: number | null;
 }
 
-export interface TelemetryChange {
+interface TelemetryChange {
   groups: TelemetryChanges;
   progress: MissionProgress | null;
   /** Monotonic time at which each group had arrived. */

@@ -13,7 +13,7 @@ import type { Problem } from '$lib/api/types';
 import { GridTiles } from './GridTiles';
 import { projectionFor } from './projections';
 
-export interface GridLevel {
+interface GridLevel {
   readonly resolution: number;
   /** x and y of the top left corner. */
   readonly origin: readonly number[];

@@ -15,7 +15,7 @@ export interface PlacedArea {
   readonly isDraft: boolean;
 }
 
-export interface PlacedPicture {
+interface PlacedPicture {
   readonly image: HTMLImageElement;
   /** Top left, top right, bottom right, bottom left of the picture. */
   readonly corners: readonly LonLat[];

@@ -6,7 +6,7 @@ import { hasText, t, translated, type MessageKey } from '$lib/i18n/index.svelte'
 import { settings } from '$lib/state/settings.svelte';
 import { operatorName } from './names';
 
-export interface ProblemWords {
+interface ProblemWords {
   readonly text: string;
   /** What the server adds in English words, where a cause holds some; empty otherwise. */
   readonly said: string;

@@ -9,7 +9,7 @@ const OVERRUN = 60;
 /** Decoders that end before they show anything until H.264 is given up: a first picture may have come to harm on its way. */
 const MAX_FAILURES = 3;
 
-export interface PlayerEvents {
+interface PlayerEvents {
   /** A picture is on the canvas. */
   shown(captured_unix_us: number): void;
   /** H.264 cannot be decoded here. */

@@ -3,7 +3,7 @@ import { isNoAnswer } from '$lib/api/problem';
 import type { Cause, Problem } from '$lib/api/types';
 import { hasText, t } from '$lib/i18n/index.svelte';
 
-export interface FaultWords {
+interface FaultWords {
   readonly text: string;
   /** Details from the figures of the cause; empty without any. */
   readonly why: string;

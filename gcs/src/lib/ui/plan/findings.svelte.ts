@@ -5,7 +5,7 @@ import { plan } from '$lib/state/plan.svelte';
 import { bearing, distance, duration, height, number, speed } from '$lib/ui/base/format.svelte';
 import { kindName, paramName } from './names';
 
-export interface FindingWords {
+interface FindingWords {
   readonly text: string;
   readonly remedy: string;
 }
