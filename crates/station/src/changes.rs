@@ -39,7 +39,7 @@ impl Changes {
         self.lock().count
     }
 
-    /// Waits on this thread until the count is no longer `seen`, and gives it back; `None` when it stays so.
+    /// Blocks this thread until the count is no longer `seen`, and returns it; `None` after the time-out.
     pub fn wait_blocking(&self, seen: u64, timeout: Duration) -> Option<u64> {
         let mut state = self.lock();
         state.blocked += 1;
@@ -52,7 +52,7 @@ impl Changes {
         (state.count != seen).then_some(state.count)
     }
 
-    /// Waits until the count is no longer `seen`, and gives it back.
+    /// Waits until the count is no longer `seen`, and returns it.
     pub async fn wait(&self, seen: u64) -> u64 {
         loop {
             let mut notified = std::pin::pin!(self.waiting.notified());

@@ -228,7 +228,7 @@ impl Operator {
     /// Takes control if no other operator has it. Every act does this.
     ///
     /// # Errors
-    /// [`NotTaken::Held`] by somebody else, [`NotTaken::Dismissed`].
+    /// [`NotTaken::Held`] by another operator, [`NotTaken::Dismissed`].
     pub fn take(&self, now: MonoTime) -> Result<(), NotTaken> {
         self.change(now, |state| state.take(self.id))
     }
@@ -236,7 +236,7 @@ impl Operator {
     /// Takes control to act. If another operator has it, an [`asking`](Self::asking) operator has requested it now.
     ///
     /// # Errors
-    /// [`NotTaken::Held`] by somebody else, [`NotTaken::Dismissed`].
+    /// [`NotTaken::Held`] by another operator, [`NotTaken::Dismissed`].
     pub fn act(&self, now: MonoTime) -> Result<(), NotTaken> {
         let taken = self.take(now);
         if taken.is_err() && self.asks {
@@ -248,7 +248,7 @@ impl Operator {
     /// Takes control if it is free or held by the operator with this name.
     ///
     /// # Errors
-    /// [`NotTaken::Held`] by somebody of another name, [`NotTaken::Dismissed`].
+    /// [`NotTaken::Held`] by an operator of another name, [`NotTaken::Dismissed`].
     pub fn take_over(&self, holder: &str, now: MonoTime) -> Result<(), NotTaken> {
         self.change(now, |state| {
             let is_named = state.holder.and_then(|id| state.name(id)).is_some_and(|name| name == holder);

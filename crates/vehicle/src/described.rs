@@ -305,7 +305,7 @@ mod tests {
             let refused = |values: serde_json::Map<String, Value>| {
                 refusal_of(&Request::named(&name, Value::Object(values)).expect("a request"))
             };
-            // A flight is prepared only by whoever was heard.
+            // Preparing a flight needs a heartbeat first.
             let refusal = refused(whole.clone()).filter(|_| name != "prepare-flight");
             assert_eq!(refusal, None, "{name}: {whole:?}");
             for (key, schema) in values["properties"].as_object().into_iter().flatten() {

@@ -31,7 +31,7 @@ pub enum Unknown {
 pub enum PlanState {
     /// Unknown, and why.
     Unknown(Unknown),
-    /// There is none.
+    /// There is no plan.
     Empty,
     /// Read from the vehicle, item by item.
     Verified {

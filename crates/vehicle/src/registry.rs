@@ -532,7 +532,7 @@ mod tests {
             let from = strangers[rng.random_range(0..strangers.len())];
             let ack = CommandAck { command: 400, result: 0, progress: 0, result_param2: 0, target: OUR };
             let message = match n % 6 {
-                // Our own heartbeat as it comes back, and those of what is no autopilot.
+                // Our own heartbeat echoed, and those of components that are not autopilots.
                 0 if from == OUR => Message::Heartbeat(Heartbeat::default()),
                 0 => heartbeat(if from.component.0 == 154 { 26 } else { 6 }, 8),
                 1 => Message::Dialect(MavMessage::ATTITUDE(ATTITUDE_DATA { roll: 1.0, ..ATTITUDE_DATA::default() })),

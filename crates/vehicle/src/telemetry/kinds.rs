@@ -156,7 +156,7 @@ const SENSOR_NAMES: [&str; 32] = [
 /// `MISSION_STATE`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum MissionState {
-    /// 1: there is none.
+    /// 1: there is no mission.
     NoMission,
     /// 2: loaded, not started.
     NotStarted,

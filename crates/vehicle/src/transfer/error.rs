@@ -245,7 +245,7 @@ impl MissionResult {
             3 => ("MAV_MISSION_UNSUPPORTED", "an item's command is not supported"),
             4 => (
                 "MAV_MISSION_NO_SPACE",
-                "more items than it can store; in the first seconds after its start that is none",
+                "more items than it can store; in the first seconds after its start it cannot store any",
             ),
             5 => ("MAV_MISSION_INVALID", "an item has an invalid value"),
             6 => ("MAV_MISSION_INVALID_PARAM1", "param1 is invalid"),

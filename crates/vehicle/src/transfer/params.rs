@@ -384,7 +384,7 @@ fn refusal(message: &Message, name: ParamName) -> Option<TransferError> {
         MavParamError::MAV_PARAM_ERROR_PERMISSION_DENIED => "this station may not set it",
         MavParamError::MAV_PARAM_ERROR_READ_ONLY => "it is read-only",
         MavParamError::MAV_PARAM_ERROR_TYPE_UNSUPPORTED => "its type is not supported",
-        MavParamError::MAV_PARAM_ERROR_TYPE_MISMATCH => "its type is another one",
+        MavParamError::MAV_PARAM_ERROR_TYPE_MISMATCH => "its type is different",
         MavParamError::MAV_PARAM_ERROR_READ_FAIL => "it could not be read",
         MavParamError::MAV_PARAM_ERROR_COMPONENT_NOT_FOUND => "the component does not exist",
         MavParamError::MAV_PARAM_ERROR_NO_ERROR => return None,

@@ -24,7 +24,7 @@ const ARM_REASONS_AFTER: Duration = Duration::from_millis(1_000);
 /// ArduPilot repeats failing pre-arm checks every 30 s; those are used when it is silent at the refusal.
 const PREARM_REPEATED: Duration = Duration::from_secs(35);
 /// Words of a NOTICE or INFO by which ArduPilot says why it does not do what was asked ("Mode change to LOITER denied,
-/// in fence recovery", "Parachute not enabled", "Disarm to allow calibration"); such texts are no warnings.
+/// in fence recovery", "Parachute not enabled", "Disarm to allow calibration"); such texts are not warnings.
 const DENIALS: [&str; 7] = ["denied", "disabled", "not enabled", "failed", "unable", "q_enable", "disarm to"];
 /// Most reasons that an error carries.
 const MAX_REASONS: usize = 16;

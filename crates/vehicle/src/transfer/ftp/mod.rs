@@ -3,7 +3,7 @@
 //!
 //! ArduPilot's behaviour, which the clients are designed for (`GCS_FTP.cpp`, captures/mission-upload-ftp.tlog):
 //!
-//! - Up to 4.7 one session for all channels and stations. Whoever has a file open keeps it until 3 s without an answer have
+//! - Up to 4.7 one session for all channels and stations. A client with an open file keeps it until 3 s without an answer have
 //!   passed; others get InvalidSession. From 4.8 on five sessions, told apart by station, channel and id; one that is idle
 //!   for 3 s gives way to a sixth, one that is idle for 20 s is closed. So each of our sessions has an id of its own
 //!   ([`super::FtpSessions`]), and when the end of one was lost, the next ends it.

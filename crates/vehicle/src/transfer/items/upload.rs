@@ -186,7 +186,7 @@ impl ItemUpload {
         self.heard = now;
         if let Some((from, window)) = step {
             if self.form == ItemForm::Unknown {
-                // Whoever goes on to the next item has understood this one.
+                // A vehicle that goes on to the next item has understood this one.
                 self.form = if seq > 0 { ItemForm::Integer } else { self.form };
                 self.asked_first += 1;
                 if self.form == ItemForm::Unknown && self.asked_first >= INTEGERS_IGNORED {
