@@ -1,4 +1,4 @@
-"""An autopilot that stands still, for tests of the MAVLink half: it settles, arms and changes mode, but does not fly."""
+"""An autopilot that does not fly, for tests of the MAVLink half: it settles, arms and changes mode."""
 
 from __future__ import annotations
 

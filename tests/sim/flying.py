@@ -1,4 +1,4 @@
-"""Flying the simulated plane without a link: missions from recordings, whole flights in a second, and what was seen."""
+"""Flies the simulated plane without a link: missions of recordings, and whole flights in a second with their track."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ SETTLED_S = 22.0
 
 @dataclass
 class Flight:
-    """One flight and what it said."""
+    """One flight with its events and track."""
 
     plane: Autopilot
     params: FixedParameters
@@ -72,7 +72,7 @@ class Flight:
         return False
 
     def saying(self, start: str) -> Callable[[], bool]:
-        """The condition that a text was said."""
+        """Condition that a text was sent."""
         return lambda: self.said(start)
 
     def said(self, start: str) -> bool:
@@ -121,7 +121,7 @@ _WANTED = {33: "GLOBAL_POSITION_INT", 42: "MISSION_CURRENT", 73: "MISSION_ITEM_I
 
 @lru_cache
 def recorded(name: str) -> tuple[Any, ...]:
-    """Messages of a recording that these tests look at, in their order (other frames are not even decoded)."""
+    """The messages of a recording that these tests use, in order; other frames are not decoded."""
     from pymavlink.dialects.v20 import ardupilotmega
 
     data = (CAPTURES / name).read_bytes()
@@ -181,7 +181,7 @@ _STORY = re.compile(
 
 
 def story(texts: Sequence[str]) -> list[str]:
-    """What happened, without measured numbers."""
+    """Texts of the main events, without measured numbers."""
     told = [text for text in texts if _STORY.match(text) and text != "Throttle failsafe off"]
     return [text if text.startswith("Mission:") else re.sub(r"-?\d+(\.\d+)?", "N", text) for text in told]
 

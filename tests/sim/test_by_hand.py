@@ -1,4 +1,4 @@
-"""A plane moved by hand: what every message says of its attitude agrees, in all three axes, at rest and while it turns."""
+"""A plane moved by hand: all messages agree on its attitude, in all three axes, at rest and during a turn."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ ATTITUDE, POSITION, HUD, RAW_IMU, SCALED_IMU2 = 30, 33, 74, 27, 116
 
 
 def messages(link: MemoryLink, world: World, *numbers: int) -> list[Any]:
-    """One of each message, all of one instant."""
+    """One message of each type, all of one instant."""
     link.receive()
     for number in numbers:
         link.send(dialect.MAVLink_command_long_message(1, 1, 512, 0, number, 0, 0, 0, 0, 0, 0))
@@ -92,7 +92,7 @@ def test_the_gyroscopes_feel_the_turn_and_only_the_turn() -> None:
         turned += r * DT_S
     assert math.degrees(turned) == pytest.approx(90, abs=0.7)
     assert plane.snapshot().heading_deg == pytest.approx(170, abs=2)
-    # At rest again, in another attitude, every axis is felt as its own.
+    # At rest in a new attitude, each axis measures its own component.
     for axis, target in enumerate(((0.9, 0.0), (0.0, 0.9))):
         plane.move_by_hand(0.0, 0.0, math.radians(170))
         plane.step()

@@ -1,4 +1,4 @@
-"""The nose camera: pictures where geometry says, served as a network camera serves them, and only while somebody looks."""
+"""The nose camera: pictures by the geometry, served like a network camera, and only while there are viewers."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def picture(north: float, east: float, up: float, *, roll: float = 0, pitch: flo
 
 
 def horizon(image: Any, columns: range) -> tuple[float, float]:
-    """Slope (pixels a pixel, positive to the lower right) and row in the middle column of where the sky ends."""
+    """Slope (pixels per pixel, positive to the lower right) and row in the middle column of the horizon."""
     rows = []
     for column in columns:
         # The sky fades to white towards the horizon; the land begins with a step.
@@ -63,7 +63,7 @@ def test_the_horizon_leans_with_the_bank_and_moves_with_the_pitch(roll_deg: floa
     slope, row = horizon(image, range(240, 400))
     # Right wing down: the horizon rises to the right.
     assert math.degrees(math.atan(slope)) == pytest.approx(-roll_deg, abs=0.6)
-    # It lies below eye level by the dip, acos(R / (R + h)); seen from the nose, whose height differs by the pitch.
+    # Below eye level by the dip, acos(R / (R + h)), of the height of the nose, which depends on the pitch.
     dip = math.acos(EARTH_RADIUS_M / (EARTH_RADIUS_M + height + NOSE_M * math.sin(math.radians(pitch_deg))))
     below = FOCAL * math.tan(math.radians(pitch_deg) + dip) / math.cos(math.radians(roll_deg))
     assert row - MIDDLE[1] == pytest.approx(below, abs=1.6)
@@ -145,7 +145,7 @@ def test_no_attitude_and_no_height_spoil_a_picture(angles: tuple[float, float, f
 
 
 def is_watched(camera: NoseCamera) -> bool:
-    """Asked anew each time: a type checker takes a property for something that stays."""
+    """A function, because a type checker assumes that a property does not change."""
     return camera.watched
 
 
@@ -156,7 +156,7 @@ def test_nothing_is_rendered_while_nobody_looks() -> None:
     assert camera.next_frame(timeout_s=0.0) is None
     with camera:
         assert is_watched(camera)
-        # What was told before anybody looked is of another time.
+        # A state from before the first viewer must not be shown.
         camera.see(2.0, LEVEL)
         frame = camera.next_frame(timeout_s=120.0)
         assert frame is not None
@@ -166,7 +166,7 @@ def test_nothing_is_rendered_while_nobody_looks() -> None:
         assert later.number > frame.number
         last = later if later.unix_s == 3.0 else camera.next_frame(later.number, timeout_s=120.0)
         assert last is not None
-        # a simulator that is slower than the camera: one instant is one picture
+        # a simulator that is slower than the camera: one picture per state
         assert camera.next_frame(last.number, timeout_s=0.2) is None
     assert not camera.watched
     camera.close()

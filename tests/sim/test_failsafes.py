@@ -1,4 +1,4 @@
-"""What the plane does when its battery, its remote control or its ground station fails, on the ground and in the air."""
+"""Failsafes of battery, remote control and ground station, on the ground and in the air."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from vencejo.what_if import what_if
 from tests.sim.flying import CAPTURES, FRAME, HOME, Flight, at, make, mission, off_track, waypoint
 
 ALL_MAH = 3300.0
-"""A mark that is passed as soon as anything is drawn."""
+"""A threshold that is crossed as soon as any charge is drawn."""
 
 
 def armed(mode: Mode = Mode.MANUAL, *, params: Mapping[str, float] | None = None) -> Flight:
-    """A plane on the ground, armed: its rules ask no more."""
+    """An armed plane on the ground, which is enough for its failsafes."""
     flight = make(
         mission(waypoint(1, 900.0, 0.0, 60.0), at(2, 189, 0.0, 0.0, 0.0), at(3, 21, 0.0, 0.0, 0.0)), params=params
     )
@@ -29,7 +29,7 @@ def armed(mode: Mode = Mode.MANUAL, *, params: Mapping[str, float] | None = None
 
 
 def warnings(flight: Flight) -> list[str]:
-    """What it warned of."""
+    """Its texts of severity WARNING."""
     return [event.text for _, event in flight.events if isinstance(event, StatusText) and event.severity == 4]
 
 
@@ -83,7 +83,7 @@ def test_a_voltage_has_to_stay_low_and_counts_in_flight_alone() -> None:
     flight.run(0.3)
     assert len(warnings(flight)) == 1
     assert flight.plane.flight_mode is Mode.RTL
-    # With the load taken off it the pack stands above its mark.
+    # Without the sag of the load the voltage is above its threshold.
     pack = flight.plane.battery
     resting = armed(params={"BATT_LOW_VOLT": pack.voltage_v + 0.005, "BATT_LOW_TIMER": 1.0, "BATT_FS_VOLTSRC": 1})
     resting.run(2.0)
@@ -126,7 +126,7 @@ def test_a_remote_control_that_falls_silent(short: int, long: int, mode: Mode, a
 
 def test_a_remote_control_that_comes_back_soon_gets_its_mode_back() -> None:
     flight = armed(Mode.FBWB)
-    flight.params.set("SIM_RC_FAIL", 2)  # the throttle drops below THR_FS_VALUE: nothing is waited for
+    flight.params.set("SIM_RC_FAIL", 2)  # the throttle drops below THR_FS_VALUE: there is no time-out
     flight.run(0.4)
     shot = flight.plane.snapshot()
     assert (shot.mode, shot.rc_pwm_us[2]) == (Mode.CIRCLE, 950)
@@ -153,12 +153,12 @@ def test_a_remote_control_that_nobody_waits_for(params: Mapping[str, float], aft
     flight.params.set("SIM_RC_FAIL", 1)
     flight.run(2.8)
     assert flight.plane.flight_mode is Mode.MANUAL
-    flight.run(0.5)  # without a short failsafe the long one counts from what was heard last
+    flight.run(0.5)  # without a short failsafe too, the long one counts from the last valid frame
     assert flight.plane.flight_mode is after
 
 
 def test_a_receiver_that_was_never_heard_keeps_it_from_arming_even_by_force() -> None:
-    """AP_Arming_Plane::rc_received_if_enabled_check, one of the mandatory checks; and no failsafe before the first frame."""
+    """AP_Arming_Plane::rc_received_if_enabled_check is mandatory; before the first frame there is no failsafe."""
     flight = make(params={"SIM_RC_FAIL": 1})
     assert warnings(flight) == []
     for force in (False, True):

@@ -1,4 +1,4 @@
-"""Every mission command, flown once: what it makes the plane do, and what the plane says."""
+"""Every mission command, flown once: its effect and its texts."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ LANDING = (waypoint(0, 0, 700, 40), at(0, 21, 0, 60, 0))
 
 
 def flown(*items: StoredItem, seconds: float = 400.0, until: str = "Mission complete", **options: Any) -> Flight:
-    """Take off, fly the items, and stop when a text is said."""
+    """Take off, fly the items, and stop when a text is sent."""
     flight = make(mission(TAKEOFF, *items), **options)
     flight.plane.set_mode(Mode.AUTO)
     assert flight.plane.arm() is MavResult.ACCEPTED
@@ -58,7 +58,7 @@ def test_a_waypoint_with_its_own_acceptance_radius() -> None:
 
 def test_a_waypoint_passed_by() -> None:
     flight = flown(waypoint(0, 0, -600, 60, 0, 0, 100), waypoint(0, 400, -600, 60))
-    # It counts 100 m beyond.
+    # It counts as reached 100 m beyond.
     assert min(e for current, _, e, _ in flight.track if current == 2) < -690.0
     assert flight.said("Passed waypoint #2") or flight.said("Reached waypoint #2")
 
@@ -100,7 +100,7 @@ def test_loiter_to_altitude_climbs_in_circles() -> None:
 
 
 def test_a_circle_down_is_left_at_its_own_height_however_near_it_begins() -> None:
-    """It left the circle at once, 40 m too high: at the height of the slope that led there, and came down 60 m too far."""
+    """The altitude of the slope to the circle must not count for it: it was left 40 m too high."""
     down = at(0, 31, 150, 483.6, 40, 0, 80, 0, 1)
     way = (waypoint(0, 600, 0, 80), waypoint(0, 450, 600, 80), waypoint(0, 100, 700, 110))
     flight = flown(*way, down, at(0, 21, 0, 0, 0), until="Mission: 6", seed=2)
@@ -114,7 +114,7 @@ def test_a_circle_down_is_left_at_its_own_height_however_near_it_begins() -> Non
     ids=["turns", "altitude"],
 )
 def test_a_circle_far_away_is_reached_along_the_leg_to_it(turns: StoredItem) -> None:
-    """ArduPlane 4.7, Plane::update_loiter_update_nav: more than three radii away it follows the line from the last place."""
+    """ArduPlane 4.7, Plane::update_loiter_update_nav: beyond three radii it follows the leg to the circle."""
     flight = flown(waypoint(0, 600, -1200, 80), waypoint(0, 0, -600, 80), turns, *LANDING, until="Mission: 5")
     leg = [(n, e) for seq, n, e, _ in flight.track if seq == 4 and 400.0 < n < 650.0]
     assert len(leg) > 50
@@ -378,7 +378,7 @@ def test_a_delay_does_not_wait_for_a_time_that_is_not_known() -> None:
 
 
 def interrupted(repeat_m: float) -> Flight:
-    """Off the way 120 m beyond the third waypoint for a while, then on in AUTO."""
+    """Leave the mission 120 m beyond the third waypoint for a while, then resume it."""
     flight = make(
         mission(
             TAKEOFF,
@@ -414,13 +414,13 @@ def test_a_resumed_mission_repeats_no_more_than_it_flew() -> None:
     flight = interrupted(5000)
     assert flight.plane.mission.current_seq == 3
     assert (flight.plane.nav.next.n_m, flight.plane.nav.next.e_m) == pytest.approx((0, -500), abs=1)
-    # Without the order it goes on where it was.
+    # Without a repeat distance it resumes where it was.
     assert interrupted(0).plane.mission.current_seq == 5
 
 
 @pytest.mark.parametrize("command", sorted(PASSED_OVER))
 def test_what_arduplane_cannot_begin_is_announced_and_passed_over(command: int) -> None:
-    """The plane goes on from where it is to the next item, and tells no MISSION_ITEM_REACHED."""
+    """The plane continues with the next item, without MISSION_ITEM_REACHED."""
     probe = at(0, command, 400, -900, 90, 90.0, 2.0, 3.0, 4.0)
     flight = flown(waypoint(0, 0, -500, 60), probe, waypoint(0, 0, -1100, 60), until="Reached waypoint #4")
     assert f"Mission: 3 {word(command)}" in flight.texts
@@ -464,7 +464,7 @@ EXERCISED_BY = {
     3000: test_a_transition_needs_vertical_lift,
     42702: test_a_script_that_is_not_there_is_waited_for_a_second,
 } | dict.fromkeys(map(int, PASSED_OVER), test_what_arduplane_cannot_begin_is_announced_and_passed_over)
-"""Which test flies each navigation, condition and flow command."""
+"""The test that flies each navigation, condition and flow command."""
 FLOW = {177, 178, 179, 188, 189, 215, 600, 601, 3000}
 TAGS = {600, 601}
 """ArduPlane stores them; the facts were taken without."""
@@ -482,7 +482,7 @@ def commands_of_the_facts() -> Sequence[tuple[int, str]]:
 
 
 def test_every_command_that_arduplane_stores_is_announced_and_passed() -> None:
-    """None of them stops a mission that it should not stop. Those that neither move the plane nor the mission share a flight."""
+    """None stops a mission wrongly. Commands that move neither the plane nor the mission share a flight."""
     stays = {17, 20, 21, 22}
     commands = [(number, name) for number, name in commands_of_the_facts() if number not in stays]
     assert len(commands) > 50
@@ -512,7 +512,7 @@ def test_every_command_that_arduplane_stores_is_announced_and_passed() -> None:
         elif number == 114:
             probe = item(0, 114, params=(400,))
         elif number == 18:
-            # Round 3 m a plane circles for ever: ArduPlane 4.7 too, which did not call it reached in half an hour of its simulator.
+            # A circle of 3 m is never reached: neither by ArduPlane 4.7, in half an hour in its simulator.
             probe = at(0, number, 200, -700, 60, 1.25, 2.0, 30.0, 4.0)
         elif not is_nav(number) and number not in (178, 179, 188, 189):
             probe = replace(probe, lat_deg=0.0, lon_deg=0.0)

@@ -227,7 +227,7 @@ def test_the_altitude_can_be_changed_in_every_mode_that_navigates(mode: Mode) ->
 
 
 def test_an_altitude_change_during_a_landing_moves_the_landing_point() -> None:
-    """GCS_MAVLINK_Plane::handle_change_alt_request ignores the flight stage: with the point above the plane it flares at once."""
+    """GCS_MAVLINK_Plane::handle_change_alt_request ignores the flight stage: a point above the plane makes it flare."""
     flight = airborne(mission(item(0, 189), waypoint(0, 0, 900, 60), at(0, 21, 0, 60, 0)))
     plane = flight.plane
     assert plane.do_mission_command(item(0, 189)) is MavResult.ACCEPTED
@@ -638,14 +638,14 @@ def test_a_mission_cleared_in_flight_ends_in_rtl() -> None:
 
 
 def remove_mission(flight: Flight, following: Sequence[StoredItem] = ()) -> None:
-    """As MISSION_CLEAR_ALL does, and a mission that comes as a file before it takes its place."""
+    """Remove the mission, as MISSION_CLEAR_ALL and an upload as a file do."""
     flight.plan.mission = tuple(following)
     flight.plan.mission_clears += 1
     flight.plan.mission_revision += 1
 
 
 def test_a_mission_that_replaces_another_can_be_started_at_once() -> None:
-    """Within the tenth of a second in which it is looked after: a fast link brings, checks and starts it in less."""
+    """Within the 0.1 s between two updates of the mission: a fast link uploads, checks and starts one in less."""
     flight = airborne()
     plane = flight.plane
     plane.step()
@@ -672,11 +672,11 @@ def test_after_a_landing_in_auto_it_stands_in_the_landing_sequence(land_start: b
     flight = landed(land_start=land_start)
     plane = flight.plane
     assert plane.snapshot().mission_in_landing
-    # Armed all the same it disarms at once: the landing is over, and it has not flown since.
+    # Armed by force it disarms at once: the landing is complete, and it has not flown since.
     assert plane.arm(force=True) is MavResult.ACCEPTED
     flight.run(0.2)
     assert (plane.armed, flight.texts[-2:]) == (False, ["Throttle disarmed", "Auto disarmed"])
-    # Its mission is replaced: AUTO has nothing to run, and RTL does not arm.
+    # When its mission is replaced AUTO has none to run, and RTL does not arm.
     again = tuple(flight.plan.mission)
     remove_mission(flight, again)
     flight.run(0.2)
@@ -684,7 +684,7 @@ def test_after_a_landing_in_auto_it_stands_in_the_landing_sequence(land_start: b
     assert (plane.mode.number, plane.snapshot().mission_current) == (Mode.RTL, 0)
     assert plane.snapshot().mission_state is MissionState.NOT_STARTED
     assert plane.arm() is MavResult.FAILED
-    # MANUAL arms, and AUTO begins at the beginning.
+    # MANUAL arms, and AUTO starts at the first item.
     plane.set_mode(Mode.MANUAL)
     assert "In landing sequence: mission reset" in [
         event.text for event in plane.events() if isinstance(event, StatusText)
@@ -696,7 +696,7 @@ def test_after_a_landing_in_auto_it_stands_in_the_landing_sequence(land_start: b
 
 
 def test_a_stick_mode_leaves_the_landing_sequence_only_where_it_is_one() -> None:
-    """Without DO_LAND_START the mission stands at the waypoint before, and would go on from there."""
+    """Without DO_LAND_START the mission is at the waypoint before the landing, and would resume there."""
     for land_start, current in ((True, 0), (False, 4)):
         flight = landed(land_start=land_start)
         flight.plane.set_mode(Mode.FBWA)

@@ -31,7 +31,7 @@ def integer(number: int, frame: int, params: tuple[float, ...] = (), x: int = 0,
 
 
 def ask(world: World, station: MemoryLink, message: Any) -> tuple[int, list[Any]]:
-    """Send a command; its result, and everything that came."""
+    """Send a command; returns its result, and all received messages."""
     station.receive()
     station.send(message)
     heard = listen(world, station, 0.02)
@@ -241,7 +241,7 @@ def test_gcs_failsafe_counts_only_its_station() -> None:
     other = world.connect(system=254)
     world.planes[0].params.set("FS_GCS_ENABL", 1)
     listen(world, station, 20.0)
-    assert gcs_calls(world) == []  # never seen, never missed
+    assert gcs_calls(world) == []  # no heartbeat yet, so none is missed
     heartbeat(station)
     for _ in range(8):
         heartbeat(other)
@@ -284,7 +284,7 @@ def test_fence_breach_and_recovery() -> None:
     world, station = settled_world()
     polygon(world, station)
     autopilot = double(world)
-    # A fence is loaded with the first position; before, there is none to switch on.
+    # A fence is loaded at the first fix; before, there is none to enable.
     autopilot.settled = False
     world.planes[0].fence.reset()
     assert ask(world, station, long(207, 1))[0] == 4
@@ -328,7 +328,7 @@ GOTO = {"lat": 403340000, "lon": -37970000, "alt": 50.0, "frame": 3}
     ids=str,
 )
 def test_a_destination_outside_the_fence_or_without_a_height_is_denied(order: dict[str, float], result: int) -> None:
-    """Location::sanitize and AC_Fence::check_destination_within_fence, of which neither says why."""
+    """Location::sanitize and AC_Fence::check_destination_within_fence, which send no text."""
     world, station = settled_world()
     polygon(world, station)
     listen(world, station, 0.2)
@@ -364,7 +364,7 @@ def test_fence_altitudes_and_circle() -> None:
         listen(world, station, 0.3)
         return [call[1] for call in autopilot.calls if call[0] == "fence_breached"]
 
-    assert told(alt_rel_home_m=10.0) == []  # the floor counts once it has been left behind
+    assert told(alt_rel_home_m=10.0) == []  # the floor counts once the plane has climbed above it
     assert told(alt_rel_home_m=50.0) == []
     assert told(alt_rel_home_m=15.0) == [FenceBreach.MIN_ALT]
     assert told(alt_rel_home_m=50.0) == [None]
@@ -500,7 +500,7 @@ def test_a_hundred_thousand_frames_of_noise_change_nothing() -> None:
 
 
 def wild_message(chance: random.Random, kind: type[Any]) -> Any:
-    """A message of a type with fields from all over their range, for the plane or for everybody."""
+    """A message with random fields over their whole range, to the plane or as a broadcast."""
     ranges = {"int8_t": 7, "int16_t": 15, "int32_t": 31, "int64_t": 63}
     values: list[Any] = []
     for name, field in zip(kind.fieldnames, kind.fieldtypes, strict=True):
@@ -540,7 +540,7 @@ def test_no_message_brings_the_plane_down() -> None:
 
 
 def test_the_current_item_is_announced_on_the_link_that_set_it() -> None:
-    """MISSION_SET_CURRENT with the very number that was asked, DO_SET_MISSION_CURRENT with the item that results."""
+    """MISSION_SET_CURRENT with the requested number, DO_SET_MISSION_CURRENT with the resulting item."""
     world, station = flying_world(
         mission(waypoint(0, 500, 0, 60), item(0, 178, params=(0, 15, -1)), waypoint(0, 500, 500, 60))
     )

@@ -1,4 +1,4 @@
-"""A whole automatic flight over MAVLink says what a recorded ArduPlane said, in the same order."""
+"""A whole automatic flight over MAVLink has the texts of a recorded ArduPlane, in the same order."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from vencejo.sim.world import World
 from tests.sim.transcripts import listen, read
 
 NOT_OURS = re.compile(r"EKF2|SIM Hit ground")
-"""Said by parts that the simulated plane has not: a second estimator, ArduPilot's own simulator."""
+"""Texts of parts that the simulated plane lacks: a second estimator, ArduPilot's own simulator."""
 
 
 def story(messages: list[Any]) -> list[str]:
-    """Texts from arming on, without the figures that no two flights share."""
+    """Texts from arming on, without figures, which differ between flights."""
     texts = [m.text for m in messages if m.get_type() == "STATUSTEXT" and not NOT_OURS.search(m.text)]
     texts = texts[texts.index("Throttle armed") :]
     return [text if text.startswith("Mission: ") else re.sub(r"-?\d+(\.\d+)?", "#", text) for text in texts]
@@ -46,7 +46,7 @@ def test_the_recorded_mission_is_the_same_story() -> None:
     assert len(told) > 25
     ours = story(heard)
     assert ours[: len(told)] == told
-    # The recording ends with the disarming; from then on the checks tell every half minute why it does not arm again.
+    # The recording ends with the disarming; afterwards the failing check is reported every half minute.
     assert set(ours[len(told) :]) <= {"PreArm: In landing sequence"}
 
     def reached(messages: list[Any]) -> list[int]:
@@ -59,7 +59,7 @@ def test_the_recorded_mission_is_the_same_story() -> None:
     def counted(messages: list[Any]) -> list[str]:
         return [m.param_id for m in messages if m.get_type() == "PARAM_VALUE" and m.param_id.startswith("STAT_")]
 
-    # At 30 s, with the first flight, and every half minute from then on.
+    # At 30 s, with the flight count, and every half minute after it.
     assert counted(heard)[:7] == counted(recorded)[:7]
     assert plane.params.get("STAT_FLTTIME") == pytest.approx(258, abs=30)
     assert plane.params.get("STAT_DISTFLWN") == pytest.approx(5690, rel=0.05)

@@ -1,4 +1,4 @@
-"""MAVFTP: errors, lost requests, uploads that count only when they end, and the two files that exist."""
+"""MAVFTP: errors, lost requests, uploads that take effect when they end, and the virtual files."""
 
 from __future__ import annotations
 
@@ -148,7 +148,7 @@ def test_the_upload_counts_when_the_session_ends_and_reads_back_the_same(client:
     answers = client.answers()
     data = b"".join(a.data for a in sorted(answers[:-1], key=lambda a: a.offset))
     assert data[:10] == MISSION_FILE[:10]
-    for at in range(48, len(MISSION_FILE), 38):  # item 0 is where home is; the rest is what was written
+    for at in range(48, len(MISSION_FILE), 38):  # item 0 is the present home; the rest is as written
         # The target of an item (bytes 32 and 33) is the reader's business; a DO_ item has no frame (byte 34).
         assert data[at : at + 32] == MISSION_FILE[at : at + 32]
         assert data[at + 35 : at + 38] == MISSION_FILE[at + 35 : at + 38]
@@ -175,7 +175,7 @@ def test_a_damaged_file_changes_nothing(client: Client, damage: object) -> None:
     client.ask(FtpOp.TERMINATE_SESSION)
     revision = client.world.planes[0].plans.mission_revision
     write_mission(client, damage(MISSION_FILE))
-    assert client.ask(FtpOp.TERMINATE_SESSION).opcode == FtpOp.ACK  # as on ArduPlane: nobody is told
+    assert client.ask(FtpOp.TERMINATE_SESSION).opcode == FtpOp.ACK  # not reported, as on ArduPlane
     assert client.world.planes[0].plans.mission_revision == revision
 
 

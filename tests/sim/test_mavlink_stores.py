@@ -1,4 +1,4 @@
-"""Parameters and plans as the simulated plane keeps them, against what a real ArduPlane kept."""
+"""Stored parameters and plans, against those stored by a real ArduPlane."""
 
 from __future__ import annotations
 

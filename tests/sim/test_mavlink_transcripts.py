@@ -204,7 +204,7 @@ def test_guided_commands() -> None:
 
 
 def state_of(message: Any) -> object:
-    """What a message says of a start, as far as no two starts differ in it; None for one that says nothing of it."""
+    """The fields of a message that are the same in every start; None for other messages."""
     match message.get_type():
         case "HEARTBEAT":
             return message.custom_mode, message.base_mode, message.system_status
@@ -227,7 +227,7 @@ def state_of(message: Any) -> object:
 
 
 def changes(timed: list[tuple[float, Any]]) -> dict[str, list[tuple[float, object]]]:
-    """When each kind of message began to say something else, and what."""
+    """The changes of each kind of message: time and new content."""
     told: dict[str, list[tuple[float, object]]] = {}
     for time_s, message in timed:
         state = state_of(message)
@@ -238,7 +238,7 @@ def changes(timed: list[tuple[float, Any]]) -> dict[str, list[tuple[float, objec
 
 
 def test_a_start_is_the_recorded_one() -> None:
-    """First who it is, then a place that is none, then one without its height; and each at its time."""
+    """First the heartbeat, then an invalid position, then one without its altitude, each at its time."""
     start_s = 12.5
     theirs = changes([(entry.time_s, entry.message) for entry in read("arduplane-takeoff-to-landing.tlog", start_s)])
     world = World(HOME)
@@ -253,7 +253,7 @@ def test_a_start_is_the_recorded_one() -> None:
     assert theirs.keys() == ours.keys()
     for kind, told in theirs.items():
         assert [state for _, state in ours[kind]] == [state for _, state in told], kind
-        # The first ones of two kinds leave at once here.
+        # The first messages of two kinds are sent without delay here.
         later = slice(1 if kind in {"HEARTBEAT", "EKF_STATUS_REPORT"} else 0, None)
         times = [[time_s for time_s, _ in side[kind]][later] for side in (ours, theirs)]
         assert times[0] == pytest.approx(times[1], abs=0.3), kind

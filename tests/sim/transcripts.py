@@ -1,4 +1,4 @@
-"""Recorded conversations (tests/fixtures/captures) and how to hold them again with the simulated plane."""
+"""Recorded conversations (tests/fixtures/captures), and their replay with the simulated plane."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ def double(world: World, number: int = 0) -> DoubleAutopilot:
 
 
 def replay(entries: Iterable[Entry], world: World, station: MemoryLink, *, tail_s: float = 1.0) -> list[Any]:
-    """Send the station's half at its recorded times and return all that the plane sent."""
+    """Send the station's half at its recorded times; returns all messages of the plane."""
     answers: list[Any] = []
     start_s = world.planes[0].autopilot.time_s
     for entry in entries:
@@ -85,7 +85,7 @@ def replay(entries: Iterable[Entry], world: World, station: MemoryLink, *, tail_
 
 
 def listen(world: World, station: MemoryLink, seconds: float) -> list[Any]:
-    """Let time pass, reading all the while; what was sent."""
+    """Let time pass while reading; returns the received messages."""
     heard = station.receive()
     for _ in range(max(0, round(seconds * 100))):
         world.tick()
