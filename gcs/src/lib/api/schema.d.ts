@@ -2109,10 +2109,11 @@ export interface components {
          *
          *     The drag polar is parabolic, D = a V² + b n² V⁻² (J. D. Anderson, *Aircraft Performance and Design*, eq. 5.9).
          *
-         *     Where it is known how much a propeller pulls standing still, thrust is T = Ts θ² − (Ts − Tf) θ V / Vc of throttle θ and airspeed V, and
-         *     nothing at least: ρ n² D⁴ C_T with revolutions n as the throttle and C_T linear in the advance ratio V / (n D), as small propellers have
-         *     it (J. B. Brandt, M. S. Selig, *Propeller Performance Data at Low Reynolds Numbers*, AIAA 2011-1255). Elsewhere it is taken as
-         *     independent of speed, which lies between a jet's and a propeller's of constant power, and as linear in throttle on both sides of cruise.
+         *     Where it is known how much a propeller pulls standing still, thrust is T = Ts θ² − (Ts − Tf) θ V / Vc of throttle θ
+         *     and airspeed V, and nothing at least: ρ n² D⁴ C_T with revolutions n as the throttle and C_T linear in the advance
+         *     ratio V / (n D), as small propellers have it (J. B. Brandt, M. S. Selig, *Propeller Performance Data at Low Reynolds
+         *     Numbers*, AIAA 2011-1255). Elsewhere it is taken as independent of speed, which lies between a jet's and a
+         *     propeller's of constant power, and as linear in throttle on both sides of cruise.
          */
         Airframe: {
             /**
@@ -2132,7 +2133,8 @@ export interface components {
             drag_m_s2: number;
             /**
              * Format: double
-             * @description Deceleration on the ground after a landing in addition to its drag, m/s²: its wheels, brakes, or belly; `None`: not known, and it slides.
+             * @description Deceleration on the ground after a landing in addition to its drag, m/s²: its wheels, brakes, or belly; `None`:
+             *     not known, and it slides.
              */
             ground_drag_m_s2: number | null;
             /**
@@ -2141,8 +2143,8 @@ export interface components {
              */
             induced: number;
             /**
-             * @description Whether [`Self::pitot`] is the air's own true over equivalent airspeed: ArduPilot's simulator divides by it twice
-             *     (`SIM_Aircraft::update_eas_airspeed`, `SITL_State::_update_airspeed`), and its forces follow.
+             * @description Whether [`Self::pitot`] is the air's own true over equivalent airspeed: ArduPilot's simulator divides by it
+             *     twice (`SIM_Aircraft::update_eas_airspeed`, `SITL_State::_update_airspeed`), and its forces follow.
              */
             is_simulated: boolean;
             /**
@@ -2164,15 +2166,15 @@ export interface components {
             power_cruise_w: number | null;
             /**
              * Format: double
-             * @description Exponent of the power over the throttle: 3 for a propeller whose speed follows the throttle alone (momentum theory), less where it
-             *     moves on; measured mostly 2 to 3.
+             * @description Exponent of the power over the throttle: 3 for a propeller whose speed follows the throttle alone (momentum
+             *     theory), less where it moves on; measured mostly 2 to 3.
              */
             power_exponent: number;
             /**
              * Format: double
-             * @description How much a turn skids: the side force of the slip that yawing brings, over the centripetal force. A bank turns the plane
-             *     `1 / (1 + skid)` as fast as a coordinated turn does; 0, coordinated, unless learned. That of ArduPilot's simulator
-             *     holds at sea level.
+             * @description How much a turn skids: the side force of the slip that yawing brings, over the centripetal force. A bank turns
+             *     the plane `1 / (1 + skid)` as fast as a coordinated turn does; 0, coordinated, unless learned. That of
+             *     ArduPilot's simulator holds at sea level.
              */
             skid: number;
             /**
@@ -3517,8 +3519,8 @@ export interface components {
         /**
          * @description An item of a `.plan` that stands for several: a survey, a corridor, a landing pattern, a structure scan.
          *
-         *     The mission holds the items that it stands for. It is kept beside them, and written in their place as long as they are in the mission
-         *     as it made them: so QGroundControl opens it as what it was.
+         *     The mission holds the items that it stands for. It is kept beside them, and written in their place as long as they
+         *     are in the mission as it made them: so QGroundControl opens it as what it was.
          */
         ComplexItem: {
             /** @description The whole of it, as JSON. */
@@ -3988,9 +3990,15 @@ export interface components {
              */
             value: number;
         };
-        /** @description Something wrong or doubtful in a plan. `message` and `remedy` say it in English; `code` and `figures` say the same to programs. */
+        /**
+         * @description Something wrong or doubtful in a plan. `message` and `remedy` say it in English; `code` and `figures` say the same
+         *     to programs.
+         */
         Finding: components["schemas"]["FindingKind"] & {
-            /** @description The item, counted from 1 as its seq on ArduPilot; null when it is about the whole plan, home, the fence or rally points. */
+            /**
+             * @description The item, counted from 1 as its seq on ArduPilot; null when it is about the whole plan, home, the fence or rally
+             *     points.
+             */
             item: number | null;
             /** @description The fault. */
             message: string;
@@ -5860,8 +5868,8 @@ export interface components {
         /** @description A kind of source as forms and programs need to know it. */
         MapKind: {
             /**
-             * @description Parts of addresses that indicate a service of this kind, in lower case: placeholders such as `{x}` weigh most, then queries such as
-             *     `service=wms`, then the ends of files, and words of the path least.
+             * @description Parts of addresses that indicate a service of this kind, in lower case: placeholders such as `{x}` weigh most,
+             *     then queries such as `service=wms`, then the ends of files, and words of the path least.
              */
             address_signs: string[];
             /** @description Settings that it takes in addition to those of all kinds. */
@@ -5994,8 +6002,8 @@ export interface components {
             visible: boolean;
         };
         /**
-         * @description Why a source does not come, by a stable code with what a sentence about it needs: codes and fields are those of the causes
-         *     that a tile is refused with.
+         * @description Why a source does not come, by a stable code with what a sentence about it needs: codes and fields are those of the
+         *     causes that a tile is refused with.
          */
         MapSourceCause: {
             /** @enum {string} */
@@ -6058,8 +6066,8 @@ export interface components {
             /** @description Address of the attribution for a view, with `{west} {south} {east} {north} {zoom} {key}`. */
             attribution_url?: string | null;
             /**
-             * @description Elevation from tiles and GeoTIFF: heights below sea level are land, as in the Netherlands or at the Dead Sea. Without it they
-             *     are the sea's floor, and the ground is the water's surface, 0 m.
+             * @description Elevation from tiles and GeoTIFF: heights below sea level are land, as in the Netherlands or at the Dead Sea.
+             *     Without it they are the sea's floor, and the ground is the water's surface, 0 m.
              */
             below_sea_level?: boolean;
             bounds?: components["schemas"]["MapBounds"] | null;
@@ -6094,8 +6102,8 @@ export interface components {
             /** @description WMS: layers, bottom first. */
             layers?: string[];
             /**
-             * @description Whether the service is in this network, or on this machine: without it no private address is asked. Those of the link
-             *     itself (169.254.0.0/16, fe80::/10) are never asked.
+             * @description Whether the service is in this network, or on this machine: without it no private address is asked. Those of the
+             *     link itself (169.254.0.0/16, fe80::/10) are never asked.
              */
             local_network?: boolean;
             /** @description Google: `satellite` (the default), `roadmap` or `terrain`. */
@@ -6170,8 +6178,8 @@ export interface components {
             /** @description WMS: whether what is empty is to be transparent. */
             transparent?: boolean | null;
             /**
-             * @description XYZ: address with `{z} {x} {y}`, or `{-y}`, `{q}`, `{s}`, `{switch:a,b}`, `{key}`. WMS, WMTS: the service's address.
-             *     GeoTIFF: its address, where it is read over the network.
+             * @description XYZ: address with `{z} {x} {y}`, or `{-y}`, `{q}`, `{s}`, `{switch:a,b}`, `{key}`. WMS, WMTS: the service's
+             *     address. GeoTIFF: its address, where it is read over the network.
              */
             url?: string | null;
             /** @description WMS: `1.1.1` or `1.3.0`, the default. */
@@ -6310,11 +6318,14 @@ export interface components {
         };
         /** @description The end of a mission. */
         MissionEnd: {
-            /** @description The first item of that landing where it is as one is designed, so that parts of it can be moved; null where it is not. */
+            /**
+             * @description The first item of that landing where it is as one is designed, so that parts of it can be moved; null where it
+             *     is not.
+             */
             designed_item: number | null;
             /**
-             * @description The first item of the landing that ends it, its approach with it, or the return; counted from 1, the number of items plus one where it ends
-             *     with neither. What is added "at the end" belongs before it.
+             * @description The first item of the landing that ends it, its approach with it, or the return; counted from 1, the number of
+             *     items plus one where it ends with neither. What is added "at the end" belongs before it.
              */
             item: number;
         };
@@ -6905,7 +6916,10 @@ export interface components {
             /** @description Height of the ground above that at home, metres; null where it is not known. */
             ground_rel_home_m: (number | null)[];
             lowest: components["schemas"]["Clearance"] | null;
-            /** @description Where it is too low: below the height that was to be kept, and for take-off and landing in the ground by more than maps err. */
+            /**
+             * @description Where it is too low: below the height that was to be kept, and for take-off and landing in the ground by more
+             *     than maps err.
+             */
             too_low: components["schemas"]["LowStretch"][];
             /** @description Places whose height is not known. */
             unknown: number;
@@ -8390,13 +8404,16 @@ export interface components {
         Trip: {
             /**
              * Format: double
-             * @description Length of the way over ground, circles included, metres; up to the circle without end where it ends in one. Null when it
-             *     never ends, needs a home that is unknown, or holds an item of unknown length.
+             * @description Length of the way over ground, circles included, metres; up to the circle without end where it ends in one. Null
+             *     when it never ends, needs a home that is unknown, or holds an item of unknown length.
              */
             distance_m: number | null;
             /** @description How it ends. */
             end: components["schemas"]["TripEnd"];
-            /** @description Whether the distance depends on values that are not in the plan: a speed, a climb rate, the vehicle's own radius. */
+            /**
+             * @description Whether the distance depends on values that are not in the plan: a speed, a climb rate, the vehicle's own
+             *     radius.
+             */
             is_estimate: boolean;
             /**
              * Format: double
