@@ -34,6 +34,8 @@ fuzz_target!(|data: &[u8]| {
         climb_rate_m_s: wild.number(10.0),
         flies_arcs: what & 8 == 8,
         own_speed_m_s: (what & 32 == 32).then_some(15.0),
+        airspeed_min_m_s: (what & 64 == 64).then_some(10.0),
+        airspeed_max_m_s: (what & 128 == 128).then_some(25.0),
     };
     let speed_m_s = wild.number(40.0);
     let context = CheckContext {
@@ -41,6 +43,9 @@ fuzz_target!(|data: &[u8]| {
         can_hover: what & 16 == 16,
         flies_arcs: options.flies_arcs,
         airspeed_m_s: speed_m_s,
+        airspeed_min_m_s: options.airspeed_min_m_s,
+        airspeed_max_m_s: options.airspeed_max_m_s,
+        is_fence_union: what & 4 == 4,
         bank_deg: wild.number(90.0),
         ..CheckContext::default()
     };

@@ -36,7 +36,7 @@ fn sentences(kind: &FindingKind, name: &str, is_whole: bool) -> (String, String)
         ),
         BadValue { field, value, wanted } => (format!("{name}: {field} is {value}"), wanted.problem()),
         UnsupportedCommand {} => (
-            format!("{name} is no mission command of ArduPlane, which refuses the whole mission"),
+            format!("{name} is not a mission command of ArduPlane, which refuses the whole mission"),
             "delete it or choose another command",
         ),
         IgnoredCommand { needs_hover: true } => {
@@ -103,7 +103,7 @@ fn sentences(kind: &FindingKind, name: &str, is_whole: bool) -> (String, String)
             "set RTL_AUTOLAND to 2, so that a return flies it, or delete it",
         ),
         JumpTarget { target, last } => {
-            return (format!("{name} jumps to {target}, which is no item"), format!("choose an item from 1 to {last}"));
+            return (format!("{name} jumps to {target}, which does not exist"), format!("choose an item from 1 to {last}"));
         }
         EndlessJump {} => (
             format!("{name} repeats for ever; what follows it is never flown"),

@@ -403,7 +403,7 @@ fn faults_are_named_with_their_place() {
         ),
         (placemark(""), "the file holds no point"),
         ("<kml><a></kml>".into(), "the file cannot be read: no XML"),
-        ("<osm/>".into(), "the file is no plan that can be read: it is XML of another kind (<osm>)"),
+        ("<osm/>".into(), "the file cannot be read as a plan: it is XML of another kind (<osm>)"),
         ("<gpx><rte><rtept lat='40'/></rte></gpx>".into(), "route 1, point 1: has \"\" as its longitude"),
         ("<gpx><wpt lat='40' lon='1'><ele>high</ele></wpt></gpx>".into(), "point 1: has \"high\" as its height"),
         (r#"{"type":"Feature","geometry":{"type":"Circle","coordinates":[]}}"#.into(), "geometry.type: is \"Circle\""),

@@ -120,7 +120,7 @@ fn is_waypoints(text: &str) -> bool {
 fn unknown(file_name: Option<&str>, found: &str) -> FlightError {
     let name = file_name.unwrap_or("the file");
     FlightError::BadFile(format!(
-        "{name} is no plan that can be read: {found}. Save it as .plan (QGroundControl), .waypoints (Mission Planner), .kml, .kmz, .geojson, .gpx or .csv"
+        "{name} cannot be read as a plan: {found}. Save it as .plan (QGroundControl), .waypoints (Mission Planner), .kml, .kmz, .geojson, .gpx or .csv"
     ))
 }
 
@@ -239,10 +239,10 @@ mod tests {
             (b"QGC WPL 110 \xC3\x28", "not UTF-8 text from byte 12"),
             (&large, "split it"),
             (b"<kml/>", "no point, line or area"),
-            (b"hello", "hello.txt is no plan"),
+            (b"hello", "hello.txt cannot be read as a plan"),
         ];
         let error = read_plan(b"{}", Some("map.geojson")).unwrap_err().to_string();
-        assert!(error.contains("map.geojson is no plan") && error.contains("FeatureCollection"), "{error}");
+        assert!(error.contains("map.geojson cannot be read as a plan") && error.contains("FeatureCollection"), "{error}");
         for (bytes, expected) in cases {
             let error = read_plan(bytes, Some("hello.txt")).unwrap_err().to_string();
             assert!(error.contains(expected), "{error}");

@@ -221,7 +221,7 @@ impl Fence {
                     fence.return_point = Some((point, item.alt_m().unwrap_or(0.0)));
                 }
                 other => {
-                    return Err(bad(format!("{other} is no part of a fence; only commands 5000 to 5004 are")));
+                    return Err(bad(format!("{other} is not part of a fence; only commands 5000 to 5004 are")));
                 }
             }
             index += 1;
@@ -320,7 +320,7 @@ mod tests {
                 &[corner(3.0, 40.0), corner(3.0, 41.0), corner(4.0, 42.0)],
                 "fence item 0: starts a polygon of 3 corners but corner 3",
             ),
-            (&[MissionItem::waypoint(40.0, -3.0, 0.0)], "fence item 0: NAV_WAYPOINT is no part of a fence"),
+            (&[MissionItem::waypoint(40.0, -3.0, 0.0)], "fence item 0: NAV_WAYPOINT is not part of a fence"),
             (
                 &[MissionItem::at(Command::NAV_FENCE_CIRCLE_INCLUSION, [0.0; 4], 40.0, -3.0, 0.0)],
                 "fence item 0: a radius of 0 m",

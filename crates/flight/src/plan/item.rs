@@ -403,7 +403,7 @@ impl MissionItem {
             };
         }
         if has_position && let Some(alt_m) = item.params[6].filter(|v| v.abs() > 100.0 * MAX_ALT_M) {
-            return bad("z", alt_m, "which is no height; send it again");
+            return bad("z", alt_m, "which is not a height; send it again");
         }
         if has_position {
             item.params[6] = item.params[6].map(|alt_m| whole_centimetres(wire.z).unwrap_or(alt_m));
