@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import ast
+import inspect
 import os
 import random
 import signal
@@ -23,6 +25,42 @@ def test_every_error_of_the_core_has_its_exception() -> None:
     for name in names:
         assert issubclass(getattr(errors, name), errors.VencejoError), name
         assert getattr(vencejo, name) is getattr(errors, name)
+
+
+def test_the_stub_of_the_native_module_has_its_names_and_parameters() -> None:
+    stub = ast.parse(Path(_native.__file__).with_name("_native.pyi").read_text(encoding="utf-8"))
+    named = {
+        node.target.id for node in stub.body if isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name)
+    }
+    defined = {node.name: node for node in stub.body if isinstance(node, (ast.FunctionDef, ast.ClassDef))}
+    assert {name for name in dir(_native) if not name.startswith("__")} <= named | defined.keys()
+    compared = 0
+
+    def compare(node: ast.FunctionDef, native: object, is_method: bool) -> None:
+        nonlocal compared
+        given = [argument.arg for argument in (*node.args.posonlyargs, *node.args.args, *node.args.kwonlyargs)]
+        assert given[is_method:] == [name for name in inspect.signature(native).parameters if name != "self"], node.name  # type: ignore[arg-type]
+        compared += 1
+
+    for name, node in defined.items():
+        native = getattr(_native, name, None)
+        if native is None:
+            continue  # a build without fleets
+        if isinstance(node, ast.FunctionDef):
+            compare(node, native, False)
+            continue
+        methods = {member.name: member for member in node.body if isinstance(member, ast.FunctionDef)}
+        known = methods.keys() | {
+            ast.unparse(member.target) for member in node.body if isinstance(member, ast.AnnAssign)
+        }
+        assert {member for member in vars(native) if not member.startswith("__")} <= known, name
+        for method in methods.values():
+            decorators = {ast.unparse(decorator) for decorator in method.decorator_list}
+            is_made = method.name in ("__init__", "__new__")
+            if is_made or not (method.name.startswith("__") or "property" in decorators):
+                owner = native if is_made else getattr(native, method.name)
+                compare(method, owner, "staticmethod" not in decorators)
+    assert compared > 150
 
 
 def test_a_plan_survives_its_files(tmp_path: Path) -> None:
