@@ -53,7 +53,8 @@ fn endpoints(texts: &[String]) -> Result<Vec<Endpoint>, FleetError> {
     texts.iter().map(|text| text.parse()).collect()
 }
 
-/// Whether a router is reached, what the network said when it was not, who has control, states told a second, end of the certificate.
+/// Whether it is connected to a router, the problem if not, the holder of control, states sent per second, expiry of
+/// the certificate.
 type Status = (bool, Option<String>, Option<String>, f64, Option<u64>);
 
 /// An aircraft of a fleet, on board.
@@ -118,14 +119,14 @@ impl PyAircraft {
     }
 }
 
-/// Name, system id here, whether it is reachable, age of what it said, who has control, who asks for it.
+/// Name, system id here, whether it is connected, age of its newest message, holder of control, and who asks for it.
 type Far = (String, Option<u16>, bool, f64, Option<String>, Option<String>);
 
 /// A ground station of a fleet.
 #[pyclass(frozen, name = "FleetGround", module = "vencejo._native")]
 pub struct PyGround(Ground);
 
-/// What a ground station has of a fleet in this folder.
+/// The files of a ground station's fleet in this folder.
 fn standing_in(folder: &Path, org: &Name) -> Standing {
     let organisation = Organisation::below(folder, org.clone());
     let place = folder.join(format!("{org}.json"));
@@ -209,7 +210,7 @@ type StreamOf = (u64, &'static str, Vec<(u64, u64)>);
 /// The aircraft, its streams, UTC of the first record in ns since 1970, duration in s, bytes that could not be read.
 type Found = (Option<String>, Vec<StreamOf>, Option<u64>, f64, u64);
 
-/// What is in a history file.
+/// The contents of a history file.
 #[pyfunction]
 fn history_contents(py: Python<'_>, path: PathBuf) -> PyResult<Found> {
     let read = py.detach(|| Contents::read(&path));
@@ -281,7 +282,8 @@ fn validity(facts: Facts) -> Validity {
     (facts.begins, facts.ends, facts.names)
 }
 
-/// Name, since when, end of its certificate, when it was revoked; where it is a ground station, its role and where it is a router.
+/// Name, since when, end of its certificate, when it was revoked; where it is a ground station, its role and where it
+/// is a router.
 type Enrolled = (String, u64, u64, Option<u64>, Option<(&'static str, Vec<String>)>);
 
 /// An aircraft, or with a role a ground station, which may be a router at some addresses.
@@ -381,7 +383,7 @@ impl PyOrganisation {
         Ok((roll.routers, roll.doors))
     }
 
-    /// Who is enrolled.
+    /// The members.
     fn members(&self, py: Python<'_>) -> PyResult<Vec<Enrolled>> {
         let roll = self.detached(py, Organisation::roll)?;
         let shown = |(name, entry): (String, Entry)| {
@@ -398,7 +400,7 @@ impl PyOrganisation {
         Ok(roll.open_tokens(unix_now()).map(|out| (name(out), out.ends, out.role.map(Role::as_str))).collect())
     }
 
-    /// What is wrong with whoever is at an address, asked as the ground station; `None` where nothing is.
+    /// The problem of connecting to an address as the ground station; `None` without one.
     fn try_address(&self, py: Python<'_>, address: &str) -> PyResult<Option<String>> {
         let identity = self.detached(py, |org| org.identity(unix_now()))?;
         tried(py, address, &identity)
@@ -437,7 +439,7 @@ fn shown(member: &Membership) -> Result<Member, FleetError> {
     })
 }
 
-/// Whom a token is for: the organisation, and whether it is a ground station.
+/// The organisation of a token, and whether it is for a ground station.
 #[pyfunction]
 fn fleet_token(token: &str) -> PyResult<(String, bool)> {
     let ticket: Ticket = token.parse().map_err(raise)?;
@@ -454,7 +456,7 @@ fn fleet_join(py: Python<'_>, token: &str, file: PathBuf, key_file: Option<PathB
     Ok((shown(&member).map_err(raise)?, is_new))
 }
 
-/// What the file of a computer on board says; `None` where it is in no fleet.
+/// The membership in a file; `None` without a file.
 #[pyfunction]
 fn fleet_member(py: Python<'_>, file: PathBuf) -> PyResult<Option<Member>> {
     py.detach(|| Membership::read(&file)?.as_ref().map(shown).transpose()).map_err(raise)
@@ -468,7 +470,7 @@ fn fleet_standing(py: Python<'_>, file: PathBuf) -> PyResult<Option<String>> {
     Ok(runtime::wait(py, None, standing(&member))?.and_then(Result::err))
 }
 
-/// What is wrong with whoever is at an address, asked as the aircraft of this file; `None` where nothing is.
+/// The problem of connecting to an address as the aircraft of this file; `None` without one.
 #[pyfunction]
 fn fleet_try(py: Python<'_>, address: &str, file: PathBuf) -> PyResult<Option<String>> {
     let member = py.detach(|| Membership::read(&file)).map_err(raise)?;

@@ -50,7 +50,7 @@ impl SiteTuple {
     }
 }
 
-/// What is asked of a landing; what is not given is the plane's.
+/// The options of a landing; missing ones are the plane's.
 #[derive(FromPyObject)]
 struct Asked {
     #[pyo3(item)]
@@ -107,8 +107,8 @@ impl Asked {
     }
 }
 
-/// Items, course, what gave it, place and height where the final leg begins, its length, its slope, radius of the circle,
-/// headwind, groundspeed, and the cautions by name and text.
+/// Items, course, what gave it, place and height where the final leg begins, its length, its slope, radius of the
+/// circle, headwind, groundspeed, and the cautions by name and text.
 type LandingTuple =
     (Vec<ItemTuple>, f64, &'static str, (f64, f64, f64), f64, f64, f64, Option<f64>, Option<f64>, Vec<Said>);
 type Said = (&'static str, String);
@@ -145,7 +145,8 @@ fn design_landing(
     design(site, &asked.options()?, over).map(to_tuple).map_err(refused)
 }
 
-/// The landing, whether its circle is clockwise, crosswind; how it ends, where it touches down and rests, how long it takes; verdict, reasons.
+/// The landing, whether its circle is clockwise, crosswind; how it ends, where it touches down and rests, how long it
+/// takes; verdict, reasons.
 type AlternativeTuple =
     (LandingTuple, bool, Option<f64>, (&'static str, Option<f64>, Option<f64>, f64), &'static str, Vec<Said>);
 

@@ -52,7 +52,7 @@ impl PyMessage {
         Self::new(name.unbind(), source.system.0, source.component.0, seconds(at), id, payload.unbind())
     }
 
-    /// What tells it from others, in the order of its constructor.
+    /// The values that identify it, in the order of its constructor.
     fn parts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
         (&self.name, self.system_id, self.component_id, self.time_s, self.id, &self.payload).into_pyobject(py)
     }
@@ -65,7 +65,8 @@ impl PyMessage {
         Self { name, system_id, component_id, time_s, id, payload, fields: PyOnceLock::new() }
     }
 
-    /// The fields by their names, in the order of the wire; `payload` alone for a message that the dialect does not have.
+    /// The fields by their names, in the order of the wire; `payload` alone for a message that the dialect does not
+    /// have.
     #[getter]
     fn fields<'py>(&self, py: Python<'py>) -> PyResult<&Bound<'py, PyMappingProxy>> {
         let proxy = self.fields.get_or_try_init(py, || {
@@ -117,7 +118,7 @@ fn to_python<'py>(py: Python<'py>, value: &FieldValue) -> PyResult<Bound<'py, Py
     })
 }
 
-/// The fields that are given: numbers, texts, bytes, or sequences of numbers; `None` is none.
+/// The given fields: numbers, texts, bytes, or sequences of numbers; `None` stands for a missing field.
 pub fn fields_of(message: &str, fields: &Bound<'_, PyDict>) -> PyResult<BTreeMap<String, FieldValue>> {
     let mut given = BTreeMap::new();
     for (name, value) in fields.iter().filter(|(_, value)| !value.is_none()) {
@@ -134,7 +135,7 @@ pub fn fields_of(message: &str, fields: &Bound<'_, PyDict>) -> PyResult<BTreeMap
 /// Values of a sequence that are looked at: a payload has no more bytes, and an iterator need not end.
 const MOST_VALUES: usize = 256;
 
-/// What is within a sequence is none itself: it could hold itself.
+/// An element of a sequence is not a sequence: it could contain itself.
 fn to_wire(value: &Bound<'_, PyAny>, may_be_sequence: bool) -> PyResult<FieldValue> {
     if let Ok(text) = value.cast::<PyString>() {
         return Ok(FieldValue::Text(text.to_str()?.to_owned()));

@@ -1,4 +1,4 @@
-//! Who acts, for Python: the program itself, a session of a server, or another door of this process.
+//! Operators for Python: the program itself, a session of a server, or another front end of this process.
 
 use std::sync::Arc;
 
@@ -13,7 +13,7 @@ pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<PyOperator>()
 }
 
-/// Somebody who may act on a station's vehicles.
+/// An operator of a station's vehicles.
 #[pyclass(frozen, name = "Operator", module = "vencejo._native")]
 pub struct PyOperator {
     operator: Arc<Operator>,

@@ -15,7 +15,7 @@ use crate::{errors, runtime};
 /// Makes what came of a wait an object of Python.
 type ToPython = fn(Python<'_>, VehicleHandle) -> PyResult<Bound<'_, PyAny>>;
 
-/// What is waited for.
+/// The operation that is waited for.
 enum Inner {
     Request(Pending<RequestResult>, VehicleHandle),
     Vehicle(Pending<Result<VehicleHandle, StationError>>, ToPython),
@@ -86,7 +86,8 @@ impl PyPending {
         (progress.report > 0).then_some((progress.done, progress.total))
     }
 
-    /// After an upload to a vehicle that keeps positions as 32-bit floats: how far the farthest is from where it was sent to be.
+    /// After an upload to a vehicle that keeps positions as 32-bit floats: how far the farthest is from where it was
+    /// sent to be.
     fn position_error_m(&self) -> Option<f64> {
         match &self.inner {
             Inner::Request(pending, _) => match pending.end() {

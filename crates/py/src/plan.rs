@@ -24,7 +24,7 @@ type ZoneTuple = (bool, Vec<(f64, f64)>, Option<f64>);
 /// `(home, items, fence zones, fence return point, rally points)`.
 pub type PlanTuple =
     (Option<(f64, f64, f64)>, Vec<ItemTuple>, Vec<ZoneTuple>, Option<(f64, f64, f64)>, Vec<(f64, f64, f64, u8)>);
-/// What a file says beside the plan: `(cruise speed, hover speed, MAV_TYPE, MAV_AUTOPILOT, complex items by kind and JSON)`.
+/// Settings of a plan file: `(cruise speed, hover speed, MAV_TYPE, MAV_AUTOPILOT, complex items by kind and JSON)`.
 type SettingsTuple = (Option<f64>, Option<f64>, Option<u8>, Option<u8>, Vec<(String, String)>);
 
 /// Adds the functions of this module.
@@ -125,7 +125,7 @@ fn command_name(command: u16) -> String {
     Command(command).to_string()
 }
 
-/// What a MAV_CMD is called in English; `None` for one that ArduPlane does not take.
+/// The English title of a MAV_CMD; `None` for one that ArduPlane does not accept.
 #[pyfunction]
 fn command_title(command: u16) -> Option<&'static str> {
     Command(command).info().map(|info| info.title)
@@ -212,7 +212,7 @@ fn settings_from_tuple(settings: SettingsTuple) -> PlanSettings {
     PlanSettings { cruise_speed_m_s, hover_speed_m_s, vehicle_type, firmware_type, complex_items }
 }
 
-/// What a check found: is it an error, code, figures by name, item from 1, message, remedy.
+/// A finding: whether it is an error, code, figures by name, item from 1, message, remedy.
 pub type FindingTuple = (bool, &'static str, FigureTuple, Option<usize>, String, String);
 /// Figures by name.
 pub type FigureTuple = BTreeMap<&'static str, Option<FigureValue>>;

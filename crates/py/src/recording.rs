@@ -14,7 +14,7 @@ pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(summarize_recording, module)?)
 }
 
-/// What is in a `.tlog` file, as the fields of `vencejo.recording.RecordingSummary`.
+/// The contents of a `.tlog` file, as the fields of `vencejo.recording.RecordingSummary`.
 #[pyfunction]
 fn summarize_recording(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyDict>> {
     let summary = py

@@ -30,13 +30,13 @@ pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(learn_plane, module)?)
 }
 
-/// Time, latitude, longitude, heights above sea and above home, height asked for, height above ground; airspeed, groundspeed, climb; course, heading,
-/// bank, pitch; throttle; item counted from 1.
+/// Time, latitude, longitude, heights above sea and above home, height asked for, height above ground; airspeed,
+/// groundspeed, climb; course, heading, bank, pitch; throttle; item counted from 1.
 type Moment = ((f64, f64, f64, f64, f64, f64, Option<f64>), (f64, f64, f64), (f64, f64, f64, f64), f64, Option<usize>);
 /// Item counted from 1, when it begins and is reached, how near the plane comes.
 type PassageTuple = (usize, f64, Option<f64>, Option<f64>);
-/// What the airframe was taken from, what was found, the track, the items, the end, the touch-down, duration, distance, energy, what is left of the
-/// battery, or else what is not known of it.
+/// Origin of the airframe, findings, track, items, ending, touch-down, duration, distance, energy, and the battery at
+/// the end, or why it is not known.
 pub type RehearsalTuple = (
     &'static str,
     Vec<FindingTuple>,
@@ -50,7 +50,8 @@ pub type RehearsalTuple = (
     Option<BatteryTuple>,
     Option<&'static str>,
 );
-/// Energy of a full battery and what is left, Wh; part that should be left; when it is empty, and the item then, counted from 1.
+/// Energy of a full battery and what is left, Wh; part that should be left; when it is empty, and the item then,
+/// counted from 1.
 type BatteryTuple = (f64, f64, f64, Option<f64>, Option<usize>);
 
 /// An airframe as `vencejo.rehearsal.Airframe` has it.
@@ -73,7 +74,7 @@ pub struct GivenAirframe {
     ground_drag_m_s2: Option<f64>,
 }
 
-/// What is said of a battery as `vencejo.rehearsal.Battery` has it.
+/// A battery as `vencejo.rehearsal.Battery` has it.
 #[derive(FromPyObject)]
 pub struct GivenBattery {
     capacity_mah: Option<f64>,
@@ -83,7 +84,7 @@ pub struct GivenBattery {
     power_cruise_w: Option<f64>,
 }
 
-/// The airframe and the battery that somebody chose.
+/// The chosen airframe and battery.
 #[derive(FromPyObject)]
 pub struct Profile {
     #[pyo3(item)]
@@ -137,7 +138,7 @@ impl Profile {
     }
 }
 
-/// What a plan is rehearsed with.
+/// The conditions of a rehearsal.
 #[derive(FromPyObject)]
 struct Given {
     #[pyo3(item)]
@@ -197,7 +198,7 @@ fn ask<T: Send>(
 /// The finding, what the change does, its figures, it in English, and the plan with it.
 type FixTuple = (FindingTuple, &'static str, FigureTuple, String, PlanTuple);
 
-/// What of the findings of a plan a change of it resolves; without a home it is not rehearsed.
+/// Changes of a plan that resolve its findings; without a home it is not rehearsed.
 #[pyfunction]
 #[pyo3(signature = (plan, *, parameters, wind, on_ground, ground, clearance_m))]
 fn plan_fixes(
@@ -245,8 +246,9 @@ fn rehearse(
 
 /// Least, median and most of nine in ten.
 type RangeTuple = (f64, f64, f64);
-/// The expected flight, flights, how many ended how, duration, energy, part of the battery left and how many leave less than its reserve,
-/// distance of touch-downs, and of each moment of the corridor its time, how far across and how much higher.
+/// The expected flight, flights, how many ended how, duration, energy, part of the battery left and how many leave less
+/// than its reserve, distance of touch-downs, and of each moment of the corridor its time, how far across and how much
+/// higher.
 type SpreadTuple = (
     RehearsalTuple,
     usize,
@@ -290,11 +292,11 @@ fn rehearse_many(
     })
 }
 
-/// What happens, the moment, decisions (when, what), what it ends with, the flight from there, and the ground within gliding range.
+/// Trigger, moment, decisions (when, what), final reaction, the flight from there, and the ground within gliding range.
 pub type WhatIfTuple =
     (&'static str, Moment, Vec<(f64, &'static str)>, &'static str, Option<RehearsalTuple>, Vec<(f64, f64)>);
 
-/// What follows when something happens at moments of a plan.
+/// What follows from triggers at moments of a plan.
 #[pyfunction]
 #[pyo3(signature = (plan, given, ground, *, triggers, moments))]
 fn what_if(
@@ -312,7 +314,7 @@ fn what_if(
 }
 
 /// # Errors
-/// `InvalidRequest` for a name that is none.
+/// `InvalidRequest` for an unknown name.
 pub fn triggers_named(names: &[String]) -> PyResult<Vec<Trigger>> {
     let named = |name: &String| {
         let known = Trigger::ALL.iter().copied().find(|trigger| trigger.as_str() == name);
@@ -346,10 +348,11 @@ pub fn what_if_tuples(
     Some(told.collect())
 }
 
-/// An airframe by the names of its fields, the direction and speed of the wind, moments, and what is left of the airspeed.
+/// An airframe by the names of its fields, the direction and speed of the wind, moments, and what is left of the
+/// airspeed.
 pub type LearnedTuple<'py> = (Bound<'py, PyDict>, (f64, f64), usize, f64);
 
-/// What was learned, for Python.
+/// A learned airframe, for Python.
 pub fn learned_tuple<'py>(py: Python<'py>, learned: &Learned) -> PyResult<LearnedTuple<'py>> {
     let frame = learned.airframe;
     let fields = PyDict::new(py);
@@ -375,7 +378,7 @@ pub fn learned_tuple<'py>(py: Python<'py>, learned: &Learned) -> PyResult<Learne
     Ok((fields, (learned.wind.from_deg, learned.wind.speed_m_s), learned.moments, learned.airspeed_error_m_s))
 }
 
-/// Learns a plane from a recording; `None` when it cannot be told.
+/// Learns an airframe from a recording; `None` if there is too little data.
 #[pyfunction]
 #[pyo3(signature = (path, *, parameters, system))]
 fn learn_plane<'py>(

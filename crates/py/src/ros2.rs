@@ -80,10 +80,10 @@ type Node = (u32, String, usize, usize, usize);
 /// Whether nothing arrives because of it, its stable name, in words.
 type Finding = (bool, &'static str, String);
 
-/// What keeps us from a router: its stable name, in words.
+/// Why a router is not reached: stable name, message.
 type Unreached = (&'static str, String);
 
-/// Who is at a router, and what is wrong; or why it is not reached.
+/// Nodes at a router and findings; or why it is not reached.
 #[pyfunction]
 fn ros2_examine(
     py: Python<'_>,

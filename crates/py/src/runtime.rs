@@ -14,8 +14,8 @@ const SIGNAL_INTERVAL: Duration = Duration::from_millis(100);
 
 /// The runtime: two threads are enough for links, drivers and timers; disks have their own.
 ///
-/// A process that was forked off has none of its parent's threads and gets a runtime of its own; the parent's is left as
-/// it is, for even dropping it would wait for them.
+/// A process that was forked off has none of its parent's threads and gets a runtime of its own; the parent's is left
+/// as it is, for even dropping it would wait for them.
 pub fn handle() -> &'static Handle {
     static RUNTIME: Mutex<Option<(u32, &'static Runtime)>> = Mutex::new(None);
     let process = std::process::id();
@@ -41,8 +41,8 @@ const LONGEST_END: Duration = Duration::from_secs(2);
 
 static IS_ENDING: AtomicBool = AtomicBool::new(false);
 static ENDS_ON: OnceLock<ThreadId> = OnceLock::new();
-/// Threads on their way back to Python: how many (low half), and of which process (high half). One that is forked off has none of its parent's
-/// threads, whatever they were doing.
+/// Threads on their way back to Python: how many (low half), and of which process (high half). One that is forked off
+/// has none of its parent's threads, whatever they were doing.
 static RETURNING: AtomicU64 = AtomicU64::new(0);
 
 /// How many threads of a process are on their way.
@@ -61,8 +61,8 @@ fn count_returning(process: u32, change: impl Fn(u32) -> u32) {
 }
 
 /// The interpreter is about to end: from now on only this thread comes back from native code. The others wait for the
-/// process to end: once there is no interpreter, asking for it would end them in the middle of our frames, and with them
-/// the process.
+/// process to end: once there is no interpreter, asking for it would end them in the middle of our frames, and with
+/// them the process.
 #[pyfunction]
 pub fn end_waits(py: Python<'_>) {
     ENDS_ON.get_or_init(|| std::thread::current().id());
@@ -76,8 +76,8 @@ pub fn end_waits(py: Python<'_>) {
     });
 }
 
-/// Keeps a native object for ever. In a process that was forked off the threads behind it are not there, so nothing of it
-/// may run, not even its end.
+/// Keeps a native object for ever. In a process that was forked off the threads behind it are not there, so nothing of
+/// it may run, not even its end.
 #[pyfunction]
 pub fn abandon(object: Py<PyAny>) {
     std::mem::forget(object);
@@ -125,8 +125,8 @@ pub fn attached<T>(run: impl FnOnce(Python<'_>) -> T) -> T {
     Python::attach(run)
 }
 
-/// Runs something long without the GIL, on a thread of its own, and lets Ctrl-C in: from then on `is_wanted` is false, and the
-/// exception is raised as soon as `run` has returned.
+/// Runs something long without the GIL, on a thread of its own, and lets Ctrl-C in: from then on `is_wanted` is false,
+/// and the exception is raised as soon as `run` has returned.
 pub fn interruptible<T: Send>(py: Python<'_>, run: impl FnOnce(&(dyn Fn() -> bool + Sync)) -> T + Send) -> PyResult<T> {
     let is_wanted = AtomicBool::new(true);
     let (ended, mut end) = mpsc::channel();

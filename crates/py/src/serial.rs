@@ -1,4 +1,4 @@
-//! What serde can describe, as plain Python values: dictionaries with interned keys, tuples, `None`.
+//! A serde serializer into plain Python values: dictionaries with interned keys, tuples, `None`.
 
 use std::fmt::{self, Display};
 

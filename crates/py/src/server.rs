@@ -19,7 +19,8 @@ pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(has_app, module)?)
 }
 
-/// Makes new tokens in a file, for viewers, operators or both; gives back the viewer's and the operator's that hold then.
+/// Makes new tokens in a file, for viewers, operators or both; gives back the viewer's and the operator's that hold
+/// then.
 #[pyfunction]
 fn renew_tokens(py: Python<'_>, path: PathBuf, viewer: bool, operator: bool) -> PyResult<(String, String)> {
     let renewed = py.detach(|| Tokens::renew(&path, viewer, operator));
@@ -106,7 +107,7 @@ impl PyServer {
         self.server.clients()
     }
 
-    /// What of the disk does not work: what, of which camera or map source, kind of fault, in words.
+    /// Storage faults: kind of storage, name of the camera or map source, kind of fault, message.
     fn storage_problems(&self) -> Vec<storage::Problem> {
         self.server.storage_problems().iter().map(storage::problem).collect()
     }

@@ -53,7 +53,7 @@ fn recorder_dict<'py>(py: Python<'py>, folder: &Path, status: &RecorderStatus) -
 #[pyclass(frozen, name = "RecorderChanges", module = "vencejo._native")]
 pub struct PyRecorderChanges {
     folder: PathBuf,
-    /// And whether the first is still to be told.
+    /// And whether the first state has yet to be returned.
     changes: tokio::sync::Mutex<(watch::Receiver<Option<RecorderStatus>>, bool)>,
 }
 
@@ -238,7 +238,7 @@ impl PyStation {
         PyOperator::new(self.station.operator().clone(), self.station.clone())
     }
 
-    /// Somebody else who may act; with `asks`, to be refused is to ask for control.
+    /// Another operator; with `asks`, a refused request asks for control.
     fn enlist(&self, name: &str, asks: bool) -> PyOperator {
         let operator = self.station.enlist(name);
         let operator = if asks {

@@ -33,11 +33,11 @@ pub fn space(floors_mb: Option<(u64, u64, u64)>) -> PyResult<Space> {
 
 /// Numbers that are missing: boot, stream, first and last, and whether they are not to be had.
 type Gap = (String, String, u64, u64, bool);
-/// What is kept of an aircraft: its name; name and size of each file; how many records of each stream; what is missing, where that is noted;
-/// why that is not known.
+/// What is kept of an aircraft: its name; name and size of each file; how many records of each stream; what is missing,
+/// where that is noted; why that is not known.
 type Kept = (String, Vec<(String, u64)>, BTreeMap<String, u64>, Option<Vec<Gap>>, Option<String>);
 
-/// What a folder keeps of the history of aircraft.
+/// The history archives in a folder.
 #[pyfunction]
 fn history_kept(py: Python<'_>, folder: PathBuf) -> PyResult<Vec<Kept>> {
     let kept = detached(py, || vencejo_server::history::in_folder("", &folder))?;
@@ -87,7 +87,7 @@ fn write_file(py: Python<'_>, path: PathBuf, data: Vec<u8>) -> PyResult<()> {
     detached(py, || vencejo_store::write(&path, &data, Access::Usual)).map_err(|error| raise(error, &path))
 }
 
-/// Writes a file as a whole where there is none of that name; whether that was so.
+/// Creates a file atomically; false if one of that name exists.
 #[pyfunction]
 fn create_file(py: Python<'_>, path: PathBuf, data: Vec<u8>) -> PyResult<bool> {
     detached(py, || vencejo_store::create(&path, &data, Access::Usual)).map_err(|error| raise(error, &path))

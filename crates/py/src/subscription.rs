@@ -124,7 +124,7 @@ impl Subscription {
 
 #[pymethods]
 impl Subscription {
-    /// Entries lost because nobody took them in time.
+    /// Entries dropped because they were not read in time.
     #[getter]
     fn dropped(&self) -> u64 {
         self.queue.dropped()
@@ -149,7 +149,8 @@ impl Subscription {
         }
     }
 
-    /// As `get` without a time-out, for the thread that calls back, which no signal is for: nothing more once `close` was called.
+    /// As `get` without a time-out, for the thread that calls back, which no signal is for: nothing more once `close`
+    /// was called.
     fn next<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
         let is_ended = || self.is_ended.load(Ordering::Acquire);
         if is_ended() {
@@ -161,7 +162,8 @@ impl Subscription {
         })
     }
 
-    /// Ends it. A callback that runs comes to its end; what waits is not called back any more, but `get` still gives it.
+    /// Ends it. A callback that runs comes to its end; what waits is not called back any more, but `get` still gives
+    /// it.
     fn close(&self) {
         self.is_ended.store(true, Ordering::Release);
         self.queue.close();

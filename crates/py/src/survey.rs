@@ -38,7 +38,7 @@ fn camera_to_tuple(camera: &Camera) -> CameraTuple {
     )
 }
 
-/// What is asked for, by the names of [`SurveyOptions`].
+/// The options of a survey, by the names of [`SurveyOptions`].
 #[derive(FromPyObject, IntoPyObject)]
 #[pyo3(from_item_all)]
 struct Asked {
@@ -62,7 +62,7 @@ struct Asked {
     max_items: usize,
 }
 
-/// What was laid out, by the names of `vencejo.survey.Survey`.
+/// The laid-out survey, by the names of `vencejo.survey.Survey`.
 #[derive(IntoPyObject)]
 struct Laid {
     items: Vec<ItemTuple>,
@@ -116,7 +116,7 @@ fn point((lat_deg, lon_deg): (f64, f64)) -> PyResult<GeoPoint> {
 /// Places of an area or a line, the width of a corridor, and the options.
 type SurveyTuple = (Vec<(f64, f64)>, Option<f64>, Asked);
 
-/// The survey that is in a plan; `None` for what is none.
+/// The survey of a complex item of a plan; `None` for another kind of item.
 #[pyfunction]
 fn survey_of(kind: String, json: String) -> Option<SurveyTuple> {
     let (shape, options) = formats::survey_of(&ComplexItem { kind, json })?;
@@ -147,7 +147,8 @@ fn survey_of(kind: String, json: String) -> Option<SurveyTuple> {
     Some((points.into_iter().map(place).collect(), width_m, asked))
 }
 
-/// Lays out a survey and rehearses it: of an area by its corners, or with a width of a corridor by the points of its line.
+/// Lays out a survey and rehearses it: of an area by its corners, or with a width of a corridor by the points of its
+/// line.
 #[pyfunction]
 #[pyo3(signature = (places, *, width_m, asked, parameters))]
 fn design_survey(

@@ -1,4 +1,5 @@
-//! Telemetry snapshots for Python: each group as a dictionary whose keys are the fields of `vencejo.telemetry`'s classes.
+//! Telemetry snapshots for Python: each group as a dictionary whose keys are the fields of `vencejo.telemetry`'s
+//! classes.
 
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
@@ -7,7 +8,7 @@ use vencejo_vehicle::telemetry::Telemetry;
 
 use crate::serial::ToPython;
 
-/// What a vehicle had said at one moment.
+/// A snapshot of a vehicle's telemetry.
 #[pyclass(frozen, module = "vencejo._native")]
 pub struct TelemetrySnapshot {
     telemetry: Telemetry,

@@ -85,7 +85,7 @@ fn invalid(message: impl std::fmt::Display) -> PyErr {
     errors::raise("InvalidRequest", message)
 }
 
-/// What is confirmed by this name.
+/// The danger of this name.
 fn danger_of(name: &str) -> PyResult<Danger> {
     Danger::from_code(name).ok_or_else(|| {
         let names: Vec<_> = Danger::ALL.into_iter().map(Danger::code).collect();
@@ -103,7 +103,7 @@ impl PyVehicle {
         Self { vehicle }
     }
 
-    /// The plane with the airframe and the battery that somebody chose, and a wind.
+    /// The plane with the chosen airframe and battery, and a wind.
     fn flies_in(&self, (from_deg, speed_m_s): (f64, f64), profile: Profile) -> PyResult<(Aircraft, Air)> {
         let (plane, air) = self.vehicle.flies_in(Wind { from_deg, speed_m_s });
         Ok((profile.of(plane)?, air))
@@ -144,13 +144,13 @@ impl PyVehicle {
         TelemetrySnapshot::new(telemetry, now)
     }
 
-    /// Another number as soon as something new has come.
+    /// A counter that changes whenever something new has come.
     fn change_count(&self) -> u64 {
         self.vehicle.change_count()
     }
 
-    /// Waits until the number is no longer `seen`, and gives it back; `None` when it stays so. Who has seen nothing waits
-    /// for nothing. At most a second, so that Ctrl-C gets in.
+    /// Waits until the number is no longer `seen`, and gives it back; `None` when it stays so. Who has seen nothing
+    /// waits for nothing. At most a second, so that Ctrl-C gets in.
     #[pyo3(signature = (seen, timeout_s))]
     fn wait_change(&self, py: Python<'_>, seen: Option<u64>, timeout_s: f64) -> PyResult<Option<u64>> {
         let timeout = runtime::seconds(timeout_s).min(LONGEST_WAIT);
@@ -199,8 +199,8 @@ impl PyVehicle {
         Ok(Some(plan_to_tuple(&plan)))
     }
 
-    /// How a part of a plan differs from what is on board: of each change its kind, the item here and on board, and what differs; `None` while
-    /// what is on board is not known to be whole.
+    /// How a part of a plan differs from what is on board: of each change its kind, the item here and on board, and
+    /// what differs; `None` while what is on board is not known to be whole.
     fn plan_changes(&self, py: Python<'_>, plan: PlanTuple, kind: &str) -> PyResult<Option<Vec<ChangeTuple>>> {
         let (plan, kind) = (plan_from_tuple(plan)?, kind_of(kind)?);
         let changes = py.detach(|| self.vehicle.plan_changes(&plan, kind));
@@ -279,8 +279,8 @@ impl PyVehicle {
         }
     }
 
-    /// Asks for what describes itself in the core, by its name and values; `None` stands for a value that is not given. `confirm` names
-    /// what a program knows to be dangerous about it.
+    /// Asks for what describes itself in the core, by its name and values; `None` stands for a value that is not given.
+    /// `confirm` names what a program knows to be dangerous about it.
     #[pyo3(signature = (name, values, confirm, despite_mixed_plan))]
     fn request(
         &self,
@@ -294,7 +294,8 @@ impl PyVehicle {
         self.start_confirmed(py, guarded(request, despite_mixed_plan), confirm)
     }
 
-    /// The mode it is in, the mode to change to, whether the mission is set back, whether any of it is needed, and all in words.
+    /// The mode it is in, the mode to change to, whether the mission is set back, whether any of it is needed, and all
+    /// in words.
     fn flight_preparation(&self) -> Option<(String, Option<String>, bool, bool, String)> {
         let preparation = self.vehicle.flight_preparation()?;
         Some((
@@ -339,7 +340,7 @@ impl PyVehicle {
         self.start_confirmed(py, guarded(Request::RawCommandInt(command), despite_mixed_plan), confirm)
     }
 
-    /// What is wrong or doubtful in a plan that it is to fly now, or that is to wait on board until it flies.
+    /// Findings of a plan that it is to fly now, or that is to wait on board until it flies.
     fn check_plan(&self, py: Python<'_>, plan: PlanTuple, waits: bool) -> PyResult<Vec<FindingTuple>> {
         let plan = plan_from_tuple(plan)?;
         let found =
@@ -367,7 +368,7 @@ impl PyVehicle {
         }))
     }
 
-    /// What its flight teaches; `None` where it is too short.
+    /// The airframe learned from its flight; `None` while there is too little data.
     fn learned<'py>(&self, py: Python<'py>) -> PyResult<Option<LearnedTuple<'py>>> {
         let learned = py.detach(|| self.vehicle.learned());
         learned.map(|learned| rehearsal::learned_tuple(py, &learned)).transpose()

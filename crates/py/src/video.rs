@@ -104,7 +104,7 @@ impl PyVideoFeed {
         Ok(())
     }
 
-    /// Viewers who are sent H.264, and JPEG.
+    /// Numbers of viewers that are sent H.264, and JPEG.
     fn demand(&self) -> (usize, usize) {
         let demand = self.feed.demand();
         (demand.h264, demand.jpeg)
