@@ -67,14 +67,14 @@ _G = TypeVar("_G", bound=Group)
 
 @dataclass(frozen=True, kw_only=True)
 class Heartbeat(Group):
-    """HEARTBEAT of the autopilot: what the vehicle is and what it is doing.
+    """HEARTBEAT of the autopilot: type, mode and state of the vehicle.
 
     Attributes
     ----------
     mode : str
         Flight mode by name, such as ``"AUTO"``; ``"mode 42"`` when the number is not known.
     mode_number : int
-        The mode's number on the wire, in the autopilot's own counting.
+        The mode's number on the wire, in the autopilot's own numbering.
     is_armed : bool
         Whether the motors can run.
     system_status : str
@@ -123,14 +123,14 @@ class Attitude(Group):
 
 @dataclass(frozen=True, kw_only=True)
 class Position(Group):
-    """GLOBAL_POSITION_INT: where the autopilot believes to be (filtered).
+    """GLOBAL_POSITION_INT: the autopilot's filtered position estimate.
 
     Attributes
     ----------
     lat_deg : float or None
-        WGS-84 latitude; ``None`` as long as the vehicle has no position.
+        WGS-84 latitude; ``None`` without a position.
     lon_deg : float or None
-        WGS-84 longitude; ``None`` as long as the vehicle has no position.
+        WGS-84 longitude; ``None`` without a position.
     alt_amsl_m : float or None
         Altitude above mean sea level.
     alt_rel_home_m : float or None
@@ -142,7 +142,7 @@ class Position(Group):
     velocity_down_m_s : float or None
         Speed downward.
     heading_deg : float or None
-        Where the nose points, 0 to 360 from true north.
+        Heading, 0 to 360 from true north.
     """
 
     lat_deg: float | None
@@ -157,16 +157,16 @@ class Position(Group):
 
 @dataclass(frozen=True, kw_only=True)
 class Hud(Group):
-    """VFR_HUD: what a pilot looks at.
+    """VFR_HUD: speeds, heading and altitude for a head-up display.
 
     Attributes
     ----------
     airspeed_m_s : float or None
-        Speed through the air (indicated or equivalent, as the autopilot has it).
+        Airspeed (indicated or equivalent, depending on the autopilot).
     groundspeed_m_s : float or None
         Speed over ground.
     heading_deg : float or None
-        Where the nose points, 0 to 360.
+        Heading, 0 to 360.
     throttle_pct : float or None
         Throttle, 0 to 100 %.
     alt_amsl_m : float or None
@@ -185,7 +185,7 @@ class Hud(Group):
 
 @dataclass(frozen=True, kw_only=True)
 class Gps(Group):
-    """GPS_RAW_INT: what the receiver says, unfiltered.
+    """GPS_RAW_INT: the GPS receiver's data, unfiltered.
 
     Attributes
     ----------
@@ -206,7 +206,7 @@ class Gps(Group):
     alt_amsl_m : float or None
         Altitude above mean sea level.
     alt_ellipsoid_m : float or None
-        Altitude above the WGS-84 ellipsoid, where the receiver tells it.
+        Altitude above the WGS-84 ellipsoid, if the receiver reports it.
     groundspeed_m_s : float or None
         Speed over ground.
     course_deg : float or None
@@ -239,9 +239,9 @@ class SysStatus(Group):
     Attributes
     ----------
     is_ready_to_arm : bool or None
-        Whether the vehicle's pre-arm checks pass; ``None`` when it does not say.
+        Whether the vehicle's pre-arm checks pass; ``None`` when not reported.
     unhealthy_sensors : tuple[str, ...]
-        Sensors that are in use and do not work.
+        Sensors in use that are unhealthy.
     load_pct : float or None
         Processor load, 0 to 100 %.
     voltage_v : float or None
@@ -272,7 +272,7 @@ class Battery(Group):
     id : int
         Battery id, from 0.
     voltage_v : float or None
-        Voltage of the pack: the sum of what is reported.
+        Voltage of the pack: the sum of the reported voltages.
     current_a : float or None
         Current, discharge positive.
     consumed_mah : float or None
@@ -345,7 +345,7 @@ class Wind(Group):
     Attributes
     ----------
     from_deg : float or None
-        Where the wind comes from, 0 to 360.
+        Direction that the wind comes from, 0 to 360.
     speed_m_s : float or None
         Horizontal speed.
     speed_down_m_s : float or None
@@ -385,7 +385,7 @@ class MissionCurrent(Group):
     seq : int
         Number of the item in execution on the wire.
     total : int or None
-        Items on board, home not counted, 0 where there is no mission; ``None`` when the vehicle does not say.
+        Items on board, home not counted, 0 where there is no mission; ``None`` when not reported.
     state : str or None
         ``"no mission"``, ``"not started"``, ``"active"``, ``"paused"`` or ``"complete"``; ``None`` when the vehicle
         does not say.
@@ -398,16 +398,16 @@ class MissionCurrent(Group):
 
 @dataclass(frozen=True, kw_only=True)
 class NavController(Group):
-    """NAV_CONTROLLER_OUTPUT: what guidance wants.
+    """NAV_CONTROLLER_OUTPUT: targets and errors of the navigation controller.
 
     Attributes
     ----------
     nav_roll_deg : float or None
-        Wanted roll.
+        Desired roll.
     nav_pitch_deg : float or None
-        Wanted pitch.
+        Desired pitch.
     nav_bearing_deg : float or None
-        Bearing that is steered, -180 to 180.
+        Desired heading, -180 to 180.
     target_bearing_deg : float or None
         Bearing to the target, -180 to 180.
     wp_distance_m : float or None
@@ -448,7 +448,7 @@ class ExtendedState(Group):
 
 @dataclass(frozen=True, kw_only=True)
 class Ekf(Group):
-    """EKF_STATUS_REPORT: how well the estimator agrees with its sensors; a test ratio of 1 is the limit.
+    """EKF_STATUS_REPORT: agreement of the estimator with its sensors; a test ratio of 1 is the limit.
 
     Attributes
     ----------
@@ -476,14 +476,14 @@ class Ekf(Group):
 
 @dataclass(frozen=True, kw_only=True)
 class Vibration(Group):
-    """VIBRATION of the airframe as the accelerometers feel it.
+    """VIBRATION of the airframe, measured by the accelerometers.
 
     Attributes
     ----------
     vibration_m_s2 : tuple[float or None, float or None, float or None]
         Levels along body x, y, z.
     clipping : tuple[int, int, int]
-        How often each accelerometer was clipped since boot.
+        Clipping events of each accelerometer since boot.
     """
 
     vibration_m_s2: tuple[float | None, float | None, float | None]
@@ -503,7 +503,8 @@ class AutopilotVersion(Group):
     capabilities : int
         ``MAV_PROTOCOL_CAPABILITY`` bits.
     uid : int or None
-        Unique id of the hardware, 64 bits; in JSON its decimal digits, more than a number keeps there.
+        Unique id of the hardware, 64 bits; in JSON a string of decimal digits, which a JSON number could not hold
+        exactly.
     """
 
     flight_sw: str
@@ -531,7 +532,7 @@ class Radio(Group):
     rx_errors : int
         Packets lost to radio errors.
     fixed : int
-        Packets that error correction saved.
+        Packets restored by error correction.
     """
 
     rssi: int | None
@@ -558,7 +559,7 @@ class AirspeedSensor(Group):
     temperature_c : float or None
         Temperature.
     is_unhealthy : bool
-        Whether the sensor says that it is unhealthy.
+        Whether the sensor reports that it is unhealthy.
     is_used : bool
         Whether the autopilot uses it.
     """
@@ -573,12 +574,12 @@ class AirspeedSensor(Group):
 
 @dataclass(frozen=True, kw_only=True)
 class ServoOutputs(Group):
-    """SERVO_OUTPUT_RAW of outputs 1 to 16: what the actuators get.
+    """SERVO_OUTPUT_RAW of outputs 1 to 16: the signals to the actuators.
 
     Attributes
     ----------
     pulse_us : tuple[int or None, ...]
-        Pulse lengths of outputs 1 to 16; ``None`` for one that is off.
+        Pulse lengths of outputs 1 to 16; ``None`` for an output that is off.
     """
 
     pulse_us: tuple[int | None, ...]
@@ -591,9 +592,9 @@ class RcChannels(Group):
     Attributes
     ----------
     count : int
-        Channels that exist.
+        Number of channels.
     pulse_us : tuple[int or None, ...]
-        Pulse lengths of channels 1 to 18; ``None`` for one that is not there.
+        Pulse lengths of channels 1 to 18; ``None`` for a missing channel.
     rssi : int or None
         Received signal, raw 0 to 254.
     """
@@ -630,7 +631,7 @@ class FenceStatus(Group):
     breach_count : int
         Breaches so far.
     breach_type : int
-        Kind of the last one (``FENCE_BREACH``: 1 too low, 2 too high, 3 over the boundary).
+        Kind of the last breach (``FENCE_BREACH``: 1 too low, 2 too high, 3 over the boundary).
     """
 
     is_breached: bool
@@ -640,7 +641,7 @@ class FenceStatus(Group):
 
 @dataclass(frozen=True, kw_only=True)
 class TerrainReport(Group):
-    """TERRAIN_REPORT: what the vehicle knows of the ground.
+    """TERRAIN_REPORT: the vehicle's terrain data.
 
     Attributes
     ----------
@@ -648,7 +649,7 @@ class TerrainReport(Group):
         Ground above mean sea level under the vehicle (or where TERRAIN_CHECK asked); ``None`` as long as it does not
         know it.
     alt_terrain_m : float or None
-        Altitude of the vehicle above that ground.
+        Altitude of the vehicle above that terrain.
     pending : int
         Blocks of 4 × 4 altitudes that it waits for.
     loaded : int
@@ -663,7 +664,7 @@ class TerrainReport(Group):
 
 @dataclass(frozen=True, kw_only=True)
 class Engine(Group):
-    """EFI_STATUS: an engine with fuel injection. What is not measured may be reported as 0.
+    """EFI_STATUS: an engine with fuel injection. Values that are not measured may be reported as 0.
 
     Attributes
     ----------
@@ -676,21 +677,21 @@ class Engine(Group):
     fuel_consumed_cm3 : float or None
         Fuel used.
     fuel_flow_cm3_min : float or None
-        Fuel that flows, cubic centimetres per minute.
+        Fuel flow, cubic centimetres per minute.
     load_pct : float or None
         Load, 0 to 200 %.
     throttle_position_pct : float or None
-        Where the throttle stands, 0 to 100 %.
+        Throttle position, 0 to 100 %.
     throttle_output_pct : float or None
-        Where the throttle was sent, 0 to 100 %.
+        Commanded throttle, 0 to 100 %.
     spark_dwell_ms : float or None
-        How long the ignition coil is charged for a spark.
+        Charging time of the ignition coil.
     ignition_timing_deg : float or None
-        When it sparks, crank angle.
+        Ignition timing, crank angle.
     injection_ms : float or None
-        How long fuel is injected.
+        Injection time.
     barometric_pa : float or None
-        Pressure of the air around.
+        Atmospheric pressure.
     intake_manifold_pa : float or None
         Pressure in the intake manifold.
     intake_manifold_temperature_c : float or None
@@ -700,11 +701,11 @@ class Engine(Group):
     exhaust_gas_temperature_c : float or None
         Temperature of the exhaust gas.
     pressure_temperature_compensation : float or None
-        Factor by which the fuel is corrected for pressure and temperature.
+        Correction factor of the fuel for pressure and temperature.
     ignition_v : float or None
-        Voltage of the ignition.
+        Ignition voltage.
     fuel_pressure_pa : float or None
-        Pressure of the fuel.
+        Fuel pressure.
     """
 
     health: int

@@ -1303,9 +1303,9 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Changes the altitude of the present target: MAV_CMD_DO_CHANGE_ALTITUDE. For an ArduPlane; in AUTO it holds until the next item.
-         *     One from before COMMAND_INT gets MISSION_ITEM with `current` = 3. Refused while the plane lands, or may do so in a mission that
-         *     was not read: it would flare and stop its motor where it is.
+         * Changes the altitude of the present target: MAV_CMD_DO_CHANGE_ALTITUDE. For an ArduPlane; in AUTO it holds until
+         *     the next item. One from before COMMAND_INT gets MISSION_ITEM with `current` = 3. Refused while the plane lands,
+         *     or may do so in a mission that was not read: it would flare and stop its motor where it is.
          */
         post: operations["altitude"];
         delete?: never;
@@ -1392,8 +1392,8 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Turns to a course over ground and stays on it: MAV_CMD_GUIDED_CHANGE_HEADING. Only for an ArduPlane in GUIDED, which
-         *     no request enters for it.
+         * Turns to a course over ground and stays on it: MAV_CMD_GUIDED_CHANGE_HEADING. Only for an ArduPlane in GUIDED,
+         *     which no request enters for it.
          */
         post: operations["course"];
         delete?: never;
@@ -1429,8 +1429,9 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Flies to a position and circles there: MAV_CMD_DO_REPOSITION by COMMAND_INT. An ArduPlane from before COMMAND_INT gets
-         *     MISSION_ITEM with `current` = 2 instead, which enters GUIDED by itself and knows neither radius nor sense nor speed.
+         * Flies to a position and circles there: MAV_CMD_DO_REPOSITION by COMMAND_INT. An ArduPlane from before
+         *     COMMAND_INT gets MISSION_ITEM with `current` = 2 instead, which enters GUIDED by itself and knows neither radius
+         *     nor sense nor speed.
          */
         post: operations["goto"];
         delete?: never;
@@ -1466,8 +1467,9 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Lands. An ArduPlane: jumps to the landing sequence of its mission (MAV_CMD_DO_LAND_START); nothing is sent to one that flies that
-         *     sequence already, because it would begin it anew and turn away without climbing. Others: mode LAND.
+         * Lands. An ArduPlane: jumps to the landing sequence of its mission (MAV_CMD_DO_LAND_START); nothing is sent to
+         *     one that flies that sequence already, because it would begin it anew and turn away without climbing. Others:
+         *     mode LAND.
          */
         post: operations["land"];
         delete?: never;
@@ -1593,7 +1595,10 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** Goes on with the mission where it stands: mode AUTO. An ArduPlane that begins it anew (`MIS_RESTART` 1) is set to where it stood. */
+        /**
+         * Goes on with the mission where it stands: mode AUTO. An ArduPlane that begins it anew (`MIS_RESTART` 1) is set
+         *     to where it stood.
+         */
         post: operations["mission_resume"];
         delete?: never;
         options?: never;
@@ -1611,9 +1616,9 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Starts the mission: mode AUTO, after setting the current item when one is given. Never arms. Item 1 is the mission's
-         *     beginning: its jump counters are set back too. An ArduPlane has to show a mission that runs, and is set to the item once more
-         *     where it began anew (`MIS_RESTART` 1).
+         * Starts the mission: mode AUTO, after setting the current item when one is given. Never arms. Item 1 is the
+         *     mission's beginning: its jump counters are set back too. An ArduPlane has to show a mission that runs, and is
+         *     set to the item once more where it began anew (`MIS_RESTART` 1).
          */
         post: operations["mission_start"];
         delete?: never;
@@ -1833,9 +1838,10 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Prepares a flight, on the ground and disarmed: changes to a mode that arms where the present one does not, and sets the
-         *     mission, when there is one, back to its beginning, its jump counters too. A text of ours says so before. Refused when armed or
-         *     in the air. It neither arms nor starts; what is known of the vehicle (`progress.preparation`) tells before what it does.
+         * Prepares a flight, on the ground and disarmed: changes to a mode that arms where the present one does not, and
+         *     sets the mission, when there is one, back to its beginning, its jump counters too. A text of ours says so
+         *     before. Refused when armed or in the air. It neither arms nor starts; what is known of the vehicle
+         *     (`progress.preparation`) tells before what it does.
          */
         post: operations["prepare_flight"];
         delete?: never;
@@ -1945,8 +1951,8 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Sets how often the vehicle sends a message, now and after each of its restarts: MAV_CMD_SET_MESSAGE_INTERVAL. It overrides other
-         *     stations.
+         * Sets how often the vehicle sends a message, now and after each of its restarts: MAV_CMD_SET_MESSAGE_INTERVAL. It
+         *     overrides other stations.
          */
         post: operations["set_message_rate"];
         delete?: never;
@@ -2003,8 +2009,8 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Switches the fence on board on or off, until its parameters or a restart do: MAV_CMD_DO_FENCE_ENABLE. Done when it is acknowledged;
-         *     an ArduPlane without a fence refuses to switch it on.
+         * Switches the fence on board on or off, until its parameters or a restart do: MAV_CMD_DO_FENCE_ENABLE. Done when
+         *     it is acknowledged; an ArduPlane without a fence refuses to switch it on.
          */
         post: operations["switch_fence"];
         delete?: never;
@@ -2043,7 +2049,7 @@ export interface paths {
         /** Returns the newest status texts of a vehicle, oldest first. */
         get: operations["list_texts"];
         put?: never;
-        /** Puts a text of ours beside those of the vehicle, for whoever watches it through this station. Nothing is sent. */
+        /** Adds a text of ours to those of the vehicle, shown to all clients of this station. Nothing is sent. */
         post: operations["texts"];
         delete?: never;
         options?: never;
@@ -2061,9 +2067,9 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Flies at a velocity: SET_POSITION_TARGET_LOCAL_NED, relative to the heading. Only for an ArduCopter in GUIDED or a PX4 in
-         *     OFFBOARD, which no request enters for it. It has no answer: done when it is sent. The vehicle stops by itself when it is
-         *     not repeated (ArduCopter after GUID_TIMEOUT, 3 s; PX4 after 0.5 s).
+         * Flies at a velocity: SET_POSITION_TARGET_LOCAL_NED, relative to the heading. Only for an ArduCopter in GUIDED or
+         *     a PX4 in OFFBOARD, which no request enters for it. It has no answer: done when it is sent. The vehicle stops by
+         *     itself when it is not repeated (ArduCopter after GUID_TIMEOUT, 3 s; PX4 after 0.5 s).
          */
         post: operations["velocity"];
         delete?: never;
@@ -2222,7 +2228,7 @@ export interface components {
              * @description Sensor id.
              */
             id: number;
-            /** @description Whether the sensor says that it is unhealthy. */
+            /** @description Whether the sensor reports that it is unhealthy. */
             is_unhealthy: boolean;
             /** @description Whether the autopilot uses it. */
             is_used: boolean;
@@ -2233,7 +2239,7 @@ export interface components {
             temperature_c: number | null;
         };
         /**
-         * @description What a height in a request is counted from.
+         * @description The reference of an altitude in a request.
          * @enum {string}
          */
         AltFrame: "amsl" | "home" | "terrain";
@@ -2372,7 +2378,10 @@ export interface components {
             git_hash: string;
             /** @description Whether the message held a value that cannot be; such fields are null. */
             has_invalid: boolean;
-            /** @description Unique id of the hardware, 64 bits; in JSON its decimal digits, more than a number keeps there. */
+            /**
+             * @description Unique id of the hardware, 64 bits; in JSON a string of decimal digits, which a JSON number could not hold
+             *     exactly.
+             */
             uid: string | null;
         };
         /** @description BATTERY_STATUS of one battery. */
@@ -2421,7 +2430,7 @@ export interface components {
             time_remaining_s: number | null;
             /**
              * Format: double
-             * @description Voltage of the pack: the sum of what is reported.
+             * @description Voltage of the pack: the sum of the reported voltages.
              */
             voltage_v: number | null;
         };
@@ -3666,7 +3675,7 @@ export interface components {
              */
             wind_speed_m_s: number;
         };
-        /** @description EKF_STATUS_REPORT: how well the estimator agrees with its sensors; a test ratio of 1 is the limit. */
+        /** @description EKF_STATUS_REPORT: agreement of the estimator with its sensors; a test ratio of 1 is the limit. */
         Ekf: {
             /**
              * Format: double
@@ -3796,7 +3805,7 @@ export interface components {
             /** @description The ending. */
             ending: components["schemas"]["Ending"];
         };
-        /** @description EFI_STATUS: an engine with fuel injection. What is not measured may be reported as 0. */
+        /** @description EFI_STATUS: an engine with fuel injection. Values that are not measured may be reported as 0. */
         Engine: {
             /**
              * Format: double
@@ -3805,7 +3814,7 @@ export interface components {
             age_s: number;
             /**
              * Format: double
-             * @description Pressure of the air around.
+             * @description Atmospheric pressure.
              */
             barometric_pa: number | null;
             /**
@@ -3830,12 +3839,12 @@ export interface components {
             fuel_consumed_cm3: number | null;
             /**
              * Format: double
-             * @description Fuel that flows, cubic centimetres per minute.
+             * @description Fuel flow, cubic centimetres per minute.
              */
             fuel_flow_cm3_min: number | null;
             /**
              * Format: double
-             * @description Pressure of the fuel.
+             * @description Fuel pressure.
              */
             fuel_pressure_pa: number | null;
             /** @description Whether the message held a value that cannot be; such fields are null. */
@@ -3847,17 +3856,17 @@ export interface components {
             health: number;
             /**
              * Format: double
-             * @description When it sparks, crank angle.
+             * @description Ignition timing, crank angle.
              */
             ignition_timing_deg: number | null;
             /**
              * Format: double
-             * @description Voltage of the ignition.
+             * @description Ignition voltage.
              */
             ignition_v: number | null;
             /**
              * Format: double
-             * @description How long fuel is injected.
+             * @description Injection time.
              */
             injection_ms: number | null;
             /**
@@ -3877,7 +3886,7 @@ export interface components {
             load_pct: number | null;
             /**
              * Format: double
-             * @description Factor by which the fuel is corrected for pressure and temperature.
+             * @description Correction factor of the fuel for pressure and temperature.
              */
             pressure_temperature_compensation: number | null;
             /**
@@ -3887,17 +3896,17 @@ export interface components {
             rpm: number | null;
             /**
              * Format: double
-             * @description How long the ignition coil is charged for a spark.
+             * @description Charging time of the ignition coil.
              */
             spark_dwell_ms: number | null;
             /**
              * Format: double
-             * @description Where the throttle was sent, 0 to 100 %.
+             * @description Commanded throttle, 0 to 100 %.
              */
             throttle_output_pct: number | null;
             /**
              * Format: double
-             * @description Where the throttle stands, 0 to 100 %.
+             * @description Throttle position, 0 to 100 %.
              */
             throttle_position_pct: number | null;
         };
@@ -3958,7 +3967,7 @@ export interface components {
             breach_count: number;
             /**
              * Format: int32
-             * @description Kind of the last one (`FENCE_BREACH`: 1 too low, 2 too high, 3 over the boundary).
+             * @description Kind of the last breach (`FENCE_BREACH`: 1 too low, 2 too high, 3 over the boundary).
              */
             breach_type: number;
             /** @description Whether the message held a value that cannot be; such fields are null. */
@@ -4872,7 +4881,7 @@ export interface components {
              */
             vehicle?: number | null;
         };
-        /** @description GPS_RAW_INT: what the receiver says, unfiltered. */
+        /** @description GPS_RAW_INT: the GPS receiver's data, unfiltered. */
         Gps: {
             /**
              * Format: double
@@ -4886,7 +4895,7 @@ export interface components {
             alt_amsl_m: number | null;
             /**
              * Format: double
-             * @description Altitude above the WGS-84 ellipsoid, where the receiver tells it.
+             * @description Altitude above the WGS-84 ellipsoid, if the receiver reports it.
              */
             alt_ellipsoid_m: number | null;
             /**
@@ -4944,7 +4953,7 @@ export interface components {
              */
             vertical_accuracy_m: number | null;
         };
-        /** @description HEARTBEAT of the autopilot: what the vehicle is and what it is doing. */
+        /** @description HEARTBEAT of the autopilot: type, mode and state of the vehicle. */
         Heartbeat: {
             /**
              * Format: double
@@ -4969,7 +4978,7 @@ export interface components {
             mode: string;
             /**
              * Format: int32
-             * @description The mode's number on the wire, in the autopilot's own counting.
+             * @description The mode's number on the wire, in the autopilot's own numbering.
              */
             mode_number: number;
             /** @description `MAV_STATE` in words, such as `"standby"` or `"active"`. */
@@ -5057,7 +5066,7 @@ export interface components {
              */
             lon_deg: number;
         };
-        /** @description VFR_HUD: what a pilot looks at. */
+        /** @description VFR_HUD: speeds, heading and altitude for a head-up display. */
         Hud: {
             /**
              * Format: double
@@ -5066,7 +5075,7 @@ export interface components {
             age_s: number;
             /**
              * Format: double
-             * @description Speed through the air (indicated or equivalent, as the autopilot has it).
+             * @description Airspeed (indicated or equivalent, depending on the autopilot).
              */
             airspeed_m_s: number | null;
             /**
@@ -5088,7 +5097,7 @@ export interface components {
             has_invalid: boolean;
             /**
              * Format: double
-             * @description Where the nose points, 0 to 360.
+             * @description Heading, 0 to 360.
              */
             heading_deg: number | null;
             /**
@@ -6281,7 +6290,7 @@ export interface components {
          * @enum {string}
          */
         MapUnreached: "name_unknown" | "refused" | "no_connection";
-        /** @description A message of MAVLink: its name in the dialect, or its number. */
+        /** @description A MAVLink message: its name in the dialect, or its number. */
         MessageChoice: number | string;
         /** @description Value of a message field; null stands for NaN. */
         MessageField: (number | null) | (number | null)[] | string;
@@ -6308,11 +6317,14 @@ export interface components {
              * @description Number of the item in execution on the wire.
              */
             seq: number;
-            /** @description `"no mission"`, `"not started"`, `"active"`, `"paused"` or `"complete"`; null when the vehicle does not say. */
+            /**
+             * @description `"no mission"`, `"not started"`, `"active"`, `"paused"` or `"complete"`; null when the vehicle does not
+             *     say.
+             */
             state: string | null;
             /**
              * Format: int32
-             * @description Items on board, home not counted, 0 where there is no mission; null when the vehicle does not say.
+             * @description Items on board, home not counted, 0 where there is no mission; null when not reported.
              */
             total: number | null;
         };
@@ -6400,7 +6412,7 @@ export interface components {
             /** @description Name, as QGroundControl has it where it knows the camera. */
             name: string;
         };
-        /** @description NAV_CONTROLLER_OUTPUT: what guidance wants. */
+        /** @description NAV_CONTROLLER_OUTPUT: targets and errors of the navigation controller. */
         NavController: {
             /**
              * Format: double
@@ -6426,17 +6438,17 @@ export interface components {
             has_invalid: boolean;
             /**
              * Format: double
-             * @description Bearing that is steered, -180 to 180.
+             * @description Desired heading, -180 to 180.
              */
             nav_bearing_deg: number | null;
             /**
              * Format: double
-             * @description Wanted pitch.
+             * @description Desired pitch.
              */
             nav_pitch_deg: number | null;
             /**
              * Format: double
-             * @description Wanted roll.
+             * @description Desired roll.
              */
             nav_roll_deg: number | null;
             /**
@@ -6796,7 +6808,7 @@ export interface components {
              */
             vehicle?: number | null;
         };
-        /** @description GLOBAL_POSITION_INT: where the autopilot believes to be (filtered). */
+        /** @description GLOBAL_POSITION_INT: the autopilot's filtered position estimate. */
         Position: {
             /**
              * Format: double
@@ -6817,17 +6829,17 @@ export interface components {
             has_invalid: boolean;
             /**
              * Format: double
-             * @description Where the nose points, 0 to 360 from true north.
+             * @description Heading, 0 to 360 from true north.
              */
             heading_deg: number | null;
             /**
              * Format: double
-             * @description WGS-84 latitude; null as long as the vehicle has no position.
+             * @description WGS-84 latitude; null without a position.
              */
             lat_deg: number | null;
             /**
              * Format: double
-             * @description WGS-84 longitude; null as long as the vehicle has no position.
+             * @description WGS-84 longitude; null without a position.
              */
             lon_deg: number | null;
             /**
@@ -6984,7 +6996,7 @@ export interface components {
             age_s: number;
             /**
              * Format: int32
-             * @description Packets that error correction saved.
+             * @description Packets restored by error correction.
              */
             fixed: number;
             /** @description Whether the message held a value that cannot be; such fields are null. */
@@ -7051,7 +7063,7 @@ export interface components {
         /** @description A rate: messages per second, 0.0005 to 50, of which 0 stands for the vehicle's own rate; or a word. */
         RateChoice: number | components["schemas"]["RateWord"];
         /**
-         * @description A rate that is no number.
+         * @description A rate given as a word.
          * @enum {string}
          */
         RateWord: "default" | "stop";
@@ -7181,12 +7193,12 @@ export interface components {
             age_s: number;
             /**
              * Format: int32
-             * @description Channels that exist.
+             * @description Number of channels.
              */
             count: number;
             /** @description Whether the message held a value that cannot be; such fields are null. */
             has_invalid: boolean;
-            /** @description Pulse lengths of channels 1 to 18; null for one that is not there. */
+            /** @description Pulse lengths of channels 1 to 18; null for a missing channel. */
             pulse_us: (number | null)[];
             /**
              * Format: int32
@@ -7833,7 +7845,7 @@ export interface components {
             /** @enum {string} */
             type: "error";
         };
-        /** @description SERVO_OUTPUT_RAW of outputs 1 to 16: what the actuators get. */
+        /** @description SERVO_OUTPUT_RAW of outputs 1 to 16: the signals to the actuators. */
         ServoOutputs: {
             /**
              * Format: double
@@ -7842,7 +7854,7 @@ export interface components {
             age_s: number;
             /** @description Whether the message held a value that cannot be; such fields are null. */
             has_invalid: boolean;
-            /** @description Pulse lengths of outputs 1 to 16; null for one that is off. */
+            /** @description Pulse lengths of outputs 1 to 16; null for an output that is off. */
             pulse_us: (number | null)[];
         };
         /** @description A session, as its owner sees it. The secret that authenticates it is in the cookie. */
@@ -8276,14 +8288,14 @@ export interface components {
             drop_rate_pct: number | null;
             /** @description Whether the message held a value that cannot be; such fields are null. */
             has_invalid: boolean;
-            /** @description Whether the vehicle's pre-arm checks pass; null when it does not say. */
+            /** @description Whether the vehicle's pre-arm checks pass; null when not reported. */
             is_ready_to_arm: boolean | null;
             /**
              * Format: double
              * @description Processor load, 0 to 100 %.
              */
             load_pct: number | null;
-            /** @description Sensors that are in use and do not work. */
+            /** @description Sensors in use that are unhealthy. */
             unhealthy_sensors: string[];
             /**
              * Format: double
@@ -8345,7 +8357,7 @@ export interface components {
             vibration?: components["schemas"]["Vibration"] | null;
             wind?: components["schemas"]["Wind"] | null;
         };
-        /** @description TERRAIN_REPORT: what the vehicle knows of the ground. */
+        /** @description TERRAIN_REPORT: the vehicle's terrain data. */
         TerrainReport: {
             /**
              * Format: double
@@ -8354,12 +8366,13 @@ export interface components {
             age_s: number;
             /**
              * Format: double
-             * @description Altitude of the vehicle above that ground.
+             * @description Altitude of the vehicle above that terrain.
              */
             alt_terrain_m: number | null;
             /**
              * Format: double
-             * @description Ground above mean sea level under the vehicle (or where TERRAIN_CHECK asked); null as long as it does not know it.
+             * @description Ground above mean sea level under the vehicle (or where TERRAIN_CHECK asked); null as long as it does not
+             *     know it.
              */
             ground_amsl_m: number | null;
             /** @description Whether the message held a value that cannot be; such fields are null. */
@@ -8553,14 +8566,14 @@ export interface components {
          * @enum {string}
          */
         Verdict: "good" | "doubtful" | "bad";
-        /** @description VIBRATION of the airframe as the accelerometers feel it. */
+        /** @description VIBRATION of the airframe, measured by the accelerometers. */
         Vibration: {
             /**
              * Format: double
              * @description How old the values are, seconds.
              */
             age_s: number;
-            /** @description How often each accelerometer was clipped since boot. */
+            /** @description Clipping events of each accelerometer since boot. */
             clipping: number[];
             /** @description Whether the message held a value that cannot be; such fields are null. */
             has_invalid: boolean;
@@ -8758,7 +8771,7 @@ export interface components {
             age_s: number;
             /**
              * Format: double
-             * @description Where the wind comes from, 0 to 360.
+             * @description Direction that the wind comes from, 0 to 360.
              */
             from_deg: number | null;
             /** @description Whether the message held a value that cannot be; such fields are null. */
@@ -11788,11 +11801,11 @@ export interface operations {
         requestBody: {
             content: {
                 "application/json": {
-                    /** @description What `alt_m` is counted from. */
+                    /** @description Reference of `alt_m`. */
                     alt_frame: components["schemas"]["AltFrame"];
                     /**
                      * Format: double
-                     * @description Height, counted as `alt_frame` says.
+                     * @description Height, counted as `alt_frame` says; above home or terrain not 0, which ArduPilot takes for none.
                      */
                     alt_m: number;
                     /** @description Whether to enter GUIDED for it, which it does when absent; without it a vehicle in another mode refuses. */
@@ -12202,7 +12215,8 @@ export interface operations {
                 "application/json": {
                     /**
                      * Format: int32
-                     * @description Item to begin with, counted from 1; where the vehicle stands in the mission when absent, with `MIS_RESTART` 1 its beginning.
+                     * @description Item to begin with, counted from 1; where the vehicle stands in the mission when absent, with `MIS_RESTART`
+                     *     1 its beginning.
                      */
                     from_item?: number | null;
                 };
@@ -13019,7 +13033,10 @@ export interface operations {
                 "application/json": {
                     /** @description Which: its name in the dialect, such as `"ATTITUDE"`, or its number. */
                     message: components["schemas"]["MessageChoice"];
-                    /** @description Messages per second, 0.0005 (one in 2,000 s) to 50; `"default"`, or 0, for the vehicle's own rate; `"stop"` for none. */
+                    /**
+                     * @description Messages per second, 0.0005 (one in 2,000 s) to 50; `"default"`, or 0, for the vehicle's own rate; `"stop"`
+                     *     for none.
+                     */
                     rate_hz: components["schemas"]["RateChoice"];
                 };
             };
