@@ -312,7 +312,6 @@ pub fn unknown(command: Command, target: Address, attempts: u32) -> StationError
 #[cfg(test)]
 mod tests {
     use vencejo_flight::plan::{MissionItem, PlanKind};
-    use vencejo_vehicle::command::cmd;
     use vencejo_vehicle::telemetry::Severity;
     use vencejo_vehicle::{MessageId, MessageRate};
 

@@ -298,11 +298,11 @@ async fn a_router_that_hangs_up_because_it_starts_again_is_tried_again() {
     let router = quinn::Endpoint::server(config, ([127, 0, 0, 1], 0).into()).expect("a port");
     let at = endpoint(&format!("quic/{}", router.local_addr().expect("bound")));
     let serving = tokio::spawn(async move {
-        let comes = || async { router.accept().await.expect("open").accept().expect("whole") };
+        let incoming = || async { router.accept().await.expect("open") };
         // The first is given up in the handshake, the second after it.
-        drop(comes().await);
-        drop(comes().await.await.expect("a handshake"));
-        comes().await.await.expect("a handshake").closed().await
+        drop(incoming().await.accept().expect("whole"));
+        drop(incoming().await.await.expect("a handshake"));
+        incoming().await.await.expect("a handshake").closed().await
     });
     assert_eq!(try_address(&at, &seven).await, Ok(()));
     serving.await.expect("it was tried three times");

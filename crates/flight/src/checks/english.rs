@@ -103,7 +103,10 @@ fn sentences(kind: &FindingKind, name: &str, is_whole: bool) -> (String, String)
             "set RTL_AUTOLAND to 2, so that a return flies it, or delete it",
         ),
         JumpTarget { target, last } => {
-            return (format!("{name} jumps to {target}, which does not exist"), format!("choose an item from 1 to {last}"));
+            return (
+                format!("{name} jumps to {target}, which does not exist"),
+                format!("choose an item from 1 to {last}"),
+            );
         }
         EndlessJump {} => (
             format!("{name} repeats for ever; what follows it is never flown"),

@@ -242,7 +242,10 @@ mod tests {
             (b"hello", "hello.txt cannot be read as a plan"),
         ];
         let error = read_plan(b"{}", Some("map.geojson")).unwrap_err().to_string();
-        assert!(error.contains("map.geojson cannot be read as a plan") && error.contains("FeatureCollection"), "{error}");
+        assert!(
+            error.contains("map.geojson cannot be read as a plan") && error.contains("FeatureCollection"),
+            "{error}"
+        );
         for (bytes, expected) in cases {
             let error = read_plan(bytes, Some("hello.txt")).unwrap_err().to_string();
             assert!(error.contains(expected), "{error}");
