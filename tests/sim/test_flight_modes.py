@@ -422,6 +422,12 @@ def test_a_crossed_fence_sends_it_home() -> None:
     assert "Fence breach cleared" not in flight.texts, "it is still returning"
     assert "Mode change to LOITER denied, in fence recovery" in flight.texts
     assert flight.plane.set_mode(Mode.LOITER) is MavResult.ACCEPTED
+    assert flight.texts.count("Manual recovery started") == 1, "the breach was over at the last mode change"
+    flight.plane.fence_breached(FenceBreach.POLYGON)
+    flight.run(0.2)
+    assert flight.plane.mode.number is Mode.LOITER, "for 10 s after a mode change during a breach"
+    flight.run(10)
+    flight.plane.fence_breached(None)
     flight.plane.fence_breached(FenceBreach.POLYGON)
     assert flight.plane.mode.number is Mode.RTL, "a second breach counts as the first"
 

@@ -426,6 +426,7 @@ class Autopilot(Plane):
             self.throttle_suppressed = False
         self._events.append(ModeChanged(mode, reason))
         self.mode.enter()
+        self._fence.mode_entered()
         if self.mission.in_landing_sequence and not self.is_flying and not self.armed and not self.mode.navigates:
             self.say(Severity.INFO, "In landing sequence: mission reset")
             self.mission.reset()

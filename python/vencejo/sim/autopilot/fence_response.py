@@ -20,6 +20,7 @@ __all__ = ["RTL_COMPLETE_REASON", "FenceResponse"]
 RTL_COMPLETE_REASON = "RTL complete"
 """Reason of the change from RTL to the mission's landing."""
 _REASON = "fence breached"
+_MANUAL_RECOVERY_S = 10.0
 _NO_MODE_CHANGE = 1
 """FENCE_OPTIONS bit 0: mode changes are refused while the plane returns from a breach."""
 
@@ -61,6 +62,7 @@ class FenceResponse:
         self._change_mode = change_mode
         self._go_to = go_to
         self._breach: FenceBreach | None = None
+        self._checks_from_s = 0.0
 
     def denies_mode_change(self, reason: str) -> bool:
         """Whether a mode change is refused: while the plane returns from a breach, except to land after RTL."""
@@ -69,6 +71,12 @@ class FenceResponse:
             plane.armed and self._breach is not None and bool(int(plane.tune["FENCE_OPTIONS"]) & _NO_MODE_CHANGE)
         )
         return is_locked and self._is_recovering and reason != RTL_COMPLETE_REASON
+
+    def mode_entered(self) -> None:
+        """A mode change during a breach suspends the checks for a while (AC_Fence::manual_recovery_start)."""
+        if self._breach is not None:
+            self._checks_from_s = self._plane.time_s + _MANUAL_RECOVERY_S
+            self._plane.say(Severity.INFO, "Manual recovery started")
 
     def breached(self, kind: FenceBreach | None, return_point: tuple[float, float] | None) -> None:
         """React to a breach, or to the end of one (None)."""
@@ -81,6 +89,8 @@ class FenceResponse:
             return
         if kind is None:
             plane.say(Severity.NOTICE, "Fence breach cleared")
+            return
+        if plane.time_s < self._checks_from_s:
             return
         plane.say(Severity.NOTICE, f"{kind.value} fence breached")
         action = int(plane.tune["FENCE_ACTION"])
