@@ -8,9 +8,9 @@ use vencejo_fleet::authority::{Authority, Caller, Claim, Role, Verdict, Wish, an
 use vencejo_fleet::content::{Tray, unpack_items, unpack_params};
 use vencejo_fleet::payload::{Answer, End, Event, Order, Signed, State, Want};
 use vencejo_fleet::plans::PlansHeard;
-use vencejo_fleet::seal::{Picture, Seal};
 use vencejo_fleet::signature::PublicKey;
-use vencejo_fleet::speech::Listener;
+use vencejo_fleet::stamp::{Stamper, StateStamp};
+use vencejo_fleet::state_source::Listener;
 use vencejo_proto::{Address, MonoTime};
 use vencejo_vehicle::Request;
 use vencejo_vehicle::modes::ModeFamily;
@@ -20,7 +20,7 @@ use quick::quick;
 
 fuzz_target!(|data: &[u8]| quick(|| {
     let mut listener = Listener::default();
-    let mut authority = Authority::new(1, MonoTime::ZERO, Seal::new(&[7; 32]));
+    let mut authority = Authority::new(1, MonoTime::ZERO, Stamper::new(&[7; 32]));
     let mut heard = PlansHeard::default();
     let mut rest = data;
     let mut now = MonoTime::from_millis(10_000);
@@ -51,7 +51,7 @@ fuzz_target!(|data: &[u8]| quick(|| {
             }
             _ => drop(Signed::read(bytes)),
         }
-        drop((listener.picture(), listener.age(now), authority.held(), authority.take_fenced()));
+        drop((listener.stamp(), listener.age(now), authority.held(), authority.take_fenced()));
     }
 }));
 
@@ -80,7 +80,7 @@ fn ordered(authority: &mut Authority, order: &Order, kind: u8, now: MonoTime) {
     };
     let at = MonoTime::from_millis(order.based_on_ms);
     // Nobody guesses a 64-bit mark, so half of the orders are given the right one.
-    let based_on = if kind & 128 == 128 { authority.picture(at) } else { Picture { at, mark: order.mark } };
+    let based_on = if kind & 128 == 128 { authority.stamp(at) } else { StateStamp { at, mark: order.mark } };
     let claim = Claim { boot: order.boot % 3, epoch: order.epoch, id: order.id(), based_on, wish };
     let role = if kind & 64 == 64 { Role::Chief } else { Role::Operator };
     let caller = Caller { key: PublicKey([kind >> 3 & 3; 32]), name: order.operator.clone(), role };
@@ -88,7 +88,7 @@ fn ordered(authority: &mut Authority, order: &Order, kind: u8, now: MonoTime) {
     match authority.on_order(&caller, &claim, now) {
         Verdict::Execute if wish == Wish::Read => {}
         Verdict::Execute => {
-            assert_eq!(authority.picture(at), based_on, "done by who has not seen it");
+            assert_eq!(authority.stamp(at), based_on, "done by who has not seen it");
             let (key, epoch) = held.expect("nothing is done without a lease");
             assert_eq!((key, epoch), (caller.key, order.epoch), "done for another");
             authority.on_ended(claim.id, answer(&claim, End::Done, ""), now);

@@ -1,6 +1,6 @@
-//! What an own router is measured beside: one of Zenoh with nothing else in its process, and with Zenoh's own settings but for how many
-//! sessions it takes, which are 1,000 otherwise. With an ORG it subscribes to that organisation's states and events too, and drops them: the
-//! least that a ground station can do which is the router.
+//! What an own router is measured beside: one of Zenoh with nothing else in its process, and with Zenoh's own settings
+//! but for how many sessions it takes, which are 1,000 otherwise. With an ORG it subscribes to that organisation's
+//! states and events too, and drops them: the least that a ground station can do which is the router.
 //!
 //! `bare_router tcp/127.0.0.1:PORT [ORG]`. Prints one line once it listens; ends with its standard input.
 

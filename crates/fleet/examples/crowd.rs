@@ -1,10 +1,10 @@
-//! A load generator: many light aircraft in one process, each with a session of its own, the payloads that a station on board sends, its
-//! authority over orders and its echo each second. They circle around Getafe; with `troubled` some of each fifty are lost, late, low on
-//! battery, held by somebody else, or warn. With `stamped` each state carries its number and when it was put, for `listen`, and the time in
-//! its ATTITUDE is UTC in µs, modulo 2^32.
+//! A load generator: many light aircraft in one process, each with a session of its own, the payloads that a station on
+//! board sends, its authority over orders and its echo each second. They circle around Getafe; with `troubled` some of
+//! each fifty are lost, late, low on battery, held by somebody else, or warn. With `stamped` each state carries its
+//! number and when it was put, for `listen`, and the time in its ATTITUDE is UTC in µs, modulo 2^32.
 //!
-//! `crowd ROUTER ORG COUNT RATE_HZ [troubled] [stamped]`, for instance `crowd tcp/127.0.0.1:7447 acme 1000 10`. Prints one line once all are
-//! there; ends with its standard input.
+//! `crowd ROUTER ORG COUNT RATE_HZ [troubled] [stamped]`, for instance `crowd tcp/127.0.0.1:7447 acme 1000 10`. Prints
+//! one line once all are there; ends with its standard input.
 
 #![allow(clippy::print_stdout, reason = "a measuring program")]
 
@@ -21,9 +21,9 @@ use vencejo_fleet::carrier::{Endpoint, session_of_an_aircraft};
 use vencejo_fleet::key::{Kind, Name, echo_key, key_of};
 use vencejo_fleet::operator::random;
 use vencejo_fleet::payload::{Answer, End, Event, Order, Signed, Want};
-use vencejo_fleet::seal::{Picture, Seal};
 use vencejo_fleet::signature::PublicKey;
-use vencejo_fleet::speech::Speaker;
+use vencejo_fleet::stamp::{Stamper, StateStamp};
+use vencejo_fleet::state_source::StateSource;
 use vencejo_proto::dialect::{
     ATTITUDE_DATA, BATTERY_STATUS_DATA, EXTENDED_SYS_STATE_DATA, GLOBAL_POSITION_INT_DATA, MISSION_CURRENT_DATA,
     MavLandedState, MavMessage, VFR_HUD_DATA,
@@ -74,7 +74,7 @@ struct Plane {
     name: Name,
     index: usize,
     trouble: Trouble,
-    speaker: Speaker,
+    source: StateSource,
     authority: Authority,
     mode: u32,
     is_armed: bool,
@@ -91,8 +91,8 @@ impl Plane {
     fn new(index: usize, is_troubled: bool, is_stamped: bool) -> Result<Self, Box<dyn Error>> {
         let boot = u64::from_be_bytes(random()?);
         let trouble = if is_troubled { Trouble::of(index) } else { Trouble::None };
-        let seal = Seal::new(&random()?);
-        let mut authority = Authority::new(boot, MonoTime::ZERO, seal.clone());
+        let stamper = Stamper::new(&random()?);
+        let mut authority = Authority::new(boot, MonoTime::ZERO, stamper.clone());
         if trouble == Trouble::HeldElsewhere {
             authority.set_local(Some("Field team".to_owned()));
         }
@@ -100,7 +100,7 @@ impl Plane {
             name: format!("plane{index:04}").parse()?,
             index,
             trouble,
-            speaker: Speaker::new(boot, OWN, seal),
+            source: StateSource::new(boot, OWN, stamper),
             authority,
             mode: MODES[usize::from(index % 10 == 3) + 2 * usize::from(index % 25 == 11)],
             is_armed: trouble != Trouble::OnGround,
@@ -111,7 +111,7 @@ impl Plane {
 
     fn say(&mut self, message: &Message, now: MonoTime) -> Option<Event> {
         let frame = message.encode(Header { sequence: 0, source: OWN, version: MavVersion::V2 });
-        self.speaker.on_frame(&frame, now)
+        self.source.on_frame(&frame, now)
     }
 
     /// Flies on: what it says at its rate, and once a second the rest; the events that are to be told at once.
@@ -230,7 +230,7 @@ impl Plane {
             Want::Grant(_) | Want::Part(_) | Want::Recall(_) => return None,
             Want::Act(_) => Wish::Act,
         };
-        let based_on = Picture { at: MonoTime::from_millis(order.based_on_ms), mark: order.mark };
+        let based_on = StateStamp { at: MonoTime::from_millis(order.based_on_ms), mark: order.mark };
         let claim = Claim { boot: order.boot, epoch: order.epoch, id: order.id(), based_on, wish };
         let key = PublicKey(signed.key.as_slice().try_into().ok()?);
         if !key.verifies(&signed.order, &signed.signature) {
@@ -288,7 +288,8 @@ impl Aloft {
             let (asked, runtime) = (plane.clone(), tokio::runtime::Handle::current());
             let answering = move |query: Query| {
                 let answers = answers_to(&asked, kind, &query, MonoTime::from_origin(began.elapsed()));
-                // Aside: an answer waits for the network, and what waits here reads nothing, not even that a router has gone.
+                // Aside: an answer waits for the network, and what waits here reads nothing, not even that a router has
+                // gone.
                 runtime.spawn(async move {
                     for bytes in answers {
                         // Whoever asked asks again.
@@ -312,7 +313,7 @@ impl Aloft {
         }
         let held = plane.authority.held();
         plane.authority.on_time(now);
-        let state = plane.speaker.sample(held, now);
+        let state = plane.source.sample(held, now);
         let is_stamped = plane.is_stamped;
         drop(plane);
         for event in events {
@@ -415,11 +416,11 @@ fn answers_to(plane: &Mutex<Plane>, kind: Kind, query: &Query, now: MonoTime) ->
         }
         Kind::State => {
             let held = plane.authority.held();
-            vec![plane.speaker.everything(held, now).encode_to_vec()]
+            vec![plane.source.everything(held, now).encode_to_vec()]
         }
         Kind::Event => {
             let from = query.parameters().get("from").and_then(|from| from.parse().ok()).unwrap_or(1);
-            plane.speaker.events_from(from).map(|event| event.encode_to_vec()).collect::<Vec<_>>()
+            plane.source.events_from(from).map(|event| event.encode_to_vec()).collect::<Vec<_>>()
         }
         Kind::Alive | Kind::List | Kind::HistoryIndex | Kind::HistoryChunk => Vec::new(),
     }

@@ -1,4 +1,4 @@
-//! Requests as orders carry them, and their results as answers do.
+//! Conversion of requests to orders and of their results to answers.
 
 use std::time::Duration;
 
@@ -19,10 +19,10 @@ use crate::outcome::{Outcome, STEP, fault_of, outcome_of, unverified};
 use crate::payload::{Answer, BadPayload, End};
 use crate::plans::kind_of;
 
-/// What an order says of a request. Of a plan the revision that it is based on is still to be filled in.
+/// The order body of a request. The plan revision that it is based on is filled in later.
 ///
 /// # Errors
-/// Why it does not go over a network, and what to do.
+/// Why it cannot be sent over a network, and what to do instead.
 pub fn act_of(request: &Request, confirmed: Option<Danger>) -> Result<Act, &'static str> {
     let deed = match request {
         Request::DespiteMixedPlan(request) => {
@@ -101,7 +101,7 @@ pub fn act_of(request: &Request, confirmed: Option<Danger>) -> Result<Act, &'sta
             let Ok(text) = serde_json::to_string(other) else {
                 return Err("this program does not send it over a network; ask for it at a direct link");
             };
-            // JSON has no number for some of what a float can be.
+            // JSON has no numbers for NaN and infinities.
             if serde_json::from_str(&text).ok().as_ref() != Some(other) {
                 return Err("one of its values is no finite number; give one");
             }
@@ -112,10 +112,10 @@ pub fn act_of(request: &Request, confirmed: Option<Danger>) -> Result<Act, &'sta
     Ok(Act { despite_mixed_plan: false, confirmed, deed: Some(deed) })
 }
 
-/// Commands go to the vehicle's autopilot, whatever its address is on board.
+/// Commands go to the vehicle's autopilot, whatever its MAVLink address on board.
 const THE_AUTOPILOT: Address = Address::new(0, 0);
 
-/// Parameters of a command, as many as it has.
+/// The parameters of a command, exactly `N`.
 fn params_of<const N: usize>(params: &[f32]) -> Result<[f32; N], BadPayload> {
     params.try_into().map_err(|_| BadPayload::Field("params"))
 }
@@ -124,10 +124,10 @@ fn short<T: TryFrom<u32>>(number: u32, field: &'static str) -> Result<T, BadPayl
     number.try_into().map_err(|_| BadPayload::Field(field))
 }
 
-/// The request that an order is about, and the danger that was confirmed. A list has to be there with its bytes.
+/// The request of an order, and the danger that was confirmed. A list must be present with its bytes.
 ///
 /// # Errors
-/// [`BadPayload`] for what cannot be. Numbers are checked where they are used.
+/// [`BadPayload`] for an invalid order. Numbers are checked where they are used.
 pub fn request_of(act: &Act) -> Result<(Request, Option<Danger>), BadPayload> {
     let deed = act.deed.as_ref().ok_or(BadPayload::Field("deed"))?;
     let request = match deed {
@@ -210,7 +210,7 @@ fn alt_frame(number: u32) -> Result<AltFrame, BadPayload> {
     known.into_iter().find(|frame| u32::from(frame.mav_frame()) == number).ok_or(BadPayload::Field("frame"))
 }
 
-/// What an order is about, for the log.
+/// An order in brief, for the log.
 pub fn brief(act: &Act) -> String {
     match &act.deed {
         Some(Deed::PlanPut(put)) => {
@@ -221,7 +221,7 @@ pub fn brief(act: &Act) -> String {
     }
 }
 
-/// What an answer says of a result on board.
+/// The answer for a result on board.
 pub fn answer_of(claim: &Claim, result: &RequestResult) -> Answer {
     let error = match result {
         Ok(reply) => return Answer { outcome: outcome_of(reply), ..answer(claim, End::Done, "") },
@@ -255,10 +255,10 @@ pub fn answer_of(claim: &Claim, result: &RequestResult) -> Answer {
     }
 }
 
-/// The result that an answer tells to whoever asked for `request` of the vehicle with this name and address here.
+/// The result of `request` by its answer; `name` and `target` are those of the vehicle on the ground.
 ///
 /// # Errors
-/// What the answer says.
+/// The error of the answer.
 pub fn result_of(answer: &Answer, request: &Request, name: &str, target: Address, family: ModeFamily) -> RequestResult {
     let refused = |why: String| Err(StationError::RemoteRefused { name: name.to_owned(), why });
     let command = u16::try_from(answer.command).ok().filter(|number| *number != 0).map(Command);
@@ -292,7 +292,7 @@ pub fn result_of(answer: &Answer, request: &Request, name: &str, target: Address
     }
 }
 
-/// Nobody knows what became of a request, sent so many times, after this time.
+/// The error when the outcome of a request is unknown after this many attempts in this time.
 pub fn unknown_end(request: &Request, target: Address, attempts: u32, waited: Duration) -> StationError {
     let error = match request {
         Request::UploadPlan { kind, .. } | Request::ClearPlan { kind } => unverified(*kind, waited),
@@ -304,7 +304,7 @@ pub fn unknown_end(request: &Request, target: Address, attempts: u32, waited: Du
     VehicleError::Transfer(error).into()
 }
 
-/// Nobody knows whether it was done.
+/// It is unknown whether it was done.
 pub fn unknown(command: Command, target: Address, attempts: u32) -> StationError {
     StationError::Vehicle(VehicleError::CommandTimeout { target, command, attempts })
 }
@@ -317,7 +317,7 @@ mod tests {
 
     use super::*;
     use crate::authority::Wish;
-    use crate::seal::Picture;
+    use crate::stamp::StateStamp;
 
     #[test]
     fn a_request_comes_out_as_it_went_in() {
@@ -442,7 +442,7 @@ mod tests {
     #[test]
     fn what_the_vehicle_said_is_what_is_told_far_away() {
         let target = Address::new(250, 1);
-        let claim = Claim { boot: 1, epoch: 1, id: 5, based_on: Picture::default(), wish: Wish::Act };
+        let claim = Claim { boot: 1, epoch: 1, id: 5, based_on: StateStamp::default(), wish: Wish::Act };
         let arm = Request::Arm { force: false };
         let told = |result: &RequestResult| {
             result_of(&answer_of(&claim, result), &arm, "plane7", target, ModeFamily::ArduPlane)

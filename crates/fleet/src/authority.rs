@@ -1,13 +1,13 @@
-//! Who may act on an aircraft: decided on board, by nobody else. No I/O; time comes in, and is the clock on board.
+//! Who may act on an aircraft: decided on board only. No I/O; time is passed in, and is the clock on board.
 //!
-//! One operator at a time has the lease. Each grant grows the epoch, and an order of an older epoch, or of another boot of the
-//! station on board, is fenced: it does nothing, however late the network brings it. An order has an id and is done at most once: the
-//! same id gets the answer that it got. And an order tells how old the picture is that it was based on, by the clock on board, so that
-//! nobody has to agree on a time. What the network does with orders (lose, repeat, reorder, hold back) changes when they are done,
-//! and whether, but never what is said above; `schedules` tries it.
+//! One operator at a time has the lease. Each grant increments the epoch, and an order of an older epoch, or of another
+//! boot of the station on board, is fenced: it is not executed, however late the network delivers it. An order has an
+//! id and is executed at most once: a repeated id gets the stored answer. And an order names the state that it was
+//! based on, by the clock on board, so that no clocks need to agree. What the network does to orders (loss, repetition,
+//! reordering, delay) changes when and whether they are executed, but none of the above; `schedules` tests it.
 //!
-//! Who comes first: whoever has the sticks (that is the autopilot's to say); an operator on board or at a direct link; a chief; the
-//! operator who has the lease; one who asks.
+//! Precedence: the pilot at the sticks (decided by the autopilot); an operator on board or at a direct link; a chief;
+//! the operator who has the lease; one who asks.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::time::Duration;
@@ -15,37 +15,37 @@ use std::time::Duration;
 use vencejo_proto::MonoTime;
 
 use crate::payload::{Answer, End, Held, VERSION};
-use crate::seal::{Picture, Seal};
 use crate::signature::PublicKey;
-use crate::speech::millis;
+use crate::stamp::{Stamper, StateStamp};
+use crate::state_source::millis;
 
 /// How long a lease lasts without a sign of its holder.
 pub const LEASE: Duration = Duration::from_secs(10);
 /// How often its holder renews it.
 pub const RENEW_EVERY: Duration = Duration::from_secs(2);
-/// How long somebody who asks for control is shown to its holder.
+/// How long a request for control is shown to its holder.
 pub const ASKS_FOR: Duration = Duration::from_secs(10);
-/// The oldest picture that an order may be based on.
+/// The greatest age of the state that an order may be based on.
 pub const FRESH: Duration = Duration::from_secs(5);
-/// How far in the future that picture may be: clocks are read in whole milliseconds.
+/// How far in the future that state may be: clocks are read in whole milliseconds.
 const AHEAD: Duration = Duration::from_secs(1);
-/// How long after that an order is known still: the same one may be on its way twice, and its sender has not noticed that the first
-/// got no answer.
+/// How much longer an order is remembered: the network may deliver it twice, and its sender may not have noticed that
+/// the first delivery got no answer.
 const OVERTAKEN: Duration = Duration::from_secs(1);
-/// How long an answer is kept for whoever asks again, at least.
+/// How long an answer is kept for repeated orders, at least.
 pub const KEEPS_ANSWERS: Duration = Duration::from_secs(60);
-/// Answers that are kept. One that is still fresh is never forgotten for another: then nothing more is taken on.
+/// Most answers kept. A fresh one is never dropped for another: then further orders are refused.
 pub const MAX_ANSWERS: usize = 1024;
 
-/// What a ground station's key is good for.
+/// The role of a ground station's key.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "papers", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "lowercase"))]
 pub enum Role {
-    /// Looks, and has plans and parameters read; never acts.
+    /// May watch, and read plans and parameters; never acts.
     Observer,
-    /// Asks for control where somebody has it.
+    /// Has to ask for control while another operator has it.
     Operator,
-    /// May take it from an operator at once.
+    /// May take control from an operator at once.
     Chief,
 }
 
@@ -68,7 +68,7 @@ impl Role {
     }
 }
 
-/// Who sent an order: its signature was checked.
+/// The sender of an order, whose signature was verified.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Caller {
     /// Its key.
@@ -79,7 +79,7 @@ pub struct Caller {
     pub role: Role,
 }
 
-/// What it wants.
+/// The purpose of an order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Wish {
     /// Control.
@@ -88,37 +88,37 @@ pub enum Wish {
     Renew,
     /// To give it up.
     Release,
-    /// To give it to whoever asks, by key.
+    /// To hand it to the station that asks, by key.
     Grant(PublicKey),
     /// To do something.
     Act,
-    /// To have something read that changes nothing: control is not needed for that.
+    /// To read something; needs no control.
     Read,
-    /// To have an order of its own given up: one that is being done, or that comes after this, as the network may bring it.
+    /// To cancel an order of its own: one in progress, or one that the network delivers after this.
     Recall(u128),
 }
 
-/// An order as far as it matters here.
+/// The part of an order that the authority looks at.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Claim {
     /// The boot that it is for.
     pub boot: u64,
-    /// The epoch in which it is meant.
+    /// The epoch that it is for.
     pub epoch: u64,
     /// Its id.
     pub id: u128,
-    /// The moment on board that its sender's picture is of.
-    pub based_on: Picture,
-    /// What it wants.
+    /// The state that it is based on.
+    pub based_on: StateStamp,
+    /// Its purpose.
     pub wish: Wish,
 }
 
-/// What becomes of an order now.
+/// The decision on an order.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Verdict {
-    /// Do it, then call [`Authority::on_ended`].
+    /// Execute it, then call [`Authority::on_ended`].
     Execute,
-    /// It is being done: the answer comes with its end.
+    /// It is in progress: the answer comes when it ends.
     UnderWay,
     /// This is its answer.
     Answer(Box<Answer>),
@@ -131,7 +131,7 @@ struct Lease {
 }
 
 impl Lease {
-    /// Its holder shows that it is there: whoever acts there now, as ground stations change hands; a renewal tells no name.
+    /// Renews it. The name is that of the person who acts there now; a renewal has no name.
     fn renew(&mut self, caller: &Caller, now: MonoTime) {
         self.until = now + LEASE;
         if !caller.name.is_empty() {
@@ -143,14 +143,14 @@ impl Lease {
 #[derive(Debug)]
 struct Known {
     key: PublicKey,
-    /// `None`: it is no act, and goes on whoever has control.
+    /// `None` for a reading, which goes on whoever has control.
     epoch: Option<u64>,
-    /// Until then the same order would be fresh.
+    /// Until when the same order would be fresh.
     fresh_until: MonoTime,
     keep_until: MonoTime,
-    /// The order that it gave up.
+    /// The order that it recalls.
     recalls: Option<u128>,
-    /// `None`: under way.
+    /// `None` while in progress.
     answer: Option<Answer>,
 }
 
@@ -158,7 +158,7 @@ struct Known {
 #[derive(Debug)]
 pub struct Authority {
     boot: u64,
-    seal: Seal,
+    stamper: Stamper,
     /// When it started.
     began: MonoTime,
     epoch: u64,
@@ -174,12 +174,12 @@ pub struct Authority {
 }
 
 impl Authority {
-    /// Of a station that started at `began`. `boot` is a random number: orders to the program that ran before are none to this one. `seal` marks
-    /// what this one tells.
-    pub fn new(boot: u64, began: MonoTime, seal: Seal) -> Self {
+    /// For a station that started at `began`. `boot` is a random number, so that orders to an earlier run are not
+    /// executed. `stamper` stamps the states of this run.
+    pub fn new(boot: u64, began: MonoTime, stamper: Stamper) -> Self {
         Self {
             boot,
-            seal,
+            stamper,
             began,
             epoch: 0,
             lease: None,
@@ -197,17 +197,17 @@ impl Authority {
         self.boot
     }
 
-    /// What is told of this moment, so that orders can be based on it.
-    pub fn picture(&self, now: MonoTime) -> Picture {
-        self.seal.picture(millis(now.as_duration()))
+    /// The stamp of this moment, for orders to be based on.
+    pub fn stamp(&self, now: MonoTime) -> StateStamp {
+        self.stamper.stamp(millis(now.as_duration()))
     }
 
-    /// Key of the operator far away who has control, and the epoch.
+    /// Key of the remote operator who has control, and the epoch.
     pub fn lease(&self) -> Option<(PublicKey, u64)> {
         self.lease.as_ref().map(|lease| (lease.caller.key, self.epoch))
     }
 
-    /// What the others are shown of it.
+    /// What is published of it.
     pub fn held(&self) -> Held {
         let name = |lease: &Option<Lease>| lease.as_ref().map(|lease| lease.caller.name.clone()).unwrap_or_default();
         let key = |lease: &Option<Lease>| lease.as_ref().map(|lease| lease.caller.key.0.to_vec()).unwrap_or_default();
@@ -220,7 +220,7 @@ impl Authority {
         }
     }
 
-    /// The operator on board or at a direct link who has control now, if one has. It ends the lease.
+    /// Sets the operator on board or at a direct link who has control. It ends the lease.
     pub fn set_local(&mut self, local: Option<String>) {
         if local.is_some() && self.local.is_none() {
             self.lease = None;
@@ -230,7 +230,7 @@ impl Authority {
         self.local = local;
     }
 
-    /// The roles of ground stations have changed: control of one that may not act any more ends, and so does its request for it.
+    /// Applies changed roles: control, or a request for it, ends for stations that may no longer act.
     pub fn on_roles(&mut self, role_of: impl Fn(&PublicKey) -> Option<Role>) {
         let role_of = |lease: &Lease| role_of(&lease.caller.key).filter(|role| *role != Role::Observer);
         self.asking.take_if(|asking| role_of(asking).is_none());
@@ -244,13 +244,13 @@ impl Authority {
         }
     }
 
-    /// Lets time pass.
+    /// Ends what has expired.
     pub fn on_time(&mut self, now: MonoTime) {
         self.lease.take_if(|lease| lease.until <= now);
         self.asking.take_if(|asking| asking.until <= now);
     }
 
-    /// What becomes of an order that came before; `None` for a new one.
+    /// The decision on an order that came before; `None` for a new one.
     pub fn on_known(&self, caller: &Caller, claim: &Claim) -> Option<Verdict> {
         let known = self.known.get(&claim.id)?;
         if known.key != caller.key {
@@ -262,19 +262,19 @@ impl Authority {
         })
     }
 
-    /// An order came in.
+    /// Decides on an order.
     pub fn on_order(&mut self, caller: &Caller, claim: &Claim, now: MonoTime) -> Verdict {
         self.on_time(now);
         if let Some(known) = self.on_known(caller, claim) {
             return known;
         }
         if claim.boot != self.boot {
-            // What the program before did with it, nobody here knows; its sender may, by how long this one has run.
+            // It is unknown what the earlier run did with it; its sender may know, by how long this run has lasted.
             let why = "the station on board has started again since; look at the aircraft, then decide";
             let boot_age_ms = u64::try_from(now.since(self.began).as_millis()).unwrap_or(u64::MAX);
             return Verdict::Answer(Box::new(Answer { boot_age_ms, ..answer(claim, End::Unknown, why) }));
         }
-        if claim.based_on.at > now + AHEAD || self.picture(claim.based_on.at) != claim.based_on {
+        if claim.based_on.at > now + AHEAD || self.stamp(claim.based_on.at) != claim.based_on {
             return refused(claim, "it is based on a state that was never sent");
         }
         if now.since(claim.based_on.at) > FRESH {
@@ -297,7 +297,7 @@ impl Authority {
             Wish::Ask => self.on_ask(caller, claim, now),
             Wish::Read => Verdict::Execute,
             Wish::Recall(id) => {
-                // Of what has ended nothing is left to be given up.
+                // Only an order in progress can be recalled.
                 let is_own = |known: &Known| known.key == caller.key && known.answer.is_none();
                 self.recalled.extend(self.known.get(&id).filter(|known| is_own(known)).map(|_| id));
                 ended(claim, End::Done, "")
@@ -306,7 +306,7 @@ impl Authority {
         };
         let answer = match &verdict {
             Verdict::Execute => None,
-            // A renewal may be done twice, and comes often.
+            // A renewal is idempotent and frequent: not stored.
             _ if claim.wish == Wish::Renew => return verdict,
             Verdict::Answer(answer) => Some((**answer).clone()),
             Verdict::UnderWay => return verdict,
@@ -320,8 +320,8 @@ impl Authority {
         verdict
     }
 
-    /// Whether its sender has given an order up. That is known as long as the order would be fresh: it is based on no later picture than
-    /// what gave it up.
+    /// Whether its sender has recalled an order. That is remembered as long as the order would be fresh: it is based on
+    /// no later state than its recall.
     fn is_recalled(&self, caller: &Caller, id: u128) -> bool {
         self.known.values().any(|known| known.recalls == Some(id) && known.key == caller.key)
     }
@@ -347,7 +347,7 @@ impl Authority {
         self.held_by(claim, End::Asked)
     }
 
-    /// What only the holder of the lease may do.
+    /// Decides on an order that needs the lease.
     fn on_holders(&mut self, caller: &Caller, claim: &Claim, now: MonoTime) -> Verdict {
         let epoch = self.epoch;
         let holds = |lease: &&mut Lease| lease.caller.key == caller.key && claim.epoch == epoch;
@@ -383,7 +383,7 @@ impl Authority {
         self.fence();
     }
 
-    /// A new epoch: what is under way from before is to be given up.
+    /// Begins a new epoch: orders of earlier epochs in progress are to be cancelled.
     fn fence(&mut self) {
         let epoch = self.epoch;
         let under_way =
@@ -398,17 +398,17 @@ impl Authority {
         Verdict::Answer(Box::new(Answer { holder, ..answer(claim, end, why) }))
     }
 
-    /// Orders under way that lost their epoch: they are to be cancelled. Told once.
+    /// Takes the orders in progress that lost their epoch and are to be cancelled.
     pub fn take_fenced(&mut self) -> Vec<u128> {
         std::mem::take(&mut self.fenced)
     }
 
-    /// Orders under way whose senders gave them up: they are to be cancelled. Told once.
+    /// Takes the orders in progress that were recalled and are to be cancelled.
     pub fn take_recalled(&mut self) -> Vec<u128> {
         std::mem::take(&mut self.recalled)
     }
 
-    /// What was to be executed has come to this end.
+    /// An executed order has ended with this answer.
     pub fn on_ended(&mut self, id: u128, answer: Answer, now: MonoTime) {
         if let Some(known) = self.known.get_mut(&id) {
             known.answer = Some(answer);
@@ -416,7 +416,7 @@ impl Authority {
         }
     }
 
-    /// Forgets what has been kept long enough; whether there is room for one more.
+    /// Drops expired answers; whether there is room for one more.
     fn make_room(&mut self, now: MonoTime) -> bool {
         while let Some(id) = self.ids.front() {
             let is_full = self.ids.len() >= MAX_ANSWERS;

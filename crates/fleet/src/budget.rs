@@ -1,44 +1,47 @@
-//! How often an aircraft says where it is: as often as is wanted and its uplink carries. No I/O; time comes in.
+//! The rate of an aircraft's states: as often as wanted and as its uplink carries. No I/O; time is passed in.
 //!
-//! Priorities do not help on a full modem: what waits there waits in one line. So what is sent is held below what the uplink
-//! carries. Each second the aircraft asks for an echo; while that comes late, or not at all, the rate goes down a rung, and after
-//! ten good seconds it goes up one.
+//! Priorities do not help on a full modem, which has a single queue. So the rate is kept below the uplink's capacity:
+//! each second the aircraft asks for an echo; while echoes are late or lost the rate goes down a rung, and after ten
+//! good seconds it goes up one.
 
 use std::time::Duration;
 
 use vencejo_proto::MonoTime;
 
-/// Samples a second, best first. The last is faster than a vehicle is lost ([`vencejo_vehicle::telemetry::LOST_AFTER`]).
+/// Samples a second, best first. The last is faster than a vehicle is lost
+/// ([`vencejo_vehicle::telemetry::LOST_AFTER`]).
 pub const LADDER_HZ: [f64; 5] = [10.0, 5.0, 2.0, 1.0, 0.5];
-/// The rung of an aircraft that nobody has chosen: 1 Hz.
+/// The rung of an aircraft that nobody controls: 1 Hz.
 const LISTED: usize = 3;
-/// Samples a second of an aircraft that nobody hears: whoever comes is told at once, so this is for a network that does not say who does.
+/// Samples a second without subscribers. A new subscriber gets a state at once, so this is for networks that do not
+/// report subscribers.
 pub const UNHEARD_HZ: f64 = 0.2;
-/// How often an echo is asked for.
+/// The interval between echo requests.
 pub const ECHO_INTERVAL: Duration = Duration::from_secs(1);
-/// The same while nobody hears the aircraft.
+/// The same without subscribers.
 const UNHEARD_ECHO_INTERVAL: Duration = Duration::from_secs(5);
 /// An echo that has not come by then counts as lost.
 pub const ECHO_LOST: Duration = Duration::from_secs(3);
 /// An echo that takes longer is late, unless even the fastest takes a third of it.
 const LATE: Duration = Duration::from_millis(500);
-/// Good echoes for so long earn a rung.
+/// Good echoes for this long raise the rate by a rung.
 const GOOD_FOR: Duration = Duration::from_secs(10);
-/// The fastest echo is looked for over one to two times this: a new way to the router may be slower for good.
+/// The fastest echo is taken over one to two times this: a new route to the router may be slower for good.
 const MEMORY: Duration = Duration::from_secs(30);
 /// Share of the uplink that samples may fill.
 const SHARE: f64 = 0.6;
-/// Bytes on the wire beside a sample of its own: TCP, IP and what the network adds (measured: 27 of Zenoh, batched; TLS 29, TCP/IP 40).
+/// Overhead of a sample on the wire, bytes: TCP, IP and what the network adds (measured: 27 of Zenoh, batched; TLS 29,
+/// TCP/IP 40).
 const OVERHEAD_BYTES: usize = 96;
 
-/// Who hears an aircraft.
+/// The audience of an aircraft.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Audience {
     /// Nobody subscribes to its states.
     Nobody,
     /// Ground stations, each in a list of many.
     List,
-    /// Somebody who has control of it.
+    /// A station that has control of it.
     Holder,
 }
 
@@ -49,7 +52,7 @@ impl Audience {
     }
 }
 
-/// The rate at which an aircraft may speak.
+/// The rate of an aircraft's states.
 #[derive(Debug, Clone)]
 pub struct Budget {
     uplink_bit_s: Option<f64>,
@@ -64,9 +67,9 @@ pub struct Budget {
 }
 
 impl Budget {
-    /// Of an uplink of `uplink_bit_s`, where that is known.
+    /// For an uplink of `uplink_bit_s`, if known.
     pub fn new(uplink_bit_s: Option<f64>, now: MonoTime) -> Self {
-        // It is not known yet what the uplink carries: begin where the list is.
+        // The uplink's capacity is not known yet: begin at the list's rate.
         Self { uplink_bit_s, rung: LISTED, good_since: None, fastest: [None; 2], stretch_began: now, sample_bytes: 0.0 }
     }
 
@@ -89,7 +92,7 @@ impl Budget {
         }
     }
 
-    /// An echo did not come.
+    /// An echo was lost.
     pub fn on_echo_lost(&mut self) {
         self.step_down();
     }
@@ -127,7 +130,8 @@ impl Budget {
 /// Share of the uplink that lists may fill, beside the samples.
 const LISTS_SHARE: f64 = 0.25;
 
-/// When the next piece of a list may go: where the uplink is known, lists fill a share of it; elsewhere who asks for them sees to it.
+/// When the next piece of a list may be sent: lists fill a share of a known uplink; otherwise the requesting side
+/// limits the rate.
 #[derive(Debug, Clone)]
 pub struct Pacer {
     uplink_bit_s: Option<f64>,
@@ -135,12 +139,12 @@ pub struct Pacer {
 }
 
 impl Pacer {
-    /// Of an uplink of `uplink_bit_s`, where that is known.
+    /// For an uplink of `uplink_bit_s`, if known.
     pub fn new(uplink_bit_s: Option<f64>) -> Self {
         Self { uplink_bit_s, free_at: MonoTime::ZERO }
     }
 
-    /// How long a piece of this size has to wait; it counts as sent then.
+    /// How long a piece of this size has to wait; it is counted as sent.
     pub fn wait(&mut self, bytes: usize, now: MonoTime) -> Duration {
         let Some(bit_s) = self.uplink_bit_s else { return Duration::ZERO };
         let goes = self.free_at.max(now);

@@ -1,7 +1,8 @@
-//! What is too large for an order or an answer: lists of items and of parameters, packed and named by their digest, so that what is there already
-//! is not sent again. No I/O.
+//! Lists that are too large for an order or an answer: mission items and parameters, packed and named by their digest,
+//! so that a list that is there already is not sent again. No I/O.
 //!
-//! Upward a list goes in parts ([`Tray`]), down in pieces that are asked for ([`Pull`](crate::pull::Pull)); what is whole lies on a [`Shelf`].
+//! A list is sent up in parts ([`Tray`]) and fetched down in pieces ([`Pull`](crate::pull::Pull)); complete lists are
+//! cached on a [`Shelf`].
 
 use std::collections::VecDeque;
 use std::fmt;
@@ -19,21 +20,21 @@ use vencejo_proto::param::{Param, ParamName, ParamType, ParamValue};
 use crate::signature::PublicKey;
 use crate::wire::{BadPayload, VERSION};
 
-/// Bytes of a packed list at most.
+/// Most bytes of a packed list.
 pub const MAX_PACKED: usize = 256 * 1024;
-/// Bytes of what is in it at most: 10,000 items are 610 kB, as many parameters half of that.
+/// Most unpacked bytes: 10,000 items are 610 kB, as many parameters half of that.
 const MAX_UNPACKED: usize = 1 << 20;
-/// Parameters in a list at most, as at a link.
+/// Most parameters in a list, as at a link.
 const MAX_PARAMS: usize = 10_000;
-/// Bytes of a list that go with an answer; of a longer one its name goes.
+/// Lists up to this size are sent with an answer; of longer ones only the name.
 pub const MAX_WITH_ANSWER: usize = 12 * 1024;
-/// The same for an order, which is sent again and again.
+/// The same for an order, which is sent repeatedly.
 pub const MAX_WITH_ORDER: usize = 1024;
 /// Bytes of a part on its way up.
 pub const PART_BYTES: usize = 12 * 1024;
-/// Lists that lie on a shelf at most.
+/// Most lists on a shelf.
 const MAX_KEPT: usize = 12;
-/// Lists that are arriving at once at most.
+/// Most lists that are received at once.
 const MAX_ARRIVING: usize = 4;
 
 /// SHA-256 of a packed list.
@@ -41,7 +42,7 @@ const MAX_ARRIVING: usize = 4;
 pub struct Digest(pub [u8; 32]);
 
 impl Digest {
-    /// Of these bytes.
+    /// The digest of these bytes.
     pub fn of(bytes: &[u8]) -> Self {
         let mut made = [0; 32];
         made.copy_from_slice(digest(&SHA256, bytes).as_ref());
@@ -52,7 +53,7 @@ impl Digest {
         bytes.try_into().map(Self).map_err(|_| BadPayload::Field("digest"))
     }
 
-    /// The one in this text.
+    /// Parses its text.
     pub fn from_text(text: &str) -> Option<Self> {
         text.parse::<PublicKey>().ok().map(|bytes| Self(bytes.0))
     }
@@ -70,16 +71,16 @@ impl fmt::Debug for Digest {
     }
 }
 
-/// A packed list, with its bytes or by its name alone.
+/// A packed list, with its bytes or by name only.
 #[derive(Clone, PartialEq, prost::Message)]
 pub struct Content {
     /// [`Digest`] of the bytes.
     #[prost(bytes = "vec", tag = "1")]
     pub digest: Vec<u8>,
-    /// How many there are.
+    /// Number of bytes.
     #[prost(uint32, tag = "2")]
     pub length: u32,
-    /// The bytes; empty where they come another way.
+    /// The bytes; empty when they are sent separately.
     #[prost(bytes = "vec", tag = "3")]
     pub here: Vec<u8>,
 }
@@ -91,7 +92,7 @@ impl Content {
         Self { digest: Digest::of(&packed).0.to_vec(), length, here: packed }
     }
 
-    /// The same by its name alone, where it has more than `limit` bytes.
+    /// The same by name only when it has more than `limit` bytes.
     #[must_use]
     pub fn at_most(mut self, limit: usize) -> Self {
         if self.here.len() > limit {
@@ -103,7 +104,7 @@ impl Content {
     /// Its name and length.
     ///
     /// # Errors
-    /// [`BadPayload::Field`] for a length that no list has, [`BadPayload::Content`] for bytes that are not those named.
+    /// [`BadPayload::Field`] for an invalid length, [`BadPayload::Content`] for bytes that do not match the digest.
     pub fn name(&self) -> Result<(Digest, usize), BadPayload> {
         let (digest, length) = (Digest::read(&self.digest)?, self.length as usize);
         if !(1..=MAX_PACKED).contains(&length) {
@@ -128,7 +129,7 @@ pub struct Part {
     /// Where this part begins: a multiple of [`PART_BYTES`].
     #[prost(uint32, tag = "3")]
     pub offset: u32,
-    /// The part, as long as a part is, or as what is left.
+    /// The bytes: [`PART_BYTES`], or the rest.
     #[prost(bytes = "vec", tag = "4")]
     pub bytes: Vec<u8>,
 }
@@ -147,7 +148,7 @@ impl Part {
     }
 }
 
-/// A list of items in columns: like numbers side by side pack well.
+/// A list of items in columns, which compress well.
 #[derive(Clone, PartialEq, prost::Message)]
 struct Items {
     #[prost(uint32, tag = "1")]
@@ -159,7 +160,7 @@ struct Items {
     command: Vec<u32>,
     #[prost(uint32, repeated, tag = "4")]
     frame: Vec<u32>,
-    /// A bit for each parameter that is unset, the first lowest; the eighth: wait after the item.
+    /// A bit for each unset parameter, the first lowest; the eighth: wait after the item.
     #[prost(uint32, repeated, tag = "5")]
     flags: Vec<u32>,
     /// All first parameters, then all second…
@@ -187,7 +188,7 @@ pub fn pack_items(list: &Mission) -> Vec<u8> {
     })
 }
 
-/// Reads a list of items. Whether they may be sent is another question.
+/// Reads a list of items. It is not checked whether they may be uploaded.
 ///
 /// # Errors
 /// [`BadPayload`].
@@ -255,7 +256,7 @@ impl OneParam {
     /// The parameter.
     ///
     /// # Errors
-    /// [`BadPayload::Field`] for a name, type or value that cannot be.
+    /// [`BadPayload::Field`] for an invalid name, type or value.
     pub fn read(&self) -> Result<Param, BadPayload> {
         param(&self.name, self.kind, self.value)
     }
@@ -316,12 +317,12 @@ fn unpack<T: Message + Default>(packed: &[u8]) -> Result<T, BadPayload> {
     T::decode(bytes.as_slice()).map_err(|error| BadPayload::Undecodable(error.to_string()))
 }
 
-/// Lists that are whole, the newest; older ones make room.
+/// The newest complete lists; older ones are dropped.
 #[derive(Debug, Default)]
 pub struct Shelf(VecDeque<(Digest, Arc<[u8]>)>);
 
 impl Shelf {
-    /// Puts a list there.
+    /// Adds a list.
     pub fn put(&mut self, packed: &[u8]) -> Digest {
         let name = Digest::of(packed);
         if self.get(&name).is_none() {
@@ -331,7 +332,7 @@ impl Shelf {
         name
     }
 
-    /// One of them; it counts as new again.
+    /// A list; it becomes the newest.
     pub fn get(&mut self, name: &Digest) -> Option<Arc<[u8]>> {
         let found = self.0.remove(self.0.iter().position(|(known, _)| known == name)?)?;
         self.0.push_front(found);
@@ -339,7 +340,7 @@ impl Shelf {
     }
 }
 
-/// Lists that arrive part by part, in any order, one of each sender.
+/// Lists that are received in parts, in any order, one per sender.
 #[derive(Debug, Default)]
 pub struct Tray(VecDeque<Arriving>);
 
@@ -348,15 +349,16 @@ struct Arriving {
     of: PublicKey,
     name: Digest,
     bytes: Vec<u8>,
-    /// Which parts are there.
+    /// The parts received.
     has: Vec<bool>,
 }
 
 impl Tray {
-    /// A part came; gives the list when it is whole.
+    /// Adds a part; returns the list when it is complete.
     ///
     /// # Errors
-    /// [`BadPayload`] for one that fits no list; that list begins anew when all its parts came and are not what their digest says.
+    /// [`BadPayload`] for a part that fits no list. When all parts have come and do not match the digest, the list
+    /// begins anew.
     pub fn on_part(&mut self, of: PublicKey, part: &Part) -> Result<Option<Vec<u8>>, BadPayload> {
         let name = Digest::read(&part.digest)?;
         let (length, offset) = (part.length as usize, part.offset as usize);

@@ -1,21 +1,21 @@
-//! What an order can be about: a [`Request`](vencejo_vehicle::Request) with its numbers as exact as they were given.
+//! The bodies of orders: a [`Request`](vencejo_vehicle::Request) with its numbers unrounded.
 
 use crate::content::Content;
 
-/// Nothing more to say.
+/// No fields.
 #[derive(Clone, Copy, PartialEq, prost::Message)]
 pub struct Nothing {}
 
-/// A [`Request`](vencejo_vehicle::Request). Numbers are as exact as they were given: what was confirmed is what is done.
+/// A [`Request`](vencejo_vehicle::Request). Numbers are unrounded: what was confirmed is what is executed.
 #[derive(Clone, PartialEq, prost::Message)]
 pub struct Act {
-    /// To be done although the mission on board may be a mixture.
+    /// Execute it although the mission on board may be a mixture.
     #[prost(bool, tag = "1")]
     pub despite_mixed_plan: bool,
     /// The danger that a person has confirmed, by its code; empty: none.
     #[prost(string, tag = "2")]
     pub confirmed: String,
-    /// What.
+    /// The act.
     #[prost(
         oneof = "Deed",
         tags = "3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 18, 19, 21, 22, 24, 25, 26, 29, 30, 31, 32, 33, 34, 35"
@@ -23,8 +23,9 @@ pub struct Act {
     pub deed: Option<Deed>,
 }
 
-/// What goes over a network. Not among it: what has to be repeated to go on (a velocity), and what has no answer (messages as they are).
-/// Fields 17, 20, 23, 27 and 28 were forms of their own for what [`Deed::Other`] says; they stay free.
+/// The acts that can be ordered over a network. Not among them: acts that must be repeated to continue (a velocity),
+/// and those without an answer (raw messages). Fields 17, 20, 23, 27 and 28 were forms of their own for what
+/// [`Deed::Other`] says; they stay free.
 #[derive(Clone, PartialEq, prost::Oneof)]
 pub enum Deed {
     /// Arm; true: by force.
@@ -108,7 +109,7 @@ pub enum Deed {
     /// Write a parameter.
     #[prost(message, tag = "34")]
     ParamSet(NewParam),
-    /// What has no form of its own here: a request that describes itself, as JSON.
+    /// Any other request, which describes itself, as JSON.
     #[prost(string, tag = "35")]
     Other(String),
 }
@@ -198,7 +199,7 @@ pub struct Course {
     /// Degrees from true north, over ground.
     #[prost(double, tag = "1")]
     pub course_deg: f64,
-    /// Centripetal acceleration at most.
+    /// Greatest centripetal acceleration.
     #[prost(double, tag = "2")]
     pub accel_m_s2: f64,
 }
@@ -217,24 +218,24 @@ pub struct Climb {
     pub rate_m_s: f64,
 }
 
-/// A plan that is to be on board.
+/// A plan to upload.
 #[derive(Clone, PartialEq, prost::Message)]
 pub struct PlanPut {
     /// `MAV_MISSION_TYPE`.
     #[prost(uint32, tag = "1")]
     pub kind: u32,
-    /// Revision of the plan on board that it is to replace.
+    /// Revision of the plan on board that it replaces.
     #[prost(uint64, tag = "2")]
     pub revision: u64,
     /// Its items.
     #[prost(message, optional, tag = "3")]
     pub list: Option<Content>,
-    /// To be sent in spite of errors that checks find.
+    /// Upload it in spite of errors that checks find.
     #[prost(bool, tag = "4")]
     pub despite_findings: bool,
 }
 
-/// A plan that is not to be on board any more.
+/// A plan to remove.
 #[derive(Clone, Copy, PartialEq, prost::Message)]
 pub struct PlanClear {
     /// `MAV_MISSION_TYPE`.

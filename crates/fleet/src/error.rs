@@ -16,7 +16,7 @@ pub enum FleetError {
     /// An operator's key.
     #[error(transparent)]
     Key(#[from] BadKey),
-    /// An address that cannot be read.
+    /// An invalid address.
     #[error("'{0}' is no address here: one is like tls/ground.local:7447, quic/192.168.1.2:7447 or tcp/127.0.0.1:7447")]
     Address(String),
     /// The same of a router of ROS 2.
@@ -24,7 +24,7 @@ pub enum FleetError {
         "'{0}' is no router of ROS 2: one is like tcp/127.0.0.1:7447 or tls/robot.local:7447, with a host name or an address"
     )]
     RosRouter(String),
-    /// A router of ROS 2 on another machine, in the clear without having been asked for.
+    /// An unencrypted router of ROS 2 on another machine that was not explicitly allowed.
     #[error(
         "{0} is not of this machine, and nothing is encrypted there: use tls/ in place of tcp/, with --ros2-ca, or --ros2-plain to do without"
     )]
@@ -37,7 +37,7 @@ pub enum FleetError {
         /// What is wrong, and what to do.
         problem: &'static str,
     },
-    /// A router of ROS 2 that does not let us in, or that is not believed.
+    /// A router of ROS 2 that refuses us, or whose certificate is not trusted.
     #[error("{address} cannot be used: {problem}")]
     RosUnreached {
         /// Where.
@@ -50,18 +50,18 @@ pub enum FleetError {
     /// A name or a domain of ROS 2.
     #[error(transparent)]
     Ros(#[from] BadRosName),
-    /// Services that act, for whoever reaches a router elsewhere.
+    /// Acting services at a router that others can reach.
     #[error(
         "{0} is not of this machine, and whoever reaches that router could command the plane: act by a router on this machine, or only read"
     )]
     RosOperator(String),
-    /// A name or address of a machine that cannot be read.
+    /// An invalid host name or address.
     #[error("'{0}' is no name or address of a machine: one is like ground.example.org or 192.168.1.2")]
     Host(String),
-    /// An address that others could reach: what goes over TCP alone is not encrypted.
+    /// An address that others could reach: TCP alone is not encrypted.
     #[error("{0} is not of this machine, and nothing is encrypted there: use tls/ or quic/ in place of tcp/")]
     NotLoopback(String),
-    /// TLS and QUIC are for who has certificates.
+    /// TLS and QUIC require certificates.
     #[error("{0} needs certificates, and there are none here: {1}")]
     NoCertificates(String, String),
     /// A certificate, a key or a request for one.
@@ -72,16 +72,16 @@ pub enum FleetError {
         /// What is wrong.
         problem: String,
     },
-    /// A text that is no token.
+    /// An invalid token.
     #[error("this is no token of `vencejo fleet enrol`: {0}; copy it again as a whole")]
     Token(String),
     /// A token that is for another kind of station.
     #[error("this token is for {0}")]
     TokenFor(&'static str),
-    /// A role that there is not.
+    /// An unknown role.
     #[error("'{0}' is no role of a ground station: observer, operator or chief")]
     Role(String),
-    /// The ground station does not give a certificate.
+    /// The ground station refused to issue a certificate.
     #[error("the ground station says: {0}")]
     Refused(String),
     /// The network could not be opened.
@@ -92,7 +92,7 @@ pub enum FleetError {
         /// What it said.
         problem: String,
     },
-    /// A file of ours.
+    /// A file of this program.
     #[error("{path}: {problem}")]
     File {
         /// Which.
@@ -100,7 +100,7 @@ pub enum FleetError {
         /// What is wrong.
         problem: String,
     },
-    /// The station has no vehicle that it could speak for.
+    /// The station has no vehicle to represent.
     #[error("no random numbers are to be had: {0}")]
     NoRandom(String),
 }

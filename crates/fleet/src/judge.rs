@@ -1,7 +1,8 @@
-//! What becomes of an order that came over the network: whose it is, whom it is for, whether it may be done. No I/O; time comes in.
+//! Decision on an order from the network: its sender, its addressee, and whether it may be executed. No I/O; time is
+//! passed in.
 //!
-//! Whoever carries orders may read them, hold them back, repeat, change and mix them, and make some of its own: what is done is what a
-//! trusted operator signed for this aircraft, this boot and this epoch, seconds ago, once. `lies` tries it.
+//! The network is untrusted: it may read, delay, repeat, change and mix orders, and forge some. Executed is only what a
+//! trusted operator signed for this aircraft, this boot and this epoch, seconds ago, and once. `lies` tests it.
 
 use std::collections::BTreeMap;
 
@@ -13,10 +14,10 @@ use crate::authority::{Authority, Caller, Claim, Role, Verdict, Wish, answer};
 use crate::content::Part;
 use crate::deed::Act;
 use crate::payload::{Answer, BadPayload, End, Order, Signed, Want};
-use crate::seal::Picture;
 use crate::signature::PublicKey;
+use crate::stamp::StateStamp;
 
-/// Who is asked to do it, and whose orders count there.
+/// The aircraft that judges, and the keys that it trusts.
 #[derive(Debug, Clone, Copy)]
 pub struct Addressee<'a> {
     /// The organisation.
@@ -25,58 +26,58 @@ pub struct Addressee<'a> {
     pub aircraft: &'a str,
     /// The keys whose orders count.
     pub trust: &'a BTreeMap<PublicKey, Role>,
-    /// Whether these are from a list that the fleet's authority signs, or were all given on board.
+    /// Whether these are from a list that the fleet's authority signs, or were all configured on board.
     pub has_list: bool,
 }
 
-/// What is on board that orders are about.
+/// The state on board that orders refer to.
 pub trait OnBoard {
-    /// Takes a part of a list that an order will be about.
+    /// Receives a part of a list for a later order.
     ///
     /// # Errors
     /// [`BadPayload`] for one that fits no list.
     fn on_part(&mut self, of: PublicKey, part: &Part) -> Result<(), BadPayload>;
-    /// Puts the list into an order that has it by its name alone; whether it is there.
+    /// Fills the list into an order that has it by name only; whether it is there.
     fn fill(&mut self, act: &mut Act) -> bool;
     /// Whether the plan that an order is to replace or remove is the one that its sender has seen.
     ///
     /// # Errors
-    /// Why not, for people.
+    /// The reason, as text.
     fn admit(&mut self, act: &Act) -> Result<(), String>;
 }
 
-/// What becomes of an order now.
+/// The decision on an order.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Judged {
-    /// Anybody may have sent it, in the name of this key: refused.
+    /// Refused; its sender is not authenticated, and claims this key.
     OfStranger(Vec<u8>, Answer),
-    /// It was about a list on its way, and has this answer.
+    /// It was a part of a list, or lacks its list; this is the answer.
     OfList(Answer),
     /// This is its answer.
     Ended(Sender, Box<Answer>),
-    /// The order of this id is being done: the answer comes with its end.
+    /// The order of this id is in progress: the answer comes when it ends.
     UnderWay(u128),
-    /// It is to be done; at its end [`Authority::on_ended`] is to hear of it.
+    /// It is to be executed; call [`Authority::on_ended`] when it ends.
     Execute(Box<ToDo>),
 }
 
 /// The key that an order was signed with, and the order.
 pub type Sender = (PublicKey, Order);
 
-/// What is to be done.
+/// An order to execute.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ToDo {
-    /// Whose order it is.
+    /// Its sender.
     pub sender: Sender,
     /// The order as the authority knows it.
     pub claim: Claim,
-    /// What.
+    /// The request.
     pub request: Request,
     /// The danger that a person has confirmed.
     pub confirmed: Option<Danger>,
 }
 
-/// Judges an order as it came: a [`Signed`], from anybody.
+/// Judges a received order: a [`Signed`], from an unauthenticated sender.
 pub fn judge(
     bytes: &[u8],
     to: &Addressee<'_>,
@@ -89,7 +90,7 @@ pub fn judge(
     let (signed, order) = match (signed, order) {
         (Ok(signed), Ok(order)) => (signed, order),
         (_, Err(error)) | (Err(error), _) => {
-            let nobody = Claim { boot: 0, epoch: 0, id: 0, based_on: Picture::default(), wish: Wish::Act };
+            let nobody = Claim { boot: 0, epoch: 0, id: 0, based_on: StateStamp::default(), wish: Wish::Act };
             return Judged::OfStranger(Vec::new(), answer(&nobody, End::Refused, &error.to_string()));
         }
     };
@@ -157,7 +158,7 @@ fn claim_of(order: &Order) -> Claim {
         Some(Want::Recall(id)) => Wish::Recall(id.as_slice().try_into().map_or(0, u128::from_be_bytes)),
         Some(Want::Act(_) | Want::Part(_)) | None => Wish::Act,
     };
-    let based_on = Picture { at: MonoTime::from_millis(order.based_on_ms), mark: order.mark };
+    let based_on = StateStamp { at: MonoTime::from_millis(order.based_on_ms), mark: order.mark };
     Claim { boot: order.boot, epoch: order.epoch, id: order.id(), based_on, wish }
 }
 

@@ -1,7 +1,7 @@
 //! Names of organisations and aircraft, and the keys under which their data goes: version 1 of the key space.
 //!
-//! `vencejo/1/<org>/<aircraft>/…`: the aircraft before the kind, so that one prefix is one rule of access, and
-//! `vencejo/1/<org>/*/state` the list of all. An aircraft's name is never its MAVLink system id, which others have too.
+//! `vencejo/1/<org>/<aircraft>/…`: the aircraft before the kind, so that one prefix is one access rule and
+//! `vencejo/1/<org>/*/state` lists all. An aircraft's name is never its MAVLink system id, which is not unique.
 
 use std::borrow::Borrow;
 use std::fmt;
@@ -9,14 +9,14 @@ use std::str::FromStr;
 
 use thiserror::Error;
 
-/// Characters of a name.
+/// Most characters of a name.
 const MAX_NAME: usize = 32;
 
-/// Name of an organisation or an aircraft: 1 to 32 of `a-z`, `0-9` and `-`, so that it means nothing to the network.
+/// Name of an organisation or an aircraft: 1 to 32 of `a-z`, `0-9` and `-`, none of which the network interprets.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Name(String);
 
-/// A name that cannot be one.
+/// An invalid name.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[error("'{0}' is no name here: use 1 to 32 of a-z, 0-9 and '-'")]
 pub struct BadName(pub String);
@@ -34,14 +34,14 @@ impl FromStr for Name {
     fn from_str(text: &str) -> Result<Self, BadName> {
         let is_good = |byte: u8| byte.is_ascii_lowercase() || byte.is_ascii_digit() || byte == b'-';
         if text.is_empty() || text.len() > MAX_NAME || !text.bytes().all(is_good) {
-            // What is shown of it has an end.
+            // Only its beginning is shown.
             return Err(BadName(text.chars().filter(|c| !c.is_control()).take(2 * MAX_NAME).collect()));
         }
         Ok(Self(text.to_owned()))
     }
 }
 
-/// So that a map by name is searched by what stands in a key.
+/// A map by name can be searched by the text of a key.
 impl Borrow<str> for Name {
     fn borrow(&self) -> &str {
         &self.0
@@ -54,22 +54,23 @@ impl fmt::Display for Name {
     }
 }
 
-/// What an aircraft has under its name.
+/// The kinds of keys of an aircraft.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Kind {
-    /// A token: the station on board is reachable. It says nothing of the autopilot.
+    /// A liveliness token: the station on board is reachable, whether or not the autopilot is heard.
     Alive,
     /// [`State`](crate::payload::State), again and again; the oldest is dropped.
     State,
-    /// [`Event`](crate::payload::Event), numbered; asked with `from=NUMBER` it gives those from there on.
+    /// [`Event`](crate::payload::Event), numbered; queried with `from=NUMBER` it replies with those from there on.
     Event,
-    /// Takes a signed [`Order`](crate::payload::Order), gives an [`Answer`](crate::payload::Answer).
+    /// Receives a signed [`Order`](crate::payload::Order), replies with an [`Answer`](crate::payload::Answer).
     Order,
-    /// Asked, it gives the [`Index`](crate::history::Index) of what is kept on board.
+    /// Replies with the [`Index`](crate::history::Index) of the history on board.
     HistoryIndex,
-    /// Takes a [`Wanted`](crate::history::Wanted), gives a [`Piece`](crate::history::Piece).
+    /// Receives a [`Wanted`](crate::history::Wanted), replies with a [`Piece`](crate::history::Piece).
     HistoryChunk,
-    /// Asked with `list=DIGEST;from=OFFSET` it gives that piece of a list, or nothing where there is no such list.
+    /// Queried with `list=DIGEST;from=OFFSET` it replies with that piece of a list, or with nothing for an unknown
+    /// list.
     List,
 }
 
@@ -102,17 +103,17 @@ pub fn keys_of_all(org: &Name, kind: Kind) -> String {
     format!("vencejo/1/{org}/*/{}", kind.as_str())
 }
 
-/// Where an aircraft asks for an echo, to measure its way to the router. No aircraft can have that name.
+/// The key of echoes, by which an aircraft measures the route to the router. No aircraft can have that name.
 pub fn echo_key(org: &Name) -> String {
     format!("vencejo/1/{org}/_hub/echo")
 }
 
-/// Where the list of ground stations is asked for, with `have=NUMBER`: a newer one is given, or nothing.
+/// The key of the list of ground stations, queried with `have=NUMBER`: the reply is a newer list, or nothing.
 pub fn stations_key(org: &Name) -> String {
     format!("vencejo/1/{org}/_hub/stations")
 }
 
-/// Where a router that has not the authority asks for the list of aircraft, likewise.
+/// The key of the list of aircraft, queried likewise by routers without the authority.
 pub fn admitted_key(org: &Name) -> String {
     format!("vencejo/1/{org}/_hub/admitted")
 }
@@ -122,7 +123,7 @@ pub fn keys_of_hub(org: &Name) -> String {
     format!("vencejo/1/{org}/_hub/*")
 }
 
-/// The aircraft that a key of this organisation and kind is of, by whatever stands in place of its name.
+/// The aircraft part of a key of this organisation and kind.
 pub fn aircraft_of<'a>(org: &Name, kind: Kind, key: &'a str) -> Option<&'a str> {
     let rest = key.strip_prefix("vencejo/1/")?.strip_prefix(org.as_str())?.strip_prefix('/')?;
     rest.strip_suffix(kind.as_str())?.strip_suffix('/').filter(|name| !name.contains('/'))

@@ -1,8 +1,8 @@
 //! Aircraft far away: what goes over a network between the station on board and those on the ground, and who decides.
 //!
-//! The station on board speaks MAVLink with its autopilot, over a wire; what crosses the network is what it saw, an order, and what
-//! became of it. It alone decides who may act ([`authority`]); the network only carries, and is trusted with nothing: orders are
-//! signed ([`signature`]), done at most once, and mean nothing once somebody else has control.
+//! The station on board speaks MAVLink with its autopilot, over a wire; what crosses the network is what it saw, an
+//! order, and what became of it. It alone decides who may act ([`authority`]); the network only carries, and is trusted
+//! with nothing: orders are signed ([`signature`]), done at most once, and mean nothing once somebody else has control.
 //!
 //! | module | owns |
 //! |---|---|
@@ -12,14 +12,14 @@
 //! | [`content`] | lists of items and parameters: packed, named, put together |
 //! | [`outcome`] | what an order yields, and how a transfer failed |
 //! | [`payload`] | samples, orders and answers made of these |
-//! | [`speech`] | what an aircraft says, and what is heard of it |
+//! | [`state_source`] | the states of an aircraft: their source on board, their listener on the ground |
 //! | [`rivals`] | whether two computers speak as one aircraft |
-//! | [`seal`] | what an order is based on: moments that were told |
+//! | [`stamp`] | the states that orders are based on |
 //! | [`signature`] | signatures of orders |
 //! | [`authority`] | who may act on an aircraft; on board |
 //! | [`judge`] | what becomes of an order that came; on board |
 //! | [`plans`] | what is known of the plans on board, numbered |
-//! | [`errand`] | one order on its way; on the ground |
+//! | [`delivery`] | the delivery of an order, on the ground |
 //! | [`pull`] | one list on its way down; on the ground |
 //! | [`budget`] | how often an aircraft speaks |
 //! | [`act`] | requests as orders, results as answers |
@@ -38,7 +38,7 @@ pub mod budget;
 pub mod carrier;
 pub mod content;
 pub mod deed;
-pub mod errand;
+pub mod delivery;
 mod error;
 pub mod history;
 pub mod judge;
@@ -52,9 +52,9 @@ pub mod plans;
 pub mod pull;
 pub mod rivals;
 pub mod ros2;
-pub mod seal;
 pub mod signature;
-pub mod speech;
+pub mod stamp;
+pub mod state_source;
 pub mod wire;
 
 pub use error::FleetError;

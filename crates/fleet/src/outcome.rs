@@ -161,8 +161,8 @@ impl DifferenceTold {
     }
 }
 
-/// What came of an order that succeeded; `None`: no more than that. Lists go with it where they are short enough, else by their name: put
-/// them on the shelf.
+/// What came of an order that succeeded; `None`: no more than that. Lists go with it where they are short enough, else
+/// by their name: put them on the shelf.
 pub fn outcome_of(reply: &Reply) -> Option<Outcome> {
     Some(match reply {
         Reply::Acknowledged { result_param2 } => Outcome::Acknowledged(*result_param2),

@@ -1,8 +1,8 @@
 //! What is in the samples, orders and answers: Protocol Buffers, version 1.
 //!
-//! What an aircraft says of itself goes as the payloads of its own MAVLink messages, the newest of each, untouched: every station
-//! decodes them by the one decoder that there is, and has all of what a station at a direct link has. Unknown fields of a later
-//! version are skipped; a sample of another [`VERSION`] is not read.
+//! What an aircraft says of itself goes as the payloads of its own MAVLink messages, the newest of each, untouched:
+//! every station decodes them by the one decoder that there is, and has all of what a station at a direct link has.
+//! Unknown fields of a later version are skipped; a sample of another [`VERSION`] is not read.
 
 use crate::content::Part;
 use crate::deed::{Act, Nothing};
@@ -250,7 +250,8 @@ pub struct Answer {
     /// What it yields.
     #[prost(oneof = "Outcome", tags = "11, 12, 13, 14, 15, 16")]
     pub outcome: Option<Outcome>,
-    /// The order is for an earlier boot: how long this one has run, ms; 0: it is for this one. Before that, no order was done here.
+    /// The order is for an earlier boot: how long this one has run, ms; 0: it is for this one. Before that, no order
+    /// was done here.
     #[prost(uint64, tag = "17")]
     pub boot_age_ms: u64,
 }
@@ -395,8 +396,8 @@ mod tests {
         }
     }
 
-    /// Bytes written down by hand, field by field, from the description of Protocol Buffers: what two versions of this program
-    /// say to each other does not change by itself.
+    /// Bytes written down by hand, field by field, from the description of Protocol Buffers: what two versions of this
+    /// program say to each other does not change by itself.
     #[test]
     fn the_bytes_of_an_order_are_what_they_are() {
         let order = Order {

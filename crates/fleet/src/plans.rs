@@ -1,5 +1,5 @@
-//! What is known of the plans on board, for those far away: on board it is numbered, so that nobody overwrites what he has not seen; on the ground
-//! it is taken in. No I/O.
+//! What is known of the plans on board, for those far away: on board it is numbered, so that nobody overwrites what he
+//! has not seen; on the ground it is taken in. No I/O.
 
 use vencejo_flight::plan::PlanKind;
 use vencejo_vehicle::{PlanState, Unknown};
@@ -192,23 +192,23 @@ pub struct PlansHeard {
 }
 
 impl PlansHeard {
-    /// A state of this boot told of this version, and maybe what is in it; whether there is something new, or something was missed and is
-    /// to be asked for.
-    pub fn on_state(&mut self, boot: u64, version: u32, plans: &[PlanTold]) -> Heard {
+    /// A state of this boot told of this version, and maybe what is in it; whether there is something new, or something
+    /// was missed and is to be asked for.
+    pub fn on_state(&mut self, boot: u64, version: u32, plans: &[PlanTold]) -> Freshness {
         if self.boot != Some(boot) {
             *self = Self { boot: Some(boot), ..Self::default() };
         }
         if version <= self.version {
-            return Heard::Nothing;
+            return Freshness::Nothing;
         }
         if plans.is_empty() {
-            return Heard::Missed;
+            return Freshness::Missed;
         }
         self.version = version;
         for told in plans {
             self.on_told(told);
         }
-        Heard::News
+        Freshness::News
     }
 
     /// A state or an answer told this of a plan: what is newer counts, whichever comes first.
@@ -228,7 +228,7 @@ impl PlansHeard {
 
 /// What a state said of plans.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Heard {
+pub enum Freshness {
     /// Nothing new.
     Nothing,
     /// Something new.
@@ -309,20 +309,20 @@ mod tests {
             heard.on_state(5, plans.version(), &told)
         };
         let first = (plans.version(), plans.told().to_vec());
-        assert_eq!(tell(&plans, &mut heard, false), Heard::Missed);
-        assert_eq!(tell(&plans, &mut heard, true), Heard::News);
-        assert_eq!(tell(&plans, &mut heard, true), Heard::Nothing);
+        assert_eq!(tell(&plans, &mut heard, false), Freshness::Missed);
+        assert_eq!(tell(&plans, &mut heard, true), Freshness::News);
+        assert_eq!(tell(&plans, &mut heard, true), Freshness::Nothing);
         assert!(plans.on_state(MISSION, verified(1), list) && !plans.on_state(MISSION, verified(1), list));
-        assert_eq!(tell(&plans, &mut heard, true), Heard::News);
-        assert_eq!(heard.on_state(5, first.0, &first.1), Heard::Nothing);
+        assert_eq!(tell(&plans, &mut heard, true), Freshness::News);
+        assert_eq!(heard.on_state(5, first.0, &first.1), Freshness::Nothing);
         assert_eq!(heard.told(MISSION).map(PlanTold::read), Some(Ok((MISSION, verified(1)))));
         plans.on_state(MISSION, verified(2), list);
         let answered = plans.told()[0].clone();
         heard.on_told(&answered);
         heard.on_told(&first.1[0]);
         assert_eq!(heard.told(MISSION), Some(&answered), "an answer may be faster than the state");
-        assert_eq!(heard.on_state(6, 1, &[]), Heard::Missed, "another boot begins anew");
+        assert_eq!(heard.on_state(6, 1, &[]), Freshness::Missed, "another boot begins anew");
         assert_eq!(heard.told(MISSION), None);
-        assert_eq!(heard.on_state(7, 0, &[]), Heard::Nothing, "an older version's");
+        assert_eq!(heard.on_state(7, 0, &[]), Freshness::Nothing, "an older version's");
     }
 }

@@ -1,12 +1,13 @@
-//! A list on its way down, on the ground: asked for piece by piece, so that what the answers take of a narrow uplink is what the asker lets be on
-//! its way at once. No I/O; how long each took comes in.
+//! A list on its way down, on the ground: asked for piece by piece, so that what the answers take of a narrow uplink is
+//! what the asker lets be on its way at once. No I/O; how long each took comes in.
 
 use std::time::Duration;
 
 use crate::content::Digest;
 use crate::wire::BadPayload;
 
-/// Bytes of a piece: an eighth of a second at 256 kbit/s, so that an answer to an order never waits for long behind one.
+/// Bytes of a piece: an eighth of a second at 256 kbit/s, so that an answer to an order never waits for long behind
+/// one.
 pub const PIECE_BYTES: usize = 4 * 1024;
 /// Pieces on their way at once: at first, and at most.
 const WINDOW: usize = 2;

@@ -1,9 +1,11 @@
-//! Whether two computers speak as one aircraft: a copied card, or a name that was given twice. No I/O; time comes in.
+//! Detects two computers that use one aircraft name: a copied card, or a name enrolled twice. No I/O; time is passed
+//! in.
 //!
-//! The station on board draws a random boot number at each start, so a new number mostly means a restart and is followed at once. An earlier
-//! number never comes back: what still arrives under it was delayed by the network, or comes from another computer that is still running.
-//! Its clock tells which. In the second case the newcomer was not a restart: the first computer is followed again, and the newcomer is
-//! the rival until the first has been silent for [`THERE_FOR`].
+//! The station on board draws a random boot number at each start, so a new number mostly means a restart and is
+//! followed at once. An earlier number never comes back: what still arrives under it was delayed by the network, or
+//! comes from another computer that is still running. Its clock tells which. In the second case the newcomer was not a
+//! restart: the first computer is followed again, and the newcomer is the rival until the first has been silent for
+//! [`THERE_FOR`].
 
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -12,9 +14,10 @@ use vencejo_proto::MonoTime;
 
 /// How long after its last state a computer counts as present: twice the longest interval between states.
 pub const THERE_FOR: Duration = Duration::from_secs(10);
-/// The largest difference between the delays of two messages. A state made sooner than this after another boot began may have been delayed.
+/// The largest difference between the delays of two messages. A state made sooner than this after another boot began
+/// may have been delayed.
 pub const HELD_BACK: Duration = Duration::from_secs(1);
-/// Earlier boots that are remembered of one aircraft.
+/// Most other boots remembered of one aircraft.
 const MAX_BOOTS: usize = 8;
 
 /// A boot that is not followed any more.
@@ -48,8 +51,8 @@ pub enum Speaks {
 pub struct Rivals(VecDeque<Rival>);
 
 impl Rivals {
-    /// Another boot is followed from now on; this one was heard last at `heard_at`, and its clock is at `clock_ms` now, at least. `is_other`
-    /// when it is known to be another computer.
+    /// Another boot is followed from now on; this one was heard last at `heard_at`, and its clock is at `clock_ms` now,
+    /// at least. `is_other` when it is known to be another computer.
     pub fn put(&mut self, boot: u64, clock_ms: u64, heard_at: MonoTime, is_other: bool, next_event: u64) {
         self.0.push_front(Rival { boot, clock_ms, heard_at, is_other, next_event });
         self.0.truncate(MAX_BOOTS);
@@ -90,7 +93,7 @@ mod tests {
 
     use super::*;
     use crate::payload::{Held, Said, State};
-    use crate::speech::{Listener, News};
+    use crate::state_source::{Listener, StateUpdate};
 
     fn at(ms: u64) -> MonoTime {
         MonoTime::from_millis(ms)
@@ -104,7 +107,7 @@ mod tests {
     }
 
     fn shown(listener: &Listener) -> Option<u64> {
-        listener.picture().map(|(boot, _)| boot)
+        listener.stamp().map(|(boot, _)| boot)
     }
 
     #[test]
@@ -115,7 +118,7 @@ mod tests {
         assert_eq!((shown(&listener), news.said.len(), news.missed_from), (Some(2), 1, Some(1)));
         // It was said before the other began, whenever it comes.
         for late_ms in [4_010, 9_000, 60_000] {
-            assert_eq!(listener.on_state(&state(1, 53_900, 0), at(late_ms)), News::default());
+            assert_eq!(listener.on_state(&state(1, 53_900, 0), at(late_ms)), StateUpdate::default());
             assert_eq!((shown(&listener), listener.contested_until(at(late_ms))), (Some(2), None));
         }
     }
@@ -130,14 +133,18 @@ mod tests {
             (Some(2), None),
             "as far as is known the first has started again"
         );
-        assert_eq!(listener.on_state(&state(1, 51_500, 3), at(2_500)), News::default(), "that may have been delayed");
+        assert_eq!(
+            listener.on_state(&state(1, 51_500, 3), at(2_500)),
+            StateUpdate::default(),
+            "that may have been delayed"
+        );
         let news = listener.on_state(&state(1, 51_600, 3), at(2_600));
         assert_eq!((shown(&listener), news.said.len(), news.missed_from), (Some(1), 1, Some(1)), "it never went");
         assert_eq!(listener.contested_until(at(2_600)), Some(at(1_500) + THERE_FOR));
         for turn in 4..20 {
             let now = at(turn * 1_000);
-            assert_eq!(listener.on_state(&state(2, 5_500 + turn * 1_000, 0), now), News::default());
-            assert_eq!(listener.on_everything(&state(2, 5_500 + turn * 1_000, 0), now), News::default());
+            assert_eq!(listener.on_state(&state(2, 5_500 + turn * 1_000, 0), now), StateUpdate::default());
+            assert_eq!(listener.on_everything(&state(2, 5_500 + turn * 1_000, 0), now), StateUpdate::default());
             assert_eq!(listener.contested_until(now), Some(now + THERE_FOR));
             listener.on_state(&state(1, 49_000 + turn * 1_000, 3), now);
             assert_eq!((shown(&listener), listener.heard_at(1), listener.heard_at(2)), (Some(1), Some(now), Some(now)));

@@ -56,7 +56,8 @@ impl Said {
         Self::of(&message.encode(header), 0)
     }
 
-    /// A message as it came, `age_ms` ago. A payload that came by MAVLink 1 is told by the 2 as well: it has the same fields first.
+    /// A message as it came, `age_ms` ago. A payload that came by MAVLink 1 is told by the 2 as well: it has the same
+    /// fields first.
     pub fn of(frame: &Frame, age_ms: u32) -> Self {
         let payload = frame.payload();
         let used = payload.iter().rposition(|byte| *byte != 0).map_or(0, |last| last + 1);

@@ -51,8 +51,8 @@ impl Lock {
     }
 }
 
-/// Takes the lock of an open file itself, for one that is never replaced; `false` while another holds it. It ends with the
-/// file.
+/// Takes the lock of an open file itself, for one that is never replaced; `false` while another holds it. It ends with
+/// the file.
 ///
 /// # Errors
 /// Whatever the disk says.

@@ -1,5 +1,5 @@
-//! How much of the disk stays free: one floor for each class of what is written, in the order in which they have to stop.
-//! Maps stop first, then video, and the flight recorder last.
+//! How much of the disk stays free: one floor for each class of what is written, in the order in which they have to
+//! stop. Maps stop first, then video, and the flight recorder last.
 
 use std::fmt;
 use std::io;

@@ -1,5 +1,6 @@
-//! Writing a file as a whole: into a temporary one of the same folder, forced to the disk, renamed, and the folder forced to
-//! the disk too. Whoever reads, now or after a power cut, finds the file as it was or as it is to be, never half of it.
+//! Writing a file as a whole: into a temporary one of the same folder, forced to the disk, renamed, and the folder
+//! forced to the disk too. Whoever reads, now or after a power cut, finds the file as it was or as it is to be, never
+//! half of it.
 
 use std::ffi::{OsStr, OsString};
 use std::fs::{self, File, OpenOptions};
@@ -43,8 +44,8 @@ enum Naming {
     New,
 }
 
-/// Writes a file as a whole, in the place of one that may be there. The folder of one of our own, which its owner alone reads,
-/// is made where it is missing; where a person wants a file, a folder that is missing is a slip of the pen.
+/// Writes a file as a whole, in the place of one that may be there. The folder of one of our own, which its owner alone
+/// reads, is made where it is missing; where a person wants a file, a folder that is missing is a slip of the pen.
 ///
 /// A link is followed: what it points to is replaced. What is no plain file, such as a pipe, is written straight into.
 ///
@@ -105,7 +106,8 @@ pub fn sync_folder(folder: &Path) -> io::Result<()> {
     Ok(())
 }
 
-/// Gives a damaged file another name beside it, which nothing had, so that what is in it can still be saved. Returns it.
+/// Gives a damaged file another name beside it, which nothing had, so that what is in it can still be saved. Returns
+/// it.
 ///
 /// # Errors
 /// Whatever the disk says.
@@ -227,8 +229,8 @@ fn temporary_name(name: &OsStr) -> OsString {
     temporary
 }
 
-/// Removes what a crash left of earlier writings of a file. Another process may be writing: only what is old goes, and nothing
-/// of a process that lives, since a clock that was set, or a machine that slept, makes every file look old.
+/// Removes what a crash left of earlier writings of a file. Another process may be writing: only what is old goes, and
+/// nothing of a process that lives, since a clock that was set, or a machine that slept, makes every file look old.
 fn remove_leftovers(folder: &Path, name: &OsStr) {
     let begin = format!(".{}.", name.to_string_lossy());
     let Ok(files) = fs::read_dir(folder) else { return };

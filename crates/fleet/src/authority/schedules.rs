@@ -1,6 +1,6 @@
-//! Seeded schedules: stations far away, one beside the aircraft, and a network that loses, repeats, reorders and holds back what it
-//! carries, cuts some of them off, and a station on board that starts again. Whatever comes of it: nobody acts who is not the
-//! one who was given control last, nothing is done twice, and nothing on an old picture.
+//! Seeded schedules: stations far away, one beside the aircraft, and a network that loses, repeats, reorders and holds
+//! back what it carries, cuts some of them off, and a station on board that starts again. Whatever comes of it: nobody
+//! acts who is not the one who was given control last, nothing is done twice, and nothing on an old picture.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
@@ -8,7 +8,7 @@ use rand::rngs::SmallRng;
 use rand::{Rng, SeedableRng};
 
 use super::*;
-use crate::errand::{Errand, Outcome, Step};
+use crate::delivery::{OrderDelivery, Outcome, Step};
 
 /// Schedules in the usual run and for each seed that `make soak` asks for.
 const USUAL: u64 = 4_000;
@@ -28,19 +28,19 @@ enum Sent {
     Order(usize, Claim),
     Answer(usize, Box<Answer>),
     /// Boot, moment on board, who asks for control.
-    State(usize, u64, Picture, Option<PublicKey>),
+    State(usize, u64, StateStamp, Option<PublicKey>),
 }
 
 /// A station far away, as far as it has to do with this.
 struct Ground {
     caller: Caller,
     /// The newest picture: boot, moment on board, who asks.
-    seen: Option<(u64, Picture, Option<PublicKey>)>,
+    seen: Option<(u64, StateStamp, Option<PublicKey>)>,
     /// When each boot was heard last.
     heard: BTreeMap<u64, MonoTime>,
     epoch: u64,
     /// What it has on its way, and until when it waits: several things at once, as its operators want.
-    errands: Vec<(Errand, Claim, MonoTime)>,
+    errands: Vec<(OrderDelivery, Claim, MonoTime)>,
     is_cut: bool,
 }
 
@@ -92,7 +92,7 @@ impl World {
             is_cut: false,
         };
         Self {
-            authority: Authority::new(rng.random(), MonoTime::from_millis(1_000), Seal::new(&[7; 32])),
+            authority: Authority::new(rng.random(), MonoTime::from_millis(1_000), Stamper::new(&[7; 32])),
             grounds: (0..STATIONS).map(ground).collect(),
             rng,
             now: MonoTime::from_millis(1_000),
@@ -131,7 +131,7 @@ impl World {
                     let held = self.authority.held();
                     let key = |key: &[u8]| key.try_into().ok().map(PublicKey);
                     let boot = self.authority.boot();
-                    let picture = self.authority.picture(self.now);
+                    let picture = self.authority.stamp(self.now);
                     self.send(Sent::State(station, boot, picture, key(&held.asking_key)));
                 }
             }
@@ -157,7 +157,7 @@ impl World {
             }
             8 => {
                 // The program on board starts again: with what it knew go the acts that it was at.
-                self.authority = Authority::new(self.rng.random(), self.now, Seal::new(&[7; 32]));
+                self.authority = Authority::new(self.rng.random(), self.now, Stamper::new(&[7; 32]));
                 self.under_way.clear();
                 self.truth.given = None;
                 if self.local {
@@ -225,12 +225,12 @@ impl World {
                 let ground = &mut self.grounds[station];
                 let id = answer.id.as_slice().try_into().map_or(0, u128::from_be_bytes);
                 let Some(place) = ground.errands.iter().position(|(_, claim, _)| claim.id == id) else { return };
-                let (mut errand, claim, _) = ground.errands.swap_remove(place);
+                let (mut delivery, claim, _) = ground.errands.swap_remove(place);
                 self.truth.restarted += u64::from(answer.boot_age_ms > 0);
                 let heard_at = ground.heard.get(&claim.boot).copied().unwrap_or_default();
-                let outcome = match errand.on_answer(*answer, heard_at, self.now) {
+                let outcome = match delivery.on_answer(*answer, heard_at, self.now) {
                     Step::Send { after, wait } => {
-                        ground.errands.push((errand, claim, self.now + after + wait));
+                        ground.errands.push((delivery, claim, self.now + after + wait));
                         return self.send(Sent::Order(station, claim));
                     }
                     Step::End(outcome) => outcome,
@@ -299,10 +299,10 @@ impl World {
     /// What a station does when it has nothing on its way, or waits in vain.
     fn work(&mut self, station: usize) {
         let now = self.now;
-        let waits = |(_, _, due): &mut (Errand, Claim, MonoTime)| *due <= now;
-        for (mut errand, claim, _) in self.grounds[station].errands.extract_if(.., waits).collect::<Vec<_>>() {
-            if let Step::Send { wait, .. } = errand.on_silence(now) {
-                self.grounds[station].errands.push((errand, claim, now + wait));
+        let waits = |(_, _, due): &mut (OrderDelivery, Claim, MonoTime)| *due <= now;
+        for (mut delivery, claim, _) in self.grounds[station].errands.extract_if(.., waits).collect::<Vec<_>>() {
+            if let Step::Send { wait, .. } = delivery.on_silence(now) {
+                self.grounds[station].errands.push((delivery, claim, now + wait));
                 self.send(Sent::Order(station, claim));
             }
         }
@@ -329,9 +329,9 @@ impl World {
         };
         self.ids += 1;
         let claim = Claim { boot, epoch, id: self.ids, based_on, wish };
-        let mut errand = Errand::new(Duration::from_secs(10), now);
-        let Step::Send { wait, .. } = errand.start() else { return };
-        self.grounds[station].errands.push((errand, claim, now + wait));
+        let mut delivery = OrderDelivery::new(Duration::from_secs(10), now);
+        let Step::Send { wait, .. } = delivery.start() else { return };
+        self.grounds[station].errands.push((delivery, claim, now + wait));
         self.send(Sent::Order(station, claim));
     }
 }

@@ -21,12 +21,12 @@ struct Bench {
 
 impl Bench {
     fn new() -> Self {
-        Self { authority: Authority::new(BOOT, at(99_000), Seal::new(&[7; 32])), now: at(100_000), ids: 0 }
+        Self { authority: Authority::new(BOOT, at(99_000), Stamper::new(&[7; 32])), now: at(100_000), ids: 0 }
     }
 
     fn claim(&mut self, wish: Wish, epoch: u64) -> Claim {
         self.ids += 1;
-        Claim { boot: BOOT, epoch, id: self.ids, based_on: self.authority.picture(self.now), wish }
+        Claim { boot: BOOT, epoch, id: self.ids, based_on: self.authority.stamp(self.now), wish }
     }
 
     fn order(&mut self, caller: &Caller, wish: Wish, epoch: u64) -> Verdict {
@@ -173,7 +173,7 @@ fn an_order_is_done_at_most_once() {
 fn what_was_seen_too_long_ago_or_in_another_boot_is_no_ground_to_act() {
     let (mut bench, ana) = (Bench::new(), caller(1, Role::Operator));
     let epoch = bench.granted(&ana);
-    let of = |ms| Seal::new(&[7; 32]).picture(ms);
+    let of = |ms| Stamper::new(&[7; 32]).stamp(ms);
     let other = Claim { boot: 1, ..bench.claim(Wish::Act, epoch) };
     let verdict = bench.authority.on_order(&ana, &other, bench.now);
     assert!(matches!(verdict, Verdict::Answer(answer) if answer.boot_age_ms == 1_000), "since when it can know");

@@ -1,4 +1,4 @@
-//! The station on board: tells where its aircraft is, and does what whoever has control orders.
+//! The station on board: publishes the states of its aircraft, and executes the orders of the operator who has control.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::path::PathBuf;
@@ -14,8 +14,8 @@ use vencejo_station::{DropOldest, Operator, Received, RequestResult, Station, Ta
 use self::holdings::{Holdings, PARAM_VALUE};
 use self::place::Place;
 use self::work::UnderWay;
-use super::endpoint::{Endpoint, Way};
-use super::history::{Board, HistoryConfig, Told};
+use super::endpoint::{Endpoint, Transport};
+use super::history::{Board, Entry, HistoryConfig};
 use super::membership::Membership;
 use super::network;
 use crate::authority::{Authority, Claim, Role};
@@ -23,9 +23,9 @@ use crate::error::FleetError;
 use crate::key::{Kind, Name, key_of};
 use crate::operator::random;
 use crate::payload::{Event, State};
-use crate::seal::Seal;
 use crate::signature::PublicKey;
-use crate::speech::{EACH, NEWEST, Speaker};
+use crate::stamp::Stamper;
+use crate::state_source::{EACH, NEWEST, StateSource};
 
 mod doing;
 mod holdings;
@@ -36,13 +36,13 @@ mod session;
 pub(super) mod tests;
 mod work;
 
-/// How often what the autopilot said is looked at: twice as often as it is told at most.
+/// How often messages of the autopilot are processed: twice the highest rate of states.
 const TICK: Duration = Duration::from_millis(50);
-/// How long to wait before a router is dialled again.
+/// The pause before a router is dialled again.
 const AGAIN: Duration = Duration::from_secs(1);
-/// How often a state is made for the history while nobody hears it: each is fetched later, over a way that may be narrow.
+/// The interval of states for the history while nothing is sent: each is fetched later, over a link that may be slow.
 const UNHEARD: Duration = Duration::from_millis(500);
-/// Messages of the autopilot that wait for a tick at most.
+/// Most messages of the autopilot that wait for a tick.
 const WAITING: usize = 1024;
 
 /// How an aircraft takes part in a fleet.
@@ -52,28 +52,28 @@ pub struct AircraftConfig {
     pub org: Name,
     /// Its name there.
     pub name: Name,
-    /// The routers, in the order in which they are tried; empty: those that its place in the fleet names.
+    /// The routers, in the order in which they are tried; empty: those of its membership.
     pub dial: Vec<Endpoint>,
-    /// Its place in the fleet, with its certificate, and the file that has it: for TLS and QUIC.
+    /// Its membership with its certificate, and its file: for TLS and QUIC.
     pub member: Option<(Membership, PathBuf)>,
-    /// Whose orders it takes, beside those on its fleet's list of ground stations.
+    /// Keys whose orders it accepts, besides those on its fleet's list of ground stations.
     pub trust: BTreeMap<PublicKey, Role>,
-    /// What the uplink carries, where that is known, bit/s.
+    /// Capacity of the uplink, bit/s, if known.
     pub uplink_bit_s: Option<f64>,
-    /// Where its history is kept; nowhere: `None`.
+    /// Where its history is kept; `None` keeps none.
     pub history: Option<HistoryConfig>,
 }
 
-/// How it goes.
+/// The status of an aircraft.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct AircraftStatus {
     /// Whether a router is reached.
     pub is_connected: bool,
-    /// What the network said when it was not.
+    /// The network's error when it is not.
     pub problem: Option<String>,
     /// Who has control, near or far.
     pub holder: Option<String>,
-    /// States told a second.
+    /// States sent per second.
     pub rate_hz: f64,
     /// When its certificate ends, seconds since 1970.
     pub certificate_ends: Option<u64>,
@@ -87,22 +87,22 @@ pub struct Aircraft {
 }
 
 impl Aircraft {
-    /// Speaks for the first vehicle that the station hears, from when it hears it, and reaches for the router for ever. From now on the
-    /// station's heartbeat goes out only while somebody has control: the autopilot's ground-station failsafe counts it.
+    /// Represents the first vehicle that the station hears, and dials the routers for ever. From now on the station
+    /// sends its heartbeat only while an operator has control: the autopilot's ground-station failsafe counts it.
     ///
     /// # Errors
-    /// [`FleetError::Address`] without a router, [`FleetError::NoCertificates`], [`FleetError::NoRandom`], [`FleetError::File`] where no thread
-    /// writes its history.
+    /// [`FleetError::Address`] without a router, [`FleetError::NoCertificates`], [`FleetError::NoRandom`],
+    /// [`FleetError::File`] when its history cannot be written.
     pub fn start(station: Station, config: AircraftConfig, runtime: &Handle) -> Result<Self, FleetError> {
         if config.dial.is_empty() && config.member.is_none() {
             return Err(FleetError::Address(String::new()));
         }
-        for router in config.dial.iter().filter(|router| router.way() != Way::Tcp) {
+        for router in config.dial.iter().filter(|router| router.transport() != Transport::Tcp) {
             let why = "join the fleet first, with --join TOKEN".to_owned();
             config.member.as_ref().ok_or_else(|| FleetError::NoCertificates(router.to_string(), why))?;
         }
-        let (boot, seal) = (u64::from_be_bytes(random()?), Seal::new(&random()?));
-        let authority = Authority::new(boot, station.now(), seal.clone());
+        let (boot, stamper) = (u64::from_be_bytes(random()?), Stamper::new(&random()?));
+        let authority = Authority::new(boot, station.now(), stamper.clone());
         let history = config.history.as_ref().map(|history| {
             Board::start(&config.org, &config.name, boot, config.uplink_bit_s, history).map_err(|error| {
                 FleetError::File { path: history.folder.display().to_string(), problem: error.to_string() }
@@ -115,8 +115,8 @@ impl Aircraft {
         let shown = status.clone();
         let task = runtime.spawn(async move {
             tokio::select! {
-                () = live(&station, &config, (authority, seal), &shown, history.as_ref()) => {}
-                // An error means that nobody holds the handle any more: the end as well.
+                () = live(&station, &config, (authority, stamper), &shown, history.as_ref()) => {}
+                // An error means that the handle was dropped: end too.
                 _ = stopped.wait_for(|stopped| *stopped) => {}
             }
             station.set_heartbeat(false);
@@ -127,7 +127,7 @@ impl Aircraft {
         Ok(Self { status, stop, task: Mutex::new(Some(task)) })
     }
 
-    /// How it goes.
+    /// The status.
     pub fn status(&self) -> AircraftStatus {
         self.status.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
@@ -137,23 +137,23 @@ impl Aircraft {
         self.stop.send_replace(true);
         let task = self.task.lock().unwrap_or_else(PoisonError::into_inner).take();
         if let Some(task) = task {
-            // A join error would be its panic, which has been reported already.
+            // A join error is a panic, which has been reported.
             let _ = task.await;
         }
     }
 }
 
-/// Waits for the vehicle and the router, then flies; for ever.
+/// Waits for the vehicle and serves one router after the other, for ever.
 async fn live(
     station: &Station,
     config: &AircraftConfig,
-    (mut authority, seal): (Authority, Seal),
+    (mut authority, stamper): (Authority, Stamper),
     status: &Arc<Mutex<AircraftStatus>>,
     history: Option<&Board>,
 ) {
     let Some(Ok(vehicle)) = station.wait_vehicle(None).wait().await else { return };
     let Some(address) = vehicle.address() else { return };
-    let mut speaker = Speaker::new(authority.boot(), address, seal);
+    let mut source = StateSource::new(authority.boot(), address, stamper);
     let ids: BTreeSet<u32> = NEWEST.iter().chain(&EACH).chain(&[PARAM_VALUE]).copied().collect();
     let heard = vehicle.subscribe_messages(Some(ids), WAITING);
     let frames = history.is_some_and(|history| history.has_frames).then(|| vehicle.subscribe_messages(None, WAITING));
@@ -164,12 +164,12 @@ async fn live(
         let Some(router) = routers.get(turn % routers.len().max(1)) else { return };
         let identity = post.place.as_ref().map(|place| place.member.identity());
         let dialled = network::dial(std::slice::from_ref(router), identity.as_ref());
-        let end = match post.meanwhile(&mut speaker, &mut authority, &heard, dialled).await {
+        let end = match post.meanwhile(&mut source, &mut authority, &heard, dialled).await {
             Ok(session) => {
                 post.router = Some(router.clone());
                 post.certificate_ends = post.place.as_ref().and_then(|place| Some(place.member.facts().ok()?.ends));
-                let end = post.serve(&session, &mut speaker, &mut authority, &heard, routers.len() > 1).await;
-                // Its end is the end of what it declared, whatever it says.
+                let end = post.serve(&session, &mut source, &mut authority, &heard, routers.len() > 1).await;
+                // Closing ends its declarations even if it fails.
                 let _ = session.close().await;
                 end
             }
@@ -185,9 +185,9 @@ async fn live(
             let mut status = status.lock().unwrap_or_else(PoisonError::into_inner);
             (status.is_connected, status.problem) = (false, Some(problem));
         }
-        // Another router is dialled at once; a pause is made when all have had their turn.
+        // Another router is dialled at once; after all of them follows a pause.
         if (turn + 1) % routers.len() == 0 {
-            post.meanwhile(&mut speaker, &mut authority, &heard, tokio::time::sleep(AGAIN)).await;
+            post.meanwhile(&mut source, &mut authority, &heard, tokio::time::sleep(AGAIN)).await;
         }
     }
 }
@@ -197,14 +197,14 @@ async fn live(
 enum Ended {
     /// The station was closed.
     Closed,
-    /// There is a new certificate, which the next one shows.
+    /// There is a new certificate for the next session.
     Renewed,
 }
 
-/// Who has the lease.
+/// The operator who has the lease.
 struct Acting {
     key: PublicKey,
-    /// As it was told, for whom the operator was enlisted.
+    /// The name under which the operator was enlisted.
     name: String,
     operator: Arc<Operator>,
 }
@@ -217,14 +217,14 @@ struct Reading {
     claims: Vec<Claim>,
 }
 
-/// What is done for those far away, from session to session.
+/// The state of the station on board across sessions.
 struct Post<'a> {
     station: &'a Station,
     vehicle: &'a VehicleHandle,
     config: &'a AircraftConfig,
     status: &'a Mutex<AircraftStatus>,
     place: Option<Place>,
-    /// Whose orders it takes.
+    /// Keys whose orders it accepts.
     trust: BTreeMap<PublicKey, Role>,
     /// When its certificate ends.
     certificate_ends: Option<u64>,
@@ -237,15 +237,15 @@ struct Post<'a> {
     reading: Option<Reading>,
     ended: mpsc::Sender<(Claim, RequestResult)>,
     ends: mpsc::Receiver<(Claim, RequestResult)>,
-    /// In whose name orders are done here: whoever has the lease.
+    /// The operator in whose name orders are executed: the holder of the lease.
     acting: Option<Acting>,
-    /// What is told and ordered, kept.
+    /// The history of states and orders.
     history: Option<&'a Board>,
-    /// All that the autopilot says, where that is kept.
+    /// All frames of the autopilot, if they are kept.
     frames: Option<Arc<DropOldest<Received>>>,
-    /// When a state is made for the history although nobody hears it.
+    /// When the next state is made for the history while nothing is sent.
     unheard_due: MonoTime,
-    /// Not before is an order of a stranger kept.
+    /// When the next unauthenticated order may be kept.
     stranger_due: MonoTime,
 }
 
@@ -283,7 +283,8 @@ impl<'a> Post<'a> {
         post
     }
 
-    /// Whose orders it takes: those on the list of its fleet, and those that it was told of here, whose roles go before the list's.
+    /// Keys whose orders it accepts: those on the list of its fleet, and the configured ones, whose roles take
+    /// precedence.
     fn trusted(&self) -> BTreeMap<PublicKey, Role> {
         let mut trusted = self.place.as_ref().and_then(|place| place.member.roles().ok()).unwrap_or_default();
         trusted.extend(&self.config.trust);
@@ -296,48 +297,48 @@ impl<'a> Post<'a> {
         if self.config.dial.is_empty() { listed() } else { self.config.dial.clone() }
     }
 
-    /// Takes in what the autopilot said; gives the events.
-    fn listen(&mut self, speaker: &mut Speaker, heard: &DropOldest<Received>) -> Vec<Event> {
+    /// Processes messages of the autopilot; returns the events.
+    fn listen(&mut self, source: &mut StateSource, heard: &DropOldest<Received>) -> Vec<Event> {
         let mut events = Vec::new();
         while let Taken::Item(received) = heard.take_ready() {
             if received.frame.message_id() == PARAM_VALUE {
                 self.holdings.on_param(&received.frame);
             }
-            events.extend(speaker.on_frame(&received.frame, received.at));
+            events.extend(source.on_frame(&received.frame, received.at));
         }
-        events.iter().for_each(|event| self.keep(&Told::Event(event)));
+        events.iter().for_each(|event| self.keep(&Entry::Event(event)));
         while let Some(Taken::Item(received)) = self.frames.as_ref().map(|frames| frames.take_ready()) {
-            self.keep(&Told::Frame(received.frame.bytes()));
+            self.keep(&Entry::Frame(received.frame.bytes()));
         }
         events
     }
 
-    fn keep(&self, told: &Told<'_>) {
+    fn keep(&self, told: &Entry<'_>) {
         if let Some(history) = self.history {
             history.keep(told, self.station.now());
         }
     }
 
-    /// The next state of the numbered series, with what is known of plans and orders.
-    fn sample(&mut self, speaker: &mut Speaker, authority: &Authority) -> State {
-        let mut state = self.holdings.dress(speaker.sample(authority.held(), self.station.now()), true);
+    /// The next state of the numbered series, with plans and progress of orders.
+    fn sample(&mut self, source: &mut StateSource, authority: &Authority) -> State {
+        let mut state = self.holdings.dress(source.sample(authority.held(), self.station.now()), true);
         state.under_way = self.progress();
-        self.keep(&Told::State(&state));
+        self.keep(&Entry::State(&state));
         self.unheard_due = self.station.now() + UNHEARD;
         state
     }
 
-    /// Makes a state that nobody hears, for the history, where it is time.
-    fn unheard(&mut self, speaker: &mut Speaker, authority: &Authority) {
+    /// Makes a state for the history only, when it is due.
+    fn unheard(&mut self, source: &mut StateSource, authority: &Authority) {
         if self.history.is_some() && self.station.now() >= self.unheard_due {
-            self.sample(speaker, authority);
+            self.sample(source, authority);
         }
     }
 
-    /// Does something while no router is reached: time passes, and the history goes on.
+    /// Awaits `what` while no router is reached: leases expire, and the history goes on.
     async fn meanwhile<T>(
         &mut self,
-        speaker: &mut Speaker,
+        source: &mut StateSource,
         authority: &mut Authority,
         heard: &DropOldest<Received>,
         what: impl Future<Output = T>,
@@ -349,11 +350,11 @@ impl<'a> Post<'a> {
             tokio::select! {
                 done = &mut what => return done,
                 _ = tick.tick() => {
-                    self.listen(speaker, heard);
+                    self.listen(source, heard);
                     self.holdings.look(self.vehicle);
                     authority.on_time(self.station.now());
                     self.keep_order(authority);
-                    self.unheard(speaker, authority);
+                    self.unheard(source, authority);
                 }
             }
         }

@@ -1,14 +1,14 @@
-//! What keeps a mission from being sent, whichever way it came.
+//! The check of a mission before it is uploaded, whichever way it came.
 
 use vencejo_flight::checks::Severity;
 use vencejo_flight::plan::{Mission, Plan};
 use vencejo_station::VehicleHandle;
 
-/// Findings that are told; of more, their number.
+/// Most findings in the text; of more, their number.
 const MAX_FINDINGS: usize = 5;
 
-/// What would make a mission fail, by what is known of its vehicle: its parameters, the wind. `2 errors (…; …)`, or `None` where it seems
-/// sound. It may take some tenths of a second.
+/// The errors of a mission, by the known parameters of its vehicle and the wind: `2 errors (…; …)`, or `None`. May take
+/// some tenths of a second.
 pub(super) fn mission_errors(vehicle: &VehicleHandle, mission: Mission) -> Option<String> {
     let found = vehicle.check_upload(&Plan::from_mission(mission), None);
     let errors: Vec<_> =

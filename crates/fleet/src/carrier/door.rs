@@ -1,5 +1,5 @@
-//! The door: where aircraft and ground stations are enrolled with a token, and those that are get their next certificate. TLS, beside the
-//! router.
+//! The door: the enrolment server, where aircraft and ground stations are enrolled with a token and renew their
+//! certificates. TLS, beside the router.
 
 use std::net::SocketAddr;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -20,9 +20,9 @@ use crate::papers::roll::Guesses;
 use crate::papers::wire::{Asked, BAD_REQUEST, Given, MAX_BYTES};
 use crate::payload::VERSION;
 
-/// How long one caller may take.
+/// The time limit of a caller.
 const PATIENCE: Duration = Duration::from_secs(10);
-/// Callers at once; the next ones wait.
+/// Most callers at once; further ones wait.
 const CALLERS: usize = 16;
 
 /// A door that is open until it is dropped.
@@ -34,16 +34,16 @@ impl Drop for Door {
     }
 }
 
-/// What all callers share.
+/// State shared by all callers.
 struct Desk {
     organisation: Organisation,
     guesses: Mutex<Guesses>,
     opened: Instant,
-    /// Told when somebody new is on the roll.
+    /// Notified when the roll has changed.
     news: Arc<Notify>,
 }
 
-/// Listens; port 0 takes a free one.
+/// Binds the listener; port 0 takes a free one.
 pub(super) async fn listen(address: &str) -> Result<(TcpListener, SocketAddr), FleetError> {
     let failed =
         |error: std::io::Error| FleetError::Network { address: address.to_owned(), problem: error.to_string() };
@@ -53,14 +53,14 @@ pub(super) async fn listen(address: &str) -> Result<(TcpListener, SocketAddr), F
 }
 
 impl Door {
-    /// Opens it.
+    /// Starts it.
     pub(super) fn open(listener: TcpListener, organisation: Organisation, news: Arc<Notify>) -> Self {
         let (guesses, opened) = (Mutex::default(), Instant::now());
         let desk = Arc::new(Desk { organisation, guesses, opened, news });
         let callers = Arc::new(Semaphore::new(CALLERS));
         Self(tokio::spawn(async move {
             loop {
-                // Never closed.
+                // The semaphore is never closed.
                 let Ok(place) = callers.clone().acquire_owned().await else { return };
                 let (stream, from) = match listener.accept().await {
                     Ok(accepted) => accepted,
@@ -85,7 +85,7 @@ impl Door {
 impl Desk {
     async fn serve(self: &Arc<Self>, stream: TcpStream, from: SocketAddr) {
         let desk = self.clone();
-        // Read anew for each: the ground station's own certificate is renewed, too.
+        // Read anew for each caller: the ground station's own certificate is renewed too.
         let config = blocking(move || tls::server(&desk.organisation.identity(unix_now())?)).await;
         let config = match config {
             Ok(config) => config,
@@ -93,7 +93,7 @@ impl Desk {
         };
         let mut stream = match TlsAcceptor::from(config).accept(stream).await {
             Ok(stream) => stream,
-            // It knows us not, or we not it; it has been told.
+            // One of us does not trust the other; the caller was told.
             Err(error) => return tracing::info!(%from, %error, "a caller at the door went away"),
         };
         let shown = stream.get_ref().1.peer_certificates().and_then(|chain| facts_of_der(chain.first()?).ok());
@@ -102,7 +102,7 @@ impl Desk {
             Err(error) => Given::refused(format!("the question cannot be read: {error}")),
         };
         if let Err(error) = write_message(&mut stream, &given).await {
-            // It asks again, with the same key.
+            // The caller asks again, with the same key.
             tracing::info!(%from, %error, "an answer at the door was not heard");
         }
         let _ = stream.shutdown().await;
@@ -135,7 +135,7 @@ impl Desk {
             }
             Err(error) => {
                 tracing::warn!(%from, %error, "a caller at the door got nothing");
-                // What is wrong with our files is not theirs to know.
+                // Callers are not told what is wrong with our files.
                 let why = if matches!(error, FleetError::Certificate { .. }) {
                     BAD_REQUEST
                 } else {
@@ -147,7 +147,7 @@ impl Desk {
     }
 }
 
-/// Runs what blocks off the runtime's threads.
+/// Runs blocking work off the runtime's threads.
 pub(super) async fn blocking<T: Send + 'static>(
     run: impl FnOnce() -> Result<T, FleetError> + Send + 'static,
 ) -> Result<T, FleetError> {

@@ -1,4 +1,4 @@
-//! Where a network is joined: over TLS or QUIC anywhere, in the clear on this machine only.
+//! Addresses of routers: TLS or QUIC anywhere, unencrypted on this machine only.
 
 use std::fmt;
 use std::net::{IpAddr, SocketAddr, TcpListener, UdpSocket};
@@ -6,10 +6,10 @@ use std::str::FromStr;
 
 use crate::error::FleetError;
 
-/// What goes over it.
+/// The transport of an address.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Way {
-    /// In the clear.
+pub enum Transport {
+    /// Unencrypted TCP.
     Tcp,
     /// TLS 1.3 over TCP.
     Tls,
@@ -17,8 +17,8 @@ pub enum Way {
     Quic,
 }
 
-impl Way {
-    /// As it stands in an address.
+impl Transport {
+    /// Its scheme in an address.
     pub const fn as_str(self) -> &'static str {
         match self {
             Self::Tcp => "tcp",
@@ -31,18 +31,18 @@ impl Way {
 /// An address such as `tls/ground.local:7447`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Endpoint {
-    way: Way,
+    transport: Transport,
     host: String,
     port: u16,
 }
 
-/// Whether it can be the name of a host: nothing that means something to the network's settings.
+/// Whether it can be a host name: without characters that the network's settings interpret.
 fn is_name(host: &str) -> bool {
     let is_good = |byte: u8| byte.is_ascii_alphanumeric() || byte == b'-' || byte == b'.';
     !host.is_empty() && host.len() <= 253 && host.bytes().all(is_good) && !host.starts_with(['-', '.'])
 }
 
-/// `HOST:PORT`, as the two: a name, an IPv4 address, or an IPv6 address in brackets.
+/// Splits `HOST:PORT`: a name, an IPv4 address, or an IPv6 address in brackets.
 pub(super) fn split(text: &str) -> Option<(&str, u16)> {
     let (host, port) = text.rsplit_once(':')?;
     let is_digits = port.bytes().all(|byte| byte.is_ascii_digit());
@@ -58,7 +58,7 @@ pub(super) fn host_of(address: &str) -> Option<&str> {
     split(address).map(|(host, _)| host.trim_matches(['[', ']']))
 }
 
-/// A host as it stands before a port: an IPv6 address in brackets.
+/// A host as written before a port: an IPv6 address in brackets.
 pub(super) fn bracketed(host: &str) -> String {
     if host.contains(':') { format!("[{host}]") } else { host.to_owned() }
 }
@@ -69,7 +69,7 @@ impl FromStr for Endpoint {
     fn from_str(text: &str) -> Result<Self, FleetError> {
         let bad = || FleetError::Address(shown(text));
         let endpoint = Self::anywhere(text).ok_or_else(bad)?;
-        if endpoint.way == Way::Tcp {
+        if endpoint.transport == Transport::Tcp {
             let ip: IpAddr = endpoint.host().parse().map_err(|_| bad())?;
             if !ip.is_loopback() {
                 return Err(FleetError::NotLoopback(text.to_owned()));
@@ -79,41 +79,42 @@ impl FromStr for Endpoint {
     }
 }
 
-/// What was given as an address, to show it.
+/// An invalid address, shortened for display.
 fn shown(text: &str) -> String {
     text.chars().filter(|c| !c.is_control()).take(80).collect()
 }
 
 impl fmt::Display for Endpoint {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}/{}", self.way.as_str(), self.authority())
+        write!(f, "{}/{}", self.transport.as_str(), self.authority())
     }
 }
 
 impl Endpoint {
-    /// An address in the clear or encrypted, of this or another machine.
+    /// Parses an address, encrypted or not, of any machine.
     fn anywhere(text: &str) -> Option<Self> {
-        let (way, rest) = text.split_once('/')?;
-        let way = [Way::Tcp, Way::Tls, Way::Quic].into_iter().find(|known| known.as_str() == way)?;
+        let (scheme, rest) = text.split_once('/')?;
+        let transport =
+            [Transport::Tcp, Transport::Tls, Transport::Quic].into_iter().find(|known| known.as_str() == scheme)?;
         let (host, port) = split(rest)?;
-        Some(Self { way, host: host.to_owned(), port })
+        Some(Self { transport, host: host.to_owned(), port })
     }
 
-    /// The address of a router of ROS 2, to dial: whether what goes there may go in the clear, is for who asks to say.
+    /// The address of a router of ROS 2; the caller decides whether it may be unencrypted.
     pub(super) fn of_ros(text: &str) -> Result<Self, FleetError> {
         let endpoint = Self::anywhere(text).filter(|endpoint| endpoint.port != 0 && !endpoint.is_any());
         endpoint.ok_or_else(|| FleetError::RosRouter(shown(text)))
     }
 
-    /// Whether it is of this machine alone.
+    /// Whether it is a loopback address.
     pub fn is_here(&self) -> bool {
         let host = self.host();
         host == "localhost" || host.parse::<IpAddr>().is_ok_and(|ip| ip.is_loopback())
     }
 
-    /// What goes over it.
-    pub fn way(&self) -> Way {
-        self.way
+    /// The transport of an address.
+    pub fn transport(&self) -> Transport {
+        self.transport
     }
 
     /// `HOST:PORT`.
@@ -121,17 +122,17 @@ impl Endpoint {
         format!("{}:{}", self.host, self.port)
     }
 
-    /// The host alone, an IPv6 address without brackets.
+    /// The host, an IPv6 address without brackets.
     pub fn host(&self) -> &str {
         self.host.trim_matches(['[', ']'])
     }
 
-    /// Whether it stands for all addresses of this machine, as only a listener's can.
+    /// Whether it is unspecified (all addresses of this machine), as only a listener's can be.
     pub fn is_any(&self) -> bool {
         self.host().parse::<IpAddr>().is_ok_and(|ip| ip.is_unspecified())
     }
 
-    /// Refuses what only a listener's address can be.
+    /// Refuses addresses that are for listeners only.
     pub(super) fn dialled(self) -> Result<Self, FleetError> {
         if self.is_any() {
             return Err(FleetError::Address(format!("{self} (to dial, give a host name or an address)")));
@@ -139,12 +140,12 @@ impl Endpoint {
         Ok(self)
     }
 
-    /// As Zenoh dials it. It takes the brackets of an IPv6 address for a part of the name that the certificate must show; without them it
-    /// finds the port at the last colon, and name and address are right.
+    /// The form that Zenoh dials. It takes the brackets of an IPv6 address for a part of the certificate's name;
+    /// without them it finds the port at the last colon, and name and address are right.
     pub(super) fn for_zenoh(&self) -> String {
-        match self.way {
-            Way::Tcp => self.to_string(),
-            Way::Tls | Way::Quic => format!("{}/{}:{}", self.way.as_str(), self.host(), self.port),
+        match self.transport {
+            Transport::Tcp => self.to_string(),
+            Transport::Tls | Transport::Quic => format!("{}/{}:{}", self.transport.as_str(), self.host(), self.port),
         }
     }
 
@@ -153,20 +154,22 @@ impl Endpoint {
         Self { host: bracketed(host), ..self.clone() }
     }
 
-    /// The same another way.
-    pub(super) fn by(&self, way: Way) -> Self {
-        Self { way, ..self.clone() }
+    /// The same over another transport.
+    pub(super) fn by(&self, transport: Transport) -> Self {
+        Self { transport, ..self.clone() }
     }
 
-    /// The same with a free port, where its port is 0: the network does not tell which one it took.
+    /// The same with a free port if its port is 0: Zenoh does not report which one it took.
     pub(super) fn with_port(self) -> Result<Self, FleetError> {
         if self.port != 0 {
             return Ok(self);
         }
         let (address, at) = (self.authority(), |address: SocketAddr| address.port());
-        let free = match self.way {
-            Way::Quic => UdpSocket::bind(&address).and_then(|socket| socket.local_addr()).map(at),
-            Way::Tcp | Way::Tls => TcpListener::bind(&address).and_then(|listener| listener.local_addr()).map(at),
+        let free = match self.transport {
+            Transport::Quic => UdpSocket::bind(&address).and_then(|socket| socket.local_addr()).map(at),
+            Transport::Tcp | Transport::Tls => {
+                TcpListener::bind(&address).and_then(|listener| listener.local_addr()).map(at)
+            }
         };
         let port =
             free.map_err(|error| FleetError::Network { address: self.to_string(), problem: error.to_string() })?;

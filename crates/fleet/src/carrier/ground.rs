@@ -19,7 +19,7 @@ use self::known::Known;
 use self::terms::{List, Network, Terms};
 use super::aircraft::place::ask_list;
 use super::door::{Door, blocking};
-use super::endpoint::{Endpoint, Way};
+use super::endpoint::{Endpoint, Transport};
 use super::history::{Archive, HistoryConfig};
 use super::network;
 use crate::authority::RENEW_EVERY;
@@ -38,18 +38,18 @@ mod tests;
 
 pub use terms::Standing;
 
-/// Aircraft that are followed at most: as many as a station follows far away.
+/// Most aircraft that are followed: as many remote vehicles as a station follows.
 const MAX_AIRCRAFT: usize = vencejo_vehicle::registry::MAX_FAR;
-/// How long control may take before nobody waits for it any more.
+/// The timeout of orders for control.
 const CONTROL_PATIENCE: Duration = Duration::from_secs(5);
-/// How long is waited for what is only read.
+/// The timeout of queries.
 const READ_WITHIN: Duration = Duration::from_secs(5);
-/// How often it is looked whether the roll or a certificate has changed.
+/// How often the roll and the certificates are checked for changes.
 const LOOK_EVERY: Duration = Duration::from_secs(1);
-/// How long to wait before a network that was left for such a change is joined again, where that failed: a port of QUIC is not free at
-/// once.
+/// The pause before a network that was left for such a change is joined again after a failure: a port of QUIC is not
+/// free at once.
 const AGAIN: Duration = Duration::from_millis(50);
-/// How long a router may take to let in whoever has just joined.
+/// How long a router may take to admit a new member.
 const REJOINS: Duration = Duration::from_secs(3);
 
 /// How a ground station takes part in a fleet.
@@ -57,17 +57,18 @@ const REJOINS: Duration = Duration::from_secs(3);
 pub struct GroundConfig {
     /// The organisation.
     pub org: Name,
-    /// Where it is a router; port 0 takes a free one. A place that was enrolled as one has its own.
+    /// Its address as a router; port 0 takes a free one. A station that was enrolled as a router has its own.
     pub listen: Option<Endpoint>,
-    /// Other routers: it uses the first that is there; as a router it links with all of them. With none, a place in the fleet has those that it names.
+    /// Other routers: it uses the first that is reachable; as a router it links with all of them. Empty: those of its
+    /// membership.
     pub dial: Vec<Endpoint>,
-    /// Its key: what aircraft trust.
+    /// Its key, which aircraft trust.
     pub signer: Signer,
-    /// What it has of the fleet: for TLS and QUIC.
+    /// Its standing in the fleet: for TLS and QUIC.
     pub standing: Standing,
-    /// Where others are enrolled, `HOST:PORT`, while it is there and has the authority; port 0 takes a free one.
+    /// Address of the enrolment door, `HOST:PORT`, if it has the authority; port 0 takes a free one.
     pub door: Option<String>,
-    /// Where the history of its aircraft is kept; nowhere: `None`.
+    /// Where the history of its aircraft is kept; `None` keeps none.
     pub history: Option<HistoryConfig>,
 }
 
@@ -76,11 +77,11 @@ pub struct GroundConfig {
 pub struct Far {
     /// Its name.
     pub name: String,
-    /// Its id in this station; `None` before it has said anything.
+    /// Its id in this station; `None` before its first state.
     pub id: Option<VehicleId>,
     /// Whether the station on board is reachable, as far as the network knows.
     pub is_present: bool,
-    /// Time since it said something.
+    /// Age of its newest state.
     pub age: Duration,
     /// Who has control of it.
     pub holder: Option<String>,
@@ -102,14 +103,14 @@ struct Fleet {
     org: Name,
     network: Network,
     session: Mutex<Session>,
-    /// Where that was opened.
+    /// The address at which that was opened.
     endpoint: Endpoint,
     /// The newest list of ground stations.
     list: Mutex<List>,
     signer: Signer,
     station: Station,
     aircraft: Mutex<BTreeMap<Name, Arc<FarAircraft>>>,
-    /// Whether it was told that there is no room for more.
+    /// Whether it was logged that there is no room for more.
     is_full: AtomicBool,
     archive: Option<Arc<Archive>>,
 }
@@ -121,9 +122,9 @@ struct FarAircraft {
     known: Mutex<Known>,
     /// One order for control at a time.
     asking: tokio::sync::Mutex<()>,
-    /// Lists of it that are here.
+    /// Its lists that are cached here.
     shelf: Mutex<Shelf>,
-    /// One list on its way here at a time.
+    /// One list is fetched at a time.
     fetching: tokio::sync::Mutex<()>,
 }
 
@@ -135,8 +136,8 @@ impl Ground {
     pub async fn start(station: Station, config: GroundConfig, runtime: &Handle) -> Result<Self, FleetError> {
         let dial = config.dial.into_iter().map(Endpoint::dialled).collect::<Result<Vec<_>, _>>()?;
         let listen = config.listen.map(Endpoint::with_port).transpose()?;
-        // In the clear, and so on this machine, nobody has a name that rules could be for.
-        let is_clear = dial.iter().chain(&listen).any(|endpoint| endpoint.way() == Way::Tcp);
+        // Without encryption, so on this machine only, there are no names for access rules.
+        let is_clear = dial.iter().chain(&listen).any(|endpoint| endpoint.transport() == Transport::Tcp);
         let standing = if is_clear { Standing::Alone } else { config.standing };
         let news = Arc::new(Notify::new());
         let network = Network::new(listen, dial, standing);
@@ -147,7 +148,7 @@ impl Ground {
         let session = loop {
             match network.open(&terms).await {
                 Ok(session) => break session,
-                // A router is gone for a moment where somebody has just joined: maybe we.
+                // A router is away for a moment after an enrolment: maybe ours.
                 Err(_) if matches!(network.standing, Standing::Member(_)) && began.elapsed() < REJOINS => {
                     tokio::time::sleep(AGAIN).await;
                 }
@@ -191,7 +192,8 @@ impl Ground {
                 () = follow.live(terms, &news, ready) => {}
                 () = follow.fill(), if follow.archive.is_some() => {}
                 stopped = async { stopped.wait_for(|stopped| *stopped).await.is_ok() } => if !stopped {
-                    // Nobody holds the handle any more: the end as well. What the network calls is not to be the last to hold its session.
+                    // The handle was dropped: end too. Close the session here, so that a callback of the network is not
+                    // the last to hold it.
                     let _ = follow.session().close().await;
                 },
             }
@@ -202,17 +204,17 @@ impl Ground {
         Ok(Self { fleet, door: Mutex::new(door), door_at, stop, task: Mutex::new(Some(task)) })
     }
 
-    /// Where the network is joined: where its aircraft dial, when it is the router.
+    /// The address of the network: where its aircraft dial, when it is the router.
     pub fn endpoint(&self) -> &Endpoint {
         &self.fleet.endpoint
     }
 
-    /// Where aircraft are enrolled, `HOST:PORT`.
+    /// Address of the enrolment door, `HOST:PORT`.
     pub fn door(&self) -> Option<&str> {
         self.door_at.as_deref()
     }
 
-    /// Its public key: what aircraft have to trust.
+    /// Its public key, which aircraft have to trust.
     pub fn key(&self) -> PublicKey {
         self.fleet.signer.public()
     }
@@ -235,13 +237,13 @@ impl Ground {
         self.fleet.aircraft().iter().map(far).collect()
     }
 
-    /// Leaves the fleet, with the control that it has of aircraft given up. May be called again.
+    /// Releases control of its aircraft and leaves the fleet. May be called again.
     pub async fn close(&self) {
         self.stop.send_replace(true);
         drop(self.door.lock().unwrap_or_else(PoisonError::into_inner).take());
         let task = self.task.lock().unwrap_or_else(PoisonError::into_inner).take();
         if let Some(task) = task {
-            // A join error would be its panic, which has been reported already.
+            // A join error is a panic, which has been reported.
             let _ = task.await;
             let aircraft: Vec<_> = self.fleet.aircraft().values().cloned().collect();
             let held = aircraft.into_iter().filter(|aircraft| !aircraft.known().leases.is_empty());
@@ -251,10 +253,10 @@ impl Ground {
             for release in releases {
                 let _ = release.await;
             }
-            // What it declared ends with the process at the latest.
+            // Its declarations end with the process at the latest.
             let _ = self.fleet.session().close().await;
             if let Some(archive) = self.fleet.archive.clone() {
-                // A join error would be its panic, which has been reported already.
+                // A join error is a panic, which has been reported.
                 let _ = tokio::task::spawn_blocking(move || archive.close()).await;
             }
         }
@@ -270,7 +272,7 @@ impl Fleet {
         self.list.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    /// Follows the aircraft, from session to session: Zenoh's access control does not change while one is open.
+    /// Follows the aircraft across sessions: Zenoh's access control cannot change while a session is open.
     async fn live(
         self: &Arc<Self>,
         mut terms: Terms,
@@ -291,7 +293,7 @@ impl Fleet {
                 changed = self.changed(&terms, news) => changed,
             };
             tracing::info!("who is enrolled, or a certificate, has changed: the network is joined anew");
-            // What it declared ends with it, whatever it says.
+            // Closing ends its declarations even if it fails.
             let _ = self.session().close().await;
             terms = changed;
             for aircraft in self.aircraft().values() {
@@ -308,7 +310,7 @@ impl Fleet {
         }
     }
 
-    /// Fetches what was not heard, for ever.
+    /// Fetches missing history, for ever.
     async fn fill(self: &Arc<Self>) {
         let Some(archive) = self.archive.clone() else { return };
         let is_present = |name: &Name| self.aircraft().get(name).is_some_and(|far| far.known().is_present);
@@ -316,10 +318,10 @@ impl Fleet {
         archive.fill(|| self.session(), is_present, move || station.now()).await;
     }
 
-    /// Waits until something else is to hold.
+    /// Waits until the terms have changed.
     async fn changed(&self, terms: &Terms, news: &Notify) -> Terms {
         loop {
-            // Whoever is told at the door comes at once; what another program wrote is seen soon.
+            // Changes made through the door apply at once; those by another program at the next poll.
             let _ = tokio::time::timeout(LOOK_EVERY, news.notified()).await;
             let have = self.list().0;
             match self.network.look(have).await {
@@ -340,7 +342,7 @@ impl Fleet {
         self.aircraft.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Follows the aircraft in this session, for ever; gives why it cannot.
+    /// Follows the aircraft in this session, for ever; returns why it cannot.
     async fn follow(
         self: &Arc<Self>,
         ready: &mut Option<tokio::sync::oneshot::Sender<Result<(), FleetError>>>,
@@ -428,7 +430,8 @@ impl Fleet {
         }
     }
 
-    /// Answers an aircraft's echo where the network reads it, with the number of the newest list of stations, if there is one.
+    /// Answers an aircraft's echo where the network reads it, with the number of the newest list of stations, if there
+    /// is one.
     fn echo(self: &Arc<Self>) -> impl Fn(Query) + Send + Sync + 'static {
         let (fleet, runtime) = (Arc::downgrade(self), Handle::current());
         move |query| {
@@ -440,8 +443,9 @@ impl Fleet {
         }
     }
 
-    /// Takes in states and events where the network reads them, in their order: to wake somebody else for each of ten thousand a second
-    /// costs more than all that is done with them, and a queue between that is full would hold up the answers behind them.
+    /// Takes in states and events where the network reads them, in their order: to wake somebody else for each of ten
+    /// thousand a second costs more than all that is done with them, and a queue between that is full would hold up the
+    /// answers behind them.
     fn hear(self: &Arc<Self>, kind: Kind) -> impl Fn(Sample) + Send + Sync + 'static {
         let (fleet, runtime) = (Arc::downgrade(self), Handle::current());
         move |sample| {
@@ -485,7 +489,7 @@ impl Fleet {
     }
 }
 
-/// The number of the list that whoever asks has.
+/// The list number in a query.
 fn have_of(query: &Query) -> u64 {
     query.parameters().get("have").and_then(|have| have.parse().ok()).unwrap_or(0)
 }

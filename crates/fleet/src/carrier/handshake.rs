@@ -1,4 +1,4 @@
-//! The beginning of TLS with somebody at an address, over TCP or as a part of QUIC: whether they are there, and what keeps us apart.
+//! TLS handshakes with a peer at an address, over TCP or in QUIC: whether it is there, and why the handshake fails.
 
 use std::io;
 use std::net::{Ipv4Addr, Ipv6Addr, SocketAddr};
@@ -12,24 +12,24 @@ use tokio::net::TcpStream;
 use tokio_rustls::TlsConnector;
 use tokio_rustls::client::TlsStream;
 
-use super::endpoint::{Way, host_of};
+use super::endpoint::{Transport, host_of};
 use super::tls::{Fault, Side};
 
-/// What a Zenoh router is asked for over QUIC, which knows one from other servers by it: since 1.9, and before.
+/// The ALPN protocols of a Zenoh router over QUIC: since 1.9, and before.
 const ZENOH: [&[u8]; 2] = [b"zenoh", b"hq-29"];
 
-/// The first of the 256 error codes of QUIC that stand for an alert of TLS: RFC 9001, 4.8.
+/// The first of the 256 error codes of QUIC for TLS alerts: RFC 9001, 4.8.
 const CRYPTO_ERRORS: u64 = 0x100;
-/// How long somebody is waited for, each time.
+/// The timeout of each step.
 pub(super) const PATIENCE: Duration = Duration::from_secs(5);
-/// How long a router is listened to at least for its refusal of our certificate, which comes a round trip after the handshake.
+/// The least wait for a router's refusal of our certificate, which comes a round trip after the handshake.
 pub(super) const REFUSAL: Duration = Duration::from_millis(100);
 
 async fn in_time<T>(what: impl Future<Output = io::Result<T>>) -> io::Result<T> {
     tokio::time::timeout(PATIENCE, what).await.unwrap_or_else(|_| Err(io::ErrorKind::TimedOut.into()))
 }
 
-/// A connection with who is at `HOST:PORT`, without TLS yet; or why there is none.
+/// Connects to `HOST:PORT`, without TLS yet.
 pub(super) async fn reach(address: &str) -> Result<TcpStream, Fault> {
     in_time(TcpStream::connect(&*resolved(address).await?)).await.map_err(|error| Fault::from(&error))
 }
@@ -39,7 +39,7 @@ async fn resolved(address: &str) -> Result<Vec<SocketAddr>, Fault> {
     Ok(addresses.map_err(|_| Fault::NoAddress)?.collect())
 }
 
-/// A handshake with who is at `HOST:PORT`; where that fails, whether anybody was there, and why.
+/// Performs a handshake with `HOST:PORT`. An error has whether a peer was there, and why it failed.
 pub(super) async fn begin(address: &str, config: Arc<ClientConfig>) -> Result<TlsStream<TcpStream>, (bool, Fault)> {
     let other = |problem: String| (false, Fault::Other(problem));
     let host = host_of(address).unwrap_or(address).to_owned();
@@ -49,28 +49,35 @@ pub(super) async fn begin(address: &str, config: Arc<ClientConfig>) -> Result<Tl
     handshake.map_err(|error| (true, Fault::from(&error)))
 }
 
-/// Why whoever is at `HOST:PORT` refuses us, which is waited for so long and what the handshake took, or we them.
-pub(super) async fn refusal(way: Way, address: &str, config: Arc<ClientConfig>, wait: Duration) -> Result<(), Fault> {
+/// Performs a handshake with `HOST:PORT` and waits for a refusal: for `wait` and as long as the handshake took. An
+/// error if one side refuses the other.
+pub(super) async fn refusal(
+    transport: Transport,
+    address: &str,
+    config: Arc<ClientConfig>,
+    wait: Duration,
+) -> Result<(), Fault> {
     let began = Instant::now();
-    if way == Way::Quic {
+    if transport == Transport::Quic {
         let connection = begin_quic(address, &config).await?;
         let closed = tokio::time::timeout(wait + began.elapsed(), connection.closed()).await;
         connection.close(0_u8.into(), &[]);
         return closed.map_or(Ok(()), |error| Err(of_quic(&error)));
     }
     let mut stream = begin(address, config).await.map_err(|(_, fault)| fault)?;
-    // A router says nothing first: what comes is a refusal. To connect took two round trips at least.
+    // A router does not speak first: what comes is a refusal. Connecting took at least two round trips.
     match tokio::time::timeout(wait + began.elapsed(), stream.read_u8()).await {
         Ok(Err(error)) => Err(Fault::from(&error)),
         Ok(Ok(_)) | Err(_) => Ok(()),
     }
 }
 
-/// A handshake with the router at `HOST:PORT` over QUIC.
+/// Performs a handshake with a router at `HOST:PORT` over QUIC.
 async fn begin_quic(address: &str, config: &ClientConfig) -> Result<quinn::Connection, Fault> {
     let other = |problem: &dyn std::error::Error| Fault::Other(problem.to_string());
     let all = resolved(address).await?;
-    // As Zenoh, which takes the name for the certificate from the address that it dials, so that it cannot be given them one by one.
+    // Like Zenoh, which takes the certificate's name from the address that it dials, so it cannot try the addresses one
+    // by one.
     let at = *all.first().ok_or(Fault::NoAddress)?;
     let mut config = config.clone();
     config.alpn_protocols = ZENOH.map(Vec::from).into();
@@ -87,7 +94,7 @@ async fn begin_quic(address: &str, config: &ClientConfig) -> Result<quinn::Conne
     })
 }
 
-/// What ended a connection: QUIC carries the alerts of TLS as numbers of its own.
+/// Why a connection ended: QUIC carries TLS alerts as error codes of its own.
 fn of_quic(error: &quinn::ConnectionError) -> Fault {
     let alert = |code: quinn::TransportErrorCode| {
         let number = u64::from(code).checked_sub(CRYPTO_ERRORS)?;

@@ -1,5 +1,5 @@
-//! What an aircraft, or a ground station without the authority, keeps of its fleet: one file, for its owner alone; how it gets it, and
-//! keeps it new.
+//! The membership of an aircraft, or of a ground station without the authority: one file, readable by its owner only;
+//! joining and renewal.
 
 use std::collections::BTreeMap;
 use std::io;
@@ -16,7 +16,7 @@ use vencejo_store::lock;
 use vencejo_store::{Access, Lock};
 
 use super::door::{blocking, read_message, write_message};
-use super::endpoint::{Endpoint, Way, host_of};
+use super::endpoint::{Endpoint, Transport, host_of};
 use super::handshake::{self, PATIENCE, REFUSAL};
 use super::tls::{self, Fault, Known};
 use super::unix_now;
@@ -38,7 +38,7 @@ const AGAIN: Duration = Duration::from_millis(50);
 /// The version of the file.
 const FILE_VERSION: u32 = 2;
 
-/// An aircraft's or a ground station's place in a fleet.
+/// The membership of an aircraft or a ground station in a fleet.
 #[derive(Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Membership {
     version: u32,
@@ -50,10 +50,10 @@ pub struct Membership {
     key: String,
     /// The newest signed list of ground stations, in base64.
     stations: String,
-    /// The newest signed list of aircraft that routers let in, in base64, where it is a router.
+    /// The newest signed list of aircraft that routers admit, in base64, if it is a router.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     admitted: String,
-    /// SHA-256 of the secret of the token that brought it in, so that the same command may be run again.
+    /// SHA-256 of the secret of its token, so that the same command may be run again.
     token: String,
 }
 
@@ -64,7 +64,7 @@ impl std::fmt::Debug for Membership {
 }
 
 impl Membership {
-    /// The one of a file; `None` where there is none.
+    /// Reads a file; `None` if there is none.
     ///
     /// # Errors
     /// [`FleetError::File`].
@@ -75,7 +75,7 @@ impl Membership {
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
             Err(error) => return Err(bad(error.to_string())),
         };
-        // What is in it is not shown: it has a key.
+        // Its content is not shown: it has a key.
         let damaged = || bad("it is damaged; join the fleet again with a new token".to_owned());
         let read: Value = serde_json::from_str(&text).map_err(|_| damaged())?;
         let version = read["version"].as_u64().ok_or_else(damaged)?;
@@ -114,7 +114,7 @@ impl Membership {
         self.name.starts_with(STATION_PREFIX)
     }
 
-    /// The newest list of ground stations, as it is signed.
+    /// The newest signed list of ground stations.
     ///
     /// # Errors
     /// [`FleetError::Refused`].
@@ -138,8 +138,14 @@ impl Membership {
     /// [`FleetError::Refused`].
     pub fn routers(&self) -> Result<Vec<Endpoint>, FleetError> {
         let dialled = |router: &String| router.parse::<Endpoint>().and_then(Endpoint::dialled).ok();
-        // One of a kind that a later version has is none here.
-        Ok(self.stations()?.routers.iter().filter_map(dialled).filter(|router| router.way() != Way::Tcp).collect())
+        // Addresses of kinds that a later version has are skipped.
+        Ok(self
+            .stations()?
+            .routers
+            .iter()
+            .filter_map(dialled)
+            .filter(|router| router.transport() != Transport::Tcp)
+            .collect())
     }
 
     /// The ground stations whose orders count, with their roles.
@@ -150,7 +156,7 @@ impl Membership {
         Ok(self.stations()?.roles())
     }
 
-    /// Where its certificate is renewed.
+    /// The doors at which its certificate is renewed.
     ///
     /// # Errors
     /// [`FleetError::Refused`].
@@ -158,7 +164,7 @@ impl Membership {
         Ok(self.stations()?.doors)
     }
 
-    /// Its own role, where it is a ground station that is listed.
+    /// Its own role, if it is a listed ground station.
     ///
     /// # Errors
     /// [`FleetError::Refused`].
@@ -168,7 +174,7 @@ impl Membership {
         Ok(own.and_then(|own| Role::named(&own.role)))
     }
 
-    /// Where it is a router itself, as others reach it; nowhere unless it was enrolled as one.
+    /// Its own addresses as a router; empty unless it was enrolled as one.
     ///
     /// # Errors
     /// [`FleetError::Refused`].
@@ -178,7 +184,7 @@ impl Membership {
         Ok(own.flat_map(|own| &own.routers).filter_map(|router| router.parse().ok()).collect())
     }
 
-    /// The list of aircraft that routers let in, as it is signed, and its number; none before it was given one.
+    /// The signed list of aircraft that routers admit, and its number; `None` before it has one.
     ///
     /// # Errors
     /// [`FleetError::Refused`].
@@ -201,7 +207,7 @@ impl Membership {
         Ok(access::control(&self.org()?, &let_in))
     }
 
-    /// Takes a list of aircraft that somebody brought, where it is good and newer.
+    /// Stores a received list of aircraft if it is valid and newer.
     fn take_admitted(&mut self, signed: &[u8]) -> Result<bool, FleetError> {
         let list = Admitted::read(signed, &self.ca, &self.org)?;
         if self.admitted()?.is_some_and(|(ours, _)| list.number <= ours.number) {
@@ -211,10 +217,10 @@ impl Membership {
         Ok(true)
     }
 
-    /// Takes a list of ground stations that somebody brought, where it is good and newer.
+    /// Stores a received list of ground stations if it is valid and newer.
     ///
     /// # Errors
-    /// [`FleetError::Refused`] for one that is not good.
+    /// [`FleetError::Refused`] for an invalid one.
     pub fn take(&mut self, signed: &[u8]) -> Result<bool, FleetError> {
         let list = Stations::read(signed, &self.ca, &self.org)?;
         if list.number <= self.stations()?.number {
@@ -224,8 +230,8 @@ impl Membership {
         Ok(true)
     }
 
-    /// Puts this into its file, if the place there is still the one of this token, with the newer list of both. Whoever joined anew since,
-    /// in another program, is not put back.
+    /// Writes this to its file with the newer list of both, if the membership there is still of the same token: a new
+    /// enrolment by another program is not undone.
     pub(super) fn keep(mut self, file: &Path) -> Result<Self, FleetError> {
         let problem =
             |error: io::Error| FleetError::File { path: file.display().to_string(), problem: error.to_string() };
@@ -243,12 +249,12 @@ impl Membership {
         }
     }
 
-    /// Keeps a newer list of ground stations in the file, beside whatever certificate that has by now.
+    /// Writes a newer list of ground stations to the file, and keeps the certificate there.
     pub(super) fn keep_stations(file: &Path, signed: &[u8]) -> Result<(), FleetError> {
         Self::keep_list(file, |member| member.take(signed))
     }
 
-    /// The same of the list of aircraft that routers let in.
+    /// The same for the list of aircraft that routers admit.
     pub(super) fn keep_admitted(file: &Path, signed: &[u8]) -> Result<(), FleetError> {
         Self::keep_list(file, |member| member.take_admitted(signed))
     }
@@ -261,12 +267,12 @@ impl Membership {
         if take(&mut now)? { now.write(file) } else { Ok(()) }
     }
 
-    /// What it shows.
+    /// Its identity.
     pub fn identity(&self) -> Identity {
         Identity { ca: self.ca.clone(), certificate: self.certificate.clone(), key: self.key.clone() }
     }
 
-    /// What its certificate says.
+    /// The facts of its certificate.
     ///
     /// # Errors
     /// [`FleetError::Certificate`].
@@ -274,7 +280,7 @@ impl Membership {
         facts(&self.certificate)
     }
 
-    /// The answer of a door, looked through.
+    /// Validates the answer of a door.
     fn of(
         given: Given,
         key: String,
@@ -306,8 +312,9 @@ impl Membership {
     }
 }
 
-/// Joins a fleet with a token, and keeps what it is given in a file; a ground station tells the key that it signs orders with. The same token
-/// again finds that it is done; whoever lost the answer asks again with the same key. Whether it was done now.
+/// Joins a fleet with a token and stores the membership in a file; a ground station passes the key that it signs orders
+/// with. Joining again with the same token is a no-op; after a lost answer the same key is used again. Returns whether
+/// it was joined now.
 ///
 /// # Errors
 /// [`FleetError::Token`], [`FleetError::Refused`], [`FleetError::Network`], [`FleetError::File`].
@@ -321,7 +328,7 @@ pub async fn join(token: &str, file: &Path, operator: Option<PublicKey>) -> Resu
     }
     let hash = ticket.hash();
     let path = file.to_owned();
-    // One that is damaged is replaced: that is what a new token is for.
+    // A damaged file is replaced.
     let before = blocking(move || Ok(Membership::read(&path).ok().flatten())).await?;
     if let Some(member) = before.filter(|member| member.token == hash) {
         return Ok((member, false));
@@ -330,7 +337,7 @@ pub async fn join(token: &str, file: &Path, operator: Option<PublicKey>) -> Resu
     let path = key_file.clone();
     let key = blocking(move || {
         let bad = |error: io::Error| FleetError::File { path: path.display().to_string(), problem: error.to_string() };
-        // Kept before it is used: an answer that is lost is asked for again by the same key.
+        // Stored before it is used, so that a lost answer can be requested again with the same key.
         vencejo_store::create(&path, new_key()?.as_bytes(), Access::Owner).map_err(bad)?;
         std::fs::read_to_string(&path).map_err(bad)
     })
@@ -344,7 +351,7 @@ pub async fn join(token: &str, file: &Path, operator: Option<PublicKey>) -> Resu
     let (kept, path) = (member.clone(), file.to_owned());
     blocking(move || {
         kept.write(&path)?;
-        // It is in the file now; left behind, it would serve the next token.
+        // It is in the file now; left behind, it would be used for the next token.
         let _ = std::fs::remove_file(&key_file);
         Ok(())
     })
@@ -356,7 +363,7 @@ fn nothing() -> Asked {
     Asked { version: VERSION, ..Asked::default() }
 }
 
-/// Gets the next certificate, for a new key, by showing the one that it has; the file has both or neither.
+/// Requests the next certificate, for a new key, with the present one; the file gets both or neither.
 ///
 /// # Errors
 /// [`FleetError::Refused`], [`FleetError::Network`], [`FleetError::File`].
@@ -373,10 +380,10 @@ pub async fn renew(member: &Membership, file: &Path) -> Result<Membership, Fleet
     blocking(move || renewed.keep(&path)).await
 }
 
-/// Whether somebody would get its next certificate: what is wrong, in plain words. It gets none, and nothing changes.
+/// Checks whether the next certificate would be issued. None is issued, and nothing changes.
 ///
 /// # Errors
-/// What is wrong.
+/// The reason, as text.
 pub async fn standing(member: &Membership) -> Result<(), String> {
     let asked = nothing();
     let (known, identity) = (Known::Ca(member.ca.clone()), member.identity());
@@ -388,7 +395,7 @@ pub async fn standing(member: &Membership) -> Result<(), String> {
     }
 }
 
-/// Asks one door after the other, until one answers. Who is somebody else is told of before one that is not reached.
+/// Tries each door until one answers. A wrong certificate is reported in preference to an unreachable address.
 async fn ask_one_of(
     doors: &[String],
     known: &Known,
@@ -410,7 +417,7 @@ async fn ask_one_of(
     Err(worst.map_or_else(|| FleetError::Token("it names no address".into()), |(_, error)| error))
 }
 
-/// Asks a door. An error comes with whether anybody was there.
+/// Asks a door. An error has whether a peer was there.
 async fn ask(
     door: &str,
     known: &Known,
@@ -433,7 +440,7 @@ async fn ask(
     given.checked().map_err(|error| (true, error))
 }
 
-/// A handshake with who is at `HOST:PORT`; where that fails, whether anybody was there, and why in plain words.
+/// Performs a handshake with `HOST:PORT`. An error has whether a peer was there, and the reason as text.
 async fn connect(
     address: &str,
     known: &Known,
@@ -445,15 +452,15 @@ async fn connect(
     stream.map_err(|(is_there, fault)| (is_there, fault.in_a_fleet(host, unix_now())))
 }
 
-/// Whether a router, or a door over TLS, lets us in.
+/// Checks whether a router, or a door over TLS, admits us.
 ///
 /// # Errors
-/// What is wrong, in plain words.
+/// The reason, as text.
 pub async fn try_address(router: &Endpoint, identity: &Identity) -> Result<(), String> {
     refusal(router, Known::Ca(identity.ca.clone()), Some(identity), REFUSAL).await
 }
 
-/// Why whoever is at an address refuses us, or we them; in plain words.
+/// Performs a handshake and waits for a refusal. An error has the reason as text.
 pub(super) async fn refusal(
     router: &Endpoint,
     known: Known,
@@ -463,7 +470,7 @@ pub(super) async fn refusal(
     let config = tls::client(known, identity).map_err(|error| error.to_string())?;
     let (began, mut hung_up) = (Instant::now(), false);
     loop {
-        let tried = handshake::refusal(router.way(), &router.authority(), config.clone(), wait).await;
+        let tried = handshake::refusal(router.transport(), &router.authority(), config.clone(), wait).await;
         hung_up |= tried == Err(Fault::HangsUp);
         let may_restart = hung_up && matches!(tried, Err(Fault::HangsUp | Fault::NobodyListens));
         if !may_restart || began.elapsed() >= RESTART {

@@ -16,7 +16,7 @@ mod tests;
 mod tls;
 
 pub use aircraft::{Aircraft, AircraftConfig, AircraftStatus};
-pub use endpoint::{Endpoint, Way};
+pub use endpoint::{Endpoint, Transport};
 pub use ground::{Far, Ground, GroundConfig, Standing};
 pub use history::{Contents, HistoryConfig, Replay, ReplayStatus};
 pub use membership::{Membership, join, renew, standing, try_address};
@@ -24,9 +24,9 @@ pub use network::session_of_an_aircraft;
 pub use organisation::{DOOR_PORT, Made, Organisation};
 pub use ros2::{Examined, Gateway, GatewayConfig, GatewayStatus, RosPapers, RosRouter, examine};
 
-/// Batches of 64 KB of what keeps the network together (declarations, a liveliness token of each aircraft) that may wait to be sent. All that one
-/// who joins is told comes at once, from the thread that would send it: it has to fit, or the sessions end. 1 MB is 10,000 aircraft
-/// with the longest names.
+/// Batches of 64 KB of what keeps the network together (declarations, a liveliness token of each aircraft) that may
+/// wait to be sent. All that one who joins is told comes at once, from the thread that would send it: it has to fit, or
+/// the sessions end. 1 MB is 10,000 aircraft with the longest names.
 const CONTROL_QUEUE: usize = 16;
 
 /// Seconds since 1970, as the clock of this machine has it.

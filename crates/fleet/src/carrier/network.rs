@@ -1,4 +1,4 @@
-//! Zenoh as it is used here: what its sessions are told, and its words for what happened.
+//! The use of Zenoh: session settings, queries and errors.
 
 use std::collections::BTreeSet;
 use std::time::Duration;
@@ -13,40 +13,42 @@ use zenoh::qos::{CongestionControl, Priority};
 use zenoh::query::{ConsolidationMode, Query, QueryTarget};
 
 use super::CONTROL_QUEUE;
-use super::endpoint::{Endpoint, Way};
+use super::endpoint::{Endpoint, Transport};
 use super::membership::try_address;
 use crate::error::FleetError;
 use crate::papers::certificate::{Identity, STATION_PREFIX};
 use crate::papers::stations::MAX_STATIONS;
 use crate::payload::MAX_BYTES;
-use crate::speech::MAX_ANSWERED;
+use crate::state_source::MAX_ANSWERED;
 
-/// How long a router that is gone is believed in, ms; where the way to it is cut, its end is known after that.
+/// The lease of a transport, ms: a router behind a cut link counts as gone after that.
 const LEASE_MS: u64 = 2_000;
-/// Stations that one router takes: each holds one session. Zenoh's own limit is 1,000, and the next one only times out.
+/// Most sessions of a router, one for each station. Zenoh's default is 1,000, beyond which stations time out.
 const MAX_SESSIONS: usize = 10_000;
-/// Bytes of a message at most, as it comes out of the pieces that it came in: more than any payload has. Zenoh's own limit is a gigabyte.
+/// Most bytes of a defragmented message: more than any payload has. Zenoh's default is a gigabyte.
 const MAX_MESSAGE: usize = 4 * MAX_BYTES;
-/// How long after a router has left it is dialled for the first time, ms; then twice as long each time, up to 4 s.
+/// The first pause before a lost router is redialled, ms; it doubles up to 4 s.
 const REDIAL_MS: u64 = 200;
-/// How long a router on this machine is waited for.
+/// The connect timeout for a router on this machine.
 const CONNECT_HERE: Duration = Duration::from_secs(2);
-/// The same of one far away: TCP, TLS and Zenoh take five round trips, of a second each where the network is bad, and some are lost.
+/// The same for a remote one: TCP, TLS and Zenoh take five round trips, of a second each on a bad network, and some are
+/// lost.
 const CONNECT: Duration = Duration::from_secs(10);
 
-/// How a station takes part.
+/// The role of a session.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Part<'a> {
-    /// It dials the first of these routers that is there, for so long; and when that has gone, again.
+    /// A client that dials the first reachable one of these routers, with this timeout, and redials.
     Client(&'a [Endpoint], Duration),
-    /// It is the router, which lets each say and hear what its access control says, and dials these others for ever.
+    /// A router at this address, linked with these others, with this access control.
     Router(&'a Endpoint, &'a [Endpoint], Option<&'a serde_json::Value>),
 }
 
-/// Joins the network of one of these routers, which are tried first: that says at once, and in plain words, why one would not let us in.
+/// Joins the network of one of these routers. Each is tried by a handshake first, which reports at once why it would
+/// not admit us.
 pub(super) async fn dial(routers: &[Endpoint], identity: Option<&Identity>) -> Result<Session, FleetError> {
     let first = routers.first().ok_or_else(|| FleetError::Address(String::new()))?;
-    let Some(identity) = identity.filter(|_| first.way() != Way::Tcp) else {
+    let Some(identity) = identity.filter(|_| first.transport() != Transport::Tcp) else {
         return open(Part::Client(routers, CONNECT_HERE), identity).await;
     };
     let mut problem = None;
@@ -59,22 +61,22 @@ pub(super) async fn dial(routers: &[Endpoint], identity: Option<&Identity>) -> R
     Err(problem.unwrap_or_else(|| FleetError::Address(String::new())))
 }
 
-/// What is believed and shown where the way is encrypted.
+/// Trusted authorities and our own certificate for encrypted transports.
 #[derive(Clone, Copy)]
 pub(super) struct Papers<'a> {
     /// The certificates of authorities, as PEM.
     pub(super) ca: &'a str,
-    /// A certificate of ours, where one is shown.
+    /// Our own certificate, if one is used.
     pub(super) own: Option<&'a Identity>,
 }
 
-/// Joins the network of a fleet; with certificates, where it is encrypted.
+/// Joins the network of a fleet, with certificates if it is encrypted.
 pub(super) async fn open(part: Part<'_>, identity: Option<&Identity>) -> Result<Session, FleetError> {
     let session = join(part, identity.map(|identity| Papers { ca: &identity.ca, own: Some(identity) })).await?;
     if let Part::Client([address, ..], _) = part
-        && !(is_with_station(&session).await || address.way() == Way::Tcp)
+        && !(is_with_station(&session).await || address.transport() == Transport::Tcp)
     {
-        // What it declared ends with it, whatever it says.
+        // Closing ends its declarations even if it fails.
         let _ = session.close().await;
         let problem = "who answers there shows a certificate that is no ground station's or router's of this fleet";
         return Err(FleetError::Network { address: address.to_string(), problem: problem.into() });
@@ -82,7 +84,7 @@ pub(super) async fn open(part: Part<'_>, identity: Option<&Identity>) -> Result<
     Ok(session)
 }
 
-/// Joins a network, whosever it is.
+/// Joins a network of any kind.
 pub(super) async fn join(part: Part<'_>, papers: Option<Papers<'_>>) -> Result<Session, FleetError> {
     let addresses = match part {
         Part::Client(routers, _) => routers,
@@ -90,7 +92,7 @@ pub(super) async fn join(part: Part<'_>, papers: Option<Papers<'_>>) -> Result<S
     };
     let Some(address) = addresses.first() else { return Err(FleetError::Address(String::new())) };
     let others: &[Endpoint] = if let Part::Router(_, others, _) = part { others } else { &[] };
-    let ways: BTreeSet<_> = addresses.iter().chain(others).map(|address| address.way().as_str()).collect();
+    let ways: BTreeSet<_> = addresses.iter().chain(others).map(|address| address.transport().as_str()).collect();
     let endpoints: Vec<_> = match part {
         Part::Client(..) => addresses.iter().map(Endpoint::for_zenoh).collect(),
         Part::Router(..) => addresses.iter().map(Endpoint::to_string).collect(),
@@ -98,7 +100,7 @@ pub(super) async fn join(part: Part<'_>, papers: Option<Papers<'_>>) -> Result<S
     let mut settings = vec![
         ("scouting/multicast/enabled", "false".to_owned()),
         ("scouting/gossip/enabled", "false".to_owned()),
-        // A router would sleep so long before it is there, for others that it does not look for.
+        // A router would wait this long for peers that it does not scout for.
         ("scouting/delay", "0".to_owned()),
         ("adminspace/enabled", "false".to_owned()),
         ("transport/link/protocols", json!(ways).to_string()),
@@ -127,10 +129,10 @@ pub(super) async fn join(part: Part<'_>, papers: Option<Papers<'_>>) -> Result<S
             settings.extend(access.map(|access| ("access_control", access.to_string())));
         }
     }
-    if address.way() != Way::Tcp {
+    if address.transport() != Transport::Tcp {
         let why = "make or join a fleet with `vencejo fleet`".to_owned();
         let papers = papers.ok_or_else(|| FleetError::NoCertificates(address.to_string(), why))?;
-        // The files' contents, not their names: in a name a `;` or `#` would be a setting of its own.
+        // The files' contents, not their names: in a name `;` and `#` have a meaning.
         let text = |pem: &str| format!("\"{}\"", STANDARD.encode(pem));
         settings.extend([
             ("transport/link/tls/enable_mtls", papers.own.is_some().to_string()),
@@ -150,19 +152,19 @@ pub(super) async fn join(part: Part<'_>, papers: Option<Papers<'_>>) -> Result<S
     let failed = |problem: String| FleetError::Network { address: address.to_string(), problem };
     let mut config = zenoh::Config::default();
     for (key, value) in settings {
-        // What was to be set is not told: it may be a key.
+        // The value is not shown: it may be a key.
         config.insert_json5(key, &value).map_err(|_| failed(format!("{key} cannot be set")))?;
     }
     zenoh::open(config).await.map_err(|error| failed(words(&error)))
 }
 
-/// Whether all that a session is connected with showed the certificate of a ground station or router. Zenoh believes the public
-/// authorities too, whatever it is told; none of those signs such a name.
+/// Whether all peers of a session have the certificate of a ground station or router. Zenoh always trusts the public
+/// authorities too; none of those signs such a name.
 pub(super) async fn is_with_station(session: &Session) -> bool {
     session.info().links().await.all(|link| link.auth_identifier().is_some_and(|name| name.starts_with(STATION_PREFIX)))
 }
 
-/// A session in the clear with the settings that aircraft have: for programs that stand in for many of them.
+/// An unencrypted session with the settings of an aircraft: for programs that simulate many of them.
 ///
 /// # Errors
 /// [`FleetError::Network`].
@@ -170,40 +172,42 @@ pub async fn session_of_an_aircraft(router: &Endpoint) -> Result<Session, FleetE
     open(Part::Client(std::slice::from_ref(router), CONNECT), None).await
 }
 
-/// Tells everybody. Nothing waits for a slow network: what does not fit is dropped, and what must not be lost is asked for again.
+/// Publishes a message. Nothing waits for a slow network: what does not fit is dropped, and what must not be lost is
+/// requested again.
 pub(super) async fn tell(session: &Session, key: &str, message: &impl Message, priority: Priority) {
     let put = session.put(key, message.encode_to_vec()).congestion_control(CongestionControl::Drop).priority(priority);
     if let Err(error) = put.await {
-        // The next one tells the same, or is asked for.
+        // The next one has the same, or it is requested.
         tracing::debug!(%error, key, "not told");
     }
 }
 
-/// How a question ended.
+/// The result of a query.
 #[derive(Debug)]
-pub(super) enum Heard {
+pub(super) enum Replies {
     /// The answers, at least one.
     Answers(Vec<Vec<u8>>),
-    /// Nobody has an answer, says the network.
+    /// The network reports that there is no receiver.
     Nobody,
     /// Nothing came in time.
     Silence,
 }
 
-/// Asks at once, and waits for all the answers.
-pub(super) async fn ask(session: &Session, selector: &str, payload: Vec<u8>, wait: Duration) -> Heard {
+/// Queries at the highest priority, and waits for all replies.
+pub(super) async fn ask(session: &Session, selector: &str, payload: Vec<u8>, wait: Duration) -> Replies {
     ask_at(Priority::RealTime, session, selector, payload, wait).await
 }
 
-/// Asks, and waits for all the answers: [`MAX_ANSWERED`] at most, each no longer than a payload. What is more, nobody meant. Answers go at the
-/// question's priority; below the highest several go together, which each by itself would mostly be dropped.
+/// Queries, and waits for all replies: at most [`MAX_ANSWERED`], each no longer than a payload; surplus replies are
+/// dropped. Replies have the query's priority; below the highest several are batched, since single ones would mostly be
+/// dropped.
 pub(super) async fn ask_at(
     priority: Priority,
     session: &Session,
     selector: &str,
     payload: Vec<u8>,
     wait: Duration,
-) -> Heard {
+) -> Replies {
     let get = session
         .get(selector)
         .payload(payload)
@@ -213,7 +217,7 @@ pub(super) async fn ask_at(
         .priority(priority)
         .express(priority == Priority::RealTime)
         .timeout(wait);
-    let Ok(replies) = get.await else { return Heard::Nobody };
+    let Ok(replies) = get.await else { return Replies::Nobody };
     let mut answers = Vec::new();
     while answers.len() < MAX_ANSWERED
         && let Ok(reply) = replies.recv_async().await
@@ -221,14 +225,14 @@ pub(super) async fn ask_at(
         match reply.into_result() {
             Ok(sample) if sample.payload().len() > MAX_BYTES => {}
             Ok(sample) => answers.push(sample.payload().to_bytes().into_owned()),
-            Err(_) if answers.is_empty() => return Heard::Silence,
+            Err(_) if answers.is_empty() => return Replies::Silence,
             Err(_) => break,
         }
     }
-    if answers.is_empty() { Heard::Nobody } else { Heard::Answers(answers) }
+    if answers.is_empty() { Replies::Nobody } else { Replies::Answers(answers) }
 }
 
-/// Asks for an echo, tells when the first comes, and gives all: one of several ground stations may be slow.
+/// Requests echoes, calls `came` at the first, and returns all: one of several ground stations may be slow.
 pub(super) async fn echo(session: &Session, key: &str, wait: Duration, came: impl FnOnce()) -> Vec<Vec<u8>> {
     let get = session
         .get(key)
@@ -252,12 +256,12 @@ pub(super) async fn echo(session: &Session, key: &str, wait: Duration, came: imp
     answers
 }
 
-/// Answers a question, in a task of its own: a slow network keeps nobody from flying.
+/// Replies to a query in a task of its own, so that a slow network does not block.
 pub(super) fn reply(query: Query, key: String, messages: Vec<Vec<u8>>) {
     tokio::spawn(async move {
         for bytes in messages {
             if let Err(error) = query.reply(key.clone(), bytes).await {
-                // Whoever asked asks again.
+                // The other end asks again.
                 tracing::debug!(%error, key, "not answered");
             }
         }
@@ -269,7 +273,8 @@ pub(super) fn bytes_of(payload: Option<&ZBytes>) -> Vec<u8> {
     payload.map(|payload| payload.to_bytes().into_owned()).unwrap_or_default()
 }
 
-/// What Zenoh says, without where in its source; and nothing where it shows the settings of a link, which have a key.
+/// The text of a Zenoh error, without its source location; and none of it if it shows the settings of a link, which
+/// have a key.
 fn words(error: &zenoh::Error) -> String {
     let text = error.to_string();
     if text.contains("_base64") {
@@ -281,7 +286,7 @@ fn words(error: &zenoh::Error) -> String {
     }
 }
 
-/// An error of the network, where something is declared.
+/// An error of a declaration.
 pub(super) fn failed(error: zenoh::Error) -> FleetError {
     FleetError::Network { address: "the network".into(), problem: words(&error) }
 }

@@ -1,4 +1,5 @@
-//! A fleet's folder on the ground: its authority, the ground station's own certificate, and who is enrolled. All for its owner alone.
+//! A fleet's folder on the ground: its authority (CA), the ground station's certificate, and the roll. Readable by its
+//! owner only.
 
 use std::path::{Path, PathBuf};
 
@@ -6,7 +7,7 @@ use serde_json::Value;
 use vencejo_store::{Access, Lock, lock::PATIENCE};
 
 use super::CONTROL_QUEUE;
-use super::endpoint::{Endpoint, Way, bracketed, split};
+use super::endpoint::{Endpoint, Transport, bracketed, split};
 use crate::error::FleetError;
 use crate::key::Name;
 use crate::operator::random;
@@ -18,9 +19,9 @@ use crate::papers::ticket::{MAX_DOORS, SECRET_LEN, Ticket};
 use crate::papers::wire;
 use crate::signature::PublicKey;
 
-/// Where aircraft are enrolled unless said otherwise.
+/// The default address of the door.
 pub const DOOR_PORT: u16 = 7448;
-/// Names by which this machine alone is reached: certificates have them for the programs here; aircraft are not told of them.
+/// Loopback names: certificates have them for programs on this machine; aircraft do not get them.
 const HERE: [&str; 2] = ["127.0.0.1", "localhost"];
 
 /// The folder of one organisation.
@@ -30,7 +31,7 @@ pub struct Organisation {
     folder: PathBuf,
 }
 
-/// What was found or made.
+/// The result of [`Organisation::init`].
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Made {
     /// Whether the authority was made now.
@@ -40,13 +41,13 @@ pub struct Made {
 }
 
 impl Organisation {
-    /// The one of this name below a folder, whether or not it is there.
+    /// The organisation of this name below a folder, whether or not it exists.
     pub fn below(folder: &Path, org: Name) -> Self {
         let folder = folder.join(org.as_str());
         Self { org, folder }
     }
 
-    /// Whether it is there.
+    /// Whether it exists.
     pub fn exists(&self) -> bool {
         self.path("roll.json").is_file()
     }
@@ -66,11 +67,10 @@ impl Organisation {
         format!("{STATION_PREFIX}{GROUND}")
     }
 
-    /// Makes the authority where there is none, of a given certificate and key (PEM) or new; and takes note of more hosts. Whoever
-    /// runs it again changes nothing.
+    /// Creates the authority if there is none, of a given certificate and key (PEM) or new; and adds hosts. Idempotent.
     ///
     /// # Errors
-    /// [`FleetError::Certificate`] for an authority that cannot be one, [`FleetError::Host`] for a host that cannot,
+    /// [`FleetError::Certificate`] for an invalid authority, [`FleetError::Host`] for an invalid host,
     /// [`FleetError::File`].
     pub fn init(&self, hosts: &[String], given: Option<(String, String)>, now: u64) -> Result<Made, FleetError> {
         for host in hosts {
@@ -109,7 +109,7 @@ impl Organisation {
         let mut all = hosts.to_vec();
         all.extend(HERE.iter().map(|here| (*here).to_owned()).filter(|here| !hosts.contains(here)));
         self.certify(&ca, &all, &own, now)?;
-        // The roll last: with it, all is there.
+        // The roll last: it marks the folder as complete.
         self.write("roll.json", &Roll::new(all.clone()).bytes())?;
         Ok(Made { authority: true, hosts: all })
     }
@@ -140,7 +140,7 @@ impl Organisation {
         Ca::read(&self.read("ca.crt")?, &self.read("ca.key")?)
     }
 
-    /// What the certificates of the authority and of the ground station say.
+    /// The facts of the authority's and the ground station's certificates.
     ///
     /// # Errors
     /// [`FleetError::File`], [`FleetError::Certificate`].
@@ -148,7 +148,7 @@ impl Organisation {
         Ok((facts(&self.read("ca.crt")?)?, facts(&self.read("station.crt")?)?))
     }
 
-    /// Who is enrolled.
+    /// The roll.
     ///
     /// # Errors
     /// [`FleetError::File`].
@@ -161,15 +161,15 @@ impl Organisation {
     /// The list of ground stations as it is now, signed.
     ///
     /// # Errors
-    /// [`FleetError::File`], [`FleetError::Certificate`], [`FleetError::Refused`] where it is too long.
+    /// [`FleetError::File`], [`FleetError::Certificate`], [`FleetError::Refused`] if it is too long.
     pub(super) fn stations(&self) -> Result<Vec<u8>, FleetError> {
         self.roll()?.stations(&self.org).signed(&self.ca()?)
     }
 
-    /// Changes who is enrolled; nothing is kept where that fails.
+    /// Changes the roll; nothing is stored on failure.
     ///
     /// # Errors
-    /// [`FleetError::File`], and what `change` says.
+    /// [`FleetError::File`], and the error of `change`.
     pub fn change<T>(&self, change: impl FnOnce(&mut Roll) -> Result<T, FleetError>) -> Result<T, FleetError> {
         let _lock = self.lock()?;
         let before = self.roll()?;
@@ -182,7 +182,7 @@ impl Organisation {
         Ok(value)
     }
 
-    /// What the ground station shows, renewed where it is due.
+    /// The ground station's identity, renewed if due.
     ///
     /// # Errors
     /// [`FleetError::File`], [`FleetError::Certificate`].
@@ -212,10 +212,10 @@ impl Organisation {
         Ok(LetIn { aircraft, ..roll.stations(&self.org).let_in(GROUND) })
     }
 
-    /// The list of the aircraft that routers let in, signed, where it is newer than the one of this number.
+    /// The signed list of aircraft that routers admit, if newer than this number.
     ///
     /// # Errors
-    /// [`FleetError::File`], [`FleetError::Certificate`], [`FleetError::Refused`] where it is too long.
+    /// [`FleetError::File`], [`FleetError::Certificate`], [`FleetError::Refused`] if it is too long.
     pub(super) fn admitted(&self, have: u64) -> Result<Option<Vec<u8>>, FleetError> {
         let roll = self.roll()?;
         if roll.admitted_number <= have {
@@ -224,7 +224,7 @@ impl Organisation {
         roll.aircraft(&self.org).signed(&self.ca()?).map(Some)
     }
 
-    /// What an existing `zenohd` reads beside its own settings: encrypted ways alone, who may do what, nothing found by itself.
+    /// Settings for an existing `zenohd`: encrypted transports only, access control, no scouting.
     ///
     /// # Errors
     /// [`FleetError::File`].
@@ -251,22 +251,23 @@ impl Organisation {
         }))
     }
 
-    /// Whether there may be one of that name, and a router at those addresses. Nothing is looked at.
+    /// Checks a new member's name and router addresses, without network access.
     ///
     /// # Errors
-    /// [`FleetError::Refused`] for a name that is taken, [`FleetError::Address`] for what is none that others reach over TLS or QUIC.
+    /// [`FleetError::Refused`] for a name that is taken, [`FleetError::Address`] for an address that others cannot
+    /// reach over TLS or QUIC.
     pub fn check(newcomer: &Newcomer) -> Result<(), FleetError> {
         newcomer.check()?;
         for router in newcomer.routers() {
             let at = router.parse::<Endpoint>()?;
-            if at.way() == Way::Tcp || at.is_any() {
+            if at.transport() == Transport::Tcp || at.is_any() {
                 return Err(FleetError::Address(router.clone()));
             }
         }
         Ok(())
     }
 
-    /// A token for an aircraft or a ground station, good for `lasts_s`. The token is in what this gives and nowhere else.
+    /// A token for an aircraft or a ground station, good for `lasts_s`. The token is returned and stored nowhere.
     ///
     /// # Errors
     /// [`FleetError::Refused`], [`FleetError::File`].
@@ -283,14 +284,14 @@ impl Organisation {
         })
     }
 
-    /// A certificate for whoever asks at the door: with a token's secret, or with the certificate that it has (what that says).
+    /// Issues a certificate to a caller of the door: with a token's secret, or with its present certificate.
     ///
     /// # Errors
     /// [`FleetError::Refused`], [`FleetError::Certificate`], [`FleetError::File`].
     pub fn judge(&self, asked: &wire::Asked, shown: Option<&Facts>, now: u64) -> Result<(String, String), FleetError> {
         let ca = self.ca()?;
         self.change(|roll| {
-            // Signed for nobody: it tells whether the request is good, and whose key it has.
+            // A trial signature validates the request and has its key.
             let key = || Ok::<_, FleetError>(facts(&ca.for_member(self.org.as_str(), &asked.request, now)?)?.key);
             let (name, role, before) = match shown {
                 Some(shown) if asked.secret.is_empty() => {
@@ -326,7 +327,7 @@ impl Organisation {
         })
     }
 
-    /// Where those far away reach what is at an address of this machine: one that listens there, or that is dialled here.
+    /// The addresses by which others reach an address of this machine.
     ///
     /// # Errors
     /// [`FleetError::File`].
@@ -339,7 +340,7 @@ impl Organisation {
         Ok(hosts.iter().take(MAX_ROUTERS).map(|host| listen.at(host).to_string()).collect())
     }
 
-    /// The same of the door.
+    /// The same for the door.
     pub(super) fn doors(&self, listen: std::net::SocketAddr) -> Result<Vec<String>, FleetError> {
         if !listen.ip().is_unspecified() {
             return Ok(vec![listen.to_string()]);
@@ -348,13 +349,13 @@ impl Organisation {
     }
 }
 
-/// The hosts by which others reach this machine; where it has no such name, by which itself does.
+/// The hosts by which others reach this machine; loopback names if there are none.
 fn abroad(hosts: &[String]) -> Vec<String> {
     let far: Vec<_> = hosts.iter().filter(|host| !HERE.contains(&host.as_str())).cloned().collect();
     if far.is_empty() { hosts.to_vec() } else { far }
 }
 
-/// The host names and addresses for which a router at these addresses needs its certificate: theirs, and those of this machine alone.
+/// The hosts for the certificate of a router at these addresses: theirs, and the loopback names.
 fn hosts_of(routers: &[String]) -> Result<Vec<String>, FleetError> {
     let mut hosts = HERE.map(str::to_owned).to_vec();
     for router in routers {

@@ -1,4 +1,5 @@
-//! Certificates at work: who is let in, who may say what, how an aircraft gets in, and what is told to whom it is not so.
+//! Certificates at work: who is let in, who may say what, how an aircraft gets in, and what is told to whom it is not
+//! so.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -12,7 +13,7 @@ use zenoh::sample::SampleKind;
 use super::door::{self, Door};
 use super::endpoint::Endpoint;
 use super::membership::{Membership, join, refusal, renew, standing, try_address};
-use super::network::{self, Heard, Part};
+use super::network::{self, Part, Replies};
 use super::organisation::Organisation;
 use super::tls::{self, Known};
 use super::unix_now;
@@ -149,9 +150,9 @@ async fn speaks_for_itself_alone(way: &str) {
             network::reply(query, order.clone(), vec![vec![2]]);
         });
         let () = answered;
-        assert!(matches!(&asked, Heard::Answers(answers) if *answers == [vec![2]]), "{asked:?}");
+        assert!(matches!(&asked, Replies::Answers(answers) if *answers == [vec![2]]), "{asked:?}");
         let asked = network::ask(session, &key_of(&org, &other, Kind::Order), vec![1], wait).await;
-        assert!(matches!(asked, Heard::Nobody), "{asked:?}");
+        assert!(matches!(asked, Replies::Nobody), "{asked:?}");
     }
     assert!(spoofed.try_recv().is_ok_and(|query| query.is_none()));
     // Its way to the router it may measure.
@@ -159,7 +160,7 @@ async fn speaks_for_itself_alone(way: &str) {
     let (asked, ()) = tokio::join!(network::ask(&board, &echo_at, vec![], wait), async {
         network::reply(echoes.recv_async().await.expect("a probe"), echo_at.clone(), vec![vec![]]);
     });
-    assert!(matches!(asked, Heard::Answers(_)), "{asked:?}");
+    assert!(matches!(asked, Replies::Answers(_)), "{asked:?}");
     // Nor does it hear what others say, or where they are.
     drop((spoofed, spoofed_token));
     let listens = board.declare_subscriber("vencejo/1/acme/plane8/**").await.expect("declared");
@@ -170,7 +171,7 @@ async fn speaks_for_itself_alone(way: &str) {
     let (asked, ()) = tokio::join!(network::ask(&router, &order, vec![1], wait), async {
         network::reply(orders.recv_async().await.expect("an order"), order.clone(), vec![vec![2]]);
     });
-    assert!(matches!(asked, Heard::Answers(_)), "what was told before has passed");
+    assert!(matches!(asked, Replies::Answers(_)), "what was told before has passed");
     assert!(listens.try_recv().is_ok_and(|sample| sample.is_none()));
     for session in [board, station, router] {
         session.close().await.expect("closed");

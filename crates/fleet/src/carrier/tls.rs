@@ -1,4 +1,4 @@
-//! TLS as it is spoken at the door, and its failures in plain words.
+//! TLS configurations of the door and its callers, and TLS errors in plain words.
 
 use std::io;
 use std::net::SocketAddr;
@@ -19,16 +19,16 @@ use rustls::{
 use crate::error::FleetError;
 use crate::papers::certificate::{Identity, day, der_of, sha256};
 
-/// By what the other end is known.
+/// How the other end is authenticated.
 #[derive(Debug, Clone)]
 pub(super) enum Known {
-    /// By the authority, whose certificate is at hand.
+    /// By the authority's certificate.
     Ca(String),
-    /// By the SHA-256 of the authority's certificate, which it shows.
+    /// By the SHA-256 of the authority's certificate, which the server sends.
     Fingerprint([u8; 32]),
 }
 
-/// Believes whoever shows a certificate of the authority with a fingerprint, for the name that was dialled.
+/// Trusts certificates of the authority with this fingerprint, for the name that was dialled.
 #[derive(Debug)]
 struct Pinned {
     fingerprint: [u8; 32],
@@ -45,7 +45,7 @@ impl ServerCertVerifier for Pinned {
         now: UnixTime,
     ) -> Result<ServerCertVerified, rustls::Error> {
         let authority = intermediates.iter().find(|certificate| sha256(certificate) == self.fingerprint);
-        // What those of others fail with is said of them; this is the one that means somebody else.
+        // This error means another authority; other errors are passed on.
         let authority = authority.ok_or(CertificateError::ApplicationVerificationFailure)?;
         let mut roots = RootCertStore::empty();
         roots.add(authority.clone().into_owned())?;
@@ -97,16 +97,16 @@ fn roots(ca: &str) -> Result<Arc<RootCertStore>, FleetError> {
 }
 
 fn key_of(identity: &Identity) -> Result<PrivateKeyDer<'static>, FleetError> {
-    // Nothing of a key is shown.
+    // The error must not show the key.
     PrivateKeyDer::from_pem_slice(identity.key.as_bytes()).map_err(|_| unusable("the key", "it cannot be read"))
 }
 
-/// Whether there is a private key in an identity: not that it is the one of its certificate.
+/// Whether an identity has a private key; not whether it matches its certificate.
 pub(super) fn has_key(identity: &Identity) -> bool {
     key_of(identity).is_ok()
 }
 
-/// As [`client`], but whoever answers is another's: to see whether somebody speaks TLS at all.
+/// A client that trusts no one: to find out whether the other end speaks TLS at all.
 pub(super) fn stranger() -> Result<Arc<ClientConfig>, FleetError> {
     let builder = ClientConfig::builder_with_provider(ring::default_provider().into())
         .with_protocol_versions(&[&TLS13])
@@ -114,7 +114,7 @@ pub(super) fn stranger() -> Result<Arc<ClientConfig>, FleetError> {
     Ok(builder.with_root_certificates(RootCertStore::empty()).with_no_client_auth().into())
 }
 
-/// How a door is asked, or a router tried; with a certificate, or without where there is none yet.
+/// The client configuration for doors and routers, with or without a certificate.
 pub(super) fn client(known: Known, identity: Option<&Identity>) -> Result<Arc<ClientConfig>, FleetError> {
     let provider = Arc::new(ring::default_provider());
     let builder = ClientConfig::builder_with_provider(provider.clone())
@@ -134,14 +134,14 @@ pub(super) fn client(known: Known, identity: Option<&Identity>) -> Result<Arc<Cl
     }))
 }
 
-/// How the door answers: to whoever comes, and knowing who has a certificate of the authority.
+/// The server configuration of the door: client certificates are optional and verified.
 pub(super) fn server(identity: &Identity) -> Result<Arc<ServerConfig>, FleetError> {
     let provider = Arc::new(ring::default_provider());
     let verifier = WebPkiClientVerifier::builder_with_provider(roots(&identity.ca)?, provider.clone())
         .allow_unauthenticated()
         .build()
         .map_err(|error| unusable("the authority's certificate", error))?;
-    // The authority's own certificate goes along: by its fingerprint those know it who have nothing else yet.
+    // The authority's own certificate is included: new members know its fingerprint only.
     let chain = vec![der_of(&identity.certificate)?, der_of(&identity.ca)?];
     let config = ServerConfig::builder_with_provider(provider)
         .with_protocol_versions(&[&TLS13])
@@ -152,38 +152,38 @@ pub(super) fn server(identity: &Identity) -> Result<Arc<ServerConfig>, FleetErro
     Ok(Arc::new(config))
 }
 
-/// Why somebody is not reached over TLS, or not believed.
+/// Why a TLS peer is not reached or not trusted.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Fault {
     /// Its name has no address here.
     NoAddress,
-    /// Nobody listens there.
+    /// The connection was refused.
     NobodyListens,
-    /// Nobody answers.
+    /// No answer.
     Silent,
-    /// Nobody answers over UDP, where nobody refuses either.
+    /// No answer over UDP, where nothing is refused either.
     SilentUdp,
     /// The same at this address, the first of several of a name.
     SilentUdpAt(SocketAddr),
     /// It ends the connection without a reason.
     HangsUp,
-    /// It says something else than TLS.
+    /// It does not speak TLS.
     NoTls,
     /// Its authority is not the one with our fingerprint.
     Stranger,
-    /// Its certificate has ended.
+    /// Its certificate has expired.
     Ended,
-    /// Its certificate is not good yet.
+    /// Its certificate is not valid yet.
     NotYet,
     /// Its certificate is not for the name that was dialled.
     OtherName,
     /// Its certificate is of another authority.
     OtherAuthority,
-    /// Its certificate is wrong in another way.
+    /// Its certificate is invalid for another reason.
     Certificate(String),
-    /// It says that our certificate has ended, or is not good yet.
+    /// It reports that our certificate has expired or is not valid yet.
     OursEnded,
-    /// It wants a certificate, and was shown none.
+    /// It requires a certificate, and got none.
     WantsOurs,
     /// It does not take our certificate.
     RefusesOurs,
@@ -193,17 +193,17 @@ pub(super) enum Fault {
     Other(String),
 }
 
-/// Who raised an alert.
+/// The side that raised an alert.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Side<'a> {
-    /// We did, of what the other end has shown; rustls says so of it.
+    /// Ours, about the other end; with the reason of rustls.
     Ours(&'a str),
-    /// The other end did, of what we have shown.
+    /// The other end, about us.
     Theirs,
 }
 
 impl Fault {
-    /// What an alert says.
+    /// The fault of an alert.
     pub(super) fn of_alert(alert: AlertDescription, side: Side<'_>) -> Self {
         match (side, alert) {
             (Side::Theirs, AlertDescription::CertificateExpired) => Self::OursEnded,
@@ -213,7 +213,7 @@ impl Fault {
                 AlertDescription::UnknownCA | AlertDescription::BadCertificate | AlertDescription::DecryptError,
             ) => Self::RefusesOurs,
             (Side::Theirs, other) => Self::Alert(format!("{other:?}")),
-            // One alert for both ends of the time.
+            // One alert for both ends of the validity.
             (Side::Ours(reason), AlertDescription::CertificateExpired) if reason.contains("not valid yet") => {
                 Self::NotYet
             }
@@ -253,13 +253,13 @@ impl From<&io::Error> for Fault {
     }
 }
 
-/// How a clock is told of that may be wrong.
+/// The time of our clock, which may be wrong.
 fn clock(now: u64) -> String {
     format!("the clock here says {}", day(now))
 }
 
 impl Fault {
-    /// What went wrong with whoever answers at `host`, wherever it is, where there is no more to say than that.
+    /// The fault of the peer at `host`, as text.
     pub(super) fn plainly(&self, host: &str, now: u64) -> String {
         match self {
             Self::NoAddress => format!("no address is known here for the name {host}"),
@@ -282,7 +282,7 @@ impl Fault {
         }
     }
 
-    /// The same of a ground station of a fleet, and what to do there.
+    /// The same for a ground station of a fleet, with the remedy.
     pub(super) fn in_a_fleet(&self, host: &str, now: u64) -> String {
         let plainly = self.plainly(host, now);
         match self {

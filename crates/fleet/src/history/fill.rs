@@ -1,7 +1,7 @@
 //! What a ground station lacks of one aircraft's history, and when it asks for it. No I/O; time comes in.
 //!
-//! One question at a time. A piece is as large as comes back soon, and after it the way is left alone for as long as the piece took:
-//! so orders keep their way. What the aircraft has no more is noted, and not asked for again.
+//! One question at a time. A piece is as large as comes back soon, and after it the way is left alone for as long as
+//! the piece took: so orders keep their way. What the aircraft has no more is noted, and not asked for again.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;

@@ -1,7 +1,8 @@
-//! The MCAP format (<https://mcap.dev/spec>), as far as our files need it: chunks without compression, with indexes and a summary.
+//! The MCAP format (<https://mcap.dev/spec>), as far as our files need it: chunks without compression, with indexes and
+//! a summary.
 //!
-//! Written by hand: Foxglove's crate brings thirteen others, and changes features of `syn` and `proc-macro2` that all macros are compiled
-//! with. Foxglove's own reader of Python holds it, in `tests/fleet`.
+//! Written by hand: Foxglove's crate brings thirteen others, and changes features of `syn` and `proc-macro2` that all
+//! macros are compiled with. Foxglove's own reader of Python holds it, in `tests/fleet`.
 
 use std::collections::BTreeMap;
 

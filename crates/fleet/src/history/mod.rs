@@ -1,7 +1,8 @@
 //! What an aircraft said and did, kept: on board, and on the ground, where what was not heard is fetched later.
 //!
-//! States, events and orders are numbered without holes within one boot of the station on board. So what is missing on the ground is
-//! known by numbers, whatever the clocks say, and the bytes that come later are those that would have come then.
+//! States, events and orders are numbered without holes within one boot of the station on board. So what is missing on
+//! the ground is known by numbers, whatever the clocks say, and the bytes that come later are those that would have
+//! come then.
 //!
 //! | module | owns |
 //! |---|---|

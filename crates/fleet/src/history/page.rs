@@ -61,7 +61,8 @@ impl PageReader {
         self.aircraft.as_deref()
     }
 
-    /// Takes in the file's bytes from [`at`](Self::at) on, and gives what they hold. What is not there as a whole is left for the next time.
+    /// Takes in the file's bytes from [`at`](Self::at) on, and gives what they hold. What is not there as a whole is
+    /// left for the next time.
     ///
     /// # Errors
     /// [`BadPage`].
@@ -171,16 +172,16 @@ mod tests {
     use super::super::pen::{About, Pen};
     use super::*;
     use crate::payload::Held;
-    use crate::speech::Speaker;
+    use crate::state_source::StateSource;
 
     fn states(count: u64) -> Vec<Record> {
         let plane = Address::new(7, 1);
-        let mut speaker = Speaker::new(5, plane, crate::seal::Seal::new(&[7; 32]));
+        let mut source = StateSource::new(5, plane, crate::stamp::Stamper::new(&[7; 32]));
         let state = |number: u64| {
             let now = MonoTime::from_millis(number * 100);
             let heartbeat = Message::Heartbeat(Heartbeat { custom_mode: number as u32, ..Heartbeat::default() });
-            speaker.on_frame(&heartbeat.encode(Header { sequence: 0, source: plane, version: MavVersion::V2 }), now);
-            let data = speaker.sample(Held::default(), now).encode_to_vec();
+            source.on_frame(&heartbeat.encode(Header { sequence: 0, source: plane, version: MavVersion::V2 }), now);
+            let data = source.sample(Held::default(), now).encode_to_vec();
             // A clock that was set back in the middle, as of a computer that has none of its own.
             let unix_ns = if number < 50 { 1_800_000_000_000_000_000 } else { 7 } + number;
             Record { stream: Stream::State, boot: 5, number, clock_ms: number * 100, unix_ns, data }

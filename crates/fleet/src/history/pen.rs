@@ -1,4 +1,5 @@
-//! Records as a file in the MCAP format, which Foxglove and others open without us: the descriptors of the payloads are in it.
+//! Records as a file in the MCAP format, which Foxglove and others open without us: the descriptors of the payloads are
+//! in it.
 //!
 //! Bytes come out in whole chunks, to be appended. A file without its end is read as far as it goes.
 

@@ -62,7 +62,8 @@ pub struct Record {
     pub number: u64,
     /// The clock on board, ms.
     pub clock_ms: u64,
-    /// UTC as it was estimated where it was written, ns since 1970. Of no use for any order: a computer without a clock begins in 1970.
+    /// UTC as it was estimated where it was written, ns since 1970. Of no use for any order: a computer without a clock
+    /// begins in 1970.
     pub unix_ns: u64,
     /// A [`State`](crate::payload::State), an [`Event`](crate::payload::Event) or an [`Audit`].
     pub data: Vec<u8>,

@@ -1,7 +1,8 @@
-//! Seeded lies: ground stations of all roles order, one of them is struck off the list, stations on board start again, and what carries all
-//! of it between them repeats, reorders, holds back, cuts short, changes, mixes, sends elsewhere and makes orders of its own, and tells the ground
-//! stations what it likes. Whatever it does: nothing is done that no trusted operator signed for this aircraft, this boot and this
-//! epoch, seconds ago; nothing is done twice; and nobody has control who does not want it.
+//! Seeded lies: ground stations of all roles order, one of them is struck off the list, stations on board start again,
+//! and what carries all of it between them repeats, reorders, holds back, cuts short, changes, mixes, sends elsewhere
+//! and makes orders of its own, and tells the ground stations what it likes. Whatever it does: nothing is done that no
+//! trusted operator signed for this aircraft, this boot and this epoch, seconds ago; nothing is done twice; and nobody
+//! has control who does not want it.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::sync::LazyLock;
@@ -16,9 +17,9 @@ use super::*;
 use crate::authority::{FRESH, LEASE};
 use crate::deed::{Deed, Nothing};
 use crate::payload::VERSION;
-use crate::seal::Seal;
 use crate::signature::Signer;
-use crate::speech::millis;
+use crate::stamp::Stamper;
+use crate::state_source::millis;
 
 /// Runs in the usual run and for each seed that `make soak` asks for.
 const USUAL: u64 = 500;
@@ -59,7 +60,7 @@ struct Plane {
 #[derive(Clone, Copy, Default)]
 struct Seen {
     boot: u64,
-    based_on: Picture,
+    based_on: StateStamp,
     epoch: u64,
 }
 
@@ -92,7 +93,7 @@ impl World {
         let now = MonoTime::from_millis(100_000);
         let mut plane = || Plane {
             trust: (0..4).map(|of| (key(of), ROLES[of])).collect(),
-            authority: Authority::new(rng.random(), now, Seal::new(&rng.random())),
+            authority: Authority::new(rng.random(), now, Stamper::new(&rng.random())),
             aboard: Aboard::default(),
             under_way: Vec::new(),
             done: BTreeSet::new(),
@@ -136,7 +137,7 @@ impl World {
         let plane = &mut self.planes[at];
         match self.rng.random_range(0..40) {
             0 => {
-                plane.authority = Authority::new(self.rng.random(), now, Seal::new(&self.rng.random()));
+                plane.authority = Authority::new(self.rng.random(), now, Stamper::new(&self.rng.random()));
                 plane.under_way.clear();
                 plane.signs.clear();
             }
@@ -163,7 +164,7 @@ impl World {
         let holds = plane.authority.lease().filter(|(holder, _)| *holder == key(station));
         let truth = Seen {
             boot: plane.authority.boot(),
-            based_on: plane.authority.picture(self.now),
+            based_on: plane.authority.stamp(self.now),
             epoch: holds.map_or(0, |(_, epoch)| epoch),
         };
         let told = match kind {
@@ -173,7 +174,7 @@ impl World {
             _ => {
                 let at = self.now + Duration::from_millis(self.rng.random_range(0..20_000));
                 let mark = if self.rng.random_bool(0.5) { truth.based_on.mark } else { self.rng.random() };
-                Seen { based_on: Picture { at, mark }, ..truth }
+                Seen { based_on: StateStamp { at, mark }, ..truth }
             }
         };
         if self.pictures.len() < 20 {

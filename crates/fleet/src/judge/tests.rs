@@ -11,8 +11,8 @@ use crate::deed::{
     AbortLanding, Altitude, Climb, Course, Deed, Int, Long, NewParam, Nothing, PlanClear, PlanPut, Reposition,
 };
 use crate::payload::VERSION;
-use crate::seal::Seal;
 use crate::signature::Signer;
+use crate::stamp::Stamper;
 
 const BOOT: u64 = 77;
 
@@ -60,7 +60,7 @@ impl Bench {
         let now = MonoTime::from_millis(100_000);
         Self {
             trust,
-            authority: Authority::new(BOOT, MonoTime::ZERO, Seal::new(&[7; 32])),
+            authority: Authority::new(BOOT, MonoTime::ZERO, Stamper::new(&[7; 32])),
             aboard: Aboard::default(),
             now,
             ids: 0,
@@ -78,7 +78,7 @@ impl Bench {
             id: self.ids.to_be_bytes().to_vec(),
             based_on_ms: 100_000,
             operator: "Ana".into(),
-            mark: self.authority.picture(self.now).mark,
+            mark: self.authority.stamp(self.now).mark,
             want: Some(want),
         }
     }
@@ -155,7 +155,8 @@ fn word(judged: &Judged) -> String {
     }
 }
 
-/// What each role may: to the left without control, to the right with it. Whoever is on no list may nothing, an observer never has control.
+/// What each role may: to the left without control, to the right with it. Whoever is on no list may nothing, an
+/// observer never has control.
 #[test]
 fn each_role_may_what_it_may_of_all_that_can_be_ordered() {
     // As it is written on the wire, so that none is forgotten.

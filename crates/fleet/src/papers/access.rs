@@ -1,8 +1,8 @@
 //! What each may say and hear at a router: Zenoh's access control, made from the list of who is enrolled.
 //!
-//! Nothing is allowed but what stands here, and every kind of message has to be named. Who somebody is, is the common name of its
-//! certificate. A router sees its neighbour, not the author: behind another router everything comes from that. So orders are signed,
-//! and this is the second fence.
+//! Nothing is allowed but what stands here, and every kind of message has to be named. Who somebody is, is the common
+//! name of its certificate. A router sees its neighbour, not the author: behind another router everything comes from
+//! that. So orders are signed, and this is the second fence.
 
 use serde_json::{Value, json};
 
@@ -41,7 +41,8 @@ pub fn control(org: &Name, admitted: &LetIn) -> Value {
     let of_stations = ["_stations-ask", "_stations-are-told", "_stations-answer", "_stations-are-asked"];
     let mut policies = vec![json!({"rules": of_stations, "subjects": ["_stations"]})];
     if !admitted.routers.is_empty() {
-        // What is said at one is heard at the other, whoever said it: of whom it comes, a router alone knows that has its link.
+        // What is said at one is heard at the other, whoever said it: of whom it comes, a router alone knows that has
+        // its link.
         let passes: Vec<_> = tells.iter().chain(&asks).copied().collect();
         for (id, flow) in [("_routers-bring", "ingress"), ("_routers-are-brought", "egress")] {
             rules.push(rule(id, flow, &all, &passes));

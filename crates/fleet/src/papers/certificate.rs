@@ -34,13 +34,14 @@ pub const RENEW_BEFORE_S: u64 = 30 * DAY_S;
 pub const WARN_BEFORE_S: u64 = 20 * DAY_S;
 /// How long before its making a certificate begins: a clock on board may be behind.
 const BACKDATED_S: u64 = DAY_S;
-/// The first moment that a clock may say: 2026. A computer that has none of its own begins in 1970, and what it signs then ends before today.
+/// The first moment that a clock may say: 2026. A computer that has none of its own begins in 1970, and what it signs
+/// then ends before today.
 const CLOCK_BEGINS: u64 = 1_767_225_600;
 /// Host names and addresses in one certificate at most.
 const MAX_NAMES: usize = 64;
 
-/// How the common name of a ground station's or a router's certificate begins. No aircraft can have such a name, and no public
-/// authority signs one: Zenoh believes those too, so that a router is asked for this besides.
+/// How the common name of a ground station's or a router's certificate begins. No aircraft can have such a name, and no
+/// public authority signs one: Zenoh believes those too, so that a router is asked for this besides.
 pub const STATION_PREFIX: &str = "_";
 
 /// A certificate, its key and the authority that both ends believe, as PEM. Its key shows nowhere.
@@ -78,7 +79,8 @@ pub struct Facts {
 }
 
 impl Facts {
-    /// Whether it is to be renewed: it ends soon, or was made by a clock that was ahead, so that nobody believes it yet.
+    /// Whether it is to be renewed: it ends soon, or was made by a clock that was ahead, so that nobody believes it
+    /// yet.
     pub fn is_due(&self, now: u64) -> bool {
         self.ends < now.saturating_add(RENEW_BEFORE_S) || self.begins > now
     }
@@ -296,8 +298,8 @@ impl Ca {
         self.certify(params, common_name, usages, key, now)
     }
 
-    /// A certificate for an aircraft or another ground station, for the key of its request (PKCS #10), which it has. Nothing else that
-    /// the request says counts.
+    /// A certificate for an aircraft or another ground station, for the key of its request (PKCS #10), which it has.
+    /// Nothing else that the request says counts.
     ///
     /// # Errors
     /// [`FleetError::Certificate`].

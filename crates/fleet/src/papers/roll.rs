@@ -1,5 +1,6 @@
-//! Who is enrolled in a fleet, aircraft and ground stations, who no longer is, and which tokens are out. The organisation's authority keeps
-//! it on the ground. Each is on it by the common name of its certificate, which for a ground station begins with `_`.
+//! Who is enrolled in a fleet, aircraft and ground stations, who no longer is, and which tokens are out. The
+//! organisation's authority keeps it on the ground. Each is on it by the common name of its certificate, which for a
+//! ground station begins with `_`.
 
 use core::net::IpAddr;
 use std::collections::{BTreeMap, VecDeque};
@@ -248,8 +249,8 @@ impl Roll {
         }
     }
 
-    /// Gives the lists their numbers, where they differ from those `before`. A clock's, so that a copy of the roll that is
-    /// put back years later goes on above all that were given out since.
+    /// Gives the lists their numbers, where they differ from those `before`. A clock's, so that a copy of the roll that
+    /// is put back years later goes on above all that were given out since.
     pub fn number_after(&mut self, before: &Self, org: &Name, now: u64) {
         if self.stations(org) != before.stations(org) {
             self.number = now.max(before.number + 1);
@@ -309,8 +310,8 @@ impl Roll {
         Ok(())
     }
 
-    /// Whose certificate a request with this secret and this key is for. From now on the token is this key's: whoever lost the answer
-    /// asks again with the same key, and nobody else can.
+    /// Whose certificate a request with this secret and this key is for. From now on the token is this key's: whoever
+    /// lost the answer asks again with the same key, and nobody else can.
     ///
     /// # Errors
     /// [`FleetError::Refused`].
@@ -339,7 +340,8 @@ impl Roll {
         Ok((out.name.clone(), out.role.map(|role| (role, out.routers.clone()))))
     }
 
-    /// Whether whoever shows a good certificate, of this key, gets another: one that was enrolled again, elsewhere, does not.
+    /// Whether whoever shows a good certificate, of this key, gets another: one that was enrolled again, elsewhere,
+    /// does not.
     ///
     /// # Errors
     /// [`FleetError::Refused`].
@@ -362,7 +364,8 @@ impl Roll {
             .insert(common_name.to_owned(), Entry { enrolled, ends, key: hex(key), before, revoked: None, post });
     }
 
-    /// Gives a ground station that has joined its role, and takes note of the key that it signs orders with, and of where it is a router.
+    /// Gives a ground station that has joined its role, and takes note of the key that it signs orders with, and of
+    /// where it is a router.
     ///
     /// # Errors
     /// [`FleetError::Refused`] for a key that is another's.

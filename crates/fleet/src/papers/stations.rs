@@ -1,7 +1,8 @@
-//! The list of a fleet's ground stations, their keys and roles, and where routers are: signed by the authority, and numbered.
+//! The list of a fleet's ground stations, their keys and roles, and where routers are: signed by the authority, and
+//! numbered.
 //!
-//! Every aircraft keeps the newest that it has seen, whoever brought it: who carries a list can neither make one nor change it, and an
-//! older one is never taken in place of a newer.
+//! Every aircraft keeps the newest that it has seen, whoever brought it: who carries a list can neither make one nor
+//! change it, and an older one is never taken in place of a newer.
 
 use std::collections::BTreeMap;
 
@@ -77,9 +78,11 @@ pub struct SignedStations {
     pub signature: Vec<u8>,
 }
 
-/// A list that the authority signs: what is signed holds for its kind alone, and only where it is of this version and organisation.
+/// A list that the authority signs: what is signed holds for its kind alone, and only where it is of this version and
+/// organisation.
 trait Kind: Message + Default {
-    /// Says what is signed, so that a signature of the authority for something else, such as a certificate, is none here.
+    /// Says what is signed, so that a signature of the authority for something else, such as a certificate, is none
+    /// here.
     const CONTEXT: &'static [u8];
     /// What it is called, and what makes it shorter.
     const NAME: &'static str;
@@ -126,8 +129,8 @@ fn read<T: Kind>(signed: &[u8], ca: &str, org: &str) -> Result<T, FleetError> {
     Ok(list)
 }
 
-/// The aircraft that routers let in: what a router that has not the authority makes its access control of. Signed and numbered as the
-/// list of stations is.
+/// The aircraft that routers let in: what a router that has not the authority makes its access control of. Signed and
+/// numbered as the list of stations is.
 #[derive(Clone, PartialEq, Message)]
 pub struct Admitted {
     /// [`VERSION`].

@@ -1,4 +1,5 @@
-//! The token that brings one aircraft or ground station into a fleet, as the text that a person copies: whom to ask, how to know them, and the secret.
+//! The token that brings one aircraft or ground station into a fleet, as the text that a person copies: whom to ask,
+//! how to know them, and the secret.
 
 use std::fmt;
 use std::str::FromStr;

@@ -1,5 +1,5 @@
-//! What is said at the door where aircraft and ground stations are enrolled and certificates renewed: one question and one answer, in Protocol Buffers,
-//! each with its length before it.
+//! What is said at the door where aircraft and ground stations are enrolled and certificates renewed: one question and
+//! one answer, in Protocol Buffers, each with its length before it.
 
 use prost::Message;
 
@@ -9,7 +9,8 @@ use crate::payload::VERSION;
 /// Bytes of either at most.
 pub const MAX_BYTES: usize = 16 * 1024;
 
-/// Why somebody gets nothing who would get something for a good request: so an aircraft asks, with none, whether it is known still.
+/// Why somebody gets nothing who would get something for a good request: so an aircraft asks, with none, whether it is
+/// known still.
 pub const BAD_REQUEST: &str = "the request is not good";
 
 /// Somebody asks for a certificate.

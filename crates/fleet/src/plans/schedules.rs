@@ -1,6 +1,7 @@
-//! Seeded schedules: two stations far away that send plans, over a network that loses, repeats, reorders, holds back and cuts, to a station on board
-//! that writes them item by item and starts again in between. Whatever comes of it: a plan is told as read only where it is whole, "done" is told
-//! only of the list that was sent, each is written at most once, and nobody replaces what he has not seen.
+//! Seeded schedules: two stations far away that send plans, over a network that loses, repeats, reorders, holds back
+//! and cuts, to a station on board that writes them item by item and starts again in between. Whatever comes of it: a
+//! plan is told as read only where it is whole, "done" is told only of the list that was sent, each is written at most
+//! once, and nobody replaces what he has not seen.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
@@ -12,10 +13,10 @@ use vencejo_proto::MonoTime;
 use super::*;
 use crate::authority::{Authority, Caller, Claim, Role, Verdict, Wish, answer};
 use crate::content::{Digest, PART_BYTES, Part, Shelf, Tray};
-use crate::errand::{Errand, Outcome, Step};
+use crate::delivery::{OrderDelivery, Outcome, Step};
 use crate::payload::{Answer, End};
-use crate::seal::{Picture, Seal};
 use crate::signature::PublicKey;
+use crate::stamp::{Stamper, StateStamp};
 
 /// Schedules in the usual run and for each seed that `make soak` asks for.
 const USUAL: u64 = 200;
@@ -41,16 +42,16 @@ enum Sent {
     /// What it wants, the list's name, and what its sender had seen.
     Put(usize, Claim, Digest, PlanTold),
     Answer(usize, Answer),
-    State(usize, u64, Picture, u32, Vec<PlanTold>),
+    State(usize, u64, StateStamp, u32, Vec<PlanTold>),
 }
 
 /// What a station far away is at.
 enum Doing {
     Nothing,
-    Asking(Errand, Claim, MonoTime),
+    Asking(OrderDelivery, Claim, MonoTime),
     /// The parts are on their way, then the order.
     Putting {
-        errand: Errand,
+        delivery: OrderDelivery,
         claim: Claim,
         list: Vec<u8>,
         seen: PlanTold,
@@ -60,7 +61,7 @@ enum Doing {
 
 struct Ground {
     caller: Caller,
-    seen: Option<(u64, Picture)>,
+    seen: Option<(u64, StateStamp)>,
     heard: PlansHeard,
     epoch: u64,
     doing: Doing,
@@ -117,7 +118,7 @@ impl World {
         };
         let vehicle = list_of(0);
         Self {
-            authority: Authority::new(rng.random(), MonoTime::ZERO, Seal::new(&[7; 32])),
+            authority: Authority::new(rng.random(), MonoTime::ZERO, Stamper::new(&[7; 32])),
             rng,
             now: MonoTime::from_millis(1_000),
             plans: Plans::default(),
@@ -164,7 +165,7 @@ impl World {
                 for station in 0..STATIONS {
                     let plans = if self.rng.random_bool(0.5) { self.plans.told().to_vec() } else { Vec::new() };
                     let boot = self.authority.boot();
-                    let picture = self.authority.picture(self.now);
+                    let picture = self.authority.stamp(self.now);
                     self.send(Sent::State(station, boot, picture, self.plans.version(), plans));
                 }
             }
@@ -190,7 +191,7 @@ impl World {
                 self.restarts += 1;
                 self.is_doubted |= self.writing.take().is_some();
                 (self.authority, self.plans) =
-                    (Authority::new(self.rng.random(), self.now, Seal::new(&[7; 32])), Plans::default());
+                    (Authority::new(self.rng.random(), self.now, Stamper::new(&[7; 32])), Plans::default());
                 (self.shelf, self.tray) = (Shelf::default(), Tray::default());
                 let why = if self.is_doubted { Unknown::TransferFailed } else { Unknown::NeverRead };
                 (self.state, self.read_at) = (PlanState::Unknown(why), self.now + Duration::from_secs(2));
@@ -305,13 +306,13 @@ impl World {
         let ground = &mut self.grounds[station];
         let id = answer.id.as_slice().try_into().map_or(0, u128::from_be_bytes);
         match std::mem::replace(&mut ground.doing, Doing::Nothing) {
-            Doing::Asking(mut errand, claim, _) if claim.id == id => {
-                if let Step::End(Outcome::Answered(answer)) = errand.on_answer(answer, MonoTime::ZERO, self.now) {
+            Doing::Asking(mut delivery, claim, _) if claim.id == id => {
+                if let Step::End(Outcome::Answered(answer)) = delivery.on_answer(answer, MonoTime::ZERO, self.now) {
                     ground.epoch = if answer.end() == End::Granted { answer.epoch } else { 0 };
                 }
             }
-            Doing::Putting { mut errand, claim, list, .. } if claim.id == id => {
-                if let Step::End(Outcome::Answered(answer)) = errand.on_answer(answer, MonoTime::ZERO, self.now) {
+            Doing::Putting { mut delivery, claim, list, .. } if claim.id == id => {
+                if let Step::End(Outcome::Answered(answer)) = delivery.on_answer(answer, MonoTime::ZERO, self.now) {
                     match answer.end() {
                         End::Done => {
                             assert_eq!(
@@ -337,14 +338,14 @@ impl World {
     fn work(&mut self, station: usize) {
         let now = self.now;
         match std::mem::replace(&mut self.grounds[station].doing, Doing::Nothing) {
-            Doing::Asking(mut errand, claim, due) if due <= now => {
-                if let Step::Send { wait, .. } = errand.on_silence(now) {
-                    self.ask(station, errand, claim, wait);
+            Doing::Asking(mut delivery, claim, due) if due <= now => {
+                if let Step::Send { wait, .. } = delivery.on_silence(now) {
+                    self.ask(station, delivery, claim, wait);
                 }
             }
-            Doing::Putting { mut errand, claim, list, seen, due } if due <= now => {
-                if let Step::Send { wait, .. } = errand.on_silence(now) {
-                    self.put(station, errand, claim, list, seen, wait);
+            Doing::Putting { mut delivery, claim, list, seen, due } if due <= now => {
+                if let Step::Send { wait, .. } = delivery.on_silence(now) {
+                    self.put(station, delivery, claim, list, seen, wait);
                 }
             }
             Doing::Nothing => self.begin(station),
@@ -362,25 +363,33 @@ impl World {
         }
         self.next += 1;
         let claim = Claim { boot, epoch, id, based_on, wish };
-        let mut errand = Errand::new(Duration::from_secs(30), self.now);
-        let Step::Send { wait, .. } = errand.start() else { return };
+        let mut delivery = OrderDelivery::new(Duration::from_secs(30), self.now);
+        let Step::Send { wait, .. } = delivery.start() else { return };
         match wish {
-            Wish::Ask => self.ask(station, errand, claim, wait),
-            _ => self.put(station, errand, claim, list_of(u64::try_from(id).expect("small")), seen, wait),
+            Wish::Ask => self.ask(station, delivery, claim, wait),
+            _ => self.put(station, delivery, claim, list_of(u64::try_from(id).expect("small")), seen, wait),
         }
     }
 
-    fn ask(&mut self, station: usize, errand: Errand, claim: Claim, wait: Duration) {
-        self.grounds[station].doing = Doing::Asking(errand, claim, self.now + wait);
+    fn ask(&mut self, station: usize, delivery: OrderDelivery, claim: Claim, wait: Duration) {
+        self.grounds[station].doing = Doing::Asking(delivery, claim, self.now + wait);
         self.send(Sent::Put(station, claim, Digest([0; 32]), PlanTold::default()));
     }
 
-    fn put(&mut self, station: usize, errand: Errand, claim: Claim, list: Vec<u8>, seen: PlanTold, wait: Duration) {
+    fn put(
+        &mut self,
+        station: usize,
+        delivery: OrderDelivery,
+        claim: Claim,
+        list: Vec<u8>,
+        seen: PlanTold,
+        wait: Duration,
+    ) {
         for part in Part::all_of(&list) {
             self.send(Sent::Part(station, part));
         }
         self.send(Sent::Put(station, claim, Digest::of(&list), seen.clone()));
-        self.grounds[station].doing = Doing::Putting { errand, claim, list, seen, due: self.now + wait };
+        self.grounds[station].doing = Doing::Putting { delivery, claim, list, seen, due: self.now + wait };
     }
 }
 

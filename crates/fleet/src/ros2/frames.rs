@@ -1,4 +1,5 @@
-//! From MAVLink's axes to those of ROS (REP-103): local north-east-down to east-north-up, body forward-right-down to forward-left-up.
+//! From MAVLink's axes to those of ROS (REP-103): local north-east-down to east-north-up, body forward-right-down to
+//! forward-left-up.
 
 use vencejo_flight::geodesy::{GeoPoint, LocalFrame};
 use vencejo_flight::plan::Home;
@@ -16,8 +17,8 @@ pub fn enu([north, east, down]: [f64; 3]) -> Vector3 {
     Vector3 { x: east, y: north, z: -down }
 }
 
-/// ENU from FLU, as a unit quaternion. Roll is about forward in both; a nose that goes up turns about the right wing, so pitch
-/// changes its sign; yaw counts from east, counter-clockwise, in place of from north, clockwise.
+/// ENU from FLU, as a unit quaternion. Roll is about forward in both; a nose that goes up turns about the right wing,
+/// so pitch changes its sign; yaw counts from east, counter-clockwise, in place of from north, clockwise.
 pub fn orientation(attitude: &Attitude) -> Option<Quaternion> {
     let (roll, pitch) = (attitude.roll_rad?, -attitude.pitch_rad?);
     let yaw = std::f64::consts::FRAC_PI_2 - attitude.yaw_rad?;

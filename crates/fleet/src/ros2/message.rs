@@ -1,7 +1,9 @@
-//! The messages and services of ROS 2 that we speak: fields in the order of their definitions, and their type hashes (REP-2016).
+//! The messages and services of ROS 2 that we speak: fields in the order of their definitions, and their type hashes
+//! (REP-2016).
 //!
-//! Hashes are those of Humble's, Jazzy's and Kilted's definitions, which are the same; `tests/fleet/test_ros2.py` works each of them
-//! out anew with rosbags. Those of `mavros_msgs` and `geographic_msgs` come from their fields; constants and comments do not count.
+//! Hashes are those of Humble's, Jazzy's and Kilted's definitions, which are the same; `tests/fleet/test_ros2.py` works
+//! each of them out anew with rosbags. Those of `mavros_msgs` and `geographic_msgs` come from their fields; constants
+//! and comments do not count.
 
 use super::cdr::{BadCdr, Cdr, Reader, Writer};
 
@@ -151,7 +153,8 @@ structs! {
     VfrHud {
         header: Header, airspeed: f32, groundspeed: f32, heading: i16, throttle: f32, altitude: f32, climb: f32,
     }
-    /// `mavros_msgs/Waypoint`: an item of a mission as on the wire; degrees and m where it has a place, NaN for what is not set.
+    /// `mavros_msgs/Waypoint`: an item of a mission as on the wire; degrees and m where it has a place, NaN for what is
+    /// not set.
     Waypoint {
         frame: u8, command: u16, is_current: bool, autocontinue: bool, param1: f32, param2: f32, param3: f32, param4: f32,
         x_lat: f64, y_long: f64, z_alt: f64,
@@ -228,8 +231,8 @@ mod tests {
 
     use super::*;
 
-    /// Random bytes that are a message are the same message when they were written and read again; the others are refused, and nothing
-    /// falls over. How many there were that could be read.
+    /// Random bytes that are a message are the same message when they were written and read again; the others are
+    /// refused, and nothing falls over. How many there were that could be read.
     fn survives<T: Cdr>(random: &mut StdRng) -> u32 {
         let mut read = 0;
         for _ in 0..300 {

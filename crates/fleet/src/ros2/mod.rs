@@ -1,4 +1,5 @@
-//! A plane as ROS 2 sees it, without ROS: names, types and hashes, what its topics say, and how others are found. Without I/O.
+//! A plane as ROS 2 sees it, without ROS: names, types and hashes, what its topics say, and how others are found.
+//! Without I/O.
 //!
 //! | module | owns |
 //! |---|---|

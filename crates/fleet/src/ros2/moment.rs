@@ -36,7 +36,8 @@ pub fn time(utc_ns: i64) -> Time {
 }
 
 impl Moment<'_> {
-    /// What stands at the head of a message of that moment: when it was received, by this machine's clock, which ROS goes by.
+    /// What stands at the head of a message of that moment: when it was received, by this machine's clock, which ROS
+    /// goes by.
     pub(super) fn header(&self, at: MonoTime, frame: &str) -> Header {
         let age = i64::try_from(self.now.since(at).as_nanos()).unwrap_or(i64::MAX);
         Header { stamp: time(self.utc_ns.saturating_sub(age)), frame_id: self.frame(frame) }

@@ -42,7 +42,8 @@ impl FromStr for Names {
     }
 }
 
-/// Which namespace each plane has: a text in which `{name}` stands for the plane's name and `{system}` for the id by which the station knows it.
+/// Which namespace each plane has: a text in which `{name}` stands for the plane's name and `{system}` for the id by
+/// which the station knows it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Namespace(String);
 

@@ -1,5 +1,5 @@
-//! How ROS 2 finds each other on Zenoh (`rmw_zenoh_cpp`): keys of topics and services, liveliness tokens of nodes and what they have, and
-//! what comes along with each message.
+//! How ROS 2 finds each other on Zenoh (`rmw_zenoh_cpp`): keys of topics and services, liveliness tokens of nodes and
+//! what they have, and what comes along with each message.
 
 use std::fmt;
 

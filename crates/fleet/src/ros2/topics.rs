@@ -103,7 +103,7 @@ pub fn topics(names: Names) -> Vec<Topic> {
 }
 
 /// What of a plane was said, so that nothing is said twice, and nothing too often.
-pub struct Speaker {
+pub struct StateSource {
     topics: Vec<Topic>,
     said: Vec<Option<Said>>,
 }
@@ -121,7 +121,7 @@ struct Said {
     digest: u128,
 }
 
-impl Speaker {
+impl StateSource {
     /// Says these topics.
     pub fn new(topics: Vec<Topic>) -> Self {
         Self { said: vec![None; topics.len()], topics }
@@ -230,7 +230,8 @@ fn fix_covariance(gps: Option<&Gps>, known: u8) -> ([f64; 9], u8) {
     figures.map_or((UNKNOWN, 0), |(across, up)| ([across, 0.0, 0.0, 0.0, across, 0.0, 0.0, 0.0, up], known))
 }
 
-/// Height above the ellipsoid of where the autopilot believes to be: its own above the sea, and what the receiver has between the two.
+/// Height above the ellipsoid of where the autopilot believes to be: its own above the sea, and what the receiver has
+/// between the two.
 fn ellipsoid_m(moment: &Moment<'_>, alt_amsl_m: Option<f64>) -> f64 {
     let gps = moment.fresh(moment.telemetry.gps).map(|gps| gps.value);
     let geoid_m = gps.and_then(|gps| Some(gps.alt_ellipsoid_m? - gps.alt_amsl_m?));
@@ -407,7 +408,8 @@ fn transform(moment: &Moment<'_>) -> Option<(MonoTime, TFMessage)> {
     Some((at, TFMessage { transforms: vec![transform] }))
 }
 
-/// The places of the mission in order, from home; a height that is counted from the ground below is not known here: NaN.
+/// The places of the mission in order, from home; a height that is counted from the ground below is not known here:
+/// NaN.
 fn path(moment: &Moment<'_>) -> Option<(MonoTime, Path)> {
     moment.fresh(moment.telemetry.heartbeat)?;
     let (home, header) = (moment.home?, moment.header(moment.now, "map"));

@@ -120,7 +120,7 @@ fn a_height_is_above_the_ellipsoid_or_not_a_number() {
 fn nothing_is_said_that_is_not_known_or_old_or_was_said() {
     let empty = Telemetry::default();
     for names in [Names::Mavros, Names::ArduPilot] {
-        let mut speaker = Speaker::new(topics(names));
+        let mut source = StateSource::new(topics(names));
         assert_eq!(with(&empty, 0, |_| 0), 0);
         let place = Place::new(names, &Namespace::default(), None, 1);
         let moment = |now: u64, telemetry| Moment {
@@ -131,20 +131,20 @@ fn nothing_is_said_that_is_not_known_or_old_or_was_said() {
             home: None,
             mission: None,
         };
-        assert!(speaker.due(&moment(0, &empty)).is_empty());
+        assert!(source.due(&moment(0, &empty)).is_empty());
         let telemetry = plane();
-        let said = |speaker: &mut Speaker, now| {
-            let due = speaker.due(&moment(now, &telemetry));
-            due.into_iter().map(|(index, _)| speaker.topics()[index].name).collect::<Vec<_>>()
+        let said = |source: &mut StateSource, now| {
+            let due = source.due(&moment(now, &telemetry));
+            due.into_iter().map(|(index, _)| source.topics()[index].name).collect::<Vec<_>>()
         };
-        let first = said(&mut speaker, 1_000);
+        let first = said(&mut source, 1_000);
         assert!(first.iter().any(|name| name.contains("imu")), "{first:?}");
         assert!(
             !first.iter().any(|name| *name == "pose/filtered" || *name == "/tf" || *name == "local_position/pose"),
             "no home: {first:?}"
         );
-        assert!(said(&mut speaker, 2_000).is_empty(), "nothing is new");
-        let mut late = Speaker::new(topics(names));
+        assert!(said(&mut source, 2_000).is_empty(), "nothing is new");
+        let mut late = StateSource::new(topics(names));
         assert!(said(&mut late, 60_000).is_empty(), "too old");
     }
 }
@@ -154,8 +154,8 @@ fn nothing_is_said_that_is_not_known_or_old_or_was_said() {
 fn a_mission_is_said_when_it_changes_and_again() {
     let mut telemetry = plane();
     let place = Place::new(Names::Mavros, &Namespace::default(), Some("plane7"), 1);
-    let mut speaker = Speaker::new(topics(Names::Mavros));
-    let index = speaker.topics().iter().position(|topic| topic.name == "mission/waypoints").expect("a topic");
+    let mut source = StateSource::new(topics(Names::Mavros));
+    let index = source.topics().iter().position(|topic| topic.name == "mission/waypoints").expect("a topic");
     let mission = |alt_m: f64| Mission { home: Some(HOME), items: vec![MissionItem::waypoint(40.001, -3.0, alt_m)] };
     let mut said = |now: u64, mission: &Mission| {
         telemetry.heartbeat = heartbeat(now);
@@ -167,7 +167,7 @@ fn a_mission_is_said_when_it_changes_and_again() {
             home: Some(HOME),
             mission: Some(mission),
         };
-        let due = speaker.due(&moment).into_iter().find(|(due, _)| *due == index);
+        let due = source.due(&moment).into_iter().find(|(due, _)| *due == index);
         due.map(|(_, bytes)| WaypointList::from_bytes(&bytes).expect("a list").waypoints)
     };
     let first = said(1_000, &mission(80.0)).expect("it is new");

@@ -353,8 +353,7 @@ mod tests {
         link.close().await;
     }
 
-    // fault 8 (1 seeds): 100,000 pieces of noise and wrong checksums: same link, at least 28 of the next 40 frames
-    // heard (what is held up is one frame of 280 bytes), one source
+    // fault 8 (1 seeds): 100,000 pieces of noise and wrong checksums: same link, at least 28 of the next 40 frames heard (what is held up is one frame of 280 bytes), one source
     /// 100,000 pieces of noise change nothing but the garbage counters.
     #[tokio::test]
     async fn noise_changes_nothing() {

@@ -1,10 +1,10 @@
-//! Doing orders on board: begun, told of while they go on, answered at their end.
+//! Execution of orders on board: started, with progress reports, and answered at their end.
 
 use vencejo_station::RequestResult;
 use vencejo_vehicle::{Reply, Request, VehicleError};
 use zenoh::query::Query;
 
-use super::super::history::Told;
+use super::super::history::Entry;
 use super::work::UnderWay;
 use super::{Post, Reading};
 use crate::act;
@@ -13,7 +13,7 @@ use crate::judge::ToDo;
 use crate::payload::{self, MAX_MESSAGES};
 
 impl Post<'_> {
-    /// How far the orders have come that tell.
+    /// The progress of orders that report it.
     pub(super) fn progress(&self) -> Vec<payload::UnderWay> {
         let told = self.under_way.iter().filter_map(|(id, under_way)| {
             let progress = under_way.progress()?;
@@ -52,12 +52,12 @@ impl Post<'_> {
         let doing = slot.start(vehicle, request, confirmed);
         tokio::spawn(async move {
             let result = doing.await;
-            // Without a reader the session is at its end; whoever asked hears nothing, which is the truth.
+            // Without a receiver the session has ended, and the order stays unanswered.
             let _ = ended.send((claim, result)).await;
         });
     }
 
-    /// Its sender gives an order up. What others wait for as well goes on.
+    /// Cancels a recalled order, except a reading that others wait for too.
     pub(super) fn recall(&mut self, id: u128, authority: &mut Authority) {
         if let Some(reading) = self.reading.as_mut().filter(|reading| reading.claims.len() > 1)
             && let Some(index) = reading.claims.iter().position(|claim| claim.id == id)
@@ -77,7 +77,7 @@ impl Post<'_> {
                 self.holdings.on_params_read(params, self.station.now());
             }
         }
-        // What the autopilot said of it waits for the next tick; the next order may be here before.
+        // The autopilot's own message is processed at the next tick, maybe after the next order.
         if let Ok(Reply::Parameter(param)) = result {
             self.holdings.on_param_read(param);
         }
@@ -93,7 +93,7 @@ impl Post<'_> {
         let answer = self.holdings.complete(act::answer_of(claim, result), plan);
         authority.on_ended(claim.id, answer.clone(), self.station.now());
         if let Some((key, order)) = under_way.as_ref().map(|under_way| &under_way.order) {
-            self.keep(&Told::Order(&key.0, Some(order), &answer));
+            self.keep(&Entry::Order(&key.0, Some(order), &answer));
         }
         for query in under_way.into_iter().flat_map(|under_way| under_way.queries) {
             self.answer(query, &answer);

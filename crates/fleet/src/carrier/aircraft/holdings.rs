@@ -1,5 +1,5 @@
-//! What a station on board keeps for those far away: lists that arrive and that they ask for, what is known of the plans, and the parameters as
-//! they were read.
+//! What a station on board keeps for ground stations: lists received and offered, the state of the plans, and the
+//! parameters as they were read.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -21,18 +21,18 @@ use crate::plans::Plans;
 use crate::pull::PIECE_BYTES;
 use crate::signature::PublicKey;
 
-/// `PARAM_VALUE`: a parameter changed, or was asked for.
+/// `PARAM_VALUE`: a parameter was changed or requested.
 pub(super) const PARAM_VALUE: u32 = 22;
-/// Parameters that were read so long ago are read again for who asks: an autopilot does not tell all that it changes.
+/// Parameters read longer ago than this are read again: an autopilot does not report all changes.
 const READ_AGAIN: Duration = Duration::from_secs(600);
-/// Events of the vehicle that wait for a tick at most.
+/// Most events of the vehicle that wait for a tick.
 const WAITING: usize = 64;
 
 pub(super) struct Holdings {
     shelf: Shelf,
     tray: Tray,
     plans: Plans,
-    /// What was told of them last.
+    /// The plan states published last.
     told_version: u32,
     pacer: Pacer,
     params: Option<(Vec<Param>, MonoTime)>,
@@ -52,7 +52,7 @@ impl Holdings {
         }
     }
 
-    /// Looks at what has changed.
+    /// Updates it from the station.
     pub(super) fn look(&mut self, vehicle: &VehicleHandle) {
         while let Taken::Item(observed) = self.events.take_ready() {
             if observed.event == VehicleEvent::Rebooted {
@@ -71,7 +71,7 @@ impl Holdings {
         self.keep_told();
     }
 
-    /// What is told of by its name is there for whoever asks for it, however many lists have come since.
+    /// Keeps every list available whose name is published, however many lists have come since.
     fn keep_told(&mut self) {
         let lists = self.plans.told().iter().filter_map(|told| told.list.as_ref()?.name().ok());
         for (name, _) in lists {
@@ -79,7 +79,7 @@ impl Holdings {
         }
     }
 
-    /// The autopilot told a parameter: where it is another than what was read, nothing of that is believed any more.
+    /// A parameter of the autopilot: when it differs from what was read, the read list is discarded.
     pub(super) fn on_param(&mut self, frame: &Frame) {
         let Ok(Message::Dialect(MavMessage::PARAM_VALUE(told))) = frame.decode() else { return };
         let Some(name) = ParamName::from_field(&told.param_id) else { return };
@@ -101,13 +101,13 @@ impl Holdings {
         self.params = Some((params.to_vec(), now));
     }
 
-    /// The parameters as they were read, where that is good still.
+    /// The parameters as they were read, if still valid.
     pub(super) fn known_params(&self, now: MonoTime) -> Option<Reply> {
         let (params, at) = self.params.as_ref()?;
         (now.since(*at) < READ_AGAIN).then(|| Reply::Parameters(params.clone()))
     }
 
-    /// Says in a sample what is new of plans; in one for whoever has just come, everything.
+    /// Adds changed plans to a sample, and all plans to a complete state.
     pub(super) fn dress(&mut self, mut state: State, is_sample: bool) -> State {
         state.plans_version = self.plans.version();
         if !is_sample || self.told_version != self.plans.version() {
@@ -126,7 +126,7 @@ impl Holdings {
         Ok(())
     }
 
-    /// Puts the list into an order that has it by its name alone; whether it is there.
+    /// Fills the list into an order that has it by name only; whether it is there.
     pub(super) fn fill(&mut self, act: &mut Act) -> bool {
         let Some(Deed::PlanPut(put)) = &mut act.deed else { return true };
         let Some(list) = put.list.as_mut().filter(|list| list.here.is_empty()) else { return true };
@@ -146,7 +146,7 @@ impl Holdings {
         self.plans.admit(kind, revision)
     }
 
-    /// Makes an answer as short as an answer is: its list goes to the shelf.
+    /// Moves a long list of an answer to the shelf.
     pub(super) fn complete(&mut self, mut answer: Answer, kind: Option<PlanKind>) -> Answer {
         if let Some(content) = answer.outcome.as_mut().and_then(Outcome::content) {
             self.shelf.put(&content.here);
@@ -158,7 +158,7 @@ impl Holdings {
         answer
     }
 
-    /// Gives a piece of a list to whoever asks for it, when the uplink has room; nothing, where there is no such list.
+    /// Replies to a query for a piece of a list when the uplink has room; with nothing for an unknown list.
     pub(super) fn on_asked(&mut self, query: Query, key: String, station: &Station) {
         let parameters = query.parameters();
         let name = parameters.get("list").and_then(Digest::from_text);
@@ -173,7 +173,7 @@ impl Holdings {
         tokio::spawn(async move {
             tokio::time::sleep(wait).await;
             if let Err(error) = query.reply(key.clone(), piece).await {
-                // Whoever asked asks again.
+                // The ground station asks again.
                 tracing::debug!(%error, key, "not answered");
             }
         });

@@ -1,4 +1,4 @@
-//! Orders from far away: judged, and what follows from that.
+//! Orders from the network: judged, and the consequences.
 
 use std::sync::Arc;
 
@@ -6,7 +6,7 @@ use prost::Message;
 use vencejo_station::VehicleHandle;
 use zenoh::query::Query;
 
-use super::super::history::Told;
+use super::super::history::Entry;
 use super::super::network;
 use super::holdings::Holdings;
 use super::{AGAIN, Acting, Post};
@@ -19,7 +19,7 @@ use crate::payload::{Answer, BadPayload, Order, Want};
 use crate::signature::PublicKey;
 
 impl Post<'_> {
-    /// The list of ground stations has changed: whoever is not on it any more has no control from now on.
+    /// The list of ground stations has changed: stations that are not on it any more lose control.
     pub(super) fn on_trust(&mut self, authority: &mut Authority) {
         self.trust = self.trusted();
         tracing::info!(stations = self.trust.len(), "the ground stations whose orders count");
@@ -27,7 +27,7 @@ impl Post<'_> {
         self.keep_order(authority);
     }
 
-    /// Brings the station's own lease and heartbeat in step with the authority.
+    /// Synchronises the station's own lease and heartbeat with the authority.
     pub(super) fn keep_order(&mut self, authority: &mut Authority) {
         let now = self.station.now();
         let is_ours = self.acting.as_ref().is_some_and(|acting| acting.operator.has_control());
@@ -37,12 +37,12 @@ impl Post<'_> {
             Some((key, _)) if self.acting.as_ref().is_none_or(|acting| acting.key != key || acting.name != name) => {
                 let operator = Arc::new(self.station.enlist(&name).yielding());
                 operator.attach(now);
-                // The one before gives up first, also where something is done in its name still.
+                // The previous holder releases first, even if an order of it is still in progress.
                 if let Some(before) = self.acting.take() {
                     before.operator.release(now);
                 }
                 if operator.take(now).is_err() {
-                    // Somebody here was faster: the next tick says so.
+                    // An operator on board was faster: the next tick reports it.
                     tracing::debug!("control was taken on board");
                 }
                 self.acting = Some(Acting { key, name, operator });
@@ -50,20 +50,20 @@ impl Post<'_> {
             Some(_) => {}
             None => self.acting = None,
         }
-        // Who came for one act alone is not waited for: the failsafe would follow upon the act.
+        // Not for a caller of a single act: the failsafe would follow the act.
         self.station.set_heartbeat(authority.lease().is_some() || self.station.control().is_attended());
         for id in authority.take_recalled() {
             self.recall(id, authority);
         }
         for id in authority.take_fenced() {
-            // A plan that is being written is written to its end, unless its sender gives it up: half of it would be worse.
+            // A plan upload is completed unless its sender recalls it: half a plan would be worse.
             if let Some(under_way) = self.under_way.get(&id).filter(|under_way| !under_way.writes_plan()) {
                 under_way.cancel();
             }
         }
     }
 
-    /// An order came over the network: from anybody.
+    /// Processes an order from the network, whose sender is not authenticated yet.
     pub(super) fn on_order(&mut self, query: Query, authority: &mut Authority) {
         let to = Addressee {
             org: self.config.org.as_str(),
@@ -74,14 +74,14 @@ impl Post<'_> {
         let mut on_board = (&mut self.holdings, self.vehicle);
         let judged = judge(&network::bytes_of(query.payload()), &to, authority, &mut on_board, self.station.now());
         if !matches!(judged, Judged::OfStranger(..)) {
-            // Who has control now acts from now on, and nobody else.
+            // Control may have changed hands.
             self.keep_order(authority);
         }
         match judged {
             Judged::OfStranger(key, answer) => self.refuse(query, &key, &answer),
             Judged::OfList(answer) => self.answer(query, &answer),
             Judged::Ended((key, order), answer) => {
-                self.keep(&Told::Order(&key.0, Some(&order), &answer));
+                self.keep(&Entry::Order(&key.0, Some(&order), &answer));
                 self.answer(query, &answer);
             }
             Judged::UnderWay(id) => {
@@ -97,12 +97,12 @@ impl Post<'_> {
         }
     }
 
-    /// Refuses an order that anybody may have sent. Of such floods one a second is kept.
+    /// Refuses an unauthenticated order. Of a flood one a second is kept.
     fn refuse(&mut self, query: Query, key: &[u8], answer: &Answer) {
         let now = self.station.now();
         if now >= self.stranger_due {
             self.stranger_due = now + AGAIN;
-            self.keep(&Told::Order(&key[..key.len().min(32)], None, answer));
+            self.keep(&Entry::Order(&key[..key.len().min(32)], None, answer));
         }
         self.answer(query, answer);
     }
@@ -112,7 +112,7 @@ impl Post<'_> {
     }
 }
 
-/// What an order is about, for the log.
+/// An order in brief, for the log.
 fn brief(order: &Order) -> Option<String> {
     match &order.want {
         Some(Want::Act(act)) => Some(act::brief(act)),
@@ -130,7 +130,7 @@ impl OnBoard for (&mut Holdings, &VehicleHandle) {
     }
 
     fn admit(&mut self, act: &Act) -> Result<(), String> {
-        // What it is based on is looked at now: in the last tick it may have been another plan.
+        // The plan may have changed since the last tick.
         self.0.look(self.1);
         self.0.admit(act)
     }

@@ -1,4 +1,5 @@
-//! An aircraft's place in its fleet, kept new while it flies: its certificate, and the list of ground stations whose orders count.
+//! An aircraft's membership in its fleet, kept up to date in flight: its certificate, and the list of ground stations
+//! whose orders count.
 
 use std::path::PathBuf;
 use std::time::Duration;
@@ -9,25 +10,25 @@ use zenoh::Session;
 
 use super::super::door::blocking;
 use super::super::membership::{self, Membership};
-use super::super::network::{self, Heard};
+use super::super::network::{self, Replies};
 use super::super::unix_now;
 use crate::budget::ECHO_LOST;
 use crate::key::{Name, stations_key};
 
-/// How often it is looked whether the certificate is to be renewed.
+/// How often it is checked whether the certificate is to be renewed.
 const RENEW_EVERY: Duration = Duration::from_secs(3600);
-/// How long after a list was asked for in vain it is asked for again: who tells of a newer one may not have it.
+/// The pause after a vain request for a list: the station that reports a newer number may not have the list.
 const ASK_AGAIN: Duration = Duration::from_secs(5);
 
-/// What is new of an aircraft's place.
+/// An update of an aircraft's membership.
 pub(super) enum Renewed {
-    /// It has another certificate.
+    /// A new certificate.
     Certificate(Box<Membership>),
-    /// Somebody has a newer list of ground stations.
+    /// A newer list of ground stations.
     Stations(Vec<u8>),
 }
 
-/// Its place, with the file that has it, and when what is looked at next.
+/// Its membership, the file of it, and when to check next.
 pub(super) struct Place {
     pub member: Membership,
     file: PathBuf,
@@ -40,12 +41,12 @@ impl Place {
         Self { member, file, certificate_due: MonoTime::ZERO, stations_due: MonoTime::ZERO }
     }
 
-    /// Gets the next certificate, where it is time, aside.
+    /// Requests the next certificate in a task of its own, when it is due.
     pub(super) fn renew(&mut self, renewed: &mpsc::Sender<Renewed>, now: MonoTime) {
         if now < self.certificate_due {
             return;
         }
-        // From session to session: where the clock is far ahead, a new certificate is due as well.
+        // At each session: with a clock far ahead a new certificate is always due.
         self.certificate_due = now + RENEW_EVERY;
         if !self.member.facts().is_ok_and(|facts| facts.is_due(unix_now())) {
             return;
@@ -53,14 +54,14 @@ impl Place {
         let (member, file, renewed) = (self.member.clone(), self.file.clone(), renewed.clone());
         tokio::spawn(async move {
             match membership::renew(&member, &file).await {
-                // Without a reader the session is at its end; the next one begins with what it has, and asks again.
+                // Without a receiver the session has ended; the next one begins with what it has, and asks again.
                 Ok(member) => drop(renewed.send(Renewed::Certificate(Box::new(member))).await),
                 Err(error) => tracing::warn!(%error, "the certificate was not renewed; it is tried again each hour"),
             }
         });
     }
 
-    /// A ground station has the list of this number: a newer one is asked for, aside.
+    /// A ground station has the list of this number: requests it in a task of its own when it is newer.
     pub(super) fn on_number(
         &mut self,
         number: u64,
@@ -82,7 +83,7 @@ impl Place {
         });
     }
 
-    /// Takes a list that somebody brought, and keeps it, where it is good and newer; whether it was.
+    /// Stores a received list if it is valid and newer; whether it was.
     pub(super) fn take(&mut self, list: Vec<u8>) -> bool {
         match self.member.take(&list) {
             Ok(true) => {}
@@ -92,11 +93,11 @@ impl Place {
                 return false;
             }
         }
-        // The next may come at once.
+        // The next one may be requested at once.
         self.stations_due = MonoTime::ZERO;
         let file = self.file.clone();
         tokio::spawn(async move {
-            // What is not kept is asked for again after the next start.
+            // A list that is not stored is requested again after the next start.
             if let Err(error) = blocking(move || Membership::keep_stations(&file, &list)).await {
                 tracing::warn!(%error, "the list of ground stations was not kept");
             }
@@ -105,10 +106,10 @@ impl Place {
     }
 }
 
-/// The lists under a key that are newer than one of this number, of all who have one.
+/// Queries all stations for lists under a key that are newer than this number.
 pub(in super::super) async fn ask_list(session: &Session, key: &str, have: u64) -> Vec<Vec<u8>> {
     match network::ask(session, &format!("{key}?have={have}"), Vec::new(), ECHO_LOST).await {
-        Heard::Answers(lists) => lists,
-        Heard::Nobody | Heard::Silence => Vec::new(),
+        Replies::Answers(lists) => lists,
+        Replies::Nobody | Replies::Silence => Vec::new(),
     }
 }

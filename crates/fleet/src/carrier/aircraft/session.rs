@@ -1,4 +1,4 @@
-//! One session with a router: what an aircraft declares and tells there, and answers, until it ends.
+//! One session with a router: what an aircraft declares, publishes and answers, until it ends.
 
 use std::sync::PoisonError;
 use std::time::Duration;
@@ -14,28 +14,28 @@ use super::place::Renewed;
 use super::{AircraftStatus, Ended, Post, TICK};
 use crate::authority::Authority;
 use crate::budget::{Audience, Budget, ECHO_LOST};
-use crate::carrier::endpoint::{Endpoint, Way};
+use crate::carrier::endpoint::{Endpoint, Transport};
 use crate::carrier::history::Board;
 use crate::carrier::network;
 use crate::error::FleetError;
 use crate::key::{Kind, echo_key, key_of};
-use crate::speech::Speaker;
+use crate::state_source::StateSource;
 
-/// Echoes lost in a row after which a session is opened anew: one that looks alive may not be.
+/// Echoes lost in a row after which a session is reopened: one that looks alive may be dead.
 const DEAD_AFTER: u32 = 30;
-/// The same where there is another router to go to.
+/// The same when there are other routers.
 const DEAD_BESIDE_OTHERS: u32 = 8;
-/// How long Zenoh may take to be with a router again before another is dialled, where there is one.
+/// How long Zenoh may take to reconnect before another router is dialled.
 const GONE_BESIDE_OTHERS: Duration = Duration::from_secs(1);
-/// Echoes lost in a row after which it is told: a router that does not know an aircraft answers nothing.
+/// Echoes lost in a row after which it is reported: a router that does not know an aircraft does not answer.
 const TELL_AFTER: u32 = 3;
 
 impl Post<'_> {
-    /// Until the station is closed, or the session is dead.
+    /// Serves until the station is closed or the session is dead.
     pub(super) async fn serve(
         &mut self,
         session: &Session,
-        speaker: &mut Speaker,
+        source: &mut StateSource,
         authority: &mut Authority,
         heard: &DropOldest<Received>,
         has_others: bool,
@@ -53,8 +53,8 @@ impl Post<'_> {
             None => None,
         };
         let _token = session.liveliness().declare_token(key(Kind::Alive)).await.map_err(declared)?;
-        // For whether anybody hears it. A router whose access control does not let it say so is believed only when no ground station
-        // answers the echo either.
+        // Reports whether there are subscribers. A router whose access control does not allow that is believed only
+        // when no ground station answers echoes either.
         let voice = session.declare_publisher(state_key.clone()).await.map_err(declared)?;
         let hearers = voice.matching_listener().await.map_err(declared)?;
         let mut has_hearers = voice.matching_status().await.map_err(declared)?.matching();
@@ -70,7 +70,7 @@ impl Post<'_> {
             tokio::select! {
                 _ = tick.tick() => {
                     let now = self.station.now();
-                    for event in self.listen(speaker, heard) {
+                    for event in self.listen(source, heard) {
                         network::tell(session, &event_key, &event, Priority::InteractiveHigh).await;
                     }
                     if self.station.is_closed() {
@@ -90,16 +90,16 @@ impl Post<'_> {
                         None => Audience::Nobody,
                     };
                     if now >= sample_due {
-                        let state = self.sample(speaker, authority);
+                        let state = self.sample(source, authority);
                         budget.on_sample(state.encoded_len());
                         network::tell(session, &state_key, &state, Priority::Data).await;
                         sample_due = now + budget.interval(audience);
                     } else if lost >= TELL_AFTER || audience == Audience::Nobody {
-                        self.unheard(speaker, authority);
+                        self.unheard(source, authority);
                     }
                     if now >= echo_due {
                         echo_due = now + audience.echo_interval();
-                        let is_encrypted = self.router.as_ref().is_some_and(|router| router.way() != Way::Tcp);
+                        let is_encrypted = self.router.as_ref().is_some_and(|router| router.transport() != Transport::Tcp);
                         if is_encrypted && !network::is_with_station(session).await {
                             return Err(self.problem("who answers there now is no router of this fleet"));
                         }
@@ -131,20 +131,20 @@ impl Post<'_> {
                 Ok(status) = hearers.recv_async() => {
                     has_hearers = status.matching();
                     if has_hearers && lost >= TELL_AFTER {
-                        // Whoever has come is told at once, and echoes that nobody answered say nothing of the uplink.
+                        // New subscribers get a state at once, and unanswered echoes say nothing about the uplink.
                         (sample_due, echo_due) = (MonoTime::ZERO, MonoTime::ZERO);
                         budget = Budget::new(self.config.uplink_bit_s, self.station.now());
                     }
                 }
                 Ok(query) = orders.recv_async() => self.on_order(query, authority),
                 Ok(query) = states.recv_async() => {
-                    let state = speaker.everything(authority.held(), self.station.now());
+                    let state = source.everything(authority.held(), self.station.now());
                     let state = self.holdings.dress(state, false);
                     network::reply(query, state_key.clone(), vec![state.encode_to_vec()]);
                 }
                 Ok(query) = events.recv_async() => {
                     let from = query.parameters().get("from").and_then(|from| from.parse().ok()).unwrap_or(1);
-                    let kept = speaker.events_from(from).map(|event| event.encode_to_vec()).collect();
+                    let kept = source.events_from(from).map(|event| event.encode_to_vec()).collect();
                     network::reply(query, event_key.clone(), kept);
                 }
                 Ok(query) = lists.recv_async() => self.holdings.on_asked(query, list_key.clone(), self.station),
@@ -163,12 +163,12 @@ impl Post<'_> {
         }
     }
 
-    /// Measures the way to the router and back; ground stations tell the number of their list of each other with it.
+    /// Measures the round trip to the router; ground stations reply with the number of their list of ground stations.
     fn ask_echo(&self, session: &Session, echoed: mpsc::Sender<Option<Duration>>, numbered: mpsc::Sender<u64>) {
         let (session, key, station) = (session.clone(), echo_key(&self.config.org), self.station.clone());
         tokio::spawn(async move {
             let began = station.now();
-            // Too many are waiting only where nothing is read: the session is at its end.
+            // The channel is full only when the session has ended.
             let came = || {
                 let _ = echoed.try_send(Some(station.now().since(began)));
             };

@@ -1,4 +1,5 @@
-//! Lists and orders about them at a station on board, over real sessions: what arrives in parts, what is refused, what is given to who asks.
+//! Lists and orders about them at a station on board, over real sessions: what arrives in parts, what is refused, what
+//! is given to who asks.
 
 use std::time::Duration;
 
@@ -13,7 +14,7 @@ use vencejo_station::StationConfig;
 use zenoh::Session;
 
 use super::*;
-use crate::carrier::network::{Heard, Part as Place};
+use crate::carrier::network::{Part as Place, Replies};
 use crate::content::{Content, Part, pack_items};
 use crate::deed::{Act, Deed, Nothing, PlanPut};
 use crate::payload::{Answer, End, Order, Signed, State, VERSION, Want};
@@ -49,7 +50,7 @@ impl Bench {
         let signature = signer.sign(&order);
         let signed = Signed { key: signer.public().0.to_vec(), order, signature }.encode_to_vec();
         match network::ask(&self.session, "vencejo/1/acme/plane7/order", signed, WAIT).await {
-            Heard::Answers(answers) => Answer::read(&answers[0]).expect("an answer"),
+            Replies::Answers(answers) => Answer::read(&answers[0]).expect("an answer"),
             other => panic!("{other:?}"),
         }
     }
@@ -59,7 +60,7 @@ impl Bench {
         let looked = timeout(WAIT, async {
             loop {
                 let key = "vencejo/1/acme/plane7/state";
-                if let Heard::Answers(states) = network::ask(&self.session, key, Vec::new(), WAIT).await {
+                if let Replies::Answers(states) = network::ask(&self.session, key, Vec::new(), WAIT).await {
                     return State::read(&states[0]).expect("a state");
                 }
                 tokio::time::sleep(Duration::from_millis(20)).await;
@@ -71,7 +72,7 @@ impl Bench {
     async fn piece(&self, digest: &str) -> Vec<Vec<u8>> {
         let key = format!("vencejo/1/acme/plane7/list?list={digest};from=0");
         match network::ask(&self.session, &key, Vec::new(), WAIT).await {
-            Heard::Answers(answers) => answers,
+            Replies::Answers(answers) => answers,
             other => panic!("{other:?}"),
         }
     }
@@ -205,7 +206,8 @@ async fn beats(station: &Station) -> bool {
     peer.try_recv(&mut [0; 300]).is_ok()
 }
 
-/// An autopilot that has heard a ground station once waits for its next heartbeat: a failsafe would follow upon each act.
+/// An autopilot that has heard a ground station once waits for its next heartbeat: a failsafe would follow upon each
+/// act.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn the_autopilot_hears_a_station_while_somebody_stays_and_not_for_one_act() {
     let station = on_board().await;

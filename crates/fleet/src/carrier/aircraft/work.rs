@@ -1,4 +1,4 @@
-//! One order that is being done on board: who waits for its end, how far it has come, and how it is given up.
+//! An order in progress on board: the queries that wait for it, its progress, and its cancellation.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -19,7 +19,7 @@ pub(super) fn plan_of(request: &Request) -> Option<PlanKind> {
     }
 }
 
-/// An order that is being done.
+/// An order in progress.
 pub(super) struct UnderWay {
     slot: Slot,
     /// The plan that it is about.
@@ -27,7 +27,7 @@ pub(super) struct UnderWay {
     is_act: bool,
     /// The key of its sender, and the order itself.
     pub(super) order: (PublicKey, Order),
-    /// Who waits for its end.
+    /// The queries that wait for its end.
     pub(super) queries: Vec<Query>,
 }
 
@@ -41,7 +41,7 @@ impl UnderWay {
         self.slot.clone()
     }
 
-    /// It waits for the end of what was begun for another order.
+    /// Shares the request that was started for another order.
     pub(super) fn join(&mut self, slot: Slot) {
         self.slot = slot;
     }
@@ -50,19 +50,19 @@ impl UnderWay {
         self.plan.is_some() && self.is_act
     }
 
-    /// How far it has come; `None` before it tells.
+    /// Its progress; `None` before the first report.
     pub(super) fn progress(&self) -> Option<Progress> {
         let progress = self.slot.lock().pending.as_ref()?.progress();
         (progress.report > 0).then_some(progress)
     }
 
-    /// Gives it up; it still ends.
+    /// Cancels it; it still ends.
     pub(super) fn cancel(&self) {
         self.slot.cancel();
     }
 }
 
-/// Where the request is, once it has begun.
+/// The request, once it has started.
 #[derive(Clone, Default)]
 pub(super) struct Slot(Arc<Mutex<State>>);
 
@@ -89,12 +89,13 @@ impl Slot {
         }
     }
 
-    /// It is known already, if it is.
+    /// Ends it with a known reply, if there is one.
     pub(super) fn end_with(&self, known: Option<Reply>) {
         self.lock().known = known;
     }
 
-    /// Begins: at once, so that orders are done in the order in which they come; but a mission is checked before, which takes its time.
+    /// Starts it at once, so that orders are executed in the order in which they come; but a mission is checked before,
+    /// which takes time.
     pub(super) fn start(
         &self,
         vehicle: VehicleHandle,
@@ -136,7 +137,7 @@ impl Slot {
     }
 }
 
-/// The mission whose errors keep it from being sent.
+/// The mission to check before it is uploaded.
 fn mission_to_check(request: &Request) -> Option<Mission> {
     match request {
         Request::UploadPlan { kind: PlanKind::Mission, items, home, despite_findings: false } if !items.is_empty() => {
@@ -146,11 +147,11 @@ fn mission_to_check(request: &Request) -> Option<Mission> {
     }
 }
 
-/// Looks for what would make a mission fail, with what is known on board.
+/// Checks a mission with what is known on board.
 fn find_errors(vehicle: &VehicleHandle, mission: Mission) -> Result<(), StationError> {
     let Some(errors) = mission_errors(vehicle, mission) else { return Ok(()) };
     let why =
         format!("by what is known on board the mission has {errors}; nothing was sent: mend it, or send it unchecked");
-    // Told far away as what the station on board says.
+    // Reported on the ground as the refusal of the station on board.
     Err(StationError::RemoteRefused { name: vehicle.id().to_string(), why })
 }

@@ -1,4 +1,4 @@
-//! What an aircraft far away says, taken in and handed on to the station.
+//! The states and events of a remote aircraft, passed on to the station.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
@@ -7,20 +7,20 @@ use vencejo_proto::{Address, ComponentId, SystemId};
 use vencejo_vehicle::VehicleId;
 use zenoh::qos::Priority;
 
-use super::super::network::{self, Heard};
+use super::super::network::{self, Replies};
 use super::known::Known;
 use super::{FarAircraft, Fleet, READ_WITHIN};
 use crate::key::{Kind, Name, key_of};
 use crate::payload::{Event, State};
-use crate::speech::News;
+use crate::state_source::StateUpdate;
 
-/// The priority of events that were missed: behind orders and what is said now, before states.
+/// The priority of missed events: behind orders and new events, before states.
 const ASKED_AT: Priority = Priority::DataHigh;
-/// How long to wait before what is missing still is asked for again.
+/// The pause before what is still missing is requested again.
 const ASK_AGAIN: Duration = Duration::from_secs(1);
 
 impl FarAircraft {
-    /// Nothing is known of it yet.
+    /// An aircraft of which nothing is known yet.
     pub(super) fn new(name: Name, fleet: &Arc<Fleet>) -> Self {
         Self {
             name,
@@ -36,7 +36,7 @@ impl FarAircraft {
         self.known.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// A state came: told to all, or the answer to a question of ours, which is no sample of the series.
+    /// Processes a state: a published sample, or the reply to our query, which is not a sample of the series.
     pub(super) fn on_state(self: &Arc<Self>, bytes: &[u8], is_told: bool) {
         let Some(fleet) = self.fleet.upgrade() else { return };
         let state = match State::read(bytes) {
@@ -51,8 +51,8 @@ impl FarAircraft {
             let mut known = self.known();
             let listener = &mut known.listener;
             let news = if is_told { listener.on_state(&state, now) } else { listener.on_everything(&state, now) };
-            if listener.picture().is_none_or(|(boot, _)| boot != state.boot) {
-                // Of the program before, or of another computer.
+            if listener.stamp().is_none_or(|(boot, _)| boot != state.boot) {
+                // Of an earlier run, or of another computer.
                 drop(known);
                 return self.tell_rival(&fleet);
             }
@@ -68,7 +68,7 @@ impl FarAircraft {
         self.tell_rival(&fleet);
     }
 
-    /// Has the station show whether another computer speaks as this aircraft.
+    /// Has the station show whether another computer uses this aircraft's name.
     fn tell_rival(&self, fleet: &Fleet) {
         let (id, until) = {
             let mut known = self.known();
@@ -94,12 +94,12 @@ impl FarAircraft {
         self.tell(&fleet, news);
     }
 
-    /// Hands on to the station what is new, and fetches what was missed.
-    fn tell(self: &Arc<Self>, fleet: &Arc<Fleet>, news: News) {
+    /// Passes the news on to the station, and fetches what was missed.
+    fn tell(self: &Arc<Self>, fleet: &Arc<Fleet>, news: StateUpdate) {
         if let Some(id) = self.adopted(fleet)
             && !fleet.station.on_remote(id, &news.said)
         {
-            // It had made room for another; the next that it says has it taken on again.
+            // It had made room for another vehicle; its next state has it adopted again.
             self.known().id = None;
         }
         {
@@ -112,13 +112,14 @@ impl FarAircraft {
         let far = self.clone();
         tokio::spawn(async move {
             far.catch_up(news.missed_from).await;
-            // What is missing still is asked for when it says something next.
+            // What is still missing is requested with its next state.
             tokio::time::sleep(ASK_AGAIN).await;
             far.known().is_catching_up = false;
         });
     }
 
-    /// Asks for everything, where that is not known; and for the events from a number on, until none is missing or nothing comes.
+    /// Requests everything, if samples were lost; and the events from a number on, until none is missing or nothing
+    /// comes.
     async fn catch_up(self: &Arc<Self>, mut missing: Option<u64>) {
         let Some(fleet) = self.fleet.upgrade() else { return };
         let lacks_some = self.known().listener.lacks_some(fleet.station.now());
@@ -128,7 +129,7 @@ impl FarAircraft {
         while let Some(from) = missing {
             let key = format!("{}?from={from}", key_of(&fleet.org, &self.name, Kind::Event));
             let heard = network::ask_at(ASKED_AT, &fleet.session(), &key, Vec::new(), READ_WITHIN).await;
-            let Heard::Answers(events) = heard else { return };
+            let Replies::Answers(events) = heard else { return };
             let events = events.iter().filter_map(|bytes| Event::read(bytes).ok()).collect();
             let (id, said) = {
                 let mut known = self.known();
@@ -142,7 +143,7 @@ impl FarAircraft {
         }
     }
 
-    /// Its id in our station, which takes it on when it says something for the first time.
+    /// Its id in our station, which adopts it with its first state.
     fn adopted(self: &Arc<Self>, fleet: &Fleet) -> Option<VehicleId> {
         let (id, autopilot) = {
             let known = self.known();

@@ -1,4 +1,4 @@
-//! What is known on the ground of one aircraft far away.
+//! The state of one remote aircraft on the ground.
 
 use std::collections::BTreeMap;
 
@@ -10,46 +10,47 @@ use crate::authority::LEASE;
 use crate::payload::UnderWay;
 use crate::plans::{PlanTold, PlansHeard};
 use crate::signature::PublicKey;
-use crate::speech::Listener;
+use crate::state_source::Listener;
 
 #[derive(Default)]
 pub(super) struct Known {
     pub(super) listener: Listener,
     pub(super) is_present: bool,
-    /// Whether it is shown that another computer speaks as this aircraft.
+    /// Whether a rival is shown.
     pub(super) is_contested: bool,
-    /// Its id in our station, since it was taken on.
+    /// Its id in our station, since it was adopted.
     pub(super) id: Option<VehicleId>,
-    /// Its autopilot's own address, on board.
+    /// Its autopilot's MAVLink address, on board.
     pub(super) autopilot: Option<Address>,
-    /// The epoch in which we have control, by boot. One that is not followed may be again, when the other one was no restart.
+    /// The epoch in which we have control, by boot: a boot may be followed again when the newer one was not its
+    /// restart.
     pub(super) leases: BTreeMap<u64, u64>,
-    /// Whether its missed events are being asked for.
+    /// Whether missed events are being fetched.
     pub(super) is_catching_up: bool,
-    /// What it told of its plans, and what of that is shown here.
+    /// The plans that it published, and those that are shown here.
     pub(super) plans: PlansHeard,
     pub(super) plans_shown: [Option<PlanTold>; 3],
-    /// Whether plans are being asked for.
+    /// Whether plans are being fetched.
     pub(super) is_asking_plans: bool,
-    /// Orders on their way whose progress is told, by id.
+    /// Orders whose progress is reported, by id.
     pub(super) followed: BTreeMap<Vec<u8>, Followed>,
 }
 
-/// An order whose progress is told.
+/// An order whose progress is reported.
 pub(super) struct Followed {
     pub(super) telling: Telling,
-    /// When it was heard of last.
+    /// When its progress was heard last.
     pub(super) heard_at: MonoTime,
 }
 
 impl Known {
     /// The boot that is followed.
     fn boot(&self) -> Option<u64> {
-        self.listener.picture().map(|(boot, _)| boot)
+        self.listener.stamp().map(|(boot, _)| boot)
     }
 
-    /// The epoch in which we have control with this key, as far as is known: a grant and its key are shown together, so what shows that epoch
-    /// without our key, or a later one, is newer than the grant.
+    /// The epoch in which we have control with this key, as far as is known. A grant and its key are published
+    /// together, so a state with that epoch and another key, or with a later epoch, is newer than the grant.
     pub(super) fn epoch(&mut self, own: &PublicKey) -> Option<u64> {
         let (boot, held) = (self.boot()?, self.listener.held());
         let epoch = *self.leases.get(&boot)?;
@@ -60,29 +61,29 @@ impl Known {
         Some(epoch)
     }
 
-    /// Control ended that we had in this epoch of the boot that is followed.
+    /// Our control in this epoch of the followed boot has ended.
     pub(super) fn on_lost(&mut self, epoch: u64) {
         let boot = self.boot();
         self.leases.retain(|of, held| (Some(*of), *held) != (boot, epoch));
     }
 
-    /// Control of the boot that is followed is given up: the epoch in which we had it.
+    /// Removes our lease of the followed boot; returns its epoch.
     pub(super) fn give_up(&mut self) -> Option<u64> {
         self.leases.remove(&self.boot()?)
     }
 
-    /// Forgets the leases that ran out on board, unheard.
+    /// Forgets the leases that have expired on board.
     pub(super) fn forget_leases(&mut self, now: MonoTime) {
         let listener = &self.listener;
         self.leases.retain(|boot, _| listener.heard_at(*boot).is_some_and(|at| now.since(at) < LEASE));
     }
 
-    /// Whether who is shown to have control is us.
+    /// Whether the published holder is us.
     pub(super) fn is_ours(&mut self, own: &PublicKey) -> bool {
         self.epoch(own) == Some(self.listener.held().epoch)
     }
 
-    /// A state told how far orders have come.
+    /// Processes the progress of orders.
     pub(super) fn follow(&mut self, under_way: &[UnderWay], now: MonoTime) {
         for told in under_way {
             if let Some(followed) = self.followed.get_mut(&told.id) {

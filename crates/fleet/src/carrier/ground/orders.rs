@@ -1,4 +1,4 @@
-//! Orders of a ground station on their way to one aircraft: sent until they are answered or given up, followed, recalled.
+//! Orders of a ground station to one aircraft: delivered, followed, recalled.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -11,30 +11,30 @@ use vencejo_station::{Carried, FarHeld, Remote, RequestResult, StationError, Tel
 use vencejo_vehicle::modes::ModeFamily;
 use vencejo_vehicle::{Danger, PlanState, Reply, Request, VehicleError};
 
-use super::super::network::{self, Heard};
+use super::super::network::{self, Replies};
 use super::known::Followed;
 use super::{CONTROL_PATIENCE, FarAircraft, Fleet};
 use crate::act;
 use crate::authority::FRESH;
 use crate::content::{MAX_WITH_ORDER, Part, unpack_items, unpack_params};
 use crate::deed::{Act, Deed, Nothing};
-use crate::errand::{self, AGAIN_AFTER, Errand, Step};
+use crate::delivery::{self, AGAIN_AFTER, OrderDelivery, Step};
 use crate::key::{Kind, key_of};
 use crate::operator::random;
 use crate::outcome::{Outcome, PlanOutcome};
 use crate::payload::{Answer, BadPayload, End, Order, Signed, VERSION, Want};
-use crate::speech::millis;
+use crate::state_source::millis;
 
-/// How long an act may take before nobody waits for it any more.
+/// The timeout of an act.
 const ACT_PATIENCE: Duration = Duration::from_secs(20);
-/// The same of a transfer of which nothing is heard: as long as its answer is kept on board.
+/// The timeout of a transfer without progress: as long as its answer is kept on board.
 const TRANSFER_PATIENCE: Duration = Duration::from_secs(60);
-/// Parts of a list on their way at once.
+/// Parts of a list that are sent at once.
 const PARTS_AT_ONCE: usize = 3;
 
 type OrderId = [u8; 16];
 
-/// One order for which somebody waits: when he gives it up, so does the station on board.
+/// An order with a waiting caller: when the caller gives it up, it is recalled on board.
 struct Waited {
     far: Arc<FarAircraft>,
     id: OrderId,
@@ -53,12 +53,12 @@ impl Waited {
 impl Drop for Waited {
     fn drop(&mut self) {
         self.far.known().followed.remove(self.id.as_slice());
-        // A station that is closed is like a cut: what it ordered goes on.
+        // Closing the station is like a cut network: its orders go on.
         let is_open = self.far.fleet.upgrade().is_some_and(|fleet| !fleet.station.is_closed());
         if let (false, true, Ok(runtime)) = (self.has_ended, is_open, tokio::runtime::Handle::try_current()) {
             let (far, id, operator) = (self.far.clone(), self.id.to_vec(), self.operator.clone());
             runtime.spawn(async move {
-                // Unheard, it goes to its end.
+                // If this is lost, the order goes on to its end.
                 let _ = far.send(Want::Recall(id), &operator, 0, CONTROL_PATIENCE).await;
             });
         }
@@ -77,15 +77,15 @@ impl FarAircraft {
         random::<16>().map_err(|error| self.refused(&error.to_string()))
     }
 
-    /// Sends an order to the boot that is shown until it is answered or given up. Another computer of that name does not do it: the order
-    /// names the boot.
+    /// Delivers an order to the followed boot until it is answered or given up. Another computer of that name does not
+    /// execute it: the order names the boot.
     pub(super) async fn send(
         &self,
         want: Want,
         operator: &str,
         epoch: u64,
         patience: Duration,
-    ) -> Result<errand::Outcome, StationError> {
+    ) -> Result<delivery::Outcome, StationError> {
         self.send_as(self.new_id()?, want, operator, epoch, patience).await
     }
 
@@ -96,13 +96,13 @@ impl FarAircraft {
         operator: &str,
         epoch: u64,
         patience: Duration,
-    ) -> Result<errand::Outcome, StationError> {
+    ) -> Result<delivery::Outcome, StationError> {
         let fleet = self.fleet.upgrade().ok_or(StationError::Closed)?;
         let now = fleet.station.now();
         let (boot, based_on) = {
             let known = self.known();
             let age = known.listener.age(now);
-            let picture = known.listener.picture().filter(|_| age < FRESH);
+            let picture = known.listener.stamp().filter(|_| age < FRESH);
             picture.ok_or(StationError::Vehicle(VehicleError::NotHeard { age }))?
         };
         let order = Order {
@@ -121,13 +121,13 @@ impl FarAircraft {
         let signature = fleet.signer.sign(&order);
         let signed = Signed { key: fleet.signer.public().0.to_vec(), order, signature }.encode_to_vec();
         let key = key_of(&fleet.org, &self.name, Kind::Order);
-        let mut errand = Errand::new(patience, now);
-        let mut step = errand.start();
+        let mut delivery = OrderDelivery::new(patience, now);
+        let mut step = delivery.start();
         loop {
             let (after, wait) = match step {
                 Step::Send { after, wait } => (after, wait),
                 Step::End(outcome) => {
-                    if let errand::Outcome::Answered(answer) = &outcome
+                    if let delivery::Outcome::Answered(answer) = &outcome
                         && answer.end() == End::Granted
                     {
                         self.known().leases.insert(boot, answer.epoch);
@@ -142,32 +142,33 @@ impl FarAircraft {
             let heard_at = {
                 let known = self.known();
                 if let Some(followed) = known.followed.get(id.as_slice()) {
-                    errand.on_sign(followed.heard_at);
+                    delivery.on_sign(followed.heard_at);
                 }
                 known.listener.heard_at(boot).unwrap_or_default()
             };
             let answers = match heard {
-                Heard::Answers(answers) => answers,
-                // Where somebody was there when it was sent, it may have arrived, whatever the network says when it loses the way.
-                Heard::Nobody if was_present => {
+                Replies::Answers(answers) => answers,
+                // If the aircraft was present when it was sent, it may have arrived, whatever the network reports when
+                // it loses the route.
+                Replies::Nobody if was_present => {
                     tokio::time::sleep(AGAIN_AFTER).await;
-                    step = errand.on_silence(now);
+                    step = delivery.on_silence(now);
                     continue;
                 }
-                Heard::Nobody => {
-                    step = errand.on_nobody(now);
+                Replies::Nobody => {
+                    step = delivery.on_nobody(now);
                     continue;
                 }
-                Heard::Silence => {
-                    step = errand.on_silence(now);
+                Replies::Silence => {
+                    step = delivery.on_silence(now);
                     continue;
                 }
             };
             let read = answers.iter().filter_map(|bytes| Answer::read(bytes).ok());
-            // Where a program that goes and its successor are both there, the one that was meant knows.
+            // When an ending program and its successor both answer, the addressed one knows.
             step = match read.filter(|answer| answer.id == id).min_by_key(|answer| answer.boot_age_ms) {
-                Some(answer) => errand.on_answer(answer, heard_at, now),
-                None => errand.on_silence(now),
+                Some(answer) => delivery.on_answer(answer, heard_at, now),
+                None => delivery.on_silence(now),
             };
         }
     }
@@ -178,27 +179,27 @@ impl FarAircraft {
         self.known().epoch(&own)
     }
 
-    /// The epoch in which we have control; asks for it where we have not.
+    /// The epoch in which we have control; requests control if we have none.
     async fn control(&self, operator: &str) -> Result<u64, StationError> {
         let _one = self.asking.lock().await;
         if let Some(epoch) = self.epoch() {
             return Ok(epoch);
         }
         match self.send(Want::Ask(Nothing {}), operator, 0, CONTROL_PATIENCE).await? {
-            errand::Outcome::Answered(answer) if answer.end() == End::Granted => Ok(answer.epoch),
+            delivery::Outcome::Answered(answer) if answer.end() == End::Granted => Ok(answer.epoch),
             outcome => Err(self.not_done(outcome)),
         }
     }
 
-    /// Why something was not done that is no act, whatever became of it.
-    fn not_done(&self, outcome: errand::Outcome) -> StationError {
+    /// The error of an order for control or of a part of a list.
+    fn not_done(&self, outcome: delivery::Outcome) -> StationError {
         match outcome {
-            errand::Outcome::Answered(answer) if answer.boot_age_ms > 0 => self.refused(&answer.why),
-            errand::Outcome::Answered(answer) => match self.result_of(&answer, &Request::LoiterHere) {
+            delivery::Outcome::Answered(answer) if answer.boot_age_ms > 0 => self.refused(&answer.why),
+            delivery::Outcome::Answered(answer) => match self.result_of(&answer, &Request::LoiterHere) {
                 Err(error) => error,
                 Ok(_) => self.unreached(),
             },
-            errand::Outcome::Unreached | errand::Outcome::Unknown { .. } => self.unreached(),
+            delivery::Outcome::Unreached | delivery::Outcome::Unknown { .. } => self.unreached(),
         }
     }
 
@@ -239,16 +240,16 @@ impl FarAircraft {
             waited.has_ended = true;
             drop(waited);
             let answer = match outcome? {
-                errand::Outcome::Answered(answer) => answer,
-                errand::Outcome::Unreached => return Err(self.unreached()),
-                errand::Outcome::Unknown { attempts } => {
+                delivery::Outcome::Answered(answer) => answer,
+                delivery::Outcome::Unreached => return Err(self.unreached()),
+                delivery::Outcome::Unknown { attempts } => {
                     return Err(act::unknown_end(&request, self.address(), attempts, patience));
                 }
             };
             match answer.end() {
                 End::Held => {
                     self.known().on_lost(epoch);
-                    // The lease ran out, and nobody has taken it since.
+                    // The lease ran out, and is free.
                     if answer.holder.is_empty() && !std::mem::replace(&mut has_asked_again, true) {
                         continue;
                     }
@@ -260,7 +261,7 @@ impl FarAircraft {
                 _ => {}
             }
             if let Err(error) = self.result_of(&answer, &request) {
-                // What became of the plan is not in the answer: whoever tries again has to have seen it.
+                // The answer does not have the state of the plan, which must be known before the next attempt.
                 if let (true, Some(fleet)) = (is_transfer(&request), self.fleet.upgrade()) {
                     self.ask_everything(&fleet).await;
                 }
@@ -270,7 +271,7 @@ impl FarAircraft {
         }
     }
 
-    /// Fills in which plan an order is based on; the parts of its list, where that does not go with it.
+    /// Fills in the plan revision that an order is based on; returns the parts of its list if they are sent separately.
     async fn prepare(self: &Arc<Self>, act: &mut Act) -> Result<Vec<Part>, StationError> {
         let (kind, revision) = match &mut act.deed {
             Some(Deed::PlanPut(put)) => (put.kind, &mut put.revision),
@@ -291,7 +292,7 @@ impl FarAircraft {
         Ok(Part::all_of(&std::mem::take(&mut list.here)))
     }
 
-    /// Brings the parts of a list there.
+    /// Delivers the parts of a list.
     async fn deliver(self: &Arc<Self>, parts: Vec<Part>, operator: &str) -> Result<(), StationError> {
         let (mut parts, mut on_their_way) = (parts.into_iter(), JoinSet::new());
         loop {
@@ -304,7 +305,7 @@ impl FarAircraft {
             match on_their_way.join_next().await {
                 None => return Ok(()),
                 Some(Ok(outcome)) => match outcome? {
-                    errand::Outcome::Answered(answer) if answer.end() == End::Done => {}
+                    delivery::Outcome::Answered(answer) if answer.end() == End::Done => {}
                     outcome => return Err(self.not_done(outcome)),
                 },
                 Some(Err(_)) => return Err(StationError::Closed),
@@ -312,7 +313,7 @@ impl FarAircraft {
         }
     }
 
-    /// What an order yielded.
+    /// The reply of an answer.
     async fn reply(self: &Arc<Self>, request: Request, answer: Answer, telling: &Telling) -> RequestResult {
         let unreadable = |error: BadPayload| self.unreadable(&error);
         Ok(match answer.outcome {
@@ -344,7 +345,7 @@ impl FarAircraft {
         }
     }
 
-    /// A plan as the vehicle has it; shown here before whoever waits for it goes on.
+    /// A plan as the vehicle has it; shown here before the caller continues.
     async fn plan_reply(self: &Arc<Self>, request: Request, plan: PlanOutcome, telling: &Telling) -> RequestResult {
         let told = plan.told.ok_or_else(|| self.unreadable(&BadPayload::Field("told")))?;
         let (kind, state) = told.read().map_err(|error| self.unreadable(&error))?;
@@ -368,7 +369,7 @@ impl FarAircraft {
                 }
                 list
             }
-            // The vehicle has it, as it keeps it: that was compared on board.
+            // The vehicle has it: it was compared on board.
             (Err(_), Request::UploadPlan { items, home, .. }) => Mission { items, home },
             (Err(error), _) => return Err(error),
         };
@@ -378,7 +379,7 @@ impl FarAircraft {
     pub(super) async fn renew(&self) {
         let Some(epoch) = self.epoch() else { return };
         let renewed = self.send(Want::Renew(Nothing {}), "", epoch, Duration::ZERO).await;
-        if let Ok(errand::Outcome::Answered(answer)) = renewed
+        if let Ok(delivery::Outcome::Answered(answer)) = renewed
             && answer.end() == End::Held
         {
             self.known().on_lost(epoch);
@@ -387,13 +388,13 @@ impl FarAircraft {
 
     pub(super) async fn release(&self, patience: Duration) {
         let Some(epoch) = self.known().give_up() else { return };
-        // Unheard, it ends by itself.
+        // If this is lost, the lease expires by itself.
         let _ = self.send(Want::Release(Nothing {}), "", epoch, patience).await;
     }
 }
 
 impl Fleet {
-    /// Keeps the control that we have of aircraft, while an operator of ours is there; gives it up otherwise.
+    /// Renews control of aircraft while an operator is here; releases it otherwise.
     pub(super) fn renew(&self) {
         let is_manned = self.station.control().holder().is_some();
         let aircraft: Vec<_> = self.aircraft().values().filter(|far| !far.known().leases.is_empty()).cloned().collect();

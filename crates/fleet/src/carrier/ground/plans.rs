@@ -1,4 +1,4 @@
-//! The plans and lists of one aircraft, on the ground: shown as they are told, fetched when they are not here.
+//! The plans and lists of one aircraft, on the ground: shown as published, fetched when they are not cached.
 
 use std::sync::{Arc, PoisonError};
 use std::time::Duration;
@@ -9,27 +9,27 @@ use vencejo_station::{StationError, Telling};
 use vencejo_vehicle::{PlanState, Unknown};
 use zenoh::qos::Priority;
 
-use super::super::network::{self, Heard};
+use super::super::network::{self, Replies};
 use super::{FarAircraft, Fleet, READ_WITHIN};
 use crate::content::{Content, Digest, unpack_items};
-use crate::errand::AGAIN_AFTER;
+use crate::delivery::AGAIN_AFTER;
 use crate::key::{Kind, key_of};
 use crate::payload::BadPayload;
 use crate::plans::{self, PlanTold};
 use crate::pull::Pull;
 
-/// How long a list is waited for of which nothing comes.
+/// The timeout of a list without progress.
 const NOTHING_FOR: Duration = Duration::from_secs(30);
-/// How long to wait before a plan that could not be fetched is tried again.
+/// The pause before a plan that could not be fetched is fetched again.
 const FETCH_AGAIN: Duration = Duration::from_secs(5);
 
 impl FarAircraft {
-    /// A state told something of plans.
-    pub(super) fn on_plans(self: &Arc<Self>, fleet: &Arc<Fleet>, heard: plans::Heard) {
+    /// Processes the plans of a state.
+    pub(super) fn on_plans(self: &Arc<Self>, fleet: &Arc<Fleet>, heard: plans::Freshness) {
         match heard {
-            plans::Heard::Nothing => {}
-            plans::Heard::News => self.show_plans(fleet),
-            plans::Heard::Missed => {
+            plans::Freshness::Nothing => {}
+            plans::Freshness::News => self.show_plans(fleet),
+            plans::Freshness::Missed => {
                 if std::mem::replace(&mut self.known().is_asking_plans, true) {
                     return;
                 }
@@ -42,15 +42,15 @@ impl FarAircraft {
         }
     }
 
-    /// Asks for everything that it would say.
+    /// Requests a complete state.
     pub(super) async fn ask_everything(self: &Arc<Self>, fleet: &Fleet) {
         let key = key_of(&fleet.org, &self.name, Kind::State);
-        if let Heard::Answers(states) = network::ask(&fleet.session(), &key, Vec::new(), READ_WITHIN).await {
+        if let Replies::Answers(states) = network::ask(&fleet.session(), &key, Vec::new(), READ_WITHIN).await {
             states.iter().for_each(|state| self.on_state(state, false));
         }
     }
 
-    /// Shows what is known on board of the plans. What was read there is known here as soon as its list is here.
+    /// Shows the plan states of the station on board. A plan is known here as soon as its list is here.
     pub(super) fn show_plans(self: &Arc<Self>, fleet: &Arc<Fleet>) {
         if self.known().id.is_none() {
             return;
@@ -80,7 +80,7 @@ impl FarAircraft {
         }
     }
 
-    /// The list of a plan that was told, `None` where there is none; what is to be fetched where it is not here.
+    /// The list of a published plan, `None` for an empty plan; the content to fetch if it is not cached.
     fn list_here(&self, told: &PlanTold) -> Result<Option<Mission>, Content> {
         let Some(content) = &told.list else { return Ok(None) };
         let here = content.name().ok().and_then(|(name, _)| self.on_shelf(&name));
@@ -98,7 +98,7 @@ impl FarAircraft {
         }
     }
 
-    /// Fetches a plan while it is the one that is on board.
+    /// Fetches a plan while it is the current one.
     async fn fetch_plan(self: &Arc<Self>, fleet: &Arc<Fleet>, kind: PlanKind, wanted: &PlanTold, content: &Content) {
         loop {
             let fetched = self.fetch(content, None).await;
@@ -119,7 +119,7 @@ impl FarAircraft {
         }
     }
 
-    /// A list, from here or from there.
+    /// A list, cached or fetched.
     pub(super) async fn fetch(&self, content: &Content, telling: Option<&Telling>) -> Result<Arc<[u8]>, StationError> {
         let (name, length) = content.name().map_err(|error| self.unreadable(&error))?;
         if !content.here.is_empty() {
@@ -147,10 +147,10 @@ impl FarAircraft {
             let Some(Ok((offset, heard, took))) = asked.join_next().await else { return Err(StationError::Closed) };
             let now = fleet.station.now();
             match heard {
-                Heard::Answers(answers) if answers.iter().all(Vec::is_empty) => {
+                Replies::Answers(answers) if answers.iter().all(Vec::is_empty) => {
                     return Err(self.refused("the list is not on board any more; read it again"));
                 }
-                Heard::Answers(answers) => {
+                Replies::Answers(answers) => {
                     let mut answers = answers.iter();
                     if answers.any(|piece| pull.on_piece(offset, piece, took).is_ok()) {
                         heard_at = now;
@@ -160,7 +160,7 @@ impl FarAircraft {
                         }
                     }
                 }
-                Heard::Nobody | Heard::Silence => {
+                Replies::Nobody | Replies::Silence => {
                     pull.on_silence(offset);
                     tokio::time::sleep(AGAIN_AFTER).await;
                 }

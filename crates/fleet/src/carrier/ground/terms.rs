@@ -1,5 +1,4 @@
-//! How a ground station joins the network, and what is to hold there: where it dials, what it shows, whom it lets in, and the list of
-//! ground stations that it has.
+//! How a ground station joins the network: its addresses, certificate, access control, and list of ground stations.
 
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -19,44 +18,44 @@ use crate::error::FleetError;
 use crate::papers::certificate::Identity;
 use crate::signature::Signer;
 
-/// How often a certificate that is due is asked for.
+/// How often a due certificate is requested.
 const RENEW_EVERY: Duration = Duration::from_secs(3600);
 
-/// What a ground station has of its fleet.
+/// The standing of a ground station in its fleet.
 #[derive(Debug, Clone, Default)]
 pub enum Standing {
-    /// Nothing: it is in the clear.
+    /// None: unencrypted.
     #[default]
     Alone,
-    /// The authority.
+    /// It has the authority.
     Authority(Organisation),
-    /// A place, in a file, by a token of the one that has the authority.
+    /// A member, with its membership in a file, enrolled by the station that has the authority.
     Member(PathBuf),
 }
 
-/// How the network is joined, each time.
+/// How the network is joined.
 pub(super) struct Network {
-    /// Where it is a router, where it was told.
+    /// Its configured address as a router.
     pub listen: Option<Endpoint>,
-    /// The routers that it was told to dial: none for those of the list.
+    /// The configured routers to dial; empty for those of the list.
     pub dial: Vec<Endpoint>,
     pub standing: Standing,
-    /// When a certificate was asked for last.
+    /// When a certificate was requested last.
     asked: Mutex<Option<Instant>>,
 }
 
-/// What others are shown, and what a router lets them do: when it changes, the network is joined anew.
+/// Certificate and access control: when they change, the network is joined anew.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct Terms {
-    /// Where it is a router.
+    /// Its address as a router.
     pub listen: Option<Endpoint>,
-    /// The routers that it dials: the first that is there, or as a router all of them.
+    /// The routers that it dials: the first that is reachable, or as a router all of them.
     pub dial: Vec<Endpoint>,
     identity: Option<Identity>,
     access: Option<Value>,
 }
 
-/// A list of ground stations as it is signed, and its number.
+/// A signed list of ground stations and its number.
 pub(super) type List = Arc<(u64, Vec<u8>)>;
 
 impl Network {
@@ -64,7 +63,7 @@ impl Network {
         Self { listen, dial, standing, asked: Mutex::default() }
     }
 
-    /// What is to hold now; and the list of ground stations, where it is not the one of this number.
+    /// The current terms; and the list of ground stations, if its number differs.
     pub(super) async fn look(&self, have: u64) -> Result<(Terms, Option<List>), FleetError> {
         let (listen, dial) = (self.listen.clone(), self.dial.clone());
         match self.standing.clone() {
@@ -94,7 +93,7 @@ impl Network {
                         return Err(FleetError::NoCertificates(listen.to_string(), why.into()));
                     }
                     (Some(listen), Some(_)) => Some(listen),
-                    // At all addresses of this machine: by which of them others come is the network's affair.
+                    // On all addresses of this machine.
                     (None, serves) => serves.map(|serves| serves.at("0.0.0.0")),
                 };
                 let access = listen.is_some().then(|| member.access()).transpose()?;
@@ -107,7 +106,7 @@ impl Network {
         }
     }
 
-    /// A place with its next certificate, where it is time and somebody gives it.
+    /// The membership with its next certificate, if it is due and can be had.
     async fn renewed(&self, member: Membership, file: &std::path::Path) -> Membership {
         if !member.facts().is_ok_and(|facts| facts.is_due(unix_now())) {
             return member;
@@ -136,7 +135,7 @@ impl Network {
         }
     }
 
-    /// Opens the door, and takes note of where others find it and the router, and of our key.
+    /// Opens the door, and stores its address, the router's, and our key.
     pub(super) async fn open_door(
         &self,
         organisation: &Organisation,
@@ -161,7 +160,7 @@ impl Network {
         Ok((Door::open(listener, organisation.clone(), news.clone()), at.to_string()))
     }
 
-    /// Keeps newer lists, of ground stations and of aircraft, that somebody has, where they are a place's: the next look finds them.
+    /// Stores newer lists of ground stations and aircraft in the membership: the next look finds them.
     pub(super) async fn keep(&self, stations: Vec<Vec<u8>>, aircraft: Vec<Vec<u8>>) {
         let Standing::Member(file) = self.standing.clone() else { return };
         let kept = blocking(move || {
@@ -173,7 +172,7 @@ impl Network {
         }
     }
 
-    /// The list of aircraft that routers let in, signed, where there is a newer one than that of this number.
+    /// The signed list of aircraft that routers admit, if newer than this number.
     pub(super) async fn admitted(&self, have: u64) -> Option<Vec<u8>> {
         let standing = self.standing.clone();
         let found = blocking(move || match standing {
@@ -190,7 +189,7 @@ impl Network {
         })
     }
 
-    /// The number of the list of aircraft that is here.
+    /// The number of our list of aircraft.
     pub(super) async fn admitted_number(&self) -> u64 {
         let Standing::Member(file) = self.standing.clone() else { return 0 };
         let kept =

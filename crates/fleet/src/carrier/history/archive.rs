@@ -1,8 +1,8 @@
-//! The archive on the ground: what is heard of each aircraft goes to the disk, and what was not heard is fetched.
+//! The archive on the ground: what is heard of each aircraft is stored, and what was not heard is fetched.
 //!
-//! Beside the files of an aircraft stands `NAME.json`: which numbers they have, or had before they were deleted to make room, and which are
-//! not to be had. It is written behind the files, when they are on the disk, so that it never has what they have not. One thread writes the
-//! files of all aircraft.
+//! `NAME.json` beside the files of an aircraft has the record numbers that the files have, or had before they were
+//! deleted to make room, and those that are not available. It is written after the files are synced, so it never claims
+//! more than they have. One thread writes the files of all aircraft.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::io;
@@ -30,15 +30,15 @@ use crate::payload::{Event, State};
 
 mod note;
 
-/// How often it is looked whether something is to be asked.
+/// How often it is checked whether to request records.
 const TICK: Duration = Duration::from_millis(50);
-/// How often it is written down what the files have.
+/// How often the notes are written.
 const NOTE_EVERY: Duration = Duration::from_secs(5);
-/// Notes that are written each time at most; where there are more, they take turns.
+/// Most notes written each time; further ones take turns.
 const NOTES_AT_ONCE: usize = 64;
-/// Boots that are remembered of one aircraft; of more, those that it has itself.
+/// Most boots remembered of one aircraft, besides those that it has itself.
 const MAX_BOOTS: usize = 256;
-/// Aircraft in an archive at most.
+/// Most aircraft in an archive.
 const MAX_AIRCRAFT: usize = vencejo_vehicle::registry::MAX_FAR;
 
 /// What the files have as it is to be noted, when they have it.
@@ -57,7 +57,7 @@ fn merge(into: &mut Numbers, found: &Numbers) {
 }
 
 /// One aircraft.
-struct Kept {
+struct Inventory {
     fill: Fill,
     /// Begins with the first that is heard.
     line: Option<Line<Journal>>,
@@ -86,7 +86,7 @@ pub(in crate::carrier) struct Archive {
     clock: Arc<SystemClock>,
     /// `None`: it is closed.
     recorders: Mutex<Option<Recorders<Journal>>>,
-    aircraft: Mutex<BTreeMap<Name, Kept>>,
+    aircraft: Mutex<BTreeMap<Name, Inventory>>,
     /// The last aircraft whose note was written: others have their turn first.
     noted_last: Mutex<Option<Name>>,
     /// The first aircraft without a place is reported, once.
@@ -94,10 +94,10 @@ pub(in crate::carrier) struct Archive {
 }
 
 impl Archive {
-    /// Begins with what is noted. It blocks.
+    /// Opens an archive from its notes. It blocks.
     ///
     /// # Errors
-    /// When the system gives no thread.
+    /// When the thread cannot be started.
     pub(in crate::carrier) fn open(org: Name, config: HistoryConfig) -> io::Result<Self> {
         let clock = Arc::new(SystemClock::new());
         let recorders = Mutex::new(Some(Journal::recorders(&config, clock.clone())?));
@@ -114,7 +114,7 @@ impl Archive {
         for name in names.into_iter().take(MAX_AIRCRAFT) {
             let text = std::fs::read(archive.path(&name)).ok();
             let (numbers, unread) = text.and_then(|text| of_text(&text)).unwrap_or_default();
-            let kept = Kept { unread: Some(unread), ..Kept::of(numbers) };
+            let kept = Inventory { unread: Some(unread), ..Inventory::of(numbers) };
             archive.lock().insert(name, kept);
         }
         Ok(archive)
@@ -143,13 +143,14 @@ impl Archive {
         numbers
     }
 
-    /// Reads what the files have beyond the notes, one aircraft after the other: a program that was killed noted it no more.
+    /// Reads what the files have beyond the notes, one aircraft after the other: a program that was killed noted it no
+    /// more.
     async fn read_all(self: &Arc<Self>) {
         loop {
             let next = self.lock().iter().find_map(|(name, kept)| Some((name.clone(), kept.unread.clone()?)));
             let Some((name, unread)) = next else { return };
             let (archive, of) = (self.clone(), name.clone());
-            // A join error would be its panic, which has been reported already.
+            // A join error is a panic, which has been reported.
             let read = tokio::task::spawn_blocking(move || archive.read(&of, &unread)).await.unwrap_or_default();
             self.with(&name, |_, kept| {
                 kept.unread = None;
@@ -159,18 +160,18 @@ impl Archive {
         }
     }
 
-    fn lock(&self) -> MutexGuard<'_, BTreeMap<Name, Kept>> {
+    fn lock(&self) -> MutexGuard<'_, BTreeMap<Name, Inventory>> {
         self.aircraft.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Does something with an aircraft, which may be a new one.
-    fn with(&self, name: &Name, act: impl FnOnce(&Self, &mut Kept)) {
+    fn with(&self, name: &Name, act: impl FnOnce(&Self, &mut Inventory)) {
         let mut all = self.lock();
         if let Some(kept) = all.get_mut(name) {
             return act(self, kept);
         }
         if all.len() < MAX_AIRCRAFT {
-            act(self, all.entry(name.clone()).or_insert_with(|| Kept::of(Numbers::new())));
+            act(self, all.entry(name.clone()).or_insert_with(|| Inventory::of(Numbers::new())));
         } else {
             self.is_full.call_once(|| {
                 tracing::warn!("no history of {name} and those after it: it is kept of {MAX_AIRCRAFT} aircraft");
@@ -205,7 +206,7 @@ impl Archive {
         self.with(name, |_, kept| kept.fill.on_present(now));
     }
 
-    /// Asks the aircraft that are there for what is missing, and notes what there is; for ever.
+    /// Requests missing records from the aircraft that are present, and writes notes; for ever.
     pub(in crate::carrier) async fn fill(
         self: Arc<Self>,
         session: impl Fn() -> Session,
@@ -239,7 +240,7 @@ impl Archive {
             if now() >= note_due {
                 note_due = now() + NOTE_EVERY;
                 let archive = self.clone();
-                // A join error would be its panic, which has been reported already.
+                // A join error is a panic, which has been reported.
                 let _ = tokio::task::spawn_blocking(move || archive.note(NOTES_AT_ONCE)).await;
             }
         }
@@ -247,7 +248,7 @@ impl Archive {
 
     /// Those of whom something may be to be asked.
     fn due(&self, now: MonoTime) -> Vec<Name> {
-        let is_due = |(_, kept): &(&Name, &Kept)| kept.may_ask() && kept.fill.is_due(now);
+        let is_due = |(_, kept): &(&Name, &Inventory)| kept.may_ask() && kept.fill.is_due(now);
         self.lock().iter().filter(is_due).map(|(name, _)| name.clone()).collect()
     }
 
@@ -325,7 +326,7 @@ impl Archive {
     }
 }
 
-impl Kept {
+impl Inventory {
     fn of(numbers: Numbers) -> Self {
         Self {
             noted: numbers.clone(),
@@ -422,7 +423,7 @@ impl Kept {
     }
 }
 
-/// Asks an aircraft; `None`: silence, or nobody there.
+/// Queries an aircraft; `None` without an answer.
 async fn ask(session: &Session, org: &Name, name: &Name, question: &Question) -> Option<Vec<u8>> {
     let (kind, payload) = match question {
         Question::Index(nonce) => (Kind::HistoryIndex, IndexWanted { nonce: *nonce }.encode_to_vec()),

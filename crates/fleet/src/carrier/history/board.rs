@@ -1,4 +1,4 @@
-//! The history on board: what is told and ordered goes to the disk, and a ground station that lacks some of it gets it.
+//! The history on board: states, events and orders are stored, and ground stations fetch what they missed.
 
 use std::io;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -20,16 +20,16 @@ use crate::history::pen::About;
 use crate::history::record::{Audit, IndexWanted, MAX_PIECE_BYTES, Wanted};
 use crate::key::{Kind, Name, key_of};
 use crate::payload::{Answer, Event, Order, State, VERSION};
-use crate::speech::millis;
+use crate::state_source::millis;
 
-/// Of a known uplink a piece takes so much time at most, s.
+/// Most time that a piece may occupy a known uplink, s.
 const PIECE_S: f64 = 0.1;
 
-/// What is told or was ordered.
-pub(in crate::carrier) enum Told<'a> {
+/// An entry of the history.
+pub(in crate::carrier) enum Entry<'a> {
     State(&'a State),
     Event(&'a Event),
-    /// An order's sender, the order where it can be believed, and its answer.
+    /// An order's sender, the order if authenticated, and its answer.
     Order(&'a [u8], Option<&'a Order>, &'a Answer),
     /// A frame of the autopilot.
     Frame(&'a [u8]),
@@ -76,12 +76,12 @@ impl Board {
         })
     }
 
-    /// Writes something down; `now` is the station's time. Never waits.
-    pub(in crate::carrier) fn keep(&self, told: &Told<'_>, now: MonoTime) {
+    /// Stores an entry; `now` is the station's time. Never waits.
+    pub(in crate::carrier) fn keep(&self, told: &Entry<'_>, now: MonoTime) {
         let (stream, number, clock_ms, data) = match told {
-            Told::State(state) => (Some(Stream::State), state.sequence, state.clock_ms, state.encode_to_vec()),
-            Told::Event(event) => (Some(Stream::Event), event.number, event.clock_ms, event.encode_to_vec()),
-            Told::Order(key, order, answer) => {
+            Entry::State(state) => (Some(Stream::State), state.sequence, state.clock_ms, state.encode_to_vec()),
+            Entry::Event(event) => (Some(Stream::Event), event.number, event.clock_ms, event.encode_to_vec()),
+            Entry::Order(key, order, answer) => {
                 let number = self.audits.fetch_add(1, Ordering::Relaxed) + 1;
                 let (order, answer) = (order.cloned(), Some((*answer).clone()));
                 let clock_ms = millis(now.as_duration());
@@ -89,24 +89,24 @@ impl Board {
                     Audit { version: VERSION, boot: self.boot, number, clock_ms, key: key.to_vec(), order, answer };
                 (Some(Stream::Audit), number, clock_ms, audit.encode_to_vec())
             }
-            Told::Frame(frame) => (None, 0, millis(now.as_duration()), frame.to_vec()),
+            Entry::Frame(frame) => (None, 0, millis(now.as_duration()), frame.to_vec()),
         };
         self.handle.put(Item { at: self.clock.now(), unix_ns: None, stream, boot: self.boot, number, clock_ms, data });
     }
 
-    /// Why it is not written; `None` while it is.
+    /// Why nothing is written; `None` while it works.
     pub(in crate::carrier) fn problem(&self) -> Option<String> {
         self.recorder.status().state.problem().map(|problem| format!("its history is not written: {problem}"))
     }
 
-    /// Answers ground stations that lack some of it, until what is given back is dropped.
+    /// Answers requests of ground stations until the returned guard is dropped.
     pub(in crate::carrier) async fn answer(&self, session: &Session) -> Result<Answering, FleetError> {
         let [index_key, chunk_key] = self.keys.clone();
         let declared = network::failed;
         let indices = session.declare_queryable(index_key.clone()).complete(true).await.map_err(declared)?;
         let chunks = session.declare_queryable(chunk_key.clone()).complete(true).await.map_err(declared)?;
         let (shelf, boot, most) = (self.shelf.clone(), self.boot, self.piece_bytes);
-        // One after the other: nothing here is urgent.
+        // One after the other: none is urgent.
         Ok(Answering(tokio::spawn(async move {
             loop {
                 tokio::select! {
@@ -127,14 +127,14 @@ impl Board {
         })))
     }
 
-    /// Writes what waits and ends the file.
+    /// Writes what is queued and ends the file.
     pub(in crate::carrier) async fn close(self) {
-        // A join error would be its panic, which has been reported already.
+        // A join error is a panic, which has been reported.
         let _ = tokio::task::spawn_blocking(move || self.recorder.close()).await;
     }
 }
 
-/// Ground stations are answered while it is there.
+/// Ground stations are answered while this lives.
 pub(in crate::carrier) struct Answering(JoinHandle<()>);
 
 impl Drop for Answering {
@@ -156,9 +156,9 @@ async fn reply(
         Ok(Err(error)) => return tracing::warn!(%error, "the history cannot be read"),
         Err(_) => return,
     };
-    // With the question's own priority: the lowest.
+    // With the query's own priority: the lowest.
     if let Err(error) = query.reply(key, bytes).await {
-        // It is asked again.
+        // The ground station asks again.
         tracing::debug!(%error, key, "not answered");
     }
 }

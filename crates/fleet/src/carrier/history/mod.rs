@@ -1,7 +1,7 @@
 //! History on the disk and over the network: written on board, kept on the ground, fetched after a cut, and replayed.
 //!
-//! Files grow by the flight recorder's one mechanism: appended to, forced to the disk each second, within a quota, above a floor of free
-//! space; what they are, [`crate::history`] says.
+//! Files are written by the flight recorder: append-only, synced each second, within a quota, above a floor of free
+//! space. Their format is described in [`crate::history`].
 
 mod archive;
 mod board;
@@ -19,17 +19,17 @@ use vencejo_proto::MonoTime;
 use vencejo_store::{Class, Space};
 
 pub(super) use self::archive::Archive;
-pub(super) use self::board::{Board, Told};
+pub(super) use self::board::{Board, Entry};
 pub use self::replay::{Contents, Replay, ReplayStatus};
 use crate::history::pen::{About, Pen};
 use crate::history::{Record, Stream};
 
-/// A file has the records of an hour at most.
+/// A file has the records of at most an hour.
 const FILE_AGE: Duration = Duration::from_secs(3600);
-/// And is no larger than this.
+/// The largest file.
 const FILE_BYTES: u64 = 64 << 20;
-/// Records that wait for the disk on the ground: 6 s of a thousand aircraft that tell ten states a second, some 25 MB. What finds it full is
-/// fetched later.
+/// Most records queued for the disk on the ground: 6 s of a thousand aircraft with ten states a second, some 25 MB.
+/// Records beyond are fetched later.
 const QUEUE_ITEMS: usize = 65_536;
 
 /// Where a history is kept.
@@ -37,21 +37,21 @@ const QUEUE_ITEMS: usize = 65_536;
 pub struct HistoryConfig {
     /// The folder.
     pub folder: PathBuf,
-    /// What all its files may take together.
+    /// Quota of all its files.
     pub quota_bytes: u64,
     /// The disk's free space. History stops with video, before the flight recorder.
     pub space: Space,
-    /// Whether every frame of the autopilot is kept as well; on board only.
+    /// Whether all frames of the autopilot are stored too; on board only.
     pub with_frames: bool,
 }
 
-/// Something to be written.
+/// A record to be written.
 struct Item {
     /// When it came, by the recorder's clock.
     at: MonoTime,
-    /// UTC, where another clock than ours knows it.
+    /// UTC, if known by another clock than ours.
     unix_ns: Option<u64>,
-    /// `None`: a frame.
+    /// `None` for a frame.
     stream: Option<Stream>,
     boot: u64,
     number: u64,

@@ -1,4 +1,4 @@
-//! A history file as a flight: its states go to a station as those of an aircraft far away do, and orders are refused.
+//! Replay of a history file: its states go to a station like those of a remote aircraft, and orders are refused.
 
 use std::collections::BTreeMap;
 use std::io;
@@ -17,14 +17,14 @@ use vencejo_vehicle::{Danger, Request, VehicleId};
 use super::shelf::Shelf;
 use crate::history::{Ranges, Record, Stream};
 use crate::payload::{Event, State};
-use crate::speech::{Listener, News};
+use crate::state_source::{Listener, StateUpdate};
 
-/// Between two boots so much time passes here: nobody knows how much it was.
+/// The pause between two boots; the real one is unknown.
 const BETWEEN_BOOTS_MS: u64 = 1000;
-/// Between two rounds.
+/// The pause between two rounds.
 const REPEAT_PAUSE: Duration = Duration::from_millis(100);
 
-/// What is in a history file.
+/// The contents of a history file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Contents {
     /// The aircraft, where the file says it.
@@ -107,14 +107,14 @@ impl Contents {
     }
 }
 
-/// How a replay goes.
+/// The status of a replay.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ReplayStatus {
-    /// Its id in the station; `None` before it has said anything.
+    /// Its id in the station; `None` before its first state.
     pub id: Option<VehicleId>,
-    /// Where it is in the file.
+    /// Its position in the file.
     pub position: Duration,
-    /// How long the file is.
+    /// The duration of the file.
     pub duration: Duration,
     /// Whether it has come to the end.
     pub is_over: bool,
@@ -153,8 +153,8 @@ impl Remote for Shared {
 }
 
 impl Replay {
-    /// Plays a file into a station, as a vehicle of its own, from `start` on, `speed` times as fast as it was; again and again where it is to
-    /// `repeat`.
+    /// Plays a file into a station, as a vehicle of its own, from `start` on, `speed` times as fast as it was; again
+    /// and again where it is to `repeat`.
     ///
     /// # Errors
     /// When the file cannot be read, or holds nothing that can be seen.
@@ -186,12 +186,12 @@ impl Replay {
         Ok(Self { shared, seek, task: Mutex::new(Some(task)) })
     }
 
-    /// By which name its vehicle goes.
+    /// The name of its vehicle.
     pub fn name(&self) -> &str {
         &self.shared.name
     }
 
-    /// How it goes.
+    /// The status.
     pub fn status(&self) -> ReplayStatus {
         self.shared.status().clone()
     }
@@ -225,7 +225,7 @@ async fn play(
     mut sought: watch::Receiver<Duration>,
 ) {
     let mut id = None;
-    let mut show = |news: News| {
+    let mut show = |news: StateUpdate| {
         for _ in 0..2 {
             let known = match id {
                 Some(known) => known,

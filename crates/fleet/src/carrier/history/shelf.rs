@@ -56,8 +56,8 @@ impl Sheet {
     }
 }
 
-/// By what the names of files of one aircraft are in the order of their age: one that was begun in the same second as another has a number
-/// behind the time.
+/// By what the names of files of one aircraft are in the order of their age: one that was begun in the same second as
+/// another has a number behind the time.
 pub(super) fn age(name: &str) -> &str {
     name.strip_suffix(ENDING).unwrap_or(name)
 }
@@ -112,7 +112,8 @@ impl Shelf {
     /// The same for the ground, which asked with `nonce`; `boot` runs.
     pub(super) fn index(&mut self, nonce: u64, boot: u64) -> io::Result<Index> {
         let mut all = self.numbers()?;
-        // Boots in the order of the last file that has them: names are of no use where a clock was not set, but nothing is better.
+        // Boots in the order of the last file that has them: names are of no use where a clock was not set, but nothing
+        // is better.
         let mut boots: Vec<u64> = vec![boot];
         for sheet in self.sheets.values().rev() {
             boots.extend(sheet.parts.iter().rev().flat_map(|part| part.spans.keys().map(|(boot, _)| *boot)));
@@ -182,7 +183,8 @@ impl Shelf {
         Ok(sheet.reader.block(&bytes).unwrap_or_default())
     }
 
-    /// Of a file, as far as it can be read: the aircraft, where it says it; all records; and bytes that are damaged or torn off.
+    /// Of a file, as far as it can be read: the aircraft, where it says it; all records; and bytes that are damaged or
+    /// torn off.
     pub(super) fn file(path: &std::path::Path) -> io::Result<(Option<String>, Vec<Record>, u64)> {
         let bytes = std::fs::read(path)?;
         let mut reader = PageReader::default();

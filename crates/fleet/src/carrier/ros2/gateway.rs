@@ -65,8 +65,8 @@ impl Gateway {
     /// Shows every vehicle that the station hears or will hear, and reaches for the router for ever.
     ///
     /// # Errors
-    /// [`FleetError::Ros`] for a domain that cannot be, [`FleetError::RosOperator`] where services would act for whoever reaches a
-    /// router elsewhere.
+    /// [`FleetError::Ros`] for a domain that cannot be, [`FleetError::RosOperator`] where services would act for
+    /// whoever reaches a router elsewhere.
     pub fn start(station: Station, config: GatewayConfig, runtime: &Handle) -> Result<Self, FleetError> {
         check_domain(config.domain)?;
         if config.is_operator && !config.router.is_here() {
@@ -119,7 +119,8 @@ async fn live(station: &Station, config: &GatewayConfig, status: &Mutex<GatewayS
     }
 }
 
-/// Shows planes until the station is closed. A router that is gone is dialled again by the session itself, which tells it everything anew.
+/// Shows planes until the station is closed. A router that is gone is dialled again by the session itself, which tells
+/// it everything anew.
 async fn show(
     session: &Session,
     station: &Station,

@@ -22,7 +22,7 @@ use crate::ros2::moment::{Moment, time};
 use crate::ros2::name::{Names, Place};
 use crate::ros2::services::offers;
 use crate::ros2::token::{Attachment, Kind, Node, gid, key};
-use crate::ros2::topics::{Speaker, topics};
+use crate::ros2::topics::{StateSource, topics};
 
 /// Lines of the log that wait for a tick at most.
 const LINES: usize = 16;
@@ -33,7 +33,7 @@ const ROSOUT: &str = "/rosout";
 pub(super) struct Plane {
     vehicle: VehicleHandle,
     place: Place,
-    speaker: Speaker,
+    source: StateSource,
     voices: Vec<Voice>,
     log: Voice,
     lines: mpsc::Receiver<(bool, String)>,
@@ -84,9 +84,9 @@ impl Plane {
             tokens.push(token.clone());
             (key(node.domain, name, of, hash), token)
         };
-        let speaker = Speaker::new(topics(names));
+        let source = StateSource::new(topics(names));
         let mut voices = Vec::new();
-        for topic in speaker.topics() {
+        for topic in source.topics() {
             let (key, token) = next(Kind::Publisher, &place.topic(topic.name), topic.kind, topic.hash);
             voices.push(Voice::declare(session, key, &token).await?);
         }
@@ -107,7 +107,7 @@ impl Plane {
             declared.push(session.liveliness().declare_token(token).await.map_err(network::failed)?);
         }
         let ids = id + 1 - node.id;
-        Ok(Self { vehicle, place, speaker, voices, log, lines, ids, _tokens: declared, _services: services })
+        Ok(Self { vehicle, place, source, voices, log, lines, ids, _tokens: declared, _services: services })
     }
 
     /// How many numbers of the session it has.
@@ -136,7 +136,7 @@ impl Plane {
             mission: plan.as_deref(),
         };
         let mut said = 0;
-        for (index, bytes) in self.speaker.due(&moment) {
+        for (index, bytes) in self.source.due(&moment) {
             self.voices[index].send(bytes).await;
             said += 1;
         }

@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use zenoh::Session;
 
-use crate::carrier::endpoint::{Endpoint, Way};
+use crate::carrier::endpoint::{Endpoint, Transport};
 use crate::carrier::handshake::{self, REFUSAL};
 use crate::carrier::network::{self, Papers, Part};
 use crate::carrier::tls::{self, Fault, Known};
@@ -18,7 +18,8 @@ use crate::ros2::name::BadRosName;
 
 /// How long a router is waited for.
 const CONNECT: Duration = Duration::from_secs(3);
-/// How long a handshake is waited for before it is tried whether somebody speaks in the clear there: who does answers none.
+/// How long a handshake is waited for before it is tried whether somebody speaks in the clear there: who does answers
+/// none.
 const SILENT: Duration = Duration::from_millis(500);
 /// The largest `ROS_DOMAIN_ID`.
 const MAX_DOMAIN: u32 = 232;
@@ -52,13 +53,14 @@ impl RosRouter {
     /// A router at `tcp/HOST:PORT`, `tls/…` or `quic/…`. The files are read now, and once.
     ///
     /// # Errors
-    /// [`FleetError::RosRouter`] for what is no address, [`FleetError::RosPlain`] for one in the clear elsewhere that is not meant,
-    /// [`FleetError::RosPapers`] for files that are missing or too many, [`FleetError::File`] for one that cannot be used.
+    /// [`FleetError::RosRouter`] for what is no address, [`FleetError::RosPlain`] for one in the clear elsewhere that
+    /// is not meant, [`FleetError::RosPapers`] for files that are missing or too many, [`FleetError::File`] for one
+    /// that cannot be used.
     pub fn new(address: &str, papers: &RosPapers) -> Result<Self, FleetError> {
         let at = Endpoint::of_ros(address)?;
         let wrong = |problem| FleetError::RosPapers { address: at.to_string(), problem };
         let RosPapers { ca, certificate, key, is_plain_meant } = papers;
-        if at.way() == Way::Tcp {
+        if at.transport() == Transport::Tcp {
             return match (ca, certificate, key) {
                 (None, None, None) if at.is_here() || *is_plain_meant => Ok(Self { at, ca: None, own: None }),
                 (None, None, None) => Err(FleetError::RosPlain(at.to_string())),
@@ -100,7 +102,7 @@ impl RosRouter {
             self.unreached("tls-missing", problem.to_owned())
         };
         tokio::select! {
-            tried = handshake::refusal(self.at.way(), &authority, config, REFUSAL) => match tried {
+            tried = handshake::refusal(self.at.transport(), &authority, config, REFUSAL) => match tried {
                 Err(Fault::HangsUp | Fault::NoTls) if self.speaks_in_the_clear().await => Err(in_the_clear()),
                 tried => tried.map_err(|fault| self.why(&fault)),
             },
@@ -109,14 +111,14 @@ impl RosRouter {
     }
 
     async fn speaks_in_the_clear(&self) -> bool {
-        let Ok(session) = self.enter(self.at.by(Way::Tcp)).await else { return false };
+        let Ok(session) = self.enter(self.at.by(Transport::Tcp)).await else { return false };
         // What it declared ends with it, whatever it says.
         let _ = session.close().await;
         true
     }
 
     async fn speaks_tls(&self) -> Result<bool, FleetError> {
-        let tried = handshake::refusal(Way::Tls, &self.at.authority(), tls::stranger()?, REFUSAL).await;
+        let tried = handshake::refusal(Transport::Tls, &self.at.authority(), tls::stranger()?, REFUSAL).await;
         Ok(tried.map_or_else(|fault| is_of_tls(&fault), |()| true))
     }
 
@@ -166,7 +168,8 @@ pub(super) fn check_domain(domain: u32) -> Result<(), FleetError> {
     if domain > MAX_DOMAIN { Err(BadRosName::Domain(domain).into()) } else { Ok(()) }
 }
 
-/// A name for what keeps us from a router that speaks TLS, or should; and what to do, where there is more to say than what it is.
+/// A name for what keeps us from a router that speaks TLS, or should; and what to do, where there is more to say than
+/// what it is.
 fn named(fault: &Fault) -> (&'static str, &'static str) {
     match fault {
         Fault::NobodyListens => (
@@ -201,14 +204,14 @@ fn is_of_tls(fault: &Fault) -> bool {
 
 /// Joins the network of a router; in plain words why not.
 pub(super) async fn open(router: &RosRouter) -> Result<Session, FleetError> {
-    let tried = match router.at.way() {
-        Way::Tcp => handshake::reach(&router.at.authority()).await.map(drop).map_err(|fault| router.why(&fault)),
-        Way::Tls | Way::Quic => router.encrypted().await,
+    let tried = match router.at.transport() {
+        Transport::Tcp => handshake::reach(&router.at.authority()).await.map(drop).map_err(|fault| router.why(&fault)),
+        Transport::Tls | Transport::Quic => router.encrypted().await,
     };
     tried?;
     match router.enter(router.at.clone()).await {
         Ok(session) => Ok(session),
-        Err(_) if router.at.way() == Way::Tcp && router.speaks_tls().await? => {
+        Err(_) if router.at.transport() == Transport::Tcp && router.speaks_tls().await? => {
             let problem = "it speaks TLS, and this is in the clear: use tls/ in place of tcp/, with --ros2-ca";
             Err(router.unreached("tls-spoken", problem.to_owned()))
         }

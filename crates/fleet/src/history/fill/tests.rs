@@ -1,5 +1,6 @@
-//! Schedules: an aircraft that writes, is restarted and deletes, and a ground station that hears some of it, over a way that loses,
-//! doubles, delays and is cut by a seed. And the time that a long cut takes to be filled on a narrow uplink.
+//! Schedules: an aircraft that writes, is restarted and deletes, and a ground station that hears some of it, over a way
+//! that loses, doubles, delays and is cut by a seed. And the time that a long cut takes to be filled on a narrow
+//! uplink.
 
 use rand::rngs::SmallRng;
 use rand::{Rng, SeedableRng};
@@ -150,8 +151,8 @@ impl World {
     }
 }
 
-/// Whatever the network did, in the end the archive has, byte for byte, all that is still on board; nothing twice; what is not to be had is
-/// told as that, and not asked for any more.
+/// Whatever the network did, in the end the archive has, byte for byte, all that is still on board; nothing twice; what
+/// is not to be had is told as that, and not asked for any more.
 #[test]
 fn schedules_end_with_all_that_is_to_be_had() {
     let seeds = std::env::var("VENCEJO_TEST_SEEDS").ok().and_then(|seeds| seeds.parse().ok()).unwrap_or(300);
@@ -200,8 +201,8 @@ fn schedules_end_with_all_that_is_to_be_had() {
     assert!(filled > 1_000 && lost > 100, "{filled} filled, {lost} lost: the schedules try nothing");
 }
 
-/// A ten-minute cut at 10 Hz, over an uplink of 256 kbit/s that carries the states of the present as well: how long it takes, and how
-/// long an order waits behind what is on the way.
+/// A ten-minute cut at 10 Hz, over an uplink of 256 kbit/s that carries the states of the present as well: how long it
+/// takes, and how long an order waits behind what is on the way.
 #[test]
 fn a_ten_minute_cut_is_filled_while_orders_keep_their_way() {
     const UPLINK_BIT_S: f64 = 256_000.0;

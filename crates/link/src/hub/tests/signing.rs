@@ -50,8 +50,7 @@ fn v1(frame: &Frame) -> Frame {
     frame.decode().unwrap().encode(header)
 }
 
-// fault 38: MAVLink 1, unsigned, wrongly signed, damaged and unknown frames: 0 heard, 0 forwarded, 0 routes;
-// RADIO_STATUS passes
+// fault 38: MAVLink 1, unsigned, wrongly signed, damaged and unknown frames: 0 heard, 0 forwarded, 0 routes; RADIO_STATUS passes
 #[test]
 fn what_is_not_signed_goes_nowhere_but_the_report_of_a_radio() {
     let (bench, mut vehicle) = Bench::signing(&[false, true]);
@@ -95,8 +94,7 @@ fn who_lost_the_key_hears_nothing_rather_than_everything() {
     assert_eq!(bench.counts().refused(), 2);
 }
 
-// fault 35: largest time with a wrong and with the right key: the next true frame is heard; the attacker is not the way
-// to the vehicle
+// fault 35: largest time with a wrong and with the right key: the next true frame is heard; the attacker is not the way to the vehicle
 #[test]
 fn repetition_and_poison_harm_nobody() {
     let (bench, mut vehicle) = Bench::signing(&[false, false]);

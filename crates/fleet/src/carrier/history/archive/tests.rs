@@ -6,8 +6,8 @@ use vencejo_store::{Floors, Space};
 use super::*;
 use crate::history::fill::Held;
 use crate::payload::Held as Control;
-use crate::seal::Seal;
-use crate::speech::Speaker;
+use crate::stamp::Stamper;
+use crate::state_source::StateSource;
 
 #[test]
 fn what_is_noted_is_read_again() {
@@ -58,12 +58,12 @@ fn name_of(index: usize) -> Name {
 /// States 1 to `count` of one boot, as bytes too.
 fn states(boot: u64, count: u64) -> Vec<(State, Vec<u8>)> {
     let plane = Address::new(7, 1);
-    let mut speaker = Speaker::new(boot, plane, Seal::new(&[7; 32]));
+    let mut source = StateSource::new(boot, plane, Stamper::new(&[7; 32]));
     let state = |number: u64| {
         let now = MonoTime::from_millis(number * 100);
         let heartbeat = MavMessage::Heartbeat(Heartbeat { custom_mode: number as u32, ..Heartbeat::default() });
-        speaker.on_frame(&heartbeat.encode(Header { sequence: 0, source: plane, version: MavVersion::V2 }), now);
-        let state = speaker.sample(Control::default(), now);
+        source.on_frame(&heartbeat.encode(Header { sequence: 0, source: plane, version: MavVersion::V2 }), now);
+        let state = source.sample(Control::default(), now);
         let bytes = state.encode_to_vec();
         (state, bytes)
     };

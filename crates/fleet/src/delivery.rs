@@ -1,7 +1,8 @@
-//! One order on its way, from the ground: sent again with the same id until it is answered or given up. No I/O; time comes in.
+//! Delivery of one order from the ground: resent with the same id until it is answered or given up. No I/O; time is
+//! passed in.
 //!
-//! Silence is not a refusal: an order that met it may have been done. And "nobody is there", which a network says at once, is not
-//! silence: that order did not arrive. Only what an aircraft answers is known.
+//! No answer is not a refusal: the order may have been executed. "No receiver", which the network reports at once, is
+//! not silence: that order did not arrive. Only an aircraft's answer is certain.
 
 use std::time::Duration;
 
@@ -13,9 +14,9 @@ use crate::rivals::HELD_BACK;
 /// How long each attempt waits for its answer; the last again and again.
 const WAITS: [Duration; 4] =
     [Duration::from_millis(500), Duration::from_secs(1), Duration::from_secs(2), Duration::from_secs(4)];
-/// How long to wait when nobody was there: just after a network has healed it says so once more.
+/// How long to wait when there was no receiver: the network reports that once more just after it has healed.
 pub const AGAIN_AFTER: Duration = Duration::from_millis(200);
-/// For how long nobody may be there.
+/// How long there may be no receiver.
 const NOBODY_FOR: Duration = Duration::from_secs(2);
 
 /// What to do next.
@@ -28,7 +29,7 @@ pub enum Step {
         /// How long to wait for the answer.
         wait: Duration,
     },
-    /// It is over.
+    /// It has ended.
     End(Outcome),
 }
 
@@ -39,32 +40,32 @@ pub enum Outcome {
     Answered(Box<Answer>),
     /// It did not reach the aircraft: nothing was done.
     Unreached,
-    /// Nobody knows: it may or may not have been done.
+    /// Unknown: it may or may not have been done.
     Unknown {
         /// How often it was sent.
         attempts: u32,
     },
 }
 
-/// An order on its way.
+/// An order being delivered.
 #[derive(Debug, Clone)]
-pub struct Errand {
+pub struct OrderDelivery {
     began: MonoTime,
     patience: Duration,
     attempts: u32,
     /// Whether it may have arrived.
     silent: bool,
-    /// When it was sent for the first time in which it may have arrived.
+    /// When it was sent for the first time that may have arrived.
     sent_at: MonoTime,
 }
 
-impl Errand {
-    /// One that is given up after `patience`.
+impl OrderDelivery {
+    /// A delivery that is given up after `patience`.
     pub fn new(patience: Duration, now: MonoTime) -> Self {
         Self { began: now, patience, attempts: 0, silent: false, sent_at: now }
     }
 
-    /// The aircraft tells that it is at it: patience begins anew.
+    /// A progress report restarts the timeout.
     pub fn on_sign(&mut self, at: MonoTime) {
         self.began = self.began.max(at);
     }
@@ -75,7 +76,7 @@ impl Errand {
         self.send(Duration::ZERO, self.began)
     }
 
-    /// The network said that nobody is there.
+    /// The network reported that there is no receiver.
     #[must_use]
     pub fn on_nobody(&mut self, now: MonoTime) -> Step {
         let limit = if self.silent { self.patience } else { NOBODY_FOR.min(self.patience) };
@@ -94,16 +95,16 @@ impl Errand {
         if answer.end() == End::Unknown && answer.boot_age_ms > 0 {
             let age = Duration::from_millis(answer.boot_age_ms);
             if heard_at + age > now + HELD_BACK {
-                // Both are there: another computer speaks as this aircraft, and knows nothing of what the one that was meant does.
+                // Both run: another computer uses this aircraft's name, and does not know what the addressed one does.
                 return self.silence(AGAIN_AFTER, now);
             }
             if age >= now.since(self.sent_at) {
-                // Whoever was there before had gone when it was sent for the first time: nothing was done.
+                // The addressed run had ended when it was sent for the first time: nothing was done.
                 answer.set_end(End::Stale);
                 return Step::End(Outcome::Answered(Box::new(answer)));
             }
         }
-        // An attempt before this one may have been done and forgotten since.
+        // An earlier attempt may have been executed and forgotten since.
         let is_forgotten = answer.end() == End::Stale && self.silent;
         Step::End(if is_forgotten { self.unanswered() } else { Outcome::Answered(Box::new(answer)) })
     }
@@ -144,10 +145,10 @@ mod tests {
 
     #[test]
     fn an_answer_is_an_answer() {
-        let mut errand = Errand::new(PATIENCE, at(0));
-        assert_eq!(errand.start(), Step::Send { after: Duration::ZERO, wait: WAITS[0] });
+        let mut delivery = OrderDelivery::new(PATIENCE, at(0));
+        assert_eq!(delivery.start(), Step::Send { after: Duration::ZERO, wait: WAITS[0] });
         assert_eq!(
-            errand.on_answer(stale(), at(0), at(600)),
+            delivery.on_answer(stale(), at(0), at(600)),
             Step::End(Outcome::Answered(Box::new(stale()))),
             "it was refused: nothing was done"
         );
@@ -155,18 +156,18 @@ mod tests {
 
     #[test]
     fn silence_is_no_answer() {
-        let mut errand = Errand::new(PATIENCE, at(0));
-        let _ = errand.start();
+        let mut delivery = OrderDelivery::new(PATIENCE, at(0));
+        let _ = delivery.start();
         let mut waited = at(500);
-        while let Step::Send { wait, .. } = errand.on_silence(waited) {
+        while let Step::Send { wait, .. } = delivery.on_silence(waited) {
             waited += wait;
         }
         assert!(waited >= at(10_000) && waited <= at(14_000), "{waited}");
-        assert_eq!(errand.on_silence(waited), Step::End(Outcome::Unknown { attempts: 5 }));
-        let mut errand = Errand::new(PATIENCE, at(0));
-        let _ = (errand.start(), errand.on_silence(at(500)));
+        assert_eq!(delivery.on_silence(waited), Step::End(Outcome::Unknown { attempts: 5 }));
+        let mut delivery = OrderDelivery::new(PATIENCE, at(0));
+        let _ = (delivery.start(), delivery.on_silence(at(500)));
         assert_eq!(
-            errand.on_answer(stale(), at(0), at(600)),
+            delivery.on_answer(stale(), at(0), at(600)),
             Step::End(Outcome::Unknown { attempts: 2 }),
             "the first may have been done"
         );
@@ -178,67 +179,68 @@ mod tests {
 
     #[test]
     fn what_another_computer_of_that_name_says_is_no_answer() {
-        let mut errand = Errand::new(PATIENCE, at(0));
-        let _ = errand.start();
+        let mut delivery = OrderDelivery::new(PATIENCE, at(0));
+        let _ = delivery.start();
         // Each of them says that it has run for an hour; the one that was meant was heard just now.
         let other = || of_boot(3_600_000);
-        let again = errand.on_answer(other(), at(0), at(40));
+        let again = delivery.on_answer(other(), at(0), at(40));
         assert_eq!(again, Step::Send { after: AGAIN_AFTER, wait: WAITS[1] });
         let done = Answer { end: End::Done.into(), ..Answer::default() };
-        let ended = errand.clone().on_answer(done.clone(), at(300), at(400));
+        let ended = delivery.clone().on_answer(done.clone(), at(300), at(400));
         assert_eq!(ended, Step::End(Outcome::Answered(Box::new(done))));
-        let mut given_up = errand.clone();
+        let mut given_up = delivery.clone();
         let _ = given_up.on_answer(other(), at(9_000), at(9_500));
         assert_eq!(given_up.on_answer(other(), at(9_500), at(10_000)), Step::End(Outcome::Unknown { attempts: 3 }));
         // It was heard soon after the other one began: these may be its last words.
-        let ended = errand.on_answer(of_boot(1_000), at(9_400), at(9_500));
+        let ended = delivery.on_answer(of_boot(1_000), at(9_400), at(9_500));
         assert!(matches!(ended, Step::End(Outcome::Answered(answer)) if answer.end() == End::Unknown));
     }
 
     #[test]
     fn what_met_a_station_that_had_started_before_was_not_done() {
-        let end = |errand: &mut Errand, age_ms, now| match errand.on_answer(of_boot(age_ms), at(0), at(now)) {
+        let end = |delivery: &mut OrderDelivery, age_ms, now| match delivery.on_answer(of_boot(age_ms), at(0), at(now))
+        {
             Step::End(Outcome::Answered(answer)) => answer.end(),
             other => panic!("{other:?}"),
         };
-        let mut errand = Errand::new(PATIENCE, at(0));
-        let _ = errand.start();
-        assert_eq!(end(&mut errand.clone(), 40, 40), End::Stale, "it ran before that was sent");
-        assert_eq!(end(&mut errand.clone(), 39, 40), End::Unknown, "the one before may have been there still");
-        assert_eq!(end(&mut errand.clone(), 0, 40), End::Unknown, "the autopilot did not answer");
-        let mut again = errand.clone();
+        let mut delivery = OrderDelivery::new(PATIENCE, at(0));
+        let _ = delivery.start();
+        assert_eq!(end(&mut delivery.clone(), 40, 40), End::Stale, "it ran before that was sent");
+        assert_eq!(end(&mut delivery.clone(), 39, 40), End::Unknown, "the one before may have been there still");
+        assert_eq!(end(&mut delivery.clone(), 0, 40), End::Unknown, "the autopilot did not answer");
+        let mut again = delivery.clone();
         let _ = (again.on_nobody(at(1)), again.on_nobody(at(202)));
         assert_eq!(end(&mut again, 10, 410), End::Stale, "twice nobody was there");
-        let _ = errand.on_silence(at(500));
-        assert_eq!(end(&mut errand.clone(), 400, 600), End::Unknown, "the first may have been done before");
-        assert_eq!(end(&mut errand, 600, 600), End::Stale, "the same one was there all along");
+        let _ = delivery.on_silence(at(500));
+        assert_eq!(end(&mut delivery.clone(), 400, 600), End::Unknown, "the first may have been done before");
+        assert_eq!(end(&mut delivery, 600, 600), End::Stale, "the same one was there all along");
     }
 
     #[test]
     fn what_goes_on_is_waited_for() {
-        let mut errand = Errand::new(PATIENCE, at(0));
-        let _ = (errand.start(), errand.on_silence(at(500)));
-        errand.on_sign(at(9_000));
-        errand.on_sign(at(3_000));
-        assert!(matches!(errand.on_silence(at(18_999)), Step::Send { .. }));
-        assert!(matches!(errand.on_silence(at(19_000)), Step::End(Outcome::Unknown { .. })));
+        let mut delivery = OrderDelivery::new(PATIENCE, at(0));
+        let _ = (delivery.start(), delivery.on_silence(at(500)));
+        delivery.on_sign(at(9_000));
+        delivery.on_sign(at(3_000));
+        assert!(matches!(delivery.on_silence(at(18_999)), Step::Send { .. }));
+        assert!(matches!(delivery.on_silence(at(19_000)), Step::End(Outcome::Unknown { .. })));
     }
 
     #[test]
     fn nobody_there_means_that_nothing_was_done() {
-        let mut errand = Errand::new(PATIENCE, at(0));
-        let _ = errand.start();
+        let mut delivery = OrderDelivery::new(PATIENCE, at(0));
+        let _ = delivery.start();
         assert_eq!(
-            errand.on_nobody(at(1)),
+            delivery.on_nobody(at(1)),
             Step::Send { after: AGAIN_AFTER, wait: WAITS[1] },
             "it may just have healed"
         );
-        assert_eq!(errand.on_nobody(at(2_000)), Step::End(Outcome::Unreached));
-        let mut errand = Errand::new(PATIENCE, at(0));
-        let _ = (errand.start(), errand.on_silence(at(500)));
-        assert!(matches!(errand.on_nobody(at(2_000)), Step::Send { .. }));
+        assert_eq!(delivery.on_nobody(at(2_000)), Step::End(Outcome::Unreached));
+        let mut delivery = OrderDelivery::new(PATIENCE, at(0));
+        let _ = (delivery.start(), delivery.on_silence(at(500)));
+        assert!(matches!(delivery.on_nobody(at(2_000)), Step::Send { .. }));
         assert_eq!(
-            errand.on_nobody(at(10_000)),
+            delivery.on_nobody(at(10_000)),
             Step::End(Outcome::Unknown { attempts: 3 }),
             "the first may have arrived"
         );

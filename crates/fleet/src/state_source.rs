@@ -1,4 +1,5 @@
-//! What an aircraft says: the newest of each of its messages, again and again; and what must not be lost, numbered. No I/O; time comes in.
+//! The states of an aircraft: the newest of each of its messages, repeatedly, and numbered events that must not be
+//! lost; their source on board and the listener on the ground. No I/O; time is passed in.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::time::Duration;
@@ -7,30 +8,30 @@ use vencejo_proto::{Address, Frame, Message, MonoTime};
 
 use crate::payload::{Event, Held, MAX_MESSAGES, Said, State, VERSION};
 use crate::rivals::{Rivals, Speaks, THERE_FOR};
-use crate::seal::{Picture, Seal};
+use crate::stamp::{Stamper, StateStamp};
 
-/// Messages of which the newest is told: what a ground station shows. HEARTBEAT, SYS_STATUS, GPS_RAW_INT, ATTITUDE,
-/// GLOBAL_POSITION_INT, MISSION_CURRENT, NAV_CONTROLLER_OUTPUT, VFR_HUD, BATTERY_STATUS, WIND, EKF_STATUS_REPORT, WIND_COV,
-/// HOME_POSITION, EXTENDED_SYS_STATE, TERRAIN_REPORT, FENCE_STATUS.
+/// Messages of which the newest is sent: what a ground station shows. HEARTBEAT, SYS_STATUS, GPS_RAW_INT, ATTITUDE,
+/// GLOBAL_POSITION_INT, MISSION_CURRENT, NAV_CONTROLLER_OUTPUT, VFR_HUD, BATTERY_STATUS, WIND, EKF_STATUS_REPORT,
+/// WIND_COV, HOME_POSITION, EXTENDED_SYS_STATE, TERRAIN_REPORT, FENCE_STATUS.
 pub const NEWEST: [u32; 16] = [0, 1, 24, 30, 33, 42, 62, 74, 136, 147, 162, 168, 193, 231, 242, 245];
-/// Messages of which each one is told: MISSION_ITEM_REACHED, STATUSTEXT.
+/// Messages of which each one is sent: MISSION_ITEM_REACHED, STATUSTEXT.
 pub const EACH: [u32; 2] = [ITEM_REACHED, 253];
 const ITEM_REACHED: u32 = 46;
-/// How long ago an item was reached at most that is told on the ground: one before that may be of another mission than the one that is known.
+/// Older MISSION_ITEM_REACHED are dropped on the ground: they may be of another mission than the one that is known.
 const REACHED_WITHIN: Duration = Duration::from_secs(10);
-/// Messages of the second kind that are kept for whoever missed them.
+/// Most events kept for stations that missed them.
 pub const MAX_EVENTS: usize = 4096;
-/// How long after everything was told it is asked for again at the soonest, where samples got lost since: one has two messages, everything
-/// sixteen, and what is lost has mostly found a full way.
+/// The least time between two requests for everything after lost samples: a sample has two messages, everything
+/// sixteen, and samples are mostly lost on a full uplink.
 const EVERYTHING_AGAIN: Duration = Duration::from_secs(10);
-/// So many of them are in one answer at most: some 5 KB, behind which nothing waits for long.
+/// Most events in one answer: some 5 KB, which delay other messages little.
 pub const MAX_ANSWERED: usize = 64;
 
-/// Collects what an autopilot says.
+/// Collects the messages of an autopilot, on board.
 #[derive(Debug)]
-pub struct Speaker {
+pub struct StateSource {
     boot: u64,
-    seal: Seal,
+    stamper: Stamper,
     autopilot: Address,
     newest: BTreeMap<u32, (Frame, MonoTime, bool)>,
     sequence: u64,
@@ -38,13 +39,13 @@ pub struct Speaker {
     numbered: u64,
 }
 
-impl Speaker {
-    /// Nothing yet.
-    pub fn new(boot: u64, autopilot: Address, seal: Seal) -> Self {
-        Self { boot, seal, autopilot, newest: BTreeMap::new(), sequence: 0, events: VecDeque::new(), numbered: 0 }
+impl StateSource {
+    /// A source without messages.
+    pub fn new(boot: u64, autopilot: Address, stamper: Stamper) -> Self {
+        Self { boot, stamper, autopilot, newest: BTreeMap::new(), sequence: 0, events: VecDeque::new(), numbered: 0 }
     }
 
-    /// The autopilot said something; gives the event that is to be told at once.
+    /// Adds a message of the autopilot; returns the event to send at once, if it is one.
     pub fn on_frame(&mut self, frame: &Frame, at: MonoTime) -> Option<Event> {
         let id = frame.message_id();
         if frame.source() != self.autopilot {
@@ -78,7 +79,7 @@ impl Speaker {
         self.state(held, now, true)
     }
 
-    /// Everything, for whoever has just come.
+    /// Everything, for new subscribers.
     pub fn everything(&mut self, held: Held, now: MonoTime) -> State {
         self.state(held, now, false)
     }
@@ -98,7 +99,7 @@ impl Speaker {
             version: VERSION,
             boot: self.boot,
             clock_ms,
-            mark: self.seal.picture(clock_ms).mark,
+            mark: self.stamper.stamp(clock_ms).mark,
             sequence: self.sequence,
             system: self.autopilot.system.0.into(),
             component: self.autopilot.component.0.into(),
@@ -109,7 +110,7 @@ impl Speaker {
         }
     }
 
-    /// The answer to who asks for the events from a number on: oldest first, as far as they are kept, [`MAX_ANSWERED`] at most.
+    /// The events from a number on: oldest first, as far as they are kept, at most [`MAX_ANSWERED`].
     pub fn events_from(&self, number: u64) -> impl Iterator<Item = Event> {
         let kept_from = self.events.front().map_or(0, |oldest| oldest.number);
         let wanted = self.events.iter().filter(move |event| event.number >= number).take(MAX_ANSWERED);
@@ -122,49 +123,49 @@ pub fn millis(time: Duration) -> u64 {
     u64::try_from(time.as_millis()).unwrap_or(u64::MAX)
 }
 
-/// Takes in what an aircraft says, on the ground.
+/// Receives the states of an aircraft, on the ground.
 #[derive(Debug, Default)]
 pub struct Listener {
     boot: Option<u64>,
     clock_ms: u64,
     mark: u64,
-    /// When that was, here.
+    /// When that was heard, by our clock.
     at: MonoTime,
     held: Held,
     /// Number of the next event that was not heard.
     next_event: u64,
-    /// Number of the newest event that there is, as far as it was told.
+    /// Number of the newest event known to exist.
     newest_event: u64,
     /// When each message that was heard came, by the clock on board, ms.
     heard: BTreeMap<u32, u64>,
     /// Numbers of the first and the last of the newest samples between which none is missing.
     run: Option<(u64, u64)>,
-    /// The number of the sample up to which everything was told at once, and when.
+    /// The number of the sample that the last complete state covers, and when it came.
     told: Option<(u64, MonoTime)>,
     /// The other boots.
     rivals: Rivals,
 }
 
-/// What is new.
+/// The news of a state or event.
 #[derive(Debug, Default, PartialEq)]
-pub struct News {
-    /// Messages and when they were said, by our clock, oldest first.
+pub struct StateUpdate {
+    /// Messages and when they were sent, by our clock, oldest first.
     pub said: Vec<(Message, MonoTime)>,
-    /// Events that were missed: ask for those from here on.
+    /// The first missed event, from which on events are to be requested.
     pub missed_from: Option<u64>,
 }
 
 impl Listener {
-    /// The answer to who asks for everything came.
-    pub fn on_everything(&mut self, state: &State, now: MonoTime) -> News {
-        let Some(news) = self.take_in(state, now) else { return News::default() };
+    /// Processes the reply to a request for everything.
+    pub fn on_everything(&mut self, state: &State, now: MonoTime) -> StateUpdate {
+        let Some(news) = self.take_in(state, now) else { return StateUpdate::default() };
         self.told = Some((state.sequence.max(self.told.map_or(0, |(number, _)| number)), now));
         news
     }
 
-    /// A sample came.
-    pub fn on_state(&mut self, state: &State, now: MonoTime) -> News {
-        let Some(news) = self.take_in(state, now) else { return News::default() };
+    /// Processes a sample.
+    pub fn on_state(&mut self, state: &State, now: MonoTime) -> StateUpdate {
+        let Some(news) = self.take_in(state, now) else { return StateUpdate::default() };
         self.run = match self.run {
             Some((first, last)) if state.sequence <= last.saturating_add(1) => Some((first, last.max(state.sequence))),
             _ => Some((state.sequence, state.sequence)),
@@ -190,13 +191,13 @@ impl Listener {
         true
     }
 
-    /// `None` for a state of a boot that is not believed.
-    fn take_in(&mut self, state: &State, now: MonoTime) -> Option<News> {
+    /// `None` for a state of a boot that is not followed.
+    fn take_in(&mut self, state: &State, now: MonoTime) -> Option<StateUpdate> {
         let is_other = self.boot != Some(state.boot);
         if is_other && !self.turns_to(state, now) {
             return None;
         }
-        // What a later one has overtaken is no picture any more, and still tells what was not heard otherwise.
+        // A state that a later one has overtaken is not shown, but may have messages that were not heard otherwise.
         if state.clock_ms >= self.clock_ms {
             (self.clock_ms, self.mark, self.at) = (state.clock_ms, state.mark, now);
             self.held = state.held.clone().unwrap_or_default();
@@ -212,59 +213,59 @@ impl Listener {
             }
         }
         said.sort_by_key(|(_, at)| *at);
-        Some(News { said, missed_from: if is_other { Some(self.next_event) } else { self.missing() } })
+        Some(StateUpdate { said, missed_from: if is_other { Some(self.next_event) } else { self.missing() } })
     }
 
-    /// An event came.
-    pub fn on_event(&mut self, event: &Event, now: MonoTime) -> News {
+    /// Processes an event.
+    pub fn on_event(&mut self, event: &Event, now: MonoTime) -> StateUpdate {
         if self.boot != Some(event.boot) || event.number < self.next_event {
-            return News::default();
+            return StateUpdate::default();
         }
         self.newest_event = self.newest_event.max(event.number);
         if event.number > self.next_event {
-            return News { said: Vec::new(), missed_from: Some(self.next_event) };
+            return StateUpdate { said: Vec::new(), missed_from: Some(self.next_event) };
         }
         self.next_event = event.number.saturating_add(1);
         let at = self.moment(event.clock_ms, now);
         let is_told = |id| EACH.contains(&id) && (id != ITEM_REACHED || now.since(at) <= REACHED_WITHIN);
         let said = event.said.as_ref().filter(|said| is_told(said.message_id)).and_then(Said::message);
-        News { said: said.map(|message| (message, at)).into_iter().collect(), missed_from: None }
+        StateUpdate { said: said.map(|message| (message, at)).into_iter().collect(), missed_from: None }
     }
 
-    /// The answer to who asks for events came, or what did not get lost of it: what is missing in between is to be asked for again.
+    /// Processes the reply to a request for events, or what was not lost of it: gaps are to be requested again.
     pub fn on_events(&mut self, mut events: Vec<Event>, now: MonoTime) -> Vec<(Message, MonoTime)> {
         events.retain(|event| self.boot == Some(event.boot));
         events.sort_by_key(|event| event.number);
         if let Some(oldest) = events.first() {
-            // A station of an earlier version does not tell what it keeps: there it is what came.
+            // An earlier version does not report which events it keeps: take the oldest that came.
             let told = events.iter().map(|event| event.kept_from).max().filter(|kept_from| *kept_from > 0);
             self.pass_over(told.unwrap_or(oldest.number));
         }
         events.iter().flat_map(|event| self.on_event(event, now).said).collect()
     }
 
-    /// Events before this one are not to be had.
+    /// Skips the events before this one, which are not available.
     pub fn pass_over(&mut self, number: u64) {
         self.next_event = self.next_event.max(number);
     }
 
-    /// Whether everything is to be asked for: a sample has only what is new, and some were not heard. Not again at once.
+    /// Whether to request everything: a sample has only what is new, and some samples were lost. Not again at once.
     pub fn lacks_some(&self, now: MonoTime) -> bool {
         let Some((told, at)) = self.told else { return self.boot.is_some() };
         self.run.is_some_and(|(first, _)| first > told.saturating_add(1)) && now.since(at) >= EVERYTHING_AGAIN
     }
 
-    /// From which number on events are missing, where any are.
+    /// The first missing event, if any.
     pub fn missing(&self) -> Option<u64> {
         (self.boot.is_some() && self.newest_event >= self.next_event).then_some(self.next_event)
     }
 
-    /// The boot and the newest picture; `None` before the first.
-    pub fn picture(&self) -> Option<(u64, Picture)> {
-        Some((self.boot?, Picture { at: MonoTime::from_millis(self.clock_ms), mark: self.mark }))
+    /// The boot and the stamp of the newest state; `None` before the first.
+    pub fn stamp(&self) -> Option<(u64, StateStamp)> {
+        Some((self.boot?, StateStamp { at: MonoTime::from_millis(self.clock_ms), mark: self.mark }))
     }
 
-    /// Until when another computer counts as there that speaks as this aircraft; `None` where none does.
+    /// Until when another computer with this aircraft's name counts as present; `None` if there is none.
     pub fn contested_until(&self, now: MonoTime) -> Option<MonoTime> {
         self.rivals.there_until(now)
     }
@@ -274,17 +275,17 @@ impl Listener {
         if self.boot == Some(boot) { Some(self.at) } else { self.rivals.heard_at(boot) }
     }
 
-    /// How old that picture is here, at least.
+    /// The age of the newest state, at least.
     pub fn age(&self, now: MonoTime) -> Duration {
         now.since(self.at)
     }
 
-    /// Who may act, as far as it was told.
+    /// Who may act, by the newest state.
     pub fn held(&self) -> &Held {
         &self.held
     }
 
-    /// When it was here what it was then by the clock on board, counted from the newest picture.
+    /// Converts a time of the clock on board to ours, by the newest state.
     fn moment(&self, clock_ms: u64, now: MonoTime) -> MonoTime {
         let later = Duration::from_millis(clock_ms.saturating_sub(self.clock_ms));
         let earlier = Duration::from_millis(self.clock_ms.saturating_sub(clock_ms));
@@ -317,117 +318,117 @@ mod tests {
         Message::StatusText(StatusText { severity: 4, text: text.into(), id: 0, chunk_seq: 0 })
     }
 
-    fn speaker() -> Speaker {
-        Speaker::new(1, PLANE, Seal::new(&[7; 32]))
+    fn source() -> StateSource {
+        StateSource::new(1, PLANE, Stamper::new(&[7; 32]))
     }
 
     #[test]
     fn the_newest_is_told_once_and_everything_to_a_newcomer() {
-        let mut speaker = speaker();
-        speaker.on_frame(&frame(&heartbeat(1), PLANE), at(1_000));
-        speaker.on_frame(&frame(&heartbeat(2), PLANE), at(1_900));
-        speaker.on_frame(&frame(&heartbeat(9), Address::new(7, 154)), at(1_950));
+        let mut source = source();
+        source.on_frame(&frame(&heartbeat(1), PLANE), at(1_000));
+        source.on_frame(&frame(&heartbeat(2), PLANE), at(1_900));
+        source.on_frame(&frame(&heartbeat(9), Address::new(7, 154)), at(1_950));
         let mut listener = Listener::default();
-        let state = speaker.sample(Held::default(), at(2_000));
+        let state = source.sample(Held::default(), at(2_000));
         let news = listener.on_state(&state, at(50_000));
         assert_eq!(news.said, [(heartbeat(2), at(49_900))], "with its age, by the clock here");
-        let state = speaker.sample(Held::default(), at(2_100));
+        let state = source.sample(Held::default(), at(2_100));
         assert_eq!(listener.on_state(&state, at(50_100)).said, []);
-        assert_eq!(speaker.everything(Held::default(), at(2_100)).said.len(), 1);
-        assert_eq!(listener.picture(), Some((1, Seal::new(&[7; 32]).picture(2_100))));
+        assert_eq!(source.everything(Held::default(), at(2_100)).said.len(), 1);
+        assert_eq!(listener.stamp(), Some((1, Stamper::new(&[7; 32]).stamp(2_100))));
     }
 
     #[test]
     fn a_state_that_was_overtaken_is_not_believed() {
-        let (mut speaker, mut listener) = (speaker(), Listener::default());
-        let early = speaker.sample(Held { holder: "Ana".into(), ..Held::default() }, at(1_000));
-        let late = speaker.sample(Held::default(), at(2_000));
+        let (mut source, mut listener) = (source(), Listener::default());
+        let early = source.sample(Held { holder: "Ana".into(), ..Held::default() }, at(1_000));
+        let late = source.sample(Held::default(), at(2_000));
         listener.on_state(&late, at(10));
         listener.on_state(&early, at(20));
-        let picture = Seal::new(&[7; 32]).picture(2_000);
-        assert_eq!((listener.held().holder.as_str(), listener.picture()), ("", Some((1, picture))));
+        let picture = Stamper::new(&[7; 32]).stamp(2_000);
+        assert_eq!((listener.held().holder.as_str(), listener.stamp()), ("", Some((1, picture))));
     }
 
     #[test]
     fn a_missed_event_is_asked_for_and_none_is_told_twice() {
-        let (mut speaker, mut listener) = (speaker(), Listener::default());
-        listener.on_state(&speaker.sample(Held::default(), at(0)), at(0));
+        let (mut source, mut listener) = (source(), Listener::default());
+        listener.on_state(&source.sample(Held::default(), at(0)), at(0));
         let events: Vec<_> =
-            ["a", "b", "c"].iter().filter_map(|word| speaker.on_frame(&frame(&text(word), PLANE), at(1))).collect();
+            ["a", "b", "c"].iter().filter_map(|word| source.on_frame(&frame(&text(word), PLANE), at(1))).collect();
         assert_eq!(listener.on_event(&events[0], at(1)).said, [(text("a"), at(1))]);
-        assert_eq!(listener.on_event(&events[2], at(1)), News { said: vec![], missed_from: Some(2) });
-        let told = listener.on_events(speaker.events_from(2).collect(), at(2));
+        assert_eq!(listener.on_event(&events[2], at(1)), StateUpdate { said: vec![], missed_from: Some(2) });
+        let told = listener.on_events(source.events_from(2).collect(), at(2));
         assert_eq!(told, [(text("b"), at(1)), (text("c"), at(1))]);
-        assert_eq!(listener.on_event(&events[2], at(3)), News::default());
+        assert_eq!(listener.on_event(&events[2], at(3)), StateUpdate::default());
     }
 
     #[test]
     fn an_event_after_which_none_came_is_missed_when_a_state_tells_of_it() {
-        let (mut speaker, mut listener) = (speaker(), Listener::default());
+        let (mut source, mut listener) = (source(), Listener::default());
         let missed = |listener: &mut Listener, state| listener.on_state(&state, at(0)).missed_from;
-        assert_eq!(missed(&mut listener, speaker.sample(Held::default(), at(0))), Some(1), "by whoever has just come");
-        assert_eq!(missed(&mut listener, speaker.sample(Held::default(), at(1))), None);
-        let event = speaker.on_frame(&frame(&text("FAILSAFE"), PLANE), at(2)).expect("an event");
-        assert_eq!(missed(&mut listener, speaker.sample(Held::default(), at(3))), Some(1));
-        assert_eq!(missed(&mut listener, speaker.sample(Held::default(), at(4))), Some(1), "until it is heard");
+        assert_eq!(missed(&mut listener, source.sample(Held::default(), at(0))), Some(1), "by whoever has just come");
+        assert_eq!(missed(&mut listener, source.sample(Held::default(), at(1))), None);
+        let event = source.on_frame(&frame(&text("FAILSAFE"), PLANE), at(2)).expect("an event");
+        assert_eq!(missed(&mut listener, source.sample(Held::default(), at(3))), Some(1));
+        assert_eq!(missed(&mut listener, source.sample(Held::default(), at(4))), Some(1), "until it is heard");
         assert_eq!(listener.missing(), Some(1));
         listener.on_event(&event, at(5));
-        assert_eq!(missed(&mut listener, speaker.sample(Held::default(), at(6))), None);
+        assert_eq!(missed(&mut listener, source.sample(Held::default(), at(6))), None);
         assert_eq!(listener.missing(), None);
         // One that came while those before it were asked for is missing still.
-        speaker.on_frame(&frame(&text("a"), PLANE), at(7)).expect("an event");
-        let last = speaker.on_frame(&frame(&text("b"), PLANE), at(7)).expect("an event");
+        source.on_frame(&frame(&text("a"), PLANE), at(7)).expect("an event");
+        let last = source.on_frame(&frame(&text("b"), PLANE), at(7)).expect("an event");
         assert_eq!(listener.on_event(&last, at(8)).missed_from, Some(2));
         assert_eq!(listener.missing(), Some(2));
     }
 
     #[test]
     fn what_is_not_kept_any_more_is_gone() {
-        let (mut speaker, mut listener) = (speaker(), Listener::default());
-        listener.on_state(&speaker.sample(Held::default(), at(0)), at(0));
+        let (mut source, mut listener) = (source(), Listener::default());
+        listener.on_state(&source.sample(Held::default(), at(0)), at(0));
         for _ in 0..MAX_EVENTS + 10 {
-            speaker.on_frame(&frame(&text("x"), PLANE), at(1));
+            source.on_frame(&frame(&text("x"), PLANE), at(1));
         }
-        let mut told: Vec<_> = speaker.events_from(1).collect();
+        let mut told: Vec<_> = source.events_from(1).collect();
         assert_eq!((told.len(), told[0].number), (MAX_ANSWERED, 11));
         // What got lost of an answer is not gone.
         told.retain(|event| ![11, 14].contains(&event.number));
         assert_eq!((listener.on_events(told, at(2)), listener.missing()), (vec![], Some(11)));
-        let mut told: Vec<_> = speaker.events_from(11).collect();
+        let mut told: Vec<_> = source.events_from(11).collect();
         told.retain(|event| event.number != 14);
         assert_eq!((listener.on_events(told, at(2)).len(), listener.missing()), (3, Some(14)));
-        listener.on_state(&speaker.sample(Held::default(), at(2)), at(2));
+        listener.on_state(&source.sample(Held::default(), at(2)), at(2));
         while let Some(from) = listener.missing() {
-            assert!(!listener.on_events(speaker.events_from(from).collect(), at(3)).is_empty());
+            assert!(!listener.on_events(source.events_from(from).collect(), at(3)).is_empty());
         }
     }
 
     #[test]
     fn what_is_caught_up_with_was_said_when_it_was_said() {
-        let (mut speaker, mut listener) = (speaker(), Listener::default());
+        let (mut source, mut listener) = (source(), Listener::default());
         let reached = Message::Dialect(MavMessage::MISSION_ITEM_REACHED(MISSION_ITEM_REACHED_DATA { seq: 3 }));
-        speaker.on_frame(&frame(&text("a"), PLANE), at(1_000));
-        speaker.on_frame(&frame(&reached, PLANE), at(49_000));
-        speaker.on_frame(&frame(&reached, PLANE), at(51_000));
-        listener.on_state(&speaker.sample(Held::default(), at(60_000)), at(500_000));
-        let told = listener.on_events(speaker.events_from(1).collect(), at(500_200));
+        source.on_frame(&frame(&text("a"), PLANE), at(1_000));
+        source.on_frame(&frame(&reached, PLANE), at(49_000));
+        source.on_frame(&frame(&reached, PLANE), at(51_000));
+        listener.on_state(&source.sample(Held::default(), at(60_000)), at(500_000));
+        let told = listener.on_events(source.events_from(1).collect(), at(500_200));
         assert_eq!(told, [(text("a"), at(441_000)), (reached, at(491_000))], "and no item of who knows which mission");
-        let event = speaker.on_frame(&frame(&text("b"), PLANE), at(60_400)).expect("an event");
+        let event = source.on_frame(&frame(&text("b"), PLANE), at(60_400)).expect("an event");
         assert_eq!(listener.on_event(&event, at(500_500)).said, [(text("b"), at(500_400))]);
-        let event = speaker.on_frame(&frame(&text("c"), PLANE), at(99_000)).expect("an event");
+        let event = source.on_frame(&frame(&text("c"), PLANE), at(99_000)).expect("an event");
         assert_eq!(listener.on_event(&event, at(500_600)).said, [(text("c"), at(500_600))], "not in time to come");
     }
 
     #[test]
     fn a_lost_sample_has_everything_asked_for_once() {
-        let (mut speaker, mut listener) = (speaker(), Listener::default());
+        let (mut source, mut listener) = (source(), Listener::default());
         let mut say = |listener: &mut Listener, seconds: u64, comes: bool| {
-            speaker.on_frame(&frame(&heartbeat(1), PLANE), at(seconds * 1_000));
-            let sample = speaker.sample(Held::default(), at(seconds * 1_000));
+            source.on_frame(&frame(&heartbeat(1), PLANE), at(seconds * 1_000));
+            let sample = source.sample(Held::default(), at(seconds * 1_000));
             if comes {
                 listener.on_state(&sample, at(seconds * 1_000));
             }
-            (listener.lacks_some(at(seconds * 1_000)), sample, speaker.everything(Held::default(), at(seconds * 1_000)))
+            (listener.lacks_some(at(seconds * 1_000)), sample, source.everything(Held::default(), at(seconds * 1_000)))
         };
         assert!(!listener.lacks_some(at(0)), "of whom nothing was heard yet");
         let (lacks, before, everything) = say(&mut listener, 1, true);
@@ -448,21 +449,21 @@ mod tests {
 
     #[test]
     fn everything_tells_what_was_not_heard_also_where_a_sample_has_overtaken_it() {
-        let (mut speaker, mut listener) = (speaker(), Listener::default());
+        let (mut source, mut listener) = (source(), Listener::default());
         let home =
             Message::Dialect(MavMessage::HOME_POSITION(HOME_POSITION_DATA { latitude: 7, ..Default::default() }));
-        speaker.on_frame(&frame(&home, PLANE), at(500));
-        speaker.on_frame(&frame(&heartbeat(1), PLANE), at(600));
-        speaker.sample(Held::default(), at(700));
-        let everything = speaker.everything(Held::default(), at(1_000));
-        speaker.on_frame(&frame(&heartbeat(2), PLANE), at(1_400));
-        listener.on_state(&speaker.sample(Held { holder: "Ana".into(), ..Held::default() }, at(1_500)), at(50_000));
+        source.on_frame(&frame(&home, PLANE), at(500));
+        source.on_frame(&frame(&heartbeat(1), PLANE), at(600));
+        source.sample(Held::default(), at(700));
+        let everything = source.everything(Held::default(), at(1_000));
+        source.on_frame(&frame(&heartbeat(2), PLANE), at(1_400));
+        listener.on_state(&source.sample(Held { holder: "Ana".into(), ..Held::default() }, at(1_500)), at(50_000));
         assert!(listener.lacks_some(at(50_000)));
         let news = listener.on_everything(&everything, at(50_100));
         assert_eq!(news.said, [(home, at(49_000))], "and not the heartbeat before the last");
         assert!(!listener.lacks_some(at(90_000)), "its answer and what was heard since are all");
         assert_eq!(listener.held().holder, "Ana");
-        let mut second = Speaker::new(2, PLANE, Seal::new(&[7; 32]));
+        let mut second = StateSource::new(2, PLANE, Stamper::new(&[7; 32]));
         listener.on_state(&second.sample(Held::default(), at(10)), at(60_000));
         assert!(listener.lacks_some(at(50_200)), "it started again");
     }
@@ -470,14 +471,14 @@ mod tests {
     #[test]
     fn another_boot_begins_anew() {
         let mut listener = Listener::default();
-        let mut first = speaker();
+        let mut first = source();
         assert_eq!(listener.on_state(&first.sample(Held::default(), at(9_000)), at(0)).missed_from, Some(1));
         let event = first.on_frame(&frame(&text("old"), PLANE), at(9_000)).expect("an event");
         listener.on_event(&event, at(0));
-        let mut second = Speaker::new(2, PLANE, Seal::new(&[7; 32]));
+        let mut second = StateSource::new(2, PLANE, Stamper::new(&[7; 32]));
         assert_eq!(listener.on_state(&second.sample(Held::default(), at(10)), at(0)).missed_from, Some(1));
-        assert_eq!(listener.picture(), Some((2, Seal::new(&[7; 32]).picture(10))));
-        assert_eq!(listener.on_event(&event, at(0)), News::default(), "of the boot before");
+        assert_eq!(listener.stamp(), Some((2, Stamper::new(&[7; 32]).stamp(10))));
+        assert_eq!(listener.on_event(&event, at(0)), StateUpdate::default(), "of the boot before");
         let event = second.on_frame(&frame(&text("new"), PLANE), at(10)).expect("an event");
         assert_eq!(listener.on_event(&event, at(0)).said.len(), 1);
     }
