@@ -269,8 +269,8 @@ export interface paths {
         };
         get?: never;
         /**
-         * Starts or stops our heartbeat, which the vehicles' ground-station failsafe counts. On board a vehicle it is sent while an
-         *     operator's page or program has its WebSocket open, and 5 s longer.
+         * Starts or stops the station's heartbeat, on which the vehicles' ground-station failsafe depends. On board a vehicle, it
+         *     is sent while an operator's page or program has its WebSocket open, and 5 s longer.
          */
         put: operations["set_heartbeat"];
         post?: never;
@@ -2910,11 +2910,11 @@ export interface components {
             /** @enum {string} */
             code: "in-the-air";
         } | {
-            /** @description What is not possible then, in English. */
+            /** @description The action that is not possible meanwhile, in English. */
             action: string;
             /** @enum {string} */
             code: "landing";
-            /** @description Whether it is known to land. */
+            /** @description Whether it is known to be landing. */
             is_known: boolean;
         } | {
             /** @enum {string} */
