@@ -19,8 +19,6 @@ use crate::signature::PublicKey;
 
 /// The version of what is kept. The first knew aircraft alone, which are members by their names here.
 const VERSION: u32 = 2;
-/// How long a token is good unless said otherwise, s.
-pub const TOKEN_S: u64 = 3_600;
 /// Aircraft on a roll at most: sessions that a router takes.
 const MAX_AIRCRAFT: usize = 10_000;
 /// Tokens that are out at most.

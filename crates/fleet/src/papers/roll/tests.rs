@@ -4,6 +4,8 @@ use super::*;
 use crate::papers::DAY_S;
 
 const NOW: u64 = 1_800_000_000;
+/// How long a token is good, s.
+const TOKEN_S: u64 = 3_600;
 
 fn plane(text: &str) -> Newcomer {
     Newcomer::Aircraft(text.parse().expect("a name"))
