@@ -1,8 +1,8 @@
-//! What is in the samples, orders and answers: Protocol Buffers, version 1.
+//! The payloads of states, orders and answers: Protocol Buffers, version 1.
 //!
-//! What an aircraft says of itself goes as the payloads of its own MAVLink messages, the newest of each, untouched:
-//! every station decodes them by the one decoder that there is, and has all of what a station at a direct link has.
-//! Unknown fields of a later version are skipped; a sample of another [`VERSION`] is not read.
+//! The telemetry of an aircraft is sent as the payloads of its own MAVLink messages, the newest of each, unmodified:
+//! all stations decode them with the same decoder, and have all that a station at a direct link has. Unknown fields of
+//! a later version are skipped; a sample of another [`VERSION`] is not read.
 
 use crate::content::Part;
 use crate::deed::{Act, Nothing};
@@ -13,16 +13,16 @@ pub use crate::wire::{BadPayload, MAX_BYTES, MAX_MESSAGES, MAX_TEXT, Said, VERSI
 /// Who may act on the aircraft.
 #[derive(Clone, PartialEq, prost::Message)]
 pub struct Held {
-    /// Grows with each grant.
+    /// Incremented with each grant.
     #[prost(uint64, tag = "1")]
     pub epoch: u64,
-    /// Name of whoever holds control; empty: nobody.
+    /// Name of the holder of control; empty if there is none.
     #[prost(string, tag = "2")]
     pub holder: String,
     /// Its public key; empty for one on board or at a direct link.
     #[prost(bytes = "vec", tag = "3")]
     pub key: Vec<u8>,
-    /// Name of whoever asks for control.
+    /// Name of the operator who asks for control.
     #[prost(string, tag = "4")]
     pub asking: String,
     /// Its public key.
@@ -30,13 +30,13 @@ pub struct Held {
     pub asking_key: Vec<u8>,
 }
 
-/// What an aircraft says: what is new since the sample before; on demand, everything.
+/// The state of an aircraft: what is new since the sample before; on request, everything.
 #[derive(Clone, PartialEq, prost::Message)]
 pub struct State {
     /// [`VERSION`].
     #[prost(uint32, tag = "1")]
     pub version: u32,
-    /// Another number each time that the station on board starts.
+    /// A random number of each start of the station on board.
     #[prost(fixed64, tag = "2")]
     pub boot: u64,
     /// The clock on board, ms.
@@ -54,16 +54,16 @@ pub struct State {
     /// Who may act.
     #[prost(message, optional, tag = "7")]
     pub held: Option<Held>,
-    /// What the autopilot said.
+    /// Messages of the autopilot.
     #[prost(message, repeated, tag = "8")]
     pub said: Vec<Said>,
-    /// Grows with what is known of the plans on board.
+    /// Version of the plan states on board.
     #[prost(uint32, tag = "9")]
     pub plans_version: u32,
-    /// What is known of them, where that is new.
+    /// The plan states, if new.
     #[prost(message, repeated, tag = "10")]
     pub plans: Vec<PlanTold>,
-    /// How far orders have come that take their time.
+    /// Progress of long orders.
     #[prost(message, repeated, tag = "11")]
     pub under_way: Vec<UnderWay>,
     /// Mark of `clock_ms`: an order that is based on this state has both.
@@ -74,21 +74,21 @@ pub struct State {
     pub events: u64,
 }
 
-/// How far an order has come.
+/// The progress of an order.
 #[derive(Clone, PartialEq, prost::Message)]
 pub struct UnderWay {
     /// The order's id.
     #[prost(bytes = "vec", tag = "1")]
     pub id: Vec<u8>,
-    /// How much is done, in units of `total`.
+    /// Amount done, in units of `total`.
     #[prost(uint32, tag = "2")]
     pub done: u32,
-    /// How much there is; 0 when not known yet.
+    /// Total amount; 0 when not known yet.
     #[prost(uint32, tag = "3")]
     pub total: u32,
 }
 
-/// What must not be lost: a message of the autopilot, numbered from 1.
+/// A message of the autopilot that must not be lost, numbered from 1.
 #[derive(Clone, PartialEq, prost::Message)]
 pub struct Event {
     /// [`VERSION`].
@@ -97,7 +97,7 @@ pub struct Event {
     /// As in [`State`].
     #[prost(fixed64, tag = "2")]
     pub boot: u64,
-    /// Its number in this boot; without holes.
+    /// Its number in this boot, without gaps.
     #[prost(uint64, tag = "3")]
     pub number: u64,
     /// The clock on board when it came, ms.
@@ -106,12 +106,12 @@ pub struct Event {
     /// The message.
     #[prost(message, optional, tag = "5")]
     pub said: Option<Said>,
-    /// In the answer to a question: number of the oldest event that is kept; those before it are gone.
+    /// In the reply to a query: number of the oldest event kept; earlier ones are gone.
     #[prost(uint64, tag = "6")]
     pub kept_from: u64,
 }
 
-/// What an operator wants, in its own name.
+/// An operator's order.
 #[derive(Clone, PartialEq, prost::Message)]
 pub struct Order {
     /// [`VERSION`].
@@ -120,7 +120,7 @@ pub struct Order {
     /// The organisation…
     #[prost(string, tag = "2")]
     pub org: String,
-    /// …and the aircraft that it is for: for no other.
+    /// …and the aircraft that it is for.
     #[prost(string, tag = "3")]
     pub aircraft: String,
     /// The boot that it is for.
@@ -129,10 +129,10 @@ pub struct Order {
     /// The epoch in which its operator holds control; 0 to ask for control.
     #[prost(uint64, tag = "5")]
     pub epoch: u64,
-    /// 16 random bytes: the same order sent again has the same.
+    /// 16 random bytes; a resent order has the same.
     #[prost(bytes = "vec", tag = "6")]
     pub id: Vec<u8>,
-    /// The clock on board in the newest state that its operator had, ms: how old the picture is that it acts on.
+    /// The clock on board in the newest state that its operator had, ms, from which the age of that state is computed.
     #[prost(uint64, tag = "7")]
     pub based_on_ms: u64,
     /// Name of the operator, for others to read.
@@ -158,24 +158,24 @@ pub enum Want {
     /// To give control up.
     #[prost(message, tag = "11")]
     Release(Nothing),
-    /// To give control to whoever asks for it: its public key.
+    /// To hand control to the station that asks for it, by its public key.
     #[prost(bytes = "vec", tag = "12")]
     Grant(Vec<u8>),
     /// To do something.
     #[prost(message, tag = "13")]
     Act(Act),
-    /// To take a part of a list that an order will be about.
+    /// To receive a part of a list for a later order.
     #[prost(message, tag = "14")]
     Part(Part),
-    /// To give up an order of this id.
+    /// To recall the order of this id.
     #[prost(bytes = "vec", tag = "15")]
     Recall(Vec<u8>),
 }
 
-/// An order and who signed it.
+/// A signed order.
 #[derive(Clone, PartialEq, prost::Message)]
 pub struct Signed {
-    /// Public key of who signed.
+    /// Public key of the signer.
     #[prost(bytes = "vec", tag = "1")]
     pub key: Vec<u8>,
     /// The order's bytes, as they were signed.
@@ -190,17 +190,17 @@ pub struct Signed {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, prost::Enumeration)]
 #[repr(i32)]
 pub enum End {
-    /// No end: never sent.
+    /// Never sent.
     Unspecified = 0,
     /// Done, and seen to be done.
     Done = 1,
     /// Control is granted, in the answer's epoch.
     Granted = 2,
-    /// Control is elsewhere; whoever holds it was shown the request.
+    /// Another operator has control, and was shown the request.
     Asked = 3,
-    /// Control is elsewhere.
+    /// Another operator has control.
     Held = 4,
-    /// Not done: the picture that it was based on is too old.
+    /// Not done: the state that it was based on is too old.
     Stale = 5,
     /// Not done, for the reason in `why`.
     Refused = 6,
@@ -208,13 +208,13 @@ pub enum End {
     CommandRefused = 7,
     /// The autopilot was asked and did not answer, or does not show it: it may or may not have been done.
     Unknown = 8,
-    /// A transfer failed: the outcome tells how.
+    /// A transfer failed; see the outcome.
     Failed = 9,
-    /// Not done: the list that it is about has not arrived whole.
+    /// Not done: its list has not arrived completely.
     ListMissing = 10,
 }
 
-/// What became of an order.
+/// The answer to an order.
 #[derive(Clone, PartialEq, prost::Message)]
 pub struct Answer {
     /// [`VERSION`].
@@ -244,7 +244,7 @@ pub struct Answer {
     /// What the autopilot wrote about it.
     #[prost(string, repeated, tag = "9")]
     pub reasons: Vec<String>,
-    /// Number of the mode that cures it, where one does, and one more; 0: none.
+    /// Number of the mode that cures it, plus one; 0 for none.
     #[prost(uint64, tag = "10")]
     pub cure: u64,
     /// What it yields.
@@ -348,7 +348,7 @@ impl Order {
 }
 
 impl Signed {
-    /// Reads one. Whether the signature holds is another question.
+    /// Reads one. The signature is not verified here.
     ///
     /// # Errors
     /// [`BadPayload`].

@@ -1,5 +1,5 @@
-//! What is known of the plans on board, for those far away: on board it is numbered, so that nobody overwrites what he
-//! has not seen; on the ground it is taken in. No I/O.
+//! The states of the plans on board, for ground stations: numbered on board, so that an operator cannot overwrite a
+//! plan that he has not seen; received on the ground. No I/O.
 
 use vencejo_flight::plan::PlanKind;
 use vencejo_vehicle::{PlanState, Unknown};
@@ -7,13 +7,13 @@ use vencejo_vehicle::{PlanState, Unknown};
 use crate::content::Content;
 use crate::wire::BadPayload;
 
-/// What is known of one plan on board.
+/// The state of one plan on board.
 #[derive(Clone, PartialEq, prost::Message)]
 pub struct PlanTold {
     /// `MAV_MISSION_TYPE`.
     #[prost(uint32, tag = "1")]
     pub kind: u32,
-    /// How sure that is.
+    /// How certain it is.
     #[prost(enumeration = "Knowledge", tag = "2")]
     pub knowledge: i32,
     /// Items without home, where they were read.
@@ -22,15 +22,15 @@ pub struct PlanTold {
     /// Fingerprint of the items, where they were read.
     #[prost(fixed64, tag = "4")]
     pub hash: u64,
-    /// Grows whenever the plan may have become another one.
+    /// Incremented whenever the plan may have changed.
     #[prost(uint64, tag = "5")]
     pub revision: u64,
-    /// The items by their name, where they were read and there are any.
+    /// The items by name, where they were read and there are any.
     #[prost(message, optional, tag = "6")]
     pub list: Option<Content>,
 }
 
-/// How sure it is what is on board.
+/// The certainty about a plan on board.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, prost::Enumeration)]
 #[repr(i32)]
 pub enum Knowledge {
@@ -50,7 +50,7 @@ pub enum Knowledge {
     Rebooted = 6,
     /// Another station changed it.
     ChangedElsewhere = 7,
-    /// There is none.
+    /// The plan is empty.
     Empty = 8,
     /// Read item by item.
     Verified = 9,
@@ -59,10 +59,10 @@ pub enum Knowledge {
 }
 
 impl PlanTold {
-    /// Which plan, and what is known of it.
+    /// The kind and state of the plan.
     ///
     /// # Errors
-    /// [`BadPayload::Field`] for what cannot be.
+    /// [`BadPayload::Field`] for an invalid state.
     pub fn read(&self) -> Result<(PlanKind, PlanState), BadPayload> {
         let kind = kind_of(self.kind)?;
         let count = u16::try_from(self.count).map_err(|_| BadPayload::Field("count"))?;
@@ -77,7 +77,7 @@ impl PlanTold {
             Knowledge::Rebooted => PlanState::Unknown(Unknown::Rebooted),
             Knowledge::ChangedElsewhere => PlanState::Unknown(Unknown::ChangedElsewhere),
             Knowledge::Empty => PlanState::Empty,
-            // What was read has a list: without one nobody far away can know it.
+            // A plan that was read has a list, without which it is not known on the ground.
             Knowledge::Verified | Knowledge::Differs if self.list.is_none() => return Err(BadPayload::Field("list")),
             Knowledge::Verified => PlanState::Verified { count, hash },
             Knowledge::Differs => PlanState::Differs { count, hash },
@@ -118,7 +118,7 @@ pub struct Plans {
     version: u32,
     states: [PlanState; 3],
     told: [PlanTold; 3],
-    /// The fingerprints that were known last; of none, when there were no items.
+    /// The last known fingerprints; of an empty list when there were no items.
     known: [Option<Option<u64>>; 3],
 }
 
@@ -132,7 +132,7 @@ impl Default for Plans {
 }
 
 impl Plans {
-    /// What is known of one plan is this now; `list` gives its items where there are any. Whether it is something new.
+    /// Sets the state of a plan; `list` returns its items if there are any. Whether it is new.
     pub fn on_state(&mut self, kind: PlanKind, state: PlanState, list: impl FnOnce() -> Option<Content>) -> bool {
         let place = kind as usize;
         if std::mem::replace(&mut self.states[place], state) == state {
@@ -145,7 +145,7 @@ impl Plans {
         };
         let was_unread =
             matches!(Knowledge::try_from(self.told[place].knowledge), Ok(Knowledge::NeverRead | Knowledge::Rebooted));
-        // What was there all along has only become known, or is read once more.
+        // The same plan became known, or was read again.
         let is_same = match state {
             PlanState::Unknown(Unknown::NeverRead | Unknown::Rebooted) => true,
             PlanState::Verified { .. } | PlanState::Empty => {
@@ -161,20 +161,20 @@ impl Plans {
         true
     }
 
-    /// Grows with everything new.
+    /// The version: incremented with each change.
     pub fn version(&self) -> u32 {
         self.version
     }
 
-    /// What is known of them.
+    /// The states of the plans.
     pub fn told(&self) -> &[PlanTold; 3] {
         &self.told
     }
 
-    /// Whether somebody may replace a plan who has seen this revision of it.
+    /// Whether a plan may be replaced by an operator who has seen this revision.
     ///
     /// # Errors
-    /// Why not, in words.
+    /// The reason, as text.
     pub fn admit(&self, kind: PlanKind, seen: u64) -> Result<(), String> {
         if self.told[kind as usize].revision == seen {
             return Ok(());
@@ -183,7 +183,7 @@ impl Plans {
     }
 }
 
-/// The plans of an aircraft far away, as they were told.
+/// The received plans of a remote aircraft.
 #[derive(Debug, Default)]
 pub struct PlansHeard {
     boot: Option<u64>,
@@ -192,8 +192,7 @@ pub struct PlansHeard {
 }
 
 impl PlansHeard {
-    /// A state of this boot told of this version, and maybe what is in it; whether there is something new, or something
-    /// was missed and is to be asked for.
+    /// Processes the plans of a state: whether there are changes, or changes that were missed and are to be requested.
     pub fn on_state(&mut self, boot: u64, version: u32, plans: &[PlanTold]) -> Freshness {
         if self.boot != Some(boot) {
             *self = Self { boot: Some(boot), ..Self::default() };
@@ -211,7 +210,7 @@ impl PlansHeard {
         Freshness::News
     }
 
-    /// A state or an answer told this of a plan: what is newer counts, whichever comes first.
+    /// Processes the state of a plan from a state or an answer: the newer one counts, whichever comes first.
     pub fn on_told(&mut self, told: &PlanTold) {
         let Ok((kind, _)) = told.read() else { return };
         let known = &mut self.told[kind as usize];
@@ -220,20 +219,20 @@ impl PlansHeard {
         }
     }
 
-    /// What was told of a plan last.
+    /// The newest state of a plan.
     pub fn told(&self, kind: PlanKind) -> Option<&PlanTold> {
         self.told[kind as usize].as_ref()
     }
 }
 
-/// What a state said of plans.
+/// Whether a state had news of plans.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Freshness {
     /// Nothing new.
     Nothing,
     /// Something new.
     News,
-    /// That something is new, but not what.
+    /// Something new that is not in the state.
     Missed,
 }
 

@@ -1,14 +1,14 @@
-//! What each may say and hear at a router: Zenoh's access control, made from the list of who is enrolled.
+//! Zenoh's access control for a router, made from the roll: who may publish and receive what.
 //!
-//! Nothing is allowed but what stands here, and every kind of message has to be named. Who somebody is, is the common
-//! name of its certificate. A router sees its neighbour, not the author: behind another router everything comes from
-//! that. So orders are signed, and this is the second fence.
+//! Everything is denied by default, and every kind of message has to be named. A subject is the common name of a
+//! certificate. A router sees its neighbour, not the author: what comes over another router has that router's name. So
+//! orders are signed, and this is the second line of defence.
 
 use serde_json::{Value, json};
 
 use crate::key::{Kind, Name, keys_of_all, keys_of_hub};
 
-/// Whom a router lets in, by the common names of their certificates.
+/// The members that a router admits, by the common names of their certificates.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct LetIn {
     /// Ground stations.
@@ -29,20 +29,19 @@ pub fn control(org: &Name, admitted: &LetIn) -> Value {
     let mut rules = vec![
         rule("_stations-ask", "ingress", &all, &asks),
         rule("_stations-are-told", "egress", &all, &tells),
-        // A station behind a router answers the aircraft's probe of its way, and gives the list of stations.
+        // A station behind a router answers the aircraft's echo requests and queries for the list of stations.
         rule("_stations-answer", "ingress", &hub, &["reply", "declare_queryable"]),
         rule("_stations-are-asked", "egress", &hub, &["query"]),
         rule("_aircraft-ask", "ingress", &hub, &["query"]),
         rule("_aircraft-are-answered", "egress", &hub, &["reply", "declare_queryable"]),
-        // That somebody hears all states, each of them may know: it says less where nobody does.
+        // Aircraft may see whether anyone subscribes to all states, and throttle themselves when nobody does.
         rule("_aircraft-are-heard", "egress", &states, &["declare_subscriber"]),
     ];
     let mut subjects = vec![json!({"id": "_stations", "cert_common_names": admitted.stations})];
     let of_stations = ["_stations-ask", "_stations-are-told", "_stations-answer", "_stations-are-asked"];
     let mut policies = vec![json!({"rules": of_stations, "subjects": ["_stations"]})];
     if !admitted.routers.is_empty() {
-        // What is said at one is heard at the other, whoever said it: of whom it comes, a router alone knows that has
-        // its link.
+        // Linked routers forward everything to each other: only the router with the author's link knows the author.
         let passes: Vec<_> = tells.iter().chain(&asks).copied().collect();
         for (id, flow) in [("_routers-bring", "ingress"), ("_routers-are-brought", "egress")] {
             rules.push(rule(id, flow, &all, &passes));

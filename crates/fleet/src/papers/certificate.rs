@@ -24,27 +24,27 @@ use crate::error::FleetError;
 use crate::key::Name;
 use crate::operator::random;
 
-/// How long the certificate of an aircraft or a ground station is good.
+/// Validity of the certificate of an aircraft or a ground station.
 pub const CERTIFICATE_DAYS: u64 = 90;
-/// How long that of the organisation's authority is.
+/// Validity of the authority's certificate.
 pub const CA_DAYS: u64 = 20 * 365;
 /// A certificate with less than this left is renewed, where its authority can be reached.
 pub const RENEW_BEFORE_S: u64 = 30 * DAY_S;
-/// A certificate with less than this left is warned of: its renewal has failed for ten days.
+/// With less than this left there is a warning: renewal has failed for ten days.
 pub const WARN_BEFORE_S: u64 = 20 * DAY_S;
-/// How long before its making a certificate begins: a clock on board may be behind.
+/// How long before its issue a certificate is valid: a clock on board may be behind.
 const BACKDATED_S: u64 = DAY_S;
-/// The first moment that a clock may say: 2026. A computer that has none of its own begins in 1970, and what it signs
-/// then ends before today.
+/// The earliest plausible time: 2026. A computer without a battery-backed clock starts in 1970, and certificates that
+/// it issues then have expired.
 const CLOCK_BEGINS: u64 = 1_767_225_600;
-/// Host names and addresses in one certificate at most.
+/// Most host names and addresses in a certificate.
 const MAX_NAMES: usize = 64;
 
-/// How the common name of a ground station's or a router's certificate begins. No aircraft can have such a name, and no
-/// public authority signs one: Zenoh believes those too, so that a router is asked for this besides.
+/// Prefix of the common name of a ground station's or a router's certificate. No aircraft can have such a name, and no
+/// public authority signs one: Zenoh trusts those too, so this is checked besides.
 pub const STATION_PREFIX: &str = "_";
 
-/// A certificate, its key and the authority that both ends believe, as PEM. Its key shows nowhere.
+/// A certificate, its key and the trusted authority, as PEM. The key is never shown.
 #[derive(Clone, PartialEq, Eq)]
 pub struct Identity {
     /// The authority's certificate.
@@ -61,16 +61,16 @@ impl fmt::Debug for Identity {
     }
 }
 
-/// What a certificate says.
+/// The facts of a certificate.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Facts {
-    /// Whose it is.
+    /// Its common name.
     pub common_name: String,
-    /// From when on it is good, seconds since 1970.
+    /// Start of its validity, seconds since 1970.
     pub begins: u64,
-    /// Until when.
+    /// End of its validity, seconds since 1970.
     pub ends: u64,
-    /// The host names and addresses it is good for.
+    /// Its host names and addresses.
     pub names: Vec<String>,
     /// Whether it may sign others.
     pub is_ca: bool,
@@ -79,8 +79,7 @@ pub struct Facts {
 }
 
 impl Facts {
-    /// Whether it is to be renewed: it ends soon, or was made by a clock that was ahead, so that nobody believes it
-    /// yet.
+    /// Whether to renew it: it ends soon, or is not valid yet because it was issued by a clock that was ahead.
     pub fn is_due(&self, now: u64) -> bool {
         self.ends < now.saturating_add(RENEW_BEFORE_S) || self.begins > now
     }
@@ -101,7 +100,7 @@ fn moment(unix_s: u64) -> Result<OffsetDateTime, FleetError> {
     moment.ok_or_else(|| wrong("the clock", "its year has more than four digits"))
 }
 
-/// From when to when a certificate made now is good.
+/// The validity of a certificate issued now.
 fn validity(now: u64, days: u64) -> Result<(OffsetDateTime, OffsetDateTime), FleetError> {
     if now < CLOCK_BEGINS {
         return Err(wrong(
@@ -133,7 +132,7 @@ pub fn der_of(pem: &str) -> Result<CertificateDer<'static>, FleetError> {
     CertificateDer::from_pem_slice(pem.as_bytes()).map_err(|error| wrong("the certificate", error))
 }
 
-/// What a certificate in PEM says.
+/// The facts of a certificate in PEM.
 ///
 /// # Errors
 /// [`FleetError::Certificate`].
@@ -141,7 +140,7 @@ pub fn facts(pem: &str) -> Result<Facts, FleetError> {
     facts_of_der(&der_of(pem)?)
 }
 
-/// What a certificate says.
+/// The facts of a certificate.
 ///
 /// # Errors
 /// [`FleetError::Certificate`].
@@ -200,7 +199,7 @@ pub fn new_key() -> Result<String, FleetError> {
 }
 
 fn key_pair(pem: &str, what: &str) -> Result<KeyPair, FleetError> {
-    // Nothing of a key is shown, wrong or not.
+    // The error must not show the key.
     KeyPair::from_pem(pem).map_err(|_| {
         wrong(what, "it holds no private key of a kind known here (PKCS #8 in PEM, of P-256, P-384, Ed25519 or RSA; openssl pkcs8 -topk8 -nodes makes that of others)")
     })
@@ -214,7 +213,7 @@ pub fn public_of(key: &str) -> Result<[u8; 32], FleetError> {
     Ok(sha256(&key_pair(key, "the key")?.subject_public_key_info()))
 }
 
-/// A request for a certificate of this key (PKCS #10). Whose it will be is for the authority to say.
+/// A certificate request (PKCS #10) for this key. The authority decides on the name.
 ///
 /// # Errors
 /// [`FleetError::Certificate`].
@@ -234,7 +233,7 @@ pub struct Ca {
 }
 
 impl Ca {
-    /// Makes one; gives its certificate and key as PEM.
+    /// Creates one; returns its certificate and key as PEM.
     ///
     /// # Errors
     /// [`FleetError::NoRandom`], [`FleetError::Certificate`].
@@ -245,7 +244,7 @@ impl Ca {
         (params.not_before, params.not_after) = validity(now, CA_DAYS)?;
         params.distinguished_name = rcgen::DistinguishedName::new();
         params.distinguished_name.push(DnType::CommonName, format!("Vencejo fleet {org}"));
-        // No authority below it.
+        // No intermediate authorities.
         params.is_ca = IsCa::Ca(BasicConstraints::Constrained(0));
         params.key_usages = vec![KeyUsagePurpose::KeyCertSign, KeyUsagePurpose::CrlSign];
         let made = params.self_signed(&key_pair(&key, "the key")?).map_err(|error| wrong("the authority", error))?;
@@ -299,7 +298,7 @@ impl Ca {
     }
 
     /// A certificate for an aircraft or another ground station, for the key of its request (PKCS #10), which it has.
-    /// Nothing else that the request says counts.
+    /// Other contents of the request are ignored.
     ///
     /// # Errors
     /// [`FleetError::Certificate`].
@@ -328,7 +327,7 @@ impl Ca {
         self.serving(common_name, names, &request.public_key, now)
     }
 
-    /// Signs some bytes, which begin with what they are: no certificate begins so.
+    /// Signs bytes, which begin with a context that no certificate begins with.
     ///
     /// # Errors
     /// [`FleetError::Certificate`].

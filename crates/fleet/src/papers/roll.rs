@@ -1,6 +1,6 @@
-//! Who is enrolled in a fleet, aircraft and ground stations, who no longer is, and which tokens are out. The
-//! organisation's authority keeps it on the ground. Each is on it by the common name of its certificate, which for a
-//! ground station begins with `_`.
+//! The roll of a fleet: enrolled and revoked aircraft and ground stations, and pending tokens. The organisation's
+//! authority keeps it on the ground. Members are identified by the common name of their certificate, which for a ground
+//! station begins with `_`.
 
 use core::net::IpAddr;
 use std::collections::{BTreeMap, VecDeque};
@@ -17,22 +17,22 @@ use crate::key::Name;
 use crate::payload::VERSION as PAYLOAD_VERSION;
 use crate::signature::PublicKey;
 
-/// The version of what is kept. The first knew aircraft alone, which are members by their names here.
+/// The version of the file. The first had aircraft only, whose common names are their names.
 const VERSION: u32 = 2;
-/// Aircraft on a roll at most: sessions that a router takes.
+/// Most aircraft on a roll: the sessions of a router.
 const MAX_AIRCRAFT: usize = 10_000;
-/// Tokens that are out at most.
+/// Most pending tokens.
 const MAX_TOKENS: usize = 1_000;
 
-/// A ground station's role, and the addresses at which others reach its router, where it has one.
+/// A ground station's role, and the addresses of its router, if it has one.
 pub type AsStation = (Role, Vec<String>);
 
-/// Whom a token is for.
+/// The recipient of a token.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Newcomer {
     /// An aircraft.
     Aircraft(Name),
-    /// A ground station; where it is a router as well, the addresses at which others reach that.
+    /// A ground station, with its addresses if it is a router.
     Station(Name, Role, Vec<String>),
 }
 
@@ -45,7 +45,7 @@ impl Newcomer {
         }
     }
 
-    /// Whether there may be one of that name.
+    /// Whether the name is allowed.
     ///
     /// # Errors
     /// [`FleetError::Refused`]: that of the ground station that has the authority is taken.
@@ -64,7 +64,7 @@ impl Newcomer {
         }
     }
 
-    /// Where it is a router.
+    /// Its addresses as a router.
     pub fn routers(&self) -> &[String] {
         match self {
             Self::Aircraft(_) => &[],
@@ -78,7 +78,7 @@ pub fn station_called(name: &Name) -> String {
     format!("{STATION_PREFIX}{name}")
 }
 
-/// What a person calls whoever has a common name, and how one is enrolled.
+/// The display name of a common name, and the command that enrols it.
 fn called(common_name: &str) -> (&str, String) {
     match common_name.strip_prefix(STATION_PREFIX) {
         Some(name) => (name, format!("vencejo fleet enrol --station {name}")),
@@ -86,14 +86,14 @@ fn called(common_name: &str) -> (&str, String) {
     }
 }
 
-/// A ground station's place.
+/// A ground station's entry.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Post {
     /// Its role.
     pub role: Role,
     /// The key that it signs orders with, in hexadecimal digits.
     pub operator: String,
-    /// Where it is a router, if it is one.
+    /// Its addresses as a router, if it is one.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub routers: Vec<String>,
 }
@@ -103,27 +103,27 @@ pub struct Post {
 pub struct Entry {
     /// When it was enrolled, seconds since 1970.
     pub enrolled: u64,
-    /// When the last certificate that it got ends.
+    /// When its last certificate ends.
     pub ends: u64,
     /// SHA-256 of the key of that certificate, in hexadecimal digits.
     pub key: String,
-    /// The same of the one that was shown for it: its bearer may not have heard the answer.
+    /// The same of the certificate used for the renewal: the answer may have been lost.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub before: Option<String>,
-    /// When it was put out.
+    /// When it was revoked.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub revoked: Option<u64>,
-    /// What it may do, where it is a ground station.
+    /// Its entry as a ground station.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub post: Option<Post>,
 }
 
-/// One token that is out.
+/// A pending token.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Out {
-    /// SHA-256 of its secret, in hexadecimal digits: the secret is nowhere.
+    /// SHA-256 of its secret, in hexadecimal digits; the secret is not stored.
     pub hash: String,
-    /// Whom it is for: a common name.
+    /// Its recipient: a common name.
     pub name: String,
     /// The role, where that is a ground station.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -159,7 +159,7 @@ pub struct Roll {
     /// The number of the list of aircraft that other routers let in.
     #[serde(default)]
     pub admitted_number: u64,
-    /// Who is enrolled, by common name.
+    /// The members, by common name.
     #[serde(default, alias = "aircraft")]
     pub members: BTreeMap<String, Entry>,
     #[serde(default)]
@@ -171,7 +171,7 @@ fn refused(why: impl Into<String>) -> FleetError {
 }
 
 impl Roll {
-    /// One without anybody.
+    /// An empty roll.
     pub fn new(hosts: Vec<String>) -> Self {
         Self {
             version: VERSION,
@@ -186,10 +186,10 @@ impl Roll {
         }
     }
 
-    /// The roll as it is kept.
+    /// Reads the file of a roll.
     ///
     /// # Errors
-    /// What is wrong with it.
+    /// The reason, as text.
     pub fn read(bytes: &[u8]) -> Result<Self, String> {
         let mut json = serde_json::Deserializer::from_slice(bytes);
         // With the path of the value, such as `members.plane7.serial`: its line alone says little to a person.
@@ -201,20 +201,20 @@ impl Roll {
         }
     }
 
-    /// As it is kept.
+    /// The file of the roll.
     pub fn bytes(&self) -> Vec<u8> {
         let mut bytes = serde_json::to_vec_pretty(self).expect("invariant: texts and numbers are JSON");
         bytes.push(b'\n');
         bytes
     }
 
-    /// Common names of the aircraft, or of the ground stations, that routers let in.
+    /// Common names of the aircraft, or of the ground stations, that routers admit.
     pub fn admitted(&self, stations: bool) -> impl Iterator<Item = &str> {
         let is_in = move |entry: &Entry| entry.revoked.is_none() && entry.post.is_some() == stations;
         self.members.iter().filter(move |(_, entry)| is_in(entry)).map(|(name, _)| name.as_str())
     }
 
-    /// The ground stations whose orders count, and the addresses, for all to know.
+    /// The public list of ground stations and addresses.
     pub fn stations(&self, org: &Name) -> Stations {
         let listed = |name: &str, role: Role, operator: &str, routers: &[String]| {
             let key = operator.parse::<PublicKey>().ok()?.0.to_vec();
@@ -237,7 +237,7 @@ impl Roll {
         }
     }
 
-    /// The aircraft that routers let in.
+    /// The aircraft that routers admit.
     pub fn aircraft(&self, org: &Name) -> Admitted {
         Admitted {
             version: PAYLOAD_VERSION,
@@ -247,8 +247,8 @@ impl Roll {
         }
     }
 
-    /// Gives the lists their numbers, where they differ from those `before`. A clock's, so that a copy of the roll that
-    /// is put back years later goes on above all that were given out since.
+    /// Numbers the lists that differ from those `before`. By the clock, so that a restored copy of the roll continues
+    /// above all numbers issued since.
     pub fn number_after(&mut self, before: &Self, org: &Name, now: u64) {
         if self.stations(org) != before.stations(org) {
             self.number = now.max(before.number + 1);
@@ -258,12 +258,12 @@ impl Roll {
         }
     }
 
-    /// Tokens that are good still, and whom for.
+    /// The valid tokens and their recipients.
     pub fn open_tokens(&self, now: u64) -> impl Iterator<Item = &Out> {
         self.tokens.iter().filter(move |out| out.used_by.is_none() && out.ends > now)
     }
 
-    /// Takes note of a token. Who is enrolled already may be enrolled again, on another computer.
+    /// Adds a token. A member may be enrolled again, on another computer.
     ///
     /// # Errors
     /// [`FleetError::Refused`].
@@ -294,7 +294,7 @@ impl Roll {
         if is_new && role.is_some() && self.admitted(true).count() + 1 >= MAX_STATIONS {
             return Err(refused(format!("{MAX_STATIONS} ground stations are enrolled: more cannot be")));
         }
-        // One token each: the older one is void.
+        // One token per recipient: an older one is void.
         self.tokens.retain(|out| out.name != common_name);
         let routers = newcomer.routers().to_vec();
         self.tokens.push(Out {
@@ -308,8 +308,8 @@ impl Roll {
         Ok(())
     }
 
-    /// Whose certificate a request with this secret and this key is for. From now on the token is this key's: whoever
-    /// lost the answer asks again with the same key, and nobody else can.
+    /// Redeems a token's secret for this key; returns the common name. From now on the token is bound to this key:
+    /// after a lost answer the same key can ask again, and no other.
     ///
     /// # Errors
     /// [`FleetError::Refused`].
@@ -338,8 +338,7 @@ impl Roll {
         Ok((out.name.clone(), out.role.map(|role| (role, out.routers.clone()))))
     }
 
-    /// Whether whoever shows a good certificate, of this key, gets another: one that was enrolled again, elsewhere,
-    /// does not.
+    /// Whether the holder of a valid certificate of this key gets another one: not if it was enrolled again elsewhere.
     ///
     /// # Errors
     /// [`FleetError::Refused`].
@@ -353,7 +352,7 @@ impl Roll {
         }
     }
 
-    /// Takes note of a certificate that somebody gets, for a key, and of the key that it showed for it.
+    /// Records an issued certificate: its key, and the key that was used to request it.
     pub fn enter(&mut self, common_name: &str, key: &[u8; 32], before: Option<&[u8; 32]>, ends: u64, now: u64) {
         let already = self.members.get(common_name).filter(|entry| entry.revoked.is_none());
         let (enrolled, post) = already.map_or((now, None), |entry| (entry.enrolled, entry.post.clone()));
@@ -362,8 +361,8 @@ impl Roll {
             .insert(common_name.to_owned(), Entry { enrolled, ends, key: hex(key), before, revoked: None, post });
     }
 
-    /// Gives a ground station that has joined its role, and takes note of the key that it signs orders with, and of
-    /// where it is a router.
+    /// Records the role of a ground station that has joined, the key that it signs orders with, and its addresses as a
+    /// router.
     ///
     /// # Errors
     /// [`FleetError::Refused`] for a key that is another's.
@@ -385,7 +384,7 @@ impl Roll {
         Ok(())
     }
 
-    /// Puts somebody out, with the tokens for it.
+    /// Revokes a member and its tokens.
     ///
     /// # Errors
     /// [`FleetError::Refused`] where there is none of that common name.
@@ -410,10 +409,10 @@ impl Roll {
 const MAX_WRONG: usize = 10;
 /// How long a wrong secret counts.
 const WINDOW: Duration = Duration::from_secs(60);
-/// Addresses that are remembered at most; the oldest is forgotten.
+/// Most addresses remembered; the oldest is forgotten.
 const MAX_ADDRESSES: usize = 1_024;
 
-/// Who guesses. A secret has 128 bits, so that no rate would find one; this keeps the log and the processor free.
+/// A rate limit for wrong secrets. 128 bits cannot be guessed at any rate; this protects the log and the processor.
 #[derive(Debug, Default)]
 pub struct Guesses(VecDeque<(IpAddr, Duration)>);
 

@@ -1,8 +1,8 @@
 //! The list of a fleet's ground stations, their keys and roles, and where routers are: signed by the authority, and
 //! numbered.
 //!
-//! Every aircraft keeps the newest that it has seen, whoever brought it: who carries a list can neither make one nor
-//! change it, and an older one is never taken in place of a newer.
+//! Every aircraft keeps the newest that it has seen, from any source: a list cannot be forged or modified in transit,
+//! and an older one never replaces a newer one.
 
 use std::collections::BTreeMap;
 
@@ -15,13 +15,13 @@ use crate::error::FleetError;
 use crate::payload::VERSION;
 use crate::signature::PublicKey;
 
-/// Bytes of a signed list at most.
+/// Most bytes of a signed list.
 pub const MAX_BYTES: usize = 12 * 1024;
-/// Bytes of the list of aircraft at most: one message.
+/// Most bytes of the list of aircraft: one message.
 pub const MAX_ADMITTED: usize = crate::payload::MAX_BYTES;
-/// Ground stations in it at most.
+/// Most ground stations in it.
 pub const MAX_STATIONS: usize = 64;
-/// Addresses of routers in it at most.
+/// Most addresses of routers in it.
 pub const MAX_ROUTERS: usize = 16;
 
 /// Name of the ground station that has the authority.
@@ -36,10 +36,10 @@ pub struct Listed {
     /// The key that it signs orders with.
     #[prost(bytes = "vec", tag = "2")]
     pub key: Vec<u8>,
-    /// Its role, by name. One that is not known here is none.
+    /// Its role, by name. Unknown roles are ignored.
     #[prost(string, tag = "3")]
     pub role: String,
-    /// Where it is a router, if it is one.
+    /// Its addresses as a router, if it is one.
     #[prost(string, repeated, tag = "4")]
     pub routers: Vec<String>,
 }
@@ -53,16 +53,16 @@ pub struct Stations {
     /// The organisation.
     #[prost(string, tag = "2")]
     pub org: String,
-    /// Grows with each list.
+    /// Incremented with each list.
     #[prost(uint64, tag = "3")]
     pub number: u64,
     /// The ground stations.
     #[prost(message, repeated, tag = "4")]
     pub stations: Vec<Listed>,
-    /// Where routers are, in the order in which they are tried.
+    /// Addresses of routers, in the order in which they are tried.
     #[prost(string, repeated, tag = "5")]
     pub routers: Vec<String>,
-    /// Where certificates are renewed, `HOST:PORT`.
+    /// Addresses of doors, where certificates are renewed, `HOST:PORT`.
     #[prost(string, repeated, tag = "6")]
     pub doors: Vec<String>,
 }
@@ -78,16 +78,14 @@ pub struct SignedStations {
     pub signature: Vec<u8>,
 }
 
-/// A list that the authority signs: what is signed holds for its kind alone, and only where it is of this version and
-/// organisation.
+/// A list that the authority signs. A signature is valid for one kind of list, version and organisation.
 trait Kind: Message + Default {
-    /// Says what is signed, so that a signature of the authority for something else, such as a certificate, is none
-    /// here.
+    /// Domain separation of the signature, for example from certificates.
     const CONTEXT: &'static [u8];
-    /// What it is called, and what makes it shorter.
+    /// Its name, and how to shorten it.
     const NAME: &'static str;
     const SHORTER: &'static str;
-    /// Bytes of it at most, signature included.
+    /// Most bytes, signature included.
     const LIMIT: usize;
 
     /// Its version and organisation.
@@ -129,8 +127,8 @@ fn read<T: Kind>(signed: &[u8], ca: &str, org: &str) -> Result<T, FleetError> {
     Ok(list)
 }
 
-/// The aircraft that routers let in: what a router that has not the authority makes its access control of. Signed and
-/// numbered as the list of stations is.
+/// The aircraft that routers admit, from which a router without the authority makes its access control. Signed and
+/// numbered like the list of stations.
 #[derive(Clone, PartialEq, Message)]
 pub struct Admitted {
     /// [`VERSION`].
@@ -139,7 +137,7 @@ pub struct Admitted {
     /// The organisation.
     #[prost(string, tag = "2")]
     pub org: String,
-    /// Grows with each list.
+    /// Incremented with each list.
     #[prost(uint64, tag = "3")]
     pub number: u64,
     /// Their names.
@@ -178,7 +176,7 @@ impl Admitted {
         sign(self, ca)
     }
 
-    /// A list from anybody, whose signature is looked at.
+    /// Reads an untrusted list and verifies its signature.
     ///
     /// # Errors
     /// [`FleetError::Refused`] where it is not of this authority (PEM) and organisation, or cannot be read.
@@ -196,7 +194,7 @@ impl Stations {
         sign(self, ca)
     }
 
-    /// A list from anybody, whose signature is looked at.
+    /// Reads an untrusted list and verifies its signature.
     ///
     /// # Errors
     /// [`FleetError::Refused`] where it is not of this authority (PEM) and organisation, or cannot be read.
@@ -204,10 +202,10 @@ impl Stations {
         read(signed, ca, org)
     }
 
-    /// Whom the router at the station of this name lets in, aircraft aside.
+    /// The members that the router of this station admits, aircraft aside.
     pub fn let_in(&self, own: &str) -> LetIn {
         let called = |each: &Listed| format!("{STATION_PREFIX}{}", each.name);
-        // Where the authority is, is a router for all others.
+        // The station with the authority is a router for all others.
         let is_router = |each: &&Listed| !each.routers.is_empty() || each.name == GROUND;
         let (routers, stations): (Vec<_>, Vec<_>) = self.stations.iter().partition(is_router);
         let (own, ground) = (format!("{STATION_PREFIX}{own}"), format!("{STATION_PREFIX}{GROUND}"));

@@ -1,25 +1,25 @@
-//! What is said at the door where aircraft and ground stations are enrolled and certificates renewed: one question and
-//! one answer, in Protocol Buffers, each with its length before it.
+//! The protocol of the door, for enrolment and renewal of certificates: one request and one answer, in Protocol
+//! Buffers, length-prefixed.
 
 use prost::Message;
 
 use crate::error::FleetError;
 use crate::payload::VERSION;
 
-/// Bytes of either at most.
+/// Most bytes of either.
 pub const MAX_BYTES: usize = 16 * 1024;
 
-/// Why somebody gets nothing who would get something for a good request: so an aircraft asks, with none, whether it is
-/// known still.
+/// The refusal of an otherwise acceptable caller with an invalid request: an aircraft without a request checks so
+/// whether it is still enrolled.
 pub const BAD_REQUEST: &str = "the request is not good";
 
-/// Somebody asks for a certificate.
+/// A request for a certificate.
 #[derive(Clone, PartialEq, Message)]
 pub struct Asked {
-    /// The version of what is said.
+    /// The protocol version.
     #[prost(uint32, tag = "1")]
     pub version: u32,
-    /// The secret of its token; empty where it shows the certificate that it has.
+    /// The secret of its token; empty if it authenticates with its present certificate.
     #[prost(bytes = "vec", tag = "2")]
     pub secret: Vec<u8>,
     /// Its request (PKCS #10).
@@ -30,10 +30,10 @@ pub struct Asked {
     pub operator: Vec<u8>,
 }
 
-/// What it gets.
+/// The answer.
 #[derive(Clone, PartialEq, Message)]
 pub struct Given {
-    /// The version of what is said.
+    /// The protocol version.
     #[prost(uint32, tag = "1")]
     pub version: u32,
     /// Why it gets nothing; empty where it does.
