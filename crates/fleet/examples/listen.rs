@@ -84,7 +84,7 @@ struct Last {
 }
 
 /// What one subscriber heard.
-struct Replies {
+struct Heard {
     /// By the number of the aircraft.
     last: Vec<Option<Last>>,
     is_counting: bool,
@@ -94,7 +94,7 @@ struct Replies {
     ages: Durations,
 }
 
-impl Replies {
+impl Heard {
     fn on_state(&mut self, org: &Name, sample: &Sample) {
         let Some((number, put_us)) = sample.attachment().and_then(|stamp| stamp_of(&stamp.to_bytes())) else { return };
         let Some(name) = aircraft_of(org, Kind::State, sample.key_expr().as_str()) else { return };
@@ -128,16 +128,16 @@ fn utc_us() -> u64 {
     SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| u64::try_from(since.as_micros()).unwrap_or(u64::MAX))
 }
 
-fn with<T>(heard: &Mutex<Replies>, act: impl FnOnce(&mut Replies) -> T) -> T {
+fn with<T>(heard: &Mutex<Heard>, act: impl FnOnce(&mut Heard) -> T) -> T {
     act(&mut heard.lock().unwrap_or_else(PoisonError::into_inner))
 }
 
 /// One subscriber.
-async fn subscribe(router: &Endpoint, org: &Name) -> Result<(Session, Arc<Mutex<Replies>>), Box<dyn Error>> {
+async fn subscribe(router: &Endpoint, org: &Name) -> Result<(Session, Arc<Mutex<Heard>>), Box<dyn Error>> {
     let words = |error: zenoh::Error| error.to_string();
     let session = session_of_an_aircraft(router).await?;
     let (last, ages) = (Vec::new(), Durations::new());
-    let heard = Arc::new(Mutex::new(Replies { last, is_counting: false, states: 0, lost: 0, bytes: 0, ages }));
+    let heard = Arc::new(Mutex::new(Heard { last, is_counting: false, states: 0, lost: 0, bytes: 0, ages }));
     let (here, of) = (heard.clone(), org.clone());
     let states = session.declare_subscriber(keys_of_all(org, Kind::State));
     let hear = move |sample| with(&here, |heard| heard.on_state(&of, &sample));
