@@ -55,8 +55,7 @@ def land(
     Each is rehearsed from the last place of the mission. The file is changed only where --write names it. Ends with 1
     when the landing that is written is not to be flown.
 
-    Example: vencejo plan land mission.plan --runway 40.3332,-3.7978,40.3332,-3.7943 --wind 6 --wind-from 250 --write
-    landing.plan
+    Example: vencejo plan land mission.plan --runway 40.3332,-3.7978,40.3332,-3.7943 --wind 6 --wind-from 250 --write landing.plan
     """
     from vencejo import Plan
     from vencejo.landing import Wind, landing_alternatives

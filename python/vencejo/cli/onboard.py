@@ -144,8 +144,7 @@ def onboard(
 
     Example: vencejo onboard --fleet acme --name plane7 --link /dev/serial0,921600 --trust 3b6a27bc...
 
-    Example: vencejo onboard --fleet try --plane plane1@1=tcp:127.0.0.1:5760 --plane plane2@2=tcp:127.0.0.1:5761 --trust
-    3b6a27bc...
+    Example: vencejo onboard --fleet try --plane plane1@1=tcp:127.0.0.1:5760 --plane plane2@2=tcp:127.0.0.1:5761 --trust 3b6a27bc...
     """
     from vencejo import Station
     from vencejo.enrolment import member
