@@ -107,8 +107,7 @@ def survey(
 
     Example: vencejo plan survey field.plan --camera "Sony a6000 16mm" --gsd 3 --wind 5 --wind-from 240 -o survey.plan
 
-    Example: vencejo plan survey --area "40.33,-3.80 40.34,-3.80 40.34,-3.79" --width 60 --spacing 40 --height 100
-    --json
+    Example: vencejo plan survey --area "40.33,-3.80 40.34,-3.80 40.34,-3.79" --width 60 --spacing 40 --height 100 --json
     """
     from vencejo.landing import Wind, landing_item
     from vencejo.plan import Plan
