@@ -43,6 +43,7 @@ __all__ = [
     "MavlinkMessage",
     "Parameters",
     "Vehicle",
+    "check_request",
 ]
 
 Danger: TypeAlias = Literal[
@@ -1103,6 +1104,17 @@ class Parameters:
 
     def __setitem__(self, name: str, value: float) -> None:
         self.set(name, value)
+
+
+def check_request(name: str, values: Mapping[str, Any]) -> None:
+    """Check a request of `Vehicle.ask` without a vehicle.
+
+    Raises
+    ------
+    InvalidRequest
+        For an unknown name, listing the known ones, and for a value that is wrong or missing.
+    """
+    _native.check_request(name, dict(values))
 
 
 def _command_number(command: int | str) -> int:

@@ -48,14 +48,15 @@ def ask(
 
     Example: vencejo ask goto lat_deg=40.333 lon_deg=-3.797 alt_m=80 alt_frame=home --link tcp:127.0.0.1:5760
     """
-    from vencejo import ConfirmationNeeded, _native
+    from vencejo import ConfirmationNeeded
+    from vencejo.vehicle import check_request
 
     given: dict[str, Any] = {}
     for name, value in map(_value, values or ()):
         if name in given:
             raise Failed(f"{name} is given twice", Exit.USAGE)
         given[name] = value
-    _native.check_request(request, given)  # before anything is waited for
+    check_request(request, given)  # before anything is waited for
     with on.vehicle() as vehicle:
         try:
             message = vehicle.ask(request, given)
