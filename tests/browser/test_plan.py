@@ -123,6 +123,9 @@ async def test_a_plan_is_edited_undone_and_kept(open_station: OpenStation, serve
             await station.type_into(station.field(details, "param.turns"), "3")
             await expect(station.items.nth(2)).to_contain_text(station.text("kind.loiter_turns"))
             await station.type_into(height_of(station, 1), "nonsense")
+            await expect(panel.get_by_role("alert")).to_have_text(station.text("plan.invalid"))
+            assert await heights(station) == ["nonsense", "95", "80"], "it stays until it is corrected"
+            await height_of(station, 1).press("Escape")
             assert await heights(station) == ["80", "95", "80"], "what is no number is not taken"
             for _ in range(4):
                 await undo.click()
