@@ -4,14 +4,7 @@ import type { Plan as ApiPlan, PlanKind, Problem, UnknownLevel } from '$lib/api/
 import { type Areas, isFenceEmpty } from '$lib/domain/area-edit';
 import { commit, type History, historyOf, redo, seal, undo } from '$lib/domain/history';
 import type { LonLat } from '$lib/domain/lonlat';
-import {
-  altOf_m,
-  type EditableKind,
-  emptyPlan,
-  type HeightFrame,
-  type Home,
-  type Plan,
-} from '$lib/domain/plan';
+import { altOf_m, type EditableKind, emptyPlan, type HeightFrame, type Home, type Plan } from '$lib/domain/plan';
 import {
   type Added,
   changeCommand,
