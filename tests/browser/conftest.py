@@ -47,7 +47,7 @@ async def _browser() -> AsyncIterator[Browser]:
 
 
 class OpenStation(Protocol):
-    """Opens the station in a browser of its own: storage and session are shared with nobody.
+    """Opens the station in a browser of its own: nothing of storage or session is shared.
 
     `stored` is what the page finds of an earlier visit: values by their names without ``vencejo.``.
     """
@@ -109,7 +109,7 @@ def _open_station(browser: Browser, request: pytest.FixtureRequest) -> OpenStati
 
 
 def _listen(page: Page, faults: list[str]) -> None:
-    """Note what goes wrong inside the page. That a server is away is told on the console by the browser itself."""
+    """Collect errors inside the page, except the browser's own messages about an unreachable server."""
 
     def on_console(message: ConsoleMessage) -> None:
         is_network = message.text.startswith(("Failed to load resource", "WebSocket connection to"))

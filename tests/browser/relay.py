@@ -78,7 +78,7 @@ class TcpRelay(_Loop):
         return int(self._listener.getsockname()[1])
 
     def silence(self) -> None:
-        """Nothing passes from now on, and nobody is told."""
+        """Drop all packets silently from now on."""
         with self._lock:
             self._state = "silent"
             self._dead |= self._other.keys()

@@ -33,8 +33,8 @@ TOLD = """
   }).observe(document, { childList: true, subtree: true, characterData: true });
 })();
 """
-"""To be run in a page: keeps the titles of what it tells, such as that a command was accepted, which it shows for ten seconds only, and the modes
-that it showed, in either language."""
+"""To be run in a page: records the titles of its messages, such as an accepted command's, shown for ten seconds only, and the modes shown,
+in either language."""
 SETTLED = """async () => {
     for (;;) {
         const moving = document.getAnimations().filter((each) => each.effect.getComputedTiming().endTime !== Infinity);
@@ -129,12 +129,12 @@ class StationPage:
 
     @property
     def on_map(self) -> Locator:
-        """What is told of the planes on the map to those who do not see it."""
+        """The description of the planes on the map for screen readers."""
         return self.page.get_by_role("list", name=self.text("map.planes"), exact=True)
 
     @property
     def lost(self) -> Locator:
-        """The line below the bar when somebody is not heard."""
+        """The line below the bar when a vehicle or the server is not heard."""
         return self.page.get_by_role("status").filter(
             has_text=re.compile(f"^\\s*({self.text('bar.linkLost')}|{self.text('bar.serverAway')})")
         )
@@ -256,12 +256,12 @@ class StationPage:
         return self.panel(name)
 
     async def see_plane(self) -> None:
-        """Wait until the plane tells all about itself."""
+        """Wait until the plane reports all its telemetry."""
         await expect(self.bar("bar.gps")).to_contain_text("RTK")
         await expect(self.bar("bar.battery")).to_contain_text("%")
 
     async def have_control(self) -> None:
-        """Have control, or take it as soon as whoever had it has gone."""
+        """Have control, or take it as soon as its holder has gone."""
         arm = self.panel("fly").get_by_role("button", name=self.text("fly.arm"), exact=True)
         if await self.page.get_by_role("region", name=self.text("panel.fly"), exact=True).count() == 0:
             await self.open_panel("fly")

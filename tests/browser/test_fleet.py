@@ -1,4 +1,4 @@
-"""Many vehicles in one browser: the list, what is told to several together, and the marks on the map."""
+"""Many vehicles in one browser: the list, group actions, and the marks on the map."""
 
 from __future__ import annotations
 

@@ -30,7 +30,7 @@ async def take_off(station: StationPage, plane: Plane) -> None:
 
 
 async def draw_two_waypoints(station: StationPage) -> None:
-    """Have a draft that nobody else knows."""
+    """Have a draft that is only in this browser."""
     await station.open_panel("plan")
     await station.leave_view_alone()
     await station.show_plane()

@@ -267,7 +267,7 @@ async def keep_an_area(open_station: OpenStation, serve: Serve, ground: MapServe
         panel = await open_maps(station)
         await press(station, panel, "maps.add").click()
         await look("add")
-        # as somebody copies it out of a browser
+        # as copied out of a browser
         await station.field(panel, "maps.paste").fill(ground.url + "?request=GetCapabilities&service=WMS")
         await panel.get_by_role("checkbox", name=station.text("maps.localNetwork")).check()
         await press(station, panel, "maps.next").click()

@@ -26,7 +26,7 @@ async def test_one_has_control_and_another_asks_for_it(open_station: OpenStation
             await expect(first.page.get_by_text(first.like("control.wanted"))).to_be_visible()
             await expect(arm[1]).to_be_disabled()
             await first.button("control.give").click()
-            # Given back: whoever asked takes it, or has it at once.
+            # Given back: the one who asked takes it, or has it at once.
             take = second.button("control.take")
             await expect(
                 take.or_(second.panel("fly").get_by_text(second.text("fly.ready"), exact=True))

@@ -197,7 +197,7 @@ async def test_a_survey_is_drawn_changed_saved_and_opened(
             await survey.get_by_role("button", name=station.text("survey.done"), exact=True).click()
             row = station.items.filter(has_text=station.text("survey.open"))
             await expect(row).to_have_count(1)
-            # Its items stand behind it, until somebody asks for them.
+            # Its items are folded until they are asked for.
             await expect(station.items).to_have_count(1)
             await row.get_by_role("button", name=station.text("survey.showItems"), exact=True).click()
             await expect(row).to_have_count(1)

@@ -36,7 +36,7 @@ describe('tiles', () => {
     expect(await loader('a', '/away', signal)).toMatchObject({ kind: 'failed', problem: { status: 0 } });
   });
 
-  /** A server that answers only when it is told to, tile by tile; `asked` has their addresses in turn. */
+  /** A server that answers on demand, tile by tile; `asked` has their addresses in turn. */
   function slowServer() {
     const asked: string[] = [];
     const answers = new Map<string, () => void>();

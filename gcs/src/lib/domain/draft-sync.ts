@@ -20,7 +20,7 @@ export interface ServerDraft {
 }
 
 /**
- * `push`: save ours on their revision. `adopt`: they are the same. `offer`: theirs is another, and nothing of ours would be lost.
+ * `push`: save ours on their revision. `adopt`: they are the same. `offer`: theirs differs, and nothing of ours would be lost.
  * `conflict`: both were changed, and a person decides.
  */
 export type Meeting = 'none' | 'push' | 'adopt' | 'offer' | 'conflict';

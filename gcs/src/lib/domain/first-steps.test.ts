@@ -35,7 +35,7 @@ it('leads to what comes next, and never to arm before there is a plan on board',
   expect(on({ ...sent, needsPreparation: true })).toBe('prepare');
   expect(on({ ...sent, needsPreparation: false })).toBe('arm');
   expect(on({ ...sent, needsPreparation: false, isReady: false })).toBeNull();
-  // nobody says whether it is ready: the vehicle itself refuses if it is not
+  // readiness unknown: the vehicle itself refuses if it is not ready
   expect(on({ ...sent, needsPreparation: false, isReady: null })).toBe('arm');
   expect(on({ ...sent, isArmed: true, followsMission: false })).toBe('start');
   expect(on({ ...sent, isArmed: true, followsMission: true })).toBeNull();

@@ -60,7 +60,7 @@ function dms(value_deg: number, positive: string, negative: string): string {
 /**
  * Reads a position as people paste it: `40.33, -3.79`, `40,33; -3,79`, `40°20′08″N 3°47′48″W`, `N40.33 W3.79`.
  * Latitude comes first unless hemisphere letters say otherwise. `null` when it is not a position, and where it may be one angle:
- * `40,33` is 40.33 to whoever writes decimals with a comma, and `40 33` may be degrees and minutes.
+ * `40,33` is 40.33 with a decimal comma, and `40 33` may be degrees and minutes.
  */
 export function parseLonLat(text: string): LonLat | null {
   const parts = split(text.trim().toUpperCase());

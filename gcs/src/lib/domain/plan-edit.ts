@@ -157,8 +157,8 @@ export function removeComplex(draft: Draft, complex: ComplexItem, items: readonl
 }
 
 /**
- * Index at which an item that is added "at the end" belongs: before the landing or return that ends the mission, as the core told of it;
- * of what is newer than that, before the last item that is one.
+ * Index at which an item that is added "at the end" belongs: before the landing or return that ends the mission, from the core's answer;
+ * for a plan changed since, before the last item if it is a landing or return.
  */
 export function endIndex(draft: Draft, end: End): number {
   const last = draft.items.at(-1);

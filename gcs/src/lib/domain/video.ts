@@ -34,7 +34,7 @@ export function readPicture(message: ArrayBuffer): Picture | null {
 const SPS = 7;
 
 /**
- * The codec of an H.264 byte stream as decoders are told it, `avc1.PPCCLL` (RFC 6381): profile, constraints and level of the
+ * The codec string of an H.264 byte stream, `avc1.PPCCLL` (RFC 6381): profile, constraints and level of the
  * first sequence parameter set; null when there is none.
  */
 export function h264Codec(data: Uint8Array): string | null {

@@ -74,8 +74,8 @@ export class Comparison {
   }
 
   /**
-   * How a part as it is `now` differs from the one on board; `null` while that is not known. That it is the same is told of nothing
-   * that was edited since; that it differs, for a moment. Reactive.
+   * How a part as it is `now` differs from the one on board; `null` while that is unknown. "Same" holds only for the very version
+   * that was compared; "differs" also for a moment after an edit. Reactive.
    */
   of<Part extends PlanKind>(part: Part, now: Question): Differing<Part> | null {
     const { question, told } = this.#asker.answer ?? { question: null, told: null };

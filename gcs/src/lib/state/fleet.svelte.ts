@@ -36,7 +36,7 @@ class Fleet {
   readonly #byId = new Map<number, RosterRow>();
   /** Counts the messages: the rows themselves stay out of reactive state. */
   #version = $state(0);
-  /** Where each stands by name; null when that is to be found anew. */
+  /** Rank of each vehicle by name; null when it has to be computed again. */
   #places: Map<number, number> | null = null;
   /** When the newest came, monotonic and on the station's clock. */
   #at_ms = 0;

@@ -1,4 +1,4 @@
-// What comes more often than anybody sees.
+// Throttles values that change more often than frames are drawn.
 import { untrack } from 'svelte';
 
 /** A value for drawing: the newest, taken over at most once a frame. To be called while a component is made; it ends with that. */

@@ -125,8 +125,8 @@ export class Station {
   /**
    * Asks the core to assess a plan, rehearsed in a wind with a ground clearance. One question at a time: a second one ends the first.
    *
-   * Rejects when the connection ends before the answer, and for what is no plan. A plan too long for the WebSocket goes another
-   * way, which tells its findings alone.
+   * Rejects when the connection ends before the answer, and for an invalid plan. A plan too long for the WebSocket goes by HTTP,
+   * which returns its findings alone.
    */
   async assess(
     plan: Plan,

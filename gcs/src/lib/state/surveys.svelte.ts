@@ -1,5 +1,5 @@
-// Surveys and corridors of the mission: drawn, opened again and changed, laid out by the core while a corner is dragged; and what became of
-// all complex items, landing patterns and structure scans among them, whose items somebody edits by hand.
+// Surveys and corridors of the mission: drawing, reopening and changing them; the core lays them out while a corner is dragged. Also
+// keeps track of all complex items, landing patterns and structure scans among them, whose items were edited by hand.
 import type { NamedCamera, Problem, Survey, SurveyRequest } from '$lib/api/types';
 import type { AreaHandle, PlacedHandle } from '$lib/domain/area-edit';
 import type { LonLat } from '$lib/domain/lonlat';

@@ -6,7 +6,7 @@ import { vehicles, type Vehicle } from './vehicles.svelte';
 /** How often they are put away, milliseconds; and when the page is left. */
 const SAVE_MS = 10_000;
 const KEY = 'vencejo.trail.';
-/** Points put away of the trail of a vehicle that is no longer followed. */
+/** Points stored of the trail of a vehicle that is no longer followed. */
 const LEFT_POINTS = 500;
 
 class Trails {
@@ -67,7 +67,7 @@ class Trails {
     trail.add(at, position.alt_rel_home_m ?? 0);
   }
 
-  /** Puts the trails of vehicles that are no longer followed away: of a large fleet, many may be looked at. */
+  /** Stores and drops the trails of vehicles that are no longer followed: in a large fleet, many may be looked at. */
   #letGo(): void {
     const left = [...this.#byVehicle.keys()].filter((id) => vehicles.get(id) === undefined);
     if (left.length === 0) return;

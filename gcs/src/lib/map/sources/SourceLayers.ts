@@ -1,5 +1,5 @@
 // The layers of the map's sources: every source comes as tiles of a grid, from our own server, and is warped where its
-// system is another than the map's. What fails is tried again, ever more rarely; what is shown stays meanwhile.
+// projection differs from the map's. Failed tiles are retried with growing delays; shown ones stay meanwhile.
 import type ImageTile from 'ol/ImageTile';
 import type OlMap from 'ol/Map';
 import type Tile from 'ol/Tile';
