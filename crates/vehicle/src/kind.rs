@@ -1,32 +1,7 @@
-//! What a vehicle is by its HEARTBEAT: its autopilot, and the kind that a `MAV_TYPE` stands for.
+//! Kinds of vehicles by `MAV_TYPE`.
 
-use crate::modes::ModeFamily;
-
-/// `MAV_AUTOPILOT_ARDUPILOTMEGA`.
-const ARDUPILOT: u8 = 3;
 /// `MAV_TYPE_FIXED_WING`.
 pub(crate) const FIXED_WING: u8 = 1;
-
-/// What a vehicle is by its HEARTBEAT.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct AutopilotType {
-    /// `MAV_AUTOPILOT`: 3 ArduPilot, 12 PX4.
-    pub autopilot: u8,
-    /// `MAV_TYPE`: 1 fixed wing, 2 quadrotor, 19 to 25 VTOL.
-    pub mav_type: u8,
-}
-
-impl AutopilotType {
-    /// Whether it is an ArduPilot, whose missions begin with home as item 0.
-    pub fn is_ardupilot(self) -> bool {
-        self.autopilot == ARDUPILOT
-    }
-
-    /// Whose mode numbers it uses.
-    pub fn family(self) -> ModeFamily {
-        ModeFamily::of(self.autopilot, self.mav_type)
-    }
-}
 
 /// A kind of vehicle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]

@@ -66,10 +66,12 @@
 //! | [`transfer`] | plans, parameters and files, both ways |
 //! | `id` | ids of a station's vehicles |
 //! | `kind` | kinds of vehicles by `MAV_TYPE` |
+//! | `autopilot` | autopilot and type by HEARTBEAT |
 //! | [`registry`] | the vehicles of a link, and remote ones |
 
 #![allow(deprecated, reason = "messages that MAVLink calls deprecated are what older vehicles speak")]
 
+mod autopilot;
 mod choice;
 pub mod command;
 mod conduct;
@@ -102,6 +104,7 @@ pub mod timesync;
 pub mod transfer;
 mod vehicle;
 
+pub use autopilot::AutopilotType;
 #[cfg(feature = "describe")]
 pub use choice::RateChoice;
 pub use choice::{AltFrame, MAX_RATE_HZ, MessageId, MessageRate, ModeChoice, SLOWEST_HZ, SpeedKind, Turn};
@@ -111,7 +114,7 @@ pub use danger::Danger;
 pub use described::Described;
 pub use error::VehicleError;
 pub use id::VehicleId;
-pub use kind::{AutopilotType, VehicleKind};
+pub use kind::VehicleKind;
 pub use plan_record::{Doubt, PlanRecord, StoredRecord, VehicleKey, Writer};
 pub use plan_state::{PlanState, Unknown};
 pub use preparation::FlightPreparation;

@@ -25,7 +25,7 @@ use vencejo_proto::MonoTime;
 use vencejo_flight::guidance::NorthEast;
 use vencejo_flight::rehearsal::Recorded;
 
-use crate::kind::AutopilotType;
+use crate::autopilot::AutopilotType;
 use crate::modes::FlightMode;
 pub use vencejo_flight::plan::Home;
 

@@ -4,7 +4,7 @@
 use vencejo_flight::plan::PlanKind;
 use vencejo_proto::{Address, MissionItemInt, MonoTime};
 
-use super::identity::{Doubted, Identity, Whose};
+use super::identity::state::{Doubted, Identity, Whose};
 use crate::plan_record::{Doubt, PlanRecord, StoredRecord};
 use crate::plan_state::PlanState;
 use crate::request::RequestId;

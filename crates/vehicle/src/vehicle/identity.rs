@@ -20,14 +20,16 @@
 //! | `Either`: began when it was unsure before | stays | goes to both |
 //! | `Stored`: read from the disk | becomes its own | is dropped; one under a system id goes to this aircraft |
 
+pub(super) mod state;
+
 use std::sync::Arc;
-use std::time::Duration;
 
 use vencejo_flight::checks::CheckContext;
 use vencejo_flight::plan::PlanKind;
 use vencejo_flight::rehearsal::Learner;
 use vencejo_proto::MonoTime;
 
+use self::state::{Doubted, Unsure, Whose};
 use super::board::OnBoard;
 use super::{FlightParameters, Vehicle};
 use crate::plan_record::{Doubt, HardwareIds, PlanRecord, StoredRecord, VehicleKey, Writer};
@@ -35,95 +37,6 @@ use crate::plan_state::{PlanState, Unknown};
 use crate::request::Output;
 use crate::streams::AUTOPILOT_VERSION;
 use crate::transfer::UPLOAD_REST;
-
-/// A vehicle that has not told the id of its hardware for this long is taken for the aircraft before, or known by its
-/// system id.
-const IDENTIFIED_WITHIN: Duration = Duration::from_secs(5);
-
-/// Which aircraft a doubt is about.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) enum Whose {
-    /// The one whose record is kept.
-    Known,
-    /// The one that is there now.
-    Present,
-    /// The one that is there now, or the one whose record is kept.
-    Either,
-    /// The one with this record, until the vehicle is identified.
-    Stored(VehicleKey),
-}
-
-/// A doubt about the mission on board.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Doubted {
-    pub(super) doubt: Doubt,
-    pub(super) whose: Whose,
-}
-
-/// Which aircraft the vehicle is, as far as it has told.
-#[derive(Debug)]
-pub(super) struct Identity {
-    /// Whose record is kept; `None` until the vehicle is identified.
-    pub(super) key: Option<VehicleKey>,
-    /// What it has told of its hardware, in all its messages.
-    hardware: HardwareIds,
-    /// `None`: it has told who it is.
-    unsure: Option<Unsure>,
-}
-
-/// What is remembered while it may be another aircraft.
-#[derive(Debug)]
-struct Unsure {
-    /// When the first message came that may be of another aircraft.
-    since: MonoTime,
-    /// Whether a restart was noticed then.
-    has_restarted: bool,
-    /// Until when its id is waited for; `None` when that is over.
-    waits_until: Option<MonoTime>,
-    /// The record of the aircraft before, as it was then, where that one is known by its hardware.
-    aside: Option<PlanRecord>,
-    /// Whether a doubt has ended since, so that one of an earlier run does not count any more.
-    has_ended_doubt: bool,
-}
-
-impl Identity {
-    pub(super) fn new(now: MonoTime) -> Self {
-        Self { key: None, hardware: HardwareIds::default(), unsure: Some(Unsure::new(now, false, None, now)) }
-    }
-
-    /// Until when the vehicle's id is waited for.
-    pub(super) fn waits_until(&self) -> Option<MonoTime> {
-        self.unsure.as_ref().and_then(|unsure| unsure.waits_until)
-    }
-
-    /// Whose a doubt is that begins now.
-    pub(super) fn present(&self) -> Whose {
-        if self.unsure.is_some() { Whose::Present } else { Whose::Known }
-    }
-
-    pub(super) fn on_doubt_ended(&mut self) {
-        if let Some(unsure) = &mut self.unsure {
-            unsure.has_ended_doubt = true;
-        }
-    }
-
-    /// Whether a doubt has ended since it may be another aircraft.
-    fn has_ended_doubt(&self) -> bool {
-        self.unsure.as_ref().is_some_and(|unsure| unsure.has_ended_doubt)
-    }
-
-    /// The doubt that the recorded aircraft may still have although none is known of the one that is there.
-    pub(super) fn aside(&self) -> Option<&Doubt> {
-        self.unsure.as_ref()?.aside.as_ref()?.doubt.as_ref()
-    }
-}
-
-impl Unsure {
-    fn new(since: MonoTime, has_restarted: bool, aside: Option<PlanRecord>, now: MonoTime) -> Self {
-        let waits_until = Some(now + IDENTIFIED_WITHIN);
-        Self { since, has_restarted, waits_until, aside, has_ended_doubt: false }
-    }
-}
 
 /// The reason that goes with a doubt.
 fn unknown_of(doubt: &Doubt) -> Unknown {

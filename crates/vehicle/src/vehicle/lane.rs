@@ -4,7 +4,7 @@ use vencejo_flight::plan::PlanKind;
 use vencejo_proto::{Address, Message, MissionItemInt, MonoTime};
 
 use super::board::Incoming;
-use super::identity::Doubted;
+use super::identity::state::Doubted;
 use crate::plan_state::PlanState;
 use crate::request::RequestId;
 use crate::transfer::{

@@ -55,9 +55,10 @@ use vencejo_flight::rehearsal::Learner;
 use vencejo_proto::param::{ParamName, ShownEncodings};
 use vencejo_proto::{Address, MavVersion, MonoTime};
 
+use crate::autopilot::AutopilotType;
 use crate::command::{CommandConfig, Commands};
 use crate::conduct::Conduct;
-use crate::kind::{AutopilotType, VehicleKind};
+use crate::kind::VehicleKind;
 use crate::modes::{FlightMode, ModeFamily};
 use crate::plan_state::{PlanState, PlanStates};
 use crate::preparation::FlightPreparation;

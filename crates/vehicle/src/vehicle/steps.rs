@@ -7,10 +7,11 @@ use vencejo_proto::dialect::{MISSION_SET_CURRENT_DATA, MavMessage, MavModeFlag, 
 use vencejo_proto::{Address, CommandInt, Message, MonoTime};
 
 use super::raw::{self, height, in_range, invalid};
+use crate::autopilot::AutopilotType;
 use crate::choice::{AltFrame, MessageId, ModeChoice, SpeedKind, Turn};
 use crate::command::CommandMessage;
 use crate::error::VehicleError;
-use crate::kind::{AutopilotType, FIXED_WING};
+use crate::kind::FIXED_WING;
 use crate::modes::{Action, FlightMode, ModeFamily};
 use crate::preparation::FlightPreparation;
 use crate::request::Request;

@@ -271,7 +271,7 @@ async fn a_list_arrives_in_parts_and_an_order_that_is_about_another_plan_is_refu
     bench.epoch = 0;
     let read = bench.tell(&ana, read).await;
     assert_eq!(read.end(), End::Refused, "without control, and for its own reason: {read:?}");
-    assert!(read.why.contains("no parameter name"), "{}", read.why);
+    assert!(read.why.contains("not a parameter name"), "{}", read.why);
     aircraft.close().await;
     bench.session.close().await.expect("closed");
     station.close().await;

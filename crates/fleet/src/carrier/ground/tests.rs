@@ -117,7 +117,7 @@ async fn aircraft_and_stations_at_either_of_two_routers_are_one_fleet_and_one_ro
     }
     for (station, ground, who) in [(&valley, &below, "plane8"), (&hill, &above, "plane7")] {
         let said = answer_of(station, ground, who).await.to_string();
-        assert!(said.contains("no parameter name"), "{said}");
+        assert!(said.contains("not a parameter name"), "{said}");
     }
     // Who is put out is out at both.
     let revoked = organisation.change(|roll| roll.revoke("plane8", unix_now()));
@@ -133,7 +133,7 @@ async fn aircraft_and_stations_at_either_of_two_routers_are_one_fleet_and_one_ro
     })
     .await;
     let said = answer_of(&hill, &above, "plane7").await.to_string();
-    assert!(said.contains("no parameter name"), "{said}");
+    assert!(said.contains("not a parameter name"), "{said}");
     for (station, aircraft) in [(&seven, &plane7), (&eight, &plane8)] {
         aircraft.close().await;
         station.close().await;
