@@ -76,12 +76,15 @@ pub struct Failsafes {
     pub watches_radio: bool,
     /// First action (`FS_SHORT_ACTN`: 0 nothing in AUTO, 1 CIRCLE, 2 FBWA, 3 off, 4 FBWB).
     pub short_action: i64,
-    /// After how long, s (`FS_SHORT_TIMEOUT`).
+    /// After how long, s: `FS_SHORT_TIMEOUT`; from ArduPlane 4.8 on, which has none, `RC_FS_TIMEOUT` and 0.2 s.
     pub short_s: f64,
     /// Later action (`FS_LONG_ACTN`: 0 nothing in AUTO, 1 RTL, 2 FBWA, 3 parachute, 4 AUTO).
     pub long_action: i64,
     /// After how long, s (`FS_LONG_TIMEOUT`).
     pub long_s: f64,
+    /// Whether that is counted from the first action on a lost remote control, as before ArduPlane 4.8, or from the last
+    /// valid frame.
+    pub long_follows_short: bool,
     /// At the battery's low mark (`BATT_FS_LOW_ACT`, with `BATT_LOW_VOLT` or `BATT_LOW_MAH`).
     pub battery_low: BatteryAction,
     /// After how long below it, s (`BATT_LOW_TIMER`): a voltage may only sag, a charge is acted on at once.
@@ -104,6 +107,7 @@ impl Default for Failsafes {
             short_s: 1.5,
             long_action: 0,
             long_s: 5.0,
+            long_follows_short: true,
             battery_low: BatteryAction::Nothing,
             battery_low_s: 0.0,
             battery_critical: BatteryAction::Nothing,
@@ -166,14 +170,20 @@ impl Failsafes {
         let (battery_low, battery_low_s) = battery("BATT_FS_LOW_ACT", "BATT_LOW_VOLT", "BATT_LOW_MAH");
         let (battery_critical, battery_critical_s) = battery("BATT_FS_CRT_ACT", "BATT_CRT_VOLT", "BATT_CRT_MAH");
         let default = Self::default();
+        // Source: `Plane::check_short_rc_failsafe`, `check_long_failsafe`.
+        let rc_timeout_s = get("RC_FS_TIMEOUT").filter(|_| get("FS_SHORT_TIMEOUT").is_none());
         Self {
             watches_station: matches!(number("FS_GCS_ENABL", 0.0) as i64, 1..=3),
             watches_station_in_mission_only: number("FS_GCS_ENABL", 0.0) as i64 == 3,
             watches_radio: number("THR_FAILSAFE", 1.0) as i64 == 1,
             short_action: number("FS_SHORT_ACTN", 0.0) as i64,
-            short_s: number("FS_SHORT_TIMEOUT", default.short_s).max(0.0),
+            short_s: match rc_timeout_s {
+                Some(timeout_s) => (timeout_s + 0.2).max(0.0),
+                None => number("FS_SHORT_TIMEOUT", default.short_s).max(0.0),
+            },
             long_action: number("FS_LONG_ACTN", 0.0) as i64,
             long_s: number("FS_LONG_TIMEOUT", default.long_s).max(0.0),
+            long_follows_short: rc_timeout_s.is_none(),
             battery_low,
             battery_low_s,
             battery_critical,
@@ -190,7 +200,10 @@ impl Failsafes {
             Trigger::GoAround if now.is_landing => vec![0.0],
             // Without a short failsafe the long one counts from the last that was heard.
             Trigger::RadioLost if self.watches_radio && self.short_action == 3 => vec![self.long_s],
-            Trigger::RadioLost if self.watches_radio => vec![self.short_s, self.short_s + self.long_s],
+            Trigger::RadioLost if self.watches_radio => {
+                let before_s = if self.long_follows_short { self.short_s } else { 0.0 };
+                vec![self.short_s, (before_s + self.long_s).max(self.short_s)]
+            }
             Trigger::ReturnAsked => vec![0.0],
             Trigger::BatteryLow => vec![self.battery_low_s],
             Trigger::BatteryCritical => vec![self.battery_critical_s],
@@ -287,6 +300,8 @@ mod tests {
         let set =
             with(&[("FS_SHORT_ACTN", 1.0), ("FS_LONG_ACTN", 1.0), ("FS_LONG_TIMEOUT", 20.0), ("FS_GCS_ENABL", 1.0)]);
         assert_eq!(set.decides_after(Trigger::RadioLost, MISSION), [1.5, 21.5]);
+        let newer = with(&[("RC_FS_TIMEOUT", 1.0), ("FS_LONG_TIMEOUT", 20.0)]);
+        assert_eq!(newer.decides_after(Trigger::RadioLost, MISSION), [1.2, 20.0], "ArduPlane 4.8");
         assert_eq!(set.decides_after(Trigger::LinkLost, MISSION), [20.0]);
         assert_eq!(set.decides(Trigger::RadioLost, false, MISSION), Reaction::Circles);
         assert_eq!(set.decides(Trigger::LinkLost, true, MISSION), Reaction::Returns);
