@@ -425,7 +425,8 @@ def test_a_crossed_fence_sends_it_home() -> None:
     assert flight.texts.count("Manual recovery started") == 1, "the breach was over at the last mode change"
     flight.plane.fence_breached(FenceBreach.POLYGON)
     flight.run(0.2)
-    assert flight.plane.mode.number is Mode.LOITER, "for 10 s after a mode change during a breach"
+    mode = flight.plane.mode
+    assert mode.number is Mode.LOITER, "for 10 s after a mode change during a breach"
     flight.run(10)
     flight.plane.fence_breached(None)
     flight.plane.fence_breached(FenceBreach.POLYGON)
