@@ -1,4 +1,4 @@
-//! The server as a whole: its socket, its tasks, and the end of all of them.
+//! The server: listening, its tasks, and shutting them down.
 
 use std::future::Future;
 use std::io;
@@ -33,44 +33,44 @@ use crate::state::{App, AppParts};
 use crate::storage;
 use crate::tokens::{TokenStore, Tokens};
 
-/// How long connections may take to end when the server is closed.
+/// Grace period for connections when the server is closed.
 const DRAIN: Duration = Duration::from_secs(3);
-/// Bytes that the system may hold back for one connection: what a slow reader has not read is old.
+/// Kernel send buffer of a connection, bytes. Small, because what a slow reader has not read is outdated.
 const SEND_BUFFER: u32 = 128 * 1024;
-/// How long a client may take to say what it wants.
+/// Time limit for the headers of a request.
 const HEADERS: Duration = Duration::from_secs(10);
-/// Requests at once on one HTTP/2 connection.
+/// Most concurrent requests on an HTTP/2 connection.
 const MAX_STREAMS: u32 = 64;
-/// Connections that wait to be accepted.
+/// Most connections waiting to be accepted.
 const BACKLOG: u32 = 128;
 
-/// How a server is to be started.
+/// Configuration of a server.
 #[derive(Debug, Clone)]
 pub struct ServerConfig {
-    /// Where to listen; port 0 takes a free one. Anything but loopback demands tokens.
+    /// Address to listen on; port 0 selects a free one. Any address but loopback requires tokens.
     pub bind: SocketAddr,
-    /// Where the tokens are kept; they are made when they are not there. `None` with a loopback address: no tokens.
+    /// Token file; created if missing. `None`, allowed on loopback only: no tokens.
     pub token_file: Option<PathBuf>,
-    /// Names of this machine that `Host` may say, beside addresses and `localhost`.
+    /// Host names that the `Host` header may contain, besides addresses and `localhost`.
     pub hosts: Vec<String>,
     /// Other origins that may use the API.
     pub origins: Vec<String>,
-    /// Certificate chain and key, PEM files, for TLS.
+    /// Certificate chain and private key (PEM files) for TLS.
     pub tls: Option<(PathBuf, PathBuf)>,
-    /// Whether others may be let in without TLS, where whoever is in the network reads along, tokens too.
+    /// Allows other machines without TLS, although everyone on the network can then read everything, tokens included.
     pub plain_http: bool,
-    /// On board a vehicle: our heartbeat is sent only while an operator's session has a WebSocket, and 5 s longer, because the
-    /// autopilot's ground-station failsafe counts it.
+    /// On board a vehicle: the heartbeat is sent only while an operator's session has a WebSocket, and 5 s longer,
+    /// because the autopilot's ground-station failsafe monitors it.
     pub on_board: bool,
-    /// Where map sources, their cache and offline areas are kept; made when it is not there. `None`: no maps are served.
+    /// Folder of map sources, cache and offline areas; created if missing. `None`: no maps are served.
     pub maps_folder: Option<PathBuf>,
-    /// Where the recordings and pictures of cameras are kept. `None`: none are listed.
+    /// Folder of camera recordings and pictures. `None`: none are listed.
     pub video_folder: Option<PathBuf>,
-    /// Where the history of aircraft far away is kept. `None`: none is listed.
+    /// Folder of the history of remote aircraft. `None`: none is listed.
     pub history_folder: Option<PathBuf>,
-    /// Where the draft of the plan is kept. `None`: in memory alone.
+    /// File of the plan draft. `None`: in memory only.
     pub draft_file: Option<PathBuf>,
-    /// How much of the disk stays free.
+    /// Minimum free disk space.
     pub space: Space,
 }
 
@@ -100,24 +100,24 @@ pub enum ServerError {
     /// The address cannot be listened on.
     #[error("cannot listen on {address}: {reason}; is another server running there? choose another port")]
     Bind {
-        /// Which.
+        /// The address.
         address: SocketAddr,
-        /// What the system said.
+        /// The error of the system.
         reason: io::Error,
     },
-    /// An address that others reach, without tokens.
+    /// An address that other machines reach, without tokens.
     #[error("{0} can be reached by others, so tokens are needed; say where to keep them, or listen on 127.0.0.1")]
     NoTokens(SocketAddr),
-    /// An address that others reach, without TLS, and nobody said that it may be.
+    /// An address that other machines reach, without TLS and without `plain_http`.
     #[error(
         "{0} can be reached by others, and without TLS whoever is in the network reads along, tokens too; give a certificate and its key \
          (--cert, --key), or allow it where everyone in the network is trusted (--plain-http)"
     )]
     NoTls(SocketAddr),
-    /// The tokens cannot be read or made.
+    /// The token file cannot be read or created.
     #[error("the tokens in {}: {reason}", path.display())]
     Tokens {
-        /// Their file.
+        /// The file.
         path: PathBuf,
         /// What is wrong.
         reason: io::Error,
@@ -144,7 +144,7 @@ pub enum ServerError {
 
 type Serving = Pin<Box<dyn Future<Output = io::Result<()>> + Send>>;
 
-/// The task that serves, and what ends when all others have.
+/// The serving task, and a channel that closes when all other tasks have ended.
 type Tasks = (JoinHandle<io::Result<()>>, mpsc::Receiver<()>);
 
 /// A running server.
@@ -158,16 +158,16 @@ pub struct Server {
 }
 
 impl Server {
-    /// Starts a server for a station on a runtime, and gives it back once it listens. To be awaited on that runtime.
+    /// Starts a server for a station. Returns once it listens. To be awaited on `runtime`.
     ///
     /// # Errors
-    /// [`ServerError`] in all its kinds. Nothing is left behind.
+    /// Any [`ServerError`]. Nothing is left running.
     pub async fn start(station: Station, config: ServerConfig, runtime: &Runtime) -> Result<Self, ServerError> {
         let limits = Descriptors::raise().door();
         Self::start_within(limits, station, config, runtime).await
     }
 
-    /// As [`Self::start`], with other limits for connections.
+    /// [`Self::start`] with the given connection limits.
     pub(crate) async fn start_within(
         limits: DoorLimits,
         station: Station,
@@ -225,24 +225,24 @@ impl Server {
         Ok(Self { app, address, handle, tasks: Mutex::new(Some((serving, ended))) })
     }
 
-    /// Its state, for tests.
+    /// The shared state, for tests.
     #[cfg(test)]
     pub(crate) fn app(&self) -> &App {
         &self.app
     }
 
-    /// Connections that it serves now, for tests.
+    /// Open connections, for tests.
     #[cfg(test)]
     pub(crate) fn connections(&self) -> usize {
         self.handle.connection_count()
     }
 
-    /// Where it listens.
+    /// The address it listens on.
     pub fn address(&self) -> SocketAddr {
         self.address
     }
 
-    /// Its tokens that hold now, when it has any.
+    /// The valid tokens, if it uses any.
     pub fn tokens(&self) -> Option<Tokens> {
         self.app.access().tokens.as_ref().map(TokenStore::now)
     }
@@ -252,27 +252,27 @@ impl Server {
         self.app.access().is_tls
     }
 
-    /// Opens an operator's session for this very program; `None` when all places for sessions are taken.
+    /// Opens an operator's session for this program; `None` if the limit of sessions is reached.
     pub fn operator(&self, name: &str) -> Option<Operator> {
         Operator::open(self.app.clone(), name)
     }
 
-    /// The cameras that it shows; whoever has one adds it.
+    /// The cameras that it shows. Programs add theirs here.
     pub fn video(&self) -> &VideoHub {
         self.app.video()
     }
 
-    /// What of the disk does not work, the flight recorder first.
+    /// Storage faults, the flight recorder's first; empty if there are none.
     pub fn storage_problems(&self) -> Vec<StorageProblem> {
         self.app.storage_problems()
     }
 
-    /// WebSocket clients now.
+    /// Number of connected WebSocket clients.
     pub fn clients(&self) -> usize {
         self.app.outboxes().count()
     }
 
-    /// Ends all connections and tasks, and waits for them. The station goes on. May be called again.
+    /// Ends all connections and tasks and waits for them. The station keeps running. May be called again.
     pub async fn close(&self) {
         let tasks = self.tasks.lock().unwrap_or_else(PoisonError::into_inner).take();
         let Some((serving, mut ended)) = tasks else { return };
@@ -283,14 +283,14 @@ impl Server {
             Ok(Err(error)) => tracing::error!(%error, "the server did not end in order"),
             Err(error) => tracing::error!(%error, "the server's task died"),
         }
-        // Nothing is sent: it ends when the last task has dropped its end.
+        // Nothing is ever sent: `recv` returns when the last task has dropped its sender.
         if tokio::time::timeout(DRAIN, ended.recv()).await.is_err() {
             tracing::warn!("WebSocket clients were still being served when the server ended");
         }
     }
 }
 
-/// Refuses an address that others reach where tokens or TLS are missing.
+/// Refuses an address that other machines reach if tokens or TLS are missing.
 fn check_exposure(config: &ServerConfig) -> Result<(), ServerError> {
     if config.bind.ip().is_loopback() {
         Ok(())
@@ -303,7 +303,7 @@ fn check_exposure(config: &ServerConfig) -> Result<(), ServerError> {
     }
 }
 
-/// The tokens, and what is wrong with their file where they hold in memory alone.
+/// The tokens, and the fault of their file if they exist in memory only.
 fn open_tokens(config: &ServerConfig) -> Result<(Option<TokenStore>, Option<StorageFault>), ServerError> {
     let Some(path) = &config.token_file else { return Ok((None, None)) };
     let opened = TokenStore::open(path);
@@ -313,7 +313,7 @@ fn open_tokens(config: &ServerConfig) -> Result<(Option<TokenStore>, Option<Stor
 
 async fn load_tls(config: &ServerConfig) -> Result<Option<RustlsConfig>, ServerError> {
     let Some((certificate, key)) = &config.tls else { return Ok(None) };
-    // The binary has only this provider. An error says that it is installed already.
+    // The binary has only this provider. An error means that it is already installed.
     let _ = rustls::crypto::ring::default_provider().install_default();
     let loaded = RustlsConfig::from_pem_file(certificate, key).await;
     loaded.map(Some).map_err(|reason| ServerError::Tls { certificate: certificate.clone(), key: key.clone(), reason })
@@ -326,17 +326,17 @@ async fn start_maps(config: &ServerConfig) -> Result<Option<Maps>, ServerError> 
     started.map(Some).map_err(|reason| ServerError::Maps { path: folder.clone(), reason })
 }
 
-/// Ends connections whose request does not come.
+/// Limits the time for headers and the number of concurrent requests.
 fn limit(builder: &mut Builder<TokioExecutor>) {
     builder.http1().timer(TokioTimer::new()).header_read_timeout(HEADERS);
     builder.http2().timer(TokioTimer::new()).keep_alive_interval(HEADERS).max_concurrent_streams(MAX_STREAMS);
 }
 
-/// A socket that listens. What is sent to slow readers stays small.
+/// A listening socket with a small send buffer.
 fn bind(address: SocketAddr) -> io::Result<std::net::TcpListener> {
     let socket = if address.is_ipv4() { TcpSocket::new_v4()? } else { TcpSocket::new_v6()? };
     socket.set_reuseaddr(true)?;
-    // Accepted sockets inherit both: telemetry and pictures are not to wait for the answer to the piece before.
+    // Accepted sockets inherit both. Nagle's algorithm would delay telemetry and pictures by a round trip.
     socket.set_send_buffer_size(SEND_BUFFER)?;
     socket.set_nodelay(true)?;
     socket.bind(address)?;

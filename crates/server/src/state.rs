@@ -1,4 +1,4 @@
-//! What all handlers share.
+//! State shared by all handlers.
 
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -28,13 +28,13 @@ use crate::tokens::{self, Throttle, TokenStore};
 
 mod telling;
 
-/// What all handlers share. Clones are handles to the same.
+/// State shared by all handlers. Clones are handles to the same state.
 #[derive(Clone)]
 pub struct App {
     shared: Arc<Shared>,
 }
 
-/// What a server may have beside its station.
+/// Optional parts of a server.
 #[derive(Default)]
 pub struct AppParts {
     /// On board a vehicle: our heartbeat is sent only while an operator is connected.
@@ -43,11 +43,11 @@ pub struct AppParts {
     pub maps: Option<Maps>,
     /// The draft of the plan; in memory alone by default.
     pub drafts: Drafts,
-    /// Where the recordings of cameras are.
+    /// Folder with the recordings of cameras.
     pub video_folder: Option<PathBuf>,
-    /// Where the history of remote aircraft is.
+    /// Folder with the history of remote aircraft.
     pub history_folder: Option<PathBuf>,
-    /// What was wrong with the token file when the server was started.
+    /// Fault of the token file at start-up.
     pub token_fault: Option<StorageFault>,
 }
 
@@ -62,12 +62,12 @@ struct Shared {
     roster: watch::Sender<Arc<Roster>>,
     video: VideoHub,
     grounds: Grounds,
-    /// One request for the draft at a time: a disk that does not answer holds no more threads than one.
+    /// Serialises access to the draft: an unresponsive disk blocks at most one thread.
     draft_turn: Arc<Semaphore>,
-    /// What of the disk does not work.
+    /// Present storage faults.
     storage: watch::Sender<Vec<StorageProblem>>,
     closing: watch::Sender<bool>,
-    /// Until the server is closed: new tasks hold a copy.
+    /// Cloned into every new task; `None` once the server is closed.
     alive: Mutex<Option<Alive>>,
 }
 
@@ -77,7 +77,7 @@ impl std::fmt::Debug for App {
     }
 }
 
-/// What every task of a server holds: when all are gone, their owner knows.
+/// Held by every task of a server: its channel closes when all tasks have ended.
 pub type Alive = mpsc::Sender<()>;
 
 /// The time of day, microseconds since 1970.
@@ -88,7 +88,7 @@ pub fn now_unix_us() -> u64 {
 
 /// Waits until the server is being closed.
 pub async fn closed(closing: &mut watch::Receiver<bool>) {
-    // An error means that the server is gone, which is an end as well.
+    // An error means that the server was dropped: closed as well.
     let _ = closing.wait_for(|closing| *closing).await;
 }
 
@@ -120,17 +120,17 @@ impl App {
         &self.shared.station
     }
 
-    /// The vehicle of a request that may name one; `None` also where it is not heard.
+    /// The vehicle that a request names; `None` if it names none, or one that was not heard.
     pub fn vehicle(&self, id: Option<u16>) -> Option<VehicleHandle> {
         self.station().vehicle(VehicleId::new(id?))
     }
 
-    /// Who may do what.
+    /// Tokens, hosts and origins that are allowed.
     pub fn access(&self) -> &Access {
         &self.shared.access
     }
 
-    /// Whether our heartbeat follows the operators' sessions.
+    /// Whether the heartbeat follows the operators' WebSockets.
     pub fn is_on_board(&self) -> bool {
         self.shared.parts.on_board
     }
@@ -145,13 +145,13 @@ impl App {
         self.shared.sessions.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// What slows down who sends wrong tokens.
+    /// Rate limit for wrong tokens.
     pub fn throttle(&self) -> &Throttle {
         &self.shared.throttle
     }
 
-    /// Changes sessions, wakes the WebSockets when one ended that theirs may end with, and sees to it that the vehicle's failsafe
-    /// knows. That control moved everybody is told by [`Self::tell`], whatever moved it.
+    /// Changes sessions. Wakes the WebSockets of sessions that ended, and switches the heartbeat on board.
+    /// [`Self::tell`] announces a change of control, whatever caused it.
     pub fn change_sessions<T>(&self, change: impl FnOnce(&mut Sessions) -> T) -> T {
         let now = self.now();
         let (result, has_ended, has_operator) = {
@@ -169,20 +169,20 @@ impl App {
         result
     }
 
-    /// What takes a while.
+    /// Long-running operations.
     pub fn operations(&self) -> &Operations {
         &self.shared.operations
     }
 
-    /// The boxes of the WebSocket clients.
+    /// Outgoing queues of the WebSocket clients.
     pub fn outboxes(&self) -> &Outboxes {
         &self.shared.outboxes
     }
 
-    /// The maps.
+    /// The map service.
     ///
     /// # Errors
-    /// When the server was started without.
+    /// [`Cause::NoMaps`] if the server was started without a folder for maps.
     pub fn maps(&self) -> Result<&Maps, Problem> {
         self.shared.parts.maps.as_ref().ok_or_else(|| {
             Problem::new(Cause::NoMaps, "this server was started without a folder for maps")
@@ -190,17 +190,17 @@ impl App {
         })
     }
 
-    /// What is known of the ground around plans.
+    /// Cached terrain around plans.
     pub fn grounds(&self) -> &Grounds {
         &self.shared.grounds
     }
 
-    /// The draft of the plan; in memory alone where the server was given no file for it.
+    /// The draft of the plan; in memory only if the server was given no file for it.
     pub fn drafts(&self) -> &Drafts {
         &self.shared.parts.drafts
     }
 
-    /// Does something with the draft off the runtime's threads, as soon as nobody else does.
+    /// Runs `work` on the draft in a blocking thread, one at a time.
     ///
     /// # Errors
     /// [`Cause::Closed`].
@@ -217,28 +217,28 @@ impl App {
         tokio::task::spawn_blocking(work).await.map_err(|_| Problem::closed())
     }
 
-    /// What was wrong with the token file when the server was started.
+    /// Fault of the token file at start-up.
     pub fn token_fault(&self) -> Option<StorageFault> {
         self.shared.parts.token_fault.clone()
     }
 
-    /// What of the disk does not work, the flight recorder first.
+    /// Storage faults, the flight recorder's first; empty if there are none.
     pub fn storage_problems(&self) -> Vec<StorageProblem> {
         self.shared.storage.borrow().clone()
     }
 
-    /// The same, as it changes.
+    /// Storage faults, as they change.
     #[cfg(test)]
     pub fn storage_changes(&self) -> watch::Receiver<Vec<StorageProblem>> {
         self.shared.storage.subscribe()
     }
 
-    /// Where the history of aircraft far away is, when the server was told.
+    /// Folder with the history of remote aircraft, if configured.
     pub fn history_folder(&self) -> Option<&Path> {
         self.shared.parts.history_folder.as_deref()
     }
 
-    /// Where the recordings of cameras are, when the server was told.
+    /// Folder with the recordings of cameras, if configured.
     pub fn video_folder(&self) -> Option<&Path> {
         self.shared.parts.video_folder.as_deref()
     }
@@ -248,12 +248,12 @@ impl App {
         &self.shared.video
     }
 
-    /// Turns true when the server is being closed.
+    /// Becomes true when the server is being closed.
     pub fn closing(&self) -> watch::Receiver<bool> {
         self.shared.closing.subscribe()
     }
 
-    /// What a new task is to hold; `None` when no new ones may begin.
+    /// To be held by a new task; `None` once the server is closed and none may start.
     pub fn alive(&self) -> Option<Alive> {
         self.shared.alive.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
@@ -270,7 +270,7 @@ impl App {
     /// Follows a transfer as an operation.
     ///
     /// # Errors
-    /// What the vehicle's state machine refused at once, and [`Problem::too_many`].
+    /// What the vehicle refused at once, and [`Problem::too_many`].
     pub fn follow(
         &self,
         by: SessionId,
@@ -318,7 +318,7 @@ impl App {
         Ok(operation)
     }
 
-    /// Looks at the file of the tokens, and ends the sessions of those that it holds no more, until the server is closed.
+    /// Watches the token file and ends the sessions of revoked tokens, until the server is closed.
     pub async fn watch_tokens(self, tokens: TokenStore, _alive: Alive) {
         let mut closing = self.closing();
         let mut ticks = interval(tokens::LOOK_INTERVAL);

@@ -1,4 +1,4 @@
-//! What the clients are told of what goes on, without having asked.
+//! Messages that clients receive without asking.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -20,17 +20,17 @@ use crate::outbox::Topic;
 use crate::roster::Roster;
 use crate::terrain;
 
-/// How often leases and the list of vehicles are looked at.
+/// Interval at which leases and the list of vehicles are checked.
 const TICK: Duration = Duration::from_millis(200);
-/// Every how many ticks the lists are told though nothing changed.
+/// Ticks between lists that are sent although nothing changed.
 const TELL_EVERY: u32 = 5;
-/// How often clients are told at most that something of the maps is another.
+/// Minimum interval between notices that maps have changed.
 const TELL_MAPS: Duration = Duration::from_secs(1);
-/// Events of one vehicle that wait to be told at most; the oldest are dropped.
+/// Most queued events of one vehicle; the oldest are dropped.
 const EVENT_QUEUE: usize = 1024;
 
 impl App {
-    /// Tells the clients what goes on, until the server is closed.
+    /// Sends news to the clients until the server is closed.
     pub async fn tell(self, _alive: Alive) {
         let mut closing = self.closing();
         let mut followed: BTreeMap<VehicleId, AbortHandle> = BTreeMap::new();
@@ -53,7 +53,8 @@ impl App {
             let came_or_went = self.follow_vehicles(&vehicles, &mut followed);
             if came_or_went || count.is_multiple_of(TELL_EVERY) {
                 let (app, is_due) = (self.clone(), count.is_multiple_of(TELL_EVERY));
-                // Of a thousand it takes milliseconds, for which nothing else shall wait. A join error would be its panic, reported already.
+                // A thousand vehicles take milliseconds, which must not delay anything else. A join error would be a
+                // panic that was already reported.
                 let _ = tokio::task::spawn_blocking(move || app.tell_vehicles(&vehicles, is_due)).await;
             }
             if count.is_multiple_of(TELL_EVERY) {
@@ -70,7 +71,7 @@ impl App {
         }
     }
 
-    /// Tells the vehicles to those who look at their list, and to those who look at the roster.
+    /// Sends the vehicles to clients that show the list or the roster.
     fn tell_vehicles(&self, vehicles: &[VehicleHandle], is_due: bool) {
         if self.shared.outboxes.has_listed() {
             let vehicles = vehicles.iter().map(convert::vehicle_summary).collect();
@@ -86,14 +87,14 @@ impl App {
         }
     }
 
-    /// The roster, as it is and as it changes.
+    /// The roster, and its changes.
     pub fn roster(&self) -> watch::Receiver<Arc<Roster>> {
         let mut newest = self.shared.roster.subscribe();
         let (age_s, is_empty) = {
             let roster = newest.borrow();
             (convert::seconds(self.now()) - roster.time_s, roster.is_empty())
         };
-        // Where nobody has looked at it yet, or for a while, it is made anew, at most once for all who come meanwhile.
+        // If it has no recent reader it is outdated: it is rebuilt, once for all clients that come meanwhile.
         if is_empty || age_s > (TICK * TELL_EVERY).as_secs_f64() {
             self.shared.roster.send_replace(Arc::new(Roster::now(self.station())));
         } else {
@@ -102,7 +103,7 @@ impl App {
         newest
     }
 
-    /// Tells the clients that something of the maps is another than before, until the server is closed.
+    /// Notifies clients of changed maps, until the server is closed.
     pub async fn tell_maps(self, maps: Maps, _alive: Alive) {
         let (mut news, mut closing) = (maps.news(), self.closing());
         let tell = async {
@@ -117,7 +118,7 @@ impl App {
         }
     }
 
-    /// Keeps what of the disk does not work, and tells the clients when that is another than before.
+    /// Stores the storage faults and notifies clients when they change.
     pub fn tell_storage_problems(&self, problems: Vec<StorageProblem>) {
         let is_other = self.shared.storage.send_if_modified(|known| {
             let is_other = *known != problems;
@@ -131,7 +132,7 @@ impl App {
         }
     }
 
-    /// Listens to new vehicles, and no more to those that are gone; whether there were any.
+    /// Subscribes to new vehicles and drops those that are gone. Returns whether there were any.
     fn follow_vehicles(&self, vehicles: &[VehicleHandle], followed: &mut BTreeMap<VehicleId, AbortHandle>) -> bool {
         let before = followed.len();
         let there: BTreeSet<_> = vehicles.iter().map(VehicleHandle::id).collect();
