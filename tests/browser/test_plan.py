@@ -126,7 +126,7 @@ async def test_a_plan_is_edited_undone_and_kept(open_station: OpenStation, serve
             await expect(panel.get_by_role("alert")).to_have_text(station.text("plan.invalid"))
             assert await heights(station) == ["nonsense", "95", "80"], "it stays until it is corrected"
             await height_of(station, 1).press("Escape")
-            assert await heights(station) == ["80", "95", "80"], "what is no number is not taken"
+            assert await heights(station) == ["80", "95", "80"], "what is not a number is not taken"
             for _ in range(4):
                 await undo.click()
             assert await heights(station) == ["80", "80", "80"]

@@ -357,7 +357,7 @@ def test_what_no_command_takes() -> None:
         (("params", "set", "WP_RADIUS", "nan"), "VALUE is nan, should be"),
         (("ask", "make-coffee"), "make-coffee"),
         (("ask", "speed", "kind=airspeed", "speed_m_s=fast"), "speed_m_s"),
-        (("fleet", "history", "--folder", "/no/such"), "is no folder"),
+        (("fleet", "history", "--folder", "/no/such"), "is not a folder"),
         (("camera", "\udcff.mp4"), ".mp4 is not UTF-8"),
     ]:
         result = run(*args)

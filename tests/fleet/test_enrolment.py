@@ -310,8 +310,8 @@ def test_the_command_makes_a_fleet_once_and_prints_the_rules_of_a_router(tmp_pat
         path.startswith(str(folder)) for path in settings["transport"]["link"]["tls"].values() if path is not True
     )
     for args, exit_code, says in [
-        (("init", "Acme!"), 2, "is no name here"),
-        (("init", "acme", "--host", "a b"), 2, "'a b' is no name or address of a machine"),
+        (("init", "Acme!"), 2, "is not a valid name"),
+        (("init", "acme", "--host", "a b"), 2, "'a b' is not a host name or address"),
         (
             ("init", "new", "--ca-cert", __file__, "--ca-key", __file__),
             2,
@@ -319,8 +319,8 @@ def test_the_command_makes_a_fleet_once_and_prints_the_rules_of_a_router(tmp_pat
         ),
         (("init", "acme", "--ca-cert", __file__), 2, "--ca-key"),
         (("revoke", "plane9", "--yes"), 1, "no aircraft plane9"),
-        (("enrol", "Plane"), 2, "is no name here"),
-        (("enrol", "Plane", "--fleet", "fresh"), 2, "is no name here"),
+        (("enrol", "Plane"), 2, "is not a valid name"),
+        (("enrol", "Plane", "--fleet", "fresh"), 2, "is not a valid name"),
         (("enrol", "ground", "--station", "--fleet", "fresh"), 1, "take another name"),
         (("enrol", "hill", "--router", "tcp/127.0.0.1:7447", "--fleet", "fresh"), 2, "tcp/127.0.0.1:7447"),
         (("enrol", "hill", "--router", "tcp/127.0.0.1:7447"), 2, "tcp/127.0.0.1:7447"),

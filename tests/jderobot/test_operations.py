@@ -460,7 +460,7 @@ def test_without_ice_it_says_how_to_install_it() -> None:
     [
         (["--ice-missions", "upload"], "need --ice"),
         (["--ice", "--ice-set", "Pose3D.Endpoints"], "write NAME=VALUE"),
-        (["--ice", "--ice-set", "Nothing=1"], "'Nothing' is no setting"),
+        (["--ice", "--ice-set", "Nothing=1"], "'Nothing' is not a setting"),
         (["--ice", "--ice-set", "Pose3D.Endpoints=carrier -p pigeon"], "Pose3D.Endpoints is"),
         (["--ice", "--ice-host", "203.0.113.77"], "cannot listen"),
     ],

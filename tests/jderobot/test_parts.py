@@ -379,7 +379,7 @@ def test_vencejos_own_configuration_is_read(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "says"),
     [
-        ("[ice]\nNoSuch = 1", r"\[ice\]: 'NoSuch' is no setting; they are Host, "),
+        ("[ice]\nNoSuch = 1", r"\[ice\]: 'NoSuch' is not a setting; they are Host, "),
         ("[ice.Mission]\nProxy = 'ardrone_mission:tcp -p 10008'", "a client's setting; a driver has Mission.Endpoints"),
         ("[ice]\nAloneAfter = 'soon'", "AloneAfter is 'soon'"),
         ("[ice]\nAloneAfter = 0.1", "alone_after_s is 0.1, should be 0.5 to 600"),

@@ -136,7 +136,7 @@ def test_a_source_that_fails_says_why(tiles: Tiles, folder: Path) -> None:
         (("area", "estimate", "broken", "--box", "nan,40,-4,41"), "give finite ones"),
         (("area", "estimate", "broken", "--box", BOX, "--buffer", "nan"), "--buffer"),
         (("add", ""), "what is to be added?"),
-        (("area", "import", "broken", "/dev/zero"), "is no file"),
+        (("area", "import", "broken", "/dev/zero"), "is not a file"),
         (("list", "--station", "ftp://x"), "takes an address"),
         (("list", "--station", "http://x:port"), "takes an address"),
         (("list", "--station", "http://[::1"), "takes an address"),
@@ -145,7 +145,7 @@ def test_a_source_that_fails_says_why(tiles: Tiles, folder: Path) -> None:
         assert wrong.exit_code == 2, f"{args}: {wrong.output}"
         assert said in wrong.stderr
     wrong = run("list", folder=folder / "sources.toml")
-    assert (wrong.exit_code, "is no folder" in wrong.stderr) == (2, True)
+    assert (wrong.exit_code, "is not a folder" in wrong.stderr) == (2, True)
     refused = run("add", f"{tiles.url}/{{z}}/{{x}}/{{y}}", *HERE, "--set", "opacity=7", folder=folder)
     assert (refused.exit_code, "opacity" in refused.stderr) == (1, True)
 

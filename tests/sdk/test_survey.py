@@ -108,9 +108,9 @@ def test_the_command_lays_out_what_a_file_holds(tmp_path: Path) -> None:
     code, shown = run("--camera", "list", "--json")
     assert json.loads(shown)["Sony a6000 16mm"]["focal_length_mm"] == 16.0
     code, shown = run("--area", "40.33;-3.80", "--gsd", "3", "--camera", "13.2x8.8,5472x3648,10.4")
-    assert (code, "is no place" in shown) == (2, True)
+    assert (code, "is not a position" in shown) == (2, True)
     code, shown = run("--area", places, "--gsd", "3", "--camera", "nobody's")
-    assert (code, "is no camera that is known" in shown) == (2, True)
+    assert (code, "is not a known camera" in shown) == (2, True)
 
 
 def test_a_survey_of_a_plan_is_laid_out_again_in_its_place() -> None:

@@ -103,7 +103,7 @@ pub fn act_of(request: &Request, confirmed: Option<Danger>) -> Result<Act, &'sta
             };
             // JSON has no numbers for NaN and infinities.
             if serde_json::from_str(&text).ok().as_ref() != Some(other) {
-                return Err("one of its values is no finite number; give one");
+                return Err("one of its values is not a finite number");
             }
             Deed::Other(text)
         }

@@ -17,11 +17,13 @@ pub enum FleetError {
     #[error(transparent)]
     Key(#[from] BadKey),
     /// An invalid address.
-    #[error("'{0}' is no address here: one is like tls/ground.local:7447, quic/192.168.1.2:7447 or tcp/127.0.0.1:7447")]
+    #[error(
+        "'{0}' is not a valid address; expected for example tls/ground.local:7447, quic/192.168.1.2:7447 or tcp/127.0.0.1:7447"
+    )]
     Address(String),
     /// The same of a router of ROS 2.
     #[error(
-        "'{0}' is no router of ROS 2: one is like tcp/127.0.0.1:7447 or tls/robot.local:7447, with a host name or an address"
+        "'{0}' is not the address of a ROS 2 router; expected for example tcp/127.0.0.1:7447 or tls/robot.local:7447, with a host name or an address"
     )]
     RosRouter(String),
     /// An unencrypted router of ROS 2 on another machine that was not explicitly allowed.
@@ -56,7 +58,7 @@ pub enum FleetError {
     )]
     RosOperator(String),
     /// An invalid host name or address.
-    #[error("'{0}' is no name or address of a machine: one is like ground.example.org or 192.168.1.2")]
+    #[error("'{0}' is not a host name or address; expected for example ground.example.org or 192.168.1.2")]
     Host(String),
     /// An address that others could reach: TCP alone is not encrypted.
     #[error("{0} is not of this machine, and nothing is encrypted there: use tls/ or quic/ in place of tcp/")]
@@ -73,13 +75,13 @@ pub enum FleetError {
         problem: String,
     },
     /// An invalid token.
-    #[error("this is no token of `vencejo fleet enrol`: {0}; copy it again as a whole")]
+    #[error("this is not a token of `vencejo fleet enrol`: {0}; copy it again as a whole")]
     Token(String),
     /// A token that is for another kind of station.
     #[error("this token is for {0}")]
     TokenFor(&'static str),
     /// An unknown role.
-    #[error("'{0}' is no role of a ground station: observer, operator or chief")]
+    #[error("'{0}' is not a role of a ground station: observer, operator or chief")]
     Role(String),
     /// The ground station refused to issue a certificate.
     #[error("the ground station says: {0}")]

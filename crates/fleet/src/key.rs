@@ -18,7 +18,7 @@ pub struct Name(String);
 
 /// An invalid name.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
-#[error("'{0}' is no name here: use 1 to 32 of a-z, 0-9 and '-'")]
+#[error("'{0}' is not a valid name: use 1 to 32 of a-z, 0-9 and '-'")]
 pub struct BadName(pub String);
 
 impl Name {

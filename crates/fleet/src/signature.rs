@@ -15,7 +15,7 @@ pub struct PublicKey(pub [u8; 32]);
 
 /// A text that is no public key.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
-#[error("'{0}' is no public key: one has 64 hexadecimal digits; `vencejo serve --fleet` shows its own")]
+#[error("'{0}' is not a public key: one has 64 hexadecimal digits; `vencejo serve --fleet` shows its own")]
 pub struct BadKey(pub String);
 
 impl fmt::Display for PublicKey {

@@ -213,7 +213,7 @@ fn tables(document: &mut DocumentMut) -> Result<&mut ArrayOfTables> {
         let tables = inline.iter().filter_map(Value::as_inline_table).map(|table| table.clone().into_table()).collect();
         *item = Item::ArrayOfTables(tables);
     }
-    item.as_array_of_tables_mut().ok_or_else(|| MapError::storage("`source` is no list of tables"))
+    item.as_array_of_tables_mut().ok_or_else(|| MapError::storage("`source` is not a list of tables"))
 }
 
 fn put(document: &mut DocumentMut, source: &SourceSettings) -> Result<()> {

@@ -321,7 +321,7 @@ impl Maps {
         let driver = source.settings.kind.driver();
         let read = blocking(move || driver.picture(&path).transpose().map_err(MapError::Storage)).await;
         let read = read.map_err(|error| source.unusable(error.to_string()))?;
-        let data = bytes::Bytes::from(read.ok_or_else(|| source.unusable("it is no picture with corners"))?);
+        let data = bytes::Bytes::from(read.ok_or_else(|| source.unusable("it is not a picture with corners"))?);
         let kind = Picture::of(&data).ok_or_else(|| source.unusable(format!("it is {}", sniff::describe(&data))))?;
         Ok(Tile { hash: sniff::hash(&data), data, picture: kind, origin: Origin::File, max_age_s: FILE_S })
     }

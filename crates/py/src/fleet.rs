@@ -266,7 +266,7 @@ impl PyReplay {
 
     fn seek(&self, position_s: f64) -> PyResult<()> {
         let position = std::time::Duration::try_from_secs_f64(position_s);
-        self.0.seek(position.map_err(|_| errors::raise("InvalidRequest", "a place is no less than 0 s"))?);
+        self.0.seek(position.map_err(|_| errors::raise("InvalidRequest", "a position is at least 0 s"))?);
         Ok(())
     }
 

@@ -192,7 +192,7 @@ fn ask<T: Send>(
         let conditions = Conditions { start, ground: Some(&below), ..Conditions::new(&plane, air) };
         question(&plan, &conditions, (home.alt_amsl_m, clearance_m), is_wanted)
     })?
-    .ok_or_else(|| errors::raise("InvalidRequest", "the plan's home is no place on Earth"))
+    .ok_or_else(|| errors::raise("InvalidRequest", "the plan's home is not a position on Earth"))
 }
 
 /// The finding, what the change does, its figures, it in English, and the plan with it.

@@ -52,7 +52,7 @@ fn modes_for(act: &str) -> PyResult<Vec<&'static str>> {
         "return" => Action::ReturnToLaunch,
         "takeoff" => Action::Takeoff,
         "guided" => Action::Guided,
-        other => return Err(invalid(format!("'{other}' is no act that has a mode"))),
+        other => return Err(invalid(format!("'{other}' is not an action with a mode"))),
     };
     Ok(ModeFamily::KNOWN.into_iter().filter_map(|family| action.mode(family)?.name()).collect())
 }
@@ -77,7 +77,7 @@ fn kind_of(name: &str) -> PyResult<PlanKind> {
         "mission" => Ok(PlanKind::Mission),
         "fence" => Ok(PlanKind::Fence),
         "rally" => Ok(PlanKind::Rally),
-        other => Err(invalid(format!("'{other}' is no kind of plan; it is 'mission', 'fence' or 'rally'"))),
+        other => Err(invalid(format!("'{other}' is not a kind of plan; choose 'mission', 'fence' or 'rally'"))),
     }
 }
 
@@ -463,7 +463,7 @@ impl PyVehicle {
             "set_up" => SigningChange::SetUp { key },
             "rotate" => SigningChange::Rotate { key },
             "remove" => SigningChange::Remove,
-            other => return Err(invalid(format!("'{other}' is no change of signing"))),
+            other => return Err(invalid(format!("'{other}' is not a change of signing"))),
         };
         Ok(PyPending::of_request(self.vehicle.change_signing(change, any_link), self.vehicle.clone()))
     }

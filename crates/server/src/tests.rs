@@ -490,7 +490,7 @@ async fn what_cannot_be_read_says_why() {
     let twice = twice.body(Body::from(r#"{"force": false, "force": true}"#)).expect("a request");
     assert_eq!(server.send(twice).await.json()["detail"], "force is given twice");
     let query = server.ask("GET", "/elevation?lat_deg=north", cookie, None).await;
-    assert_eq!(query.json()["detail"], "lat_deg is no number (degrees)");
+    assert_eq!(query.json()["detail"], "lat_deg is not a number (degrees)");
     let broken = Request::builder()
         .method(Method::POST)
         .uri("/api/v1/session")

@@ -52,13 +52,13 @@ pub fn in_words(path: &str, said: &str, takes: impl Fn(&str) -> Option<String>) 
         "expected value" => Some("text"),
         "invalid float literal" => Some("number"),
         "invalid digit found in string" | "number too large to fit in target type" => {
-            Some("whole number that is taken")
+            Some("whole number in range")
         }
         _ => None,
     };
     if let Some(kind) = none_of_them {
         let taken = takes(last).map(|taken| format!(" ({taken})")).unwrap_or_default();
-        return format!("{named} is no {kind}{taken}");
+        return format!("{named} is not a {kind}{taken}");
     }
     if path.is_empty() { said.to_owned() } else { format!("{path}: {said}") }
 }

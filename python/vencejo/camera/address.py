@@ -138,7 +138,7 @@ def _url(text: str, scheme: str) -> SourceAddress:
         return SourceAddress(kind=SourceKind.HTTP, location=text, shown=shown)
     if scheme in STREAMS and (host or scheme in {"udp", "rtp"}):
         return SourceAddress(kind=SourceKind.STREAM, location=text, shown=shown)
-    raise CameraError(f"{shown!r} is no camera source: {HELP}")
+    raise CameraError(f"{shown!r} is not a camera source: {HELP}")
 
 
 def _mode(text: str) -> tuple[str, int | None, int | None, int | None]:

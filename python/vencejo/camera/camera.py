@@ -141,7 +141,7 @@ class Camera(Closing):
         monotonic_s: Callable[[], float] = time.monotonic,
     ) -> None:
         if NAME.fullmatch(name) is None:
-            raise CameraError(f"{name!r} is no name for a camera: 1 to 32 letters, digits, '-' or '_'")
+            raise CameraError(f"{name!r} is not a camera name: 1 to 32 letters, digits, '-' or '_'")
         if not 1 <= jpeg_quality <= 100:
             raise CameraError(f"jpeg_quality is {jpeg_quality}, should be 1 to 100")
         self.name = name

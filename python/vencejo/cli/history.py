@@ -37,7 +37,7 @@ def fleet_history(
     from vencejo.history import kept
 
     if folder is not None and not folder.is_dir():
-        raise Failed(f"--folder {folder} is no folder", Exit.USAGE)
+        raise Failed(f"--folder {folder} is not a folder", Exit.USAGE)
     found = [each for each in kept(folder) if name in (None, each.name)]
     if name is not None and not found:
         raise Failed(f"nothing is kept here of an aircraft {name}; see: vencejo fleet history")

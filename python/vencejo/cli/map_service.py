@@ -216,7 +216,7 @@ def quoted(text: str) -> str:
 def opened(path: Path) -> BinaryIO:
     """A file to be sent. A pipe or a device has no length, and may keep us waiting without an end."""
     if path.exists() and not path.is_file():
-        raise Failed(f"{path} is no file", Exit.USAGE)
+        raise Failed(f"{path} is not a file", Exit.USAGE)
     return path.open("rb")
 
 
@@ -225,7 +225,7 @@ def map_service(station: str | None, token: str | None, folder: Path | None) -> 
     """A session with the station at an address, or with one that serves the maps folder here until the end."""
     with contextlib.ExitStack() as stack:
         if folder is not None and folder.exists() and not folder.is_dir():
-            raise Failed(f"--maps {folder} is no folder", Exit.USAGE)
+            raise Failed(f"--maps {folder} is not a folder", Exit.USAGE)
         if station is None:
             from vencejo import Station
             from vencejo.serve import Server

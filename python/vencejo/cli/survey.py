@@ -167,7 +167,7 @@ def _places(text: str) -> tuple[GeoPoint, ...]:
         try:
             lat, lon = (float(number) for number in pair.split(","))
         except ValueError:
-            raise Failed(f"'{pair}' is no place: write latitude,longitude, as 40.33,-3.80", Exit.USAGE) from None
+            raise Failed(f"'{pair}' is not a position: write latitude,longitude, as 40.33,-3.80", Exit.USAGE) from None
         return GeoPoint(lat, lon)
 
     return tuple(point(pair) for pair in text.split())
@@ -201,7 +201,7 @@ def _camera(text: str) -> Camera:
         return Camera(float(width_mm), float(height_mm), int(width_px), int(height_px), float(focal))
     except ValueError:
         raise Failed(
-            f"'{text}' is no camera that is known: choose one of --camera list, or write one as 13.2x8.8,5472x3648,10.4",
+            f"'{text}' is not a known camera: choose one of --camera list, or write one as 13.2x8.8,5472x3648,10.4",
             Exit.USAGE,
         ) from None
 

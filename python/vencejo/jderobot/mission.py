@@ -153,7 +153,7 @@ def _problem(lat: float, lon: float, height: float, *, is_landing: bool) -> str 
     if not (-90.0 <= lat <= 90.0 and -180.0 <= lon <= 180.0):
         return f"x {lat:g}, y {lon:g} is off the globe; x is the latitude, y the longitude in degrees"
     if lat == 0.0 and lon == 0.0:
-        return "x and y are 0, which is no place that was chosen"
+        return "x and y are 0, which is not a chosen position"
     if abs(height) > MAX_HEIGHT_M or (not is_landing and height < MIN_HEIGHT_M):
         return f"h is {height:g} m above home, should be {MIN_HEIGHT_M:g} to {MAX_HEIGHT_M:g}"
     return None

@@ -198,7 +198,7 @@ class IceSettings:
                 )
             setting = _SETTINGS.get(key.lower())
             if setting is None:
-                raise InvalidRequest(f"{where}: {key!r} is no setting; they are {', '.join(setting_names())}")
+                raise InvalidRequest(f"{where}: {key!r} is not a setting; they are {', '.join(setting_names())}")
             name, read = setting
             try:
                 simple[name] = read(value.strip())
@@ -353,7 +353,7 @@ def _text(path: Path) -> str:
             return path.read_text(encoding="utf-8")
         except OSError as error:
             raise InvalidRequest(f"{path}: {error.strerror or error}") from error
-    raise InvalidRequest(f"{path}: it is no text")
+    raise InvalidRequest(f"{path}: it is not a text file")
 
 
 assert {name for name, _ in _SETTINGS.values()} <= {entry.name for entry in fields(IceSettings)}

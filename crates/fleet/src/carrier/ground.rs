@@ -411,7 +411,7 @@ impl Fleet {
                         if !(is_router || network::is_with_station(session).await) {
                             return FleetError::Network {
                                 address: self.endpoint.to_string(),
-                                problem: "who answers there now is no router of this fleet".into(),
+                                problem: "who answers there now is not a router of this fleet".into(),
                             };
                         }
                         let (fleet, session) = (self.clone(), session.clone());

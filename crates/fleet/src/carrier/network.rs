@@ -78,7 +78,8 @@ pub(super) async fn open(part: Part<'_>, identity: Option<&Identity>) -> Result<
     {
         // Closing ends its declarations even if it fails.
         let _ = session.close().await;
-        let problem = "who answers there shows a certificate that is no ground station's or router's of this fleet";
+        let problem =
+            "who answers there shows a certificate that is not that of a ground station or router of this fleet";
         return Err(FleetError::Network { address: address.to_string(), problem: problem.into() });
     }
     Ok(session)

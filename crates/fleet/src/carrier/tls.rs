@@ -293,7 +293,7 @@ impl Fault {
                     .to_owned()
             }
             Self::OtherName => format!("{plainly}: on the ground run vencejo fleet init ORG --host {host}"),
-            Self::OtherAuthority => format!("{plainly}: it is no ground station of this fleet"),
+            Self::OtherAuthority => format!("{plainly}: it is not a ground station of this fleet"),
             Self::RefusesOurs => format!("{plainly}: enrol again"),
             _ => plainly,
         }

@@ -22,7 +22,7 @@ pub enum BadRosName {
     Names(String),
     /// A namespace.
     #[error(
-        "'{0}' is no namespace of ROS: use letters, digits, '_' and '/', no digit in front; {{name}} and {{system}} stand for the plane's"
+        "'{0}' is not a ROS namespace: use letters, digits, '_' and '/', no digit in front; {{name}} and {{system}} stand for the plane's"
     )]
     Namespace(String),
     /// A domain.

@@ -98,7 +98,7 @@ fn read_line(text: &str) -> std::result::Result<ParamEntry, String> {
     let named = |c: char| c.is_ascii_uppercase() || c.is_ascii_digit() || c == '_';
     if name.len() > MAX_NAME_BYTES || !name.chars().all(named) {
         return Err(format!(
-            "\"{}\" is no parameter name: that is 1 to {MAX_NAME_BYTES} capital letters, digits and underscores",
+            "\"{}\" is not a parameter name: that is 1 to {MAX_NAME_BYTES} capital letters, digits and underscores",
             shown(name)
         ));
     }
@@ -179,8 +179,8 @@ mod tests {
         for (line, expected) in [
             ("AIRSPEED_CRUISE,22,5", "line 2: has a comma too many"),
             ("AIRSPEED_CRUISE", "line 2: \"AIRSPEED_CRUISE\" is no parameter"),
-            ("airspeed 3", "line 2: \"airspeed\" is no parameter name"),
-            ("A_NAME_OF_17_CHARS 3", "line 2: \"A_NAME_OF_17_CHARS\" is no parameter name"),
+            ("airspeed 3", "line 2: \"airspeed\" is not a parameter name"),
+            ("A_NAME_OF_17_CHARS 3", "line 2: \"A_NAME_OF_17_CHARS\" is not a parameter name"),
             ("A nan", "line 2: gives A the value \"nan\""),
             ("A 1e39", "line 2: gives A the value \"1e39\""),
             ("A 1e999", "line 2: gives A the value \"1e999\""),

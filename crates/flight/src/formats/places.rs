@@ -143,7 +143,7 @@ impl Feature {
         };
         match value.filter(|value: &f64| value.is_finite()) {
             Some(value) => Ok(Some(value)),
-            None => Err(self.bad(format!("its datum {key} is no number; write one, or take the datum out"))),
+            None => Err(self.bad(format!("its datum {key} is not a number; write one, or take the datum out"))),
         }
     }
 

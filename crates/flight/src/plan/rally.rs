@@ -59,7 +59,7 @@ impl Rally {
             .map(|(index, item)| {
                 let bad = |problem: String| FlightError::BadRally { index, problem };
                 if item.command != Command::NAV_RALLY_POINT {
-                    return Err(bad(format!("{} is no rally point; only command 5100 is", item.command)));
+                    return Err(bad(format!("{} is not a rally point; only command 5100 is", item.command)));
                 }
                 frame_fault(item.frame).map_or(Ok(()), |fault| Err(bad(fault)))?;
                 let (Some(lat_deg), Some(lon_deg), Some(alt_m)) = (item.lat_deg(), item.lon_deg(), item.alt_m()) else {
@@ -103,7 +103,7 @@ mod tests {
         let mut local = MissionItem::at(Command::NAV_RALLY_POINT, [0.0; 4], 40.0, -3.0, 50.0);
         local.frame = MavFrame::Other(1);
         for (item, expected) in [
-            (MissionItem::waypoint(40.0, -3.0, 50.0), "rally item 0: NAV_WAYPOINT is no rally point"),
+            (MissionItem::waypoint(40.0, -3.0, 50.0), "rally item 0: NAV_WAYPOINT is not a rally point"),
             (no_height, "rally item 0: lacks"),
             (local, "rally item 0: frame 1 has no meaning"),
         ] {

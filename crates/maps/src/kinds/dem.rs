@@ -198,7 +198,7 @@ impl Dem {
         let about = std::fs::metadata(path).map_err(|error| error.to_string())?;
         let bytes = if is_packed { unpacked_bytes(path)? } else { about.len() };
         let side = [1201_u32, 3601, 1801, 601].into_iter().find(|side| u64::from(*side).pow(2) * 2 == bytes);
-        let side = side.ok_or_else(|| format!("it has {bytes} bytes, which is no square of heights"))?;
+        let side = side.ok_or_else(|| format!("it has {bytes} bytes, which is not a square of heights"))?;
         self.tiles.insert(corner, Hgt { corner, path: path.to_owned(), stamp: Stamp::of(&about), side, is_packed });
         Ok(())
     }

@@ -191,7 +191,7 @@ impl Tiles {
             }
             // Reading anything but a plain file might block for ever.
             if !fs::metadata(&path)?.is_file() {
-                return Err(std::io::Error::other("it is no plain file"));
+                return Err(std::io::Error::other("it is not a plain file"));
             }
             return File::open(path).map(Some);
         }

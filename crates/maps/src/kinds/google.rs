@@ -136,7 +136,7 @@ impl Sessions {
             return Err(refused(words(answer.status, &answer.body)));
         }
         let opened: Begun = serde_json::from_slice(&answer.body).map_err(|error| refused(error.to_string()))?;
-        let ends_s = opened.expiry.parse().map_err(|_| refused("its end is no number".to_owned()))?;
+        let ends_s = opened.expiry.parse().map_err(|_| refused("its end is not a number".to_owned()))?;
         *session = Some(Session { token: opened.session.clone(), ends_s });
         Ok(opened.session)
     }

@@ -181,7 +181,7 @@ impl Mbtiles {
     pub fn open(path: &Path, tile_px: u32) -> std::result::Result<Self, String> {
         let failed = |error: rusqlite::Error| format!("no MBTiles file: {}", words(&error));
         if !path.is_file() {
-            return Err(format!("{} is no file", path.display()));
+            return Err(format!("{} is not a file", path.display()));
         }
         let _lease = lease(Some(MEMORY))?;
         let reader = Reader::open(path).map_err(failed)?;

@@ -106,7 +106,7 @@ impl Service for Pictures {
 /// # Errors
 /// [`MapError::Request`] for an invalid address.
 pub fn with_parameters(address: &str, parameters: &[(&str, &str)]) -> Result<String> {
-    let mut url = Url::parse(address).map_err(|error| MapError::Request(format!("the address is none: {error}")))?;
+    let mut url = Url::parse(address).map_err(|error| MapError::Request(format!("invalid address: {error}")))?;
     url.set_fragment(None);
     let kept: Vec<(String, String)> = url
         .query_pairs()
@@ -177,7 +177,7 @@ pub fn capabilities_url(address: &str, version: Option<&str>) -> Result<String> 
         vec![("SERVICE", "WMS"), ("REQUEST", "GetCapabilities"), ("VERSION", version.unwrap_or("1.3.0"))];
     // Parameters of a picture do not belong here, and some services fail on them.
     let pasted = ["LAYERS", "STYLES", "CRS", "SRS", "BBOX", "WIDTH", "HEIGHT", "FORMAT", "TRANSPARENT"];
-    let url = Url::parse(address).map_err(|error| MapError::Request(format!("the address is none: {error}")))?;
+    let url = Url::parse(address).map_err(|error| MapError::Request(format!("invalid address: {error}")))?;
     let has_any = url.query_pairs().any(|(name, _)| pasted.iter().any(|other| name.eq_ignore_ascii_case(other)));
     if !has_any {
         return with_parameters(address, &parameters);

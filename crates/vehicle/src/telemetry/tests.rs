@@ -238,7 +238,7 @@ fn what_cannot_be_is_none_counted_and_flagged() {
     assert_eq!(t.home.expect("home").value.alt_amsl_m, 600.0);
 }
 
-// fault 24 (1 seeds): more than 4,000 random payloads of 29 messages: no value that is no number
+// fault 24 (1 seeds): more than 4,000 random payloads of 29 messages: no value that is not a number
 /// Whatever bytes a message holds, nothing but finite numbers comes out.
 #[test]
 fn no_payload_makes_a_value_that_is_no_number() {

@@ -101,7 +101,7 @@ impl Post<'_> {
                         echo_due = now + audience.echo_interval();
                         let is_encrypted = self.router.as_ref().is_some_and(|router| router.transport() != Transport::Tcp);
                         if is_encrypted && !network::is_with_station(session).await {
-                            return Err(self.problem("who answers there now is no router of this fleet"));
+                            return Err(self.problem("who answers there now is not a router of this fleet"));
                         }
                         self.ask_echo(session, echoed.clone(), numbered.clone());
                         if let Some(place) = &mut self.place {

@@ -216,7 +216,7 @@ pub(super) async fn open(router: &RosRouter) -> Result<Session, FleetError> {
             Err(router.unreached("tls-spoken", problem.to_owned()))
         }
         Err(error) => {
-            Err(router.unreached(NO_ROUTER, format!("something answers there that is no router of Zenoh 1 ({error})")))
+            Err(router.unreached(NO_ROUTER, format!("something answers there that is not a Zenoh 1 router ({error})")))
         }
     }
 }

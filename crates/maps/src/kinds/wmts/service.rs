@@ -132,8 +132,7 @@ pub fn capabilities_url(address: &str) -> Result<String> {
         return Ok(address.to_owned());
     }
     let pasted = ["LAYER", "STYLE", "FORMAT", "TILEMATRIXSET", "TILEMATRIX", "TILEROW", "TILECOL"];
-    let mut url =
-        url::Url::parse(address).map_err(|error| MapError::Request(format!("the address is none: {error}")))?;
+    let mut url = url::Url::parse(address).map_err(|error| MapError::Request(format!("invalid address: {error}")))?;
     let kept: Vec<(String, String)> = url
         .query_pairs()
         .filter(|(name, _)| !pasted.iter().any(|other| name.eq_ignore_ascii_case(other)))
