@@ -18,6 +18,9 @@ use crate::task::blocking;
 
 /// Heights that are kept unpacked, eight bytes each.
 const KEPT_HEIGHTS: usize = 8 * 1024 * 1024;
+/// Largest pixels, metres at the equator, of a level that stands in for a finer one that failed: about the spacing of a
+/// vehicle's terrain grid (100 m).
+const MAX_STAND_IN_M: f64 = 160.0;
 /// Tiles of heights that one question may need.
 const MAX_HEIGHT_TILES: usize = 64;
 /// Places of one question at most.
@@ -107,7 +110,13 @@ impl Maps {
         let grid = self.known_grid(source).await?;
         let mut found = vec![None; points.len()];
         let mut open: Vec<usize> = (0..points.len()).collect();
+        let mut is_stand_in = false;
         for level in (grid.min_level..=grid.max_level).rev() {
+            let pixel_m = grid.levels[usize::from(level)].resolution * grid.crs.metres_per_unit();
+            if is_stand_in && pixel_m > MAX_STAND_IN_M {
+                // Averaged over so much, a ridge is gone: the place stays unknown, and the next source is asked.
+                break;
+            }
             let asked: Vec<Corner> = open.iter().map(|index| points[*index]).collect();
             let places = neighbours(&grid, level, &asked);
             let mut tiles: Vec<TileId> =
@@ -118,6 +127,7 @@ impl Maps {
             if tiles.len() > MAX_HEIGHT_TILES && level > grid.min_level {
                 continue;
             }
+            is_stand_in = true;
             let mut heights = HashMap::new();
             let mut failed = BTreeSet::new();
             let mut fetches = JoinSet::new();

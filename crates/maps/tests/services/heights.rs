@@ -89,18 +89,23 @@ async fn over_water_the_ground_is_the_waters_surface() {
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn without_the_finest_level_a_coarser_one_that_is_there_is_taken() {
     let service = Service::start(|head| {
-        let is_coarse = head.starts_with("GET /2/");
+        // Level 10 has pixels of 153 m at the equator, level 9 of 306 m.
+        let is_coarse = head.starts_with("GET /10/384/") || head.starts_with("GET /9/");
         Some(if is_coarse { answer("200 OK", "", &terrarium(0, 0)) } else { answer("500 No", "", b"broken") })
     })
     .await;
     let world = world().await;
-    world.put(SourceSettings { min_zoom: Some(1), ..terrarium_at(&service) }).await;
-    // As an area has it that ends at level 2.
-    world.maps.tile("a", TileId { level: 2, column: 1, row: 1 }).await.expect("a tile");
-    let (found, fault) = world.maps.heights(&[Corner { lat_deg: 40.0, lon_deg: -45.0 }]).await.expect("asked");
+    world.put(SourceSettings { min_zoom: Some(1), max_zoom: Some(12), ..terrarium_at(&service) }).await;
+    // As an area has them that ends at level 10, and as far around it as there are coarser ones.
+    for tile in [(10, 384, 387), (9, 192, 193), (9, 320, 193)] {
+        let (level, column, row) = tile;
+        world.maps.tile("a", TileId { level, column, row }).await.expect("a tile");
+    }
+    let asked = [-44.9, 45.1].map(|lon_deg| Corner { lat_deg: 40.0, lon_deg });
+    let (found, fault) = world.maps.heights(&asked).await.expect("asked");
     assert!(found[0].alt_amsl_m.is_some(), "{found:?}");
-    // Level 2 has pixels of 39,136 m at the equator.
-    assert!((found[0].resolution_m.expect("known") - 39_136.0 * 40.0_f64.to_radians().cos()).abs() < 10.0);
+    assert!((found[0].resolution_m.expect("known") - 152.87 * 40.0_f64.to_radians().cos()).abs() < 0.1);
+    assert_eq!(found[1].alt_amsl_m, None, "too coarse to stand in");
     assert!(fault.expect("why the finest is missing").contains("broken"));
 }
 
