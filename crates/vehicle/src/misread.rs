@@ -51,9 +51,7 @@ pub fn in_words(path: &str, said: &str, takes: impl Fn(&str) -> Option<String>) 
     let none_of_them = match said {
         "expected value" => Some("text"),
         "invalid float literal" => Some("number"),
-        "invalid digit found in string" | "number too large to fit in target type" => {
-            Some("whole number in range")
-        }
+        "invalid digit found in string" | "number too large to fit in target type" => Some("whole number in range"),
         _ => None,
     };
     if let Some(kind) = none_of_them {

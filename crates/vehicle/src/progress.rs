@@ -72,6 +72,11 @@ pub(crate) struct ProgressTracker {
 }
 
 impl ProgressTracker {
+    /// Whether the mission was flown to its end.
+    pub fn is_complete(&self) -> bool {
+        self.is_complete
+    }
+
     /// The mission was replaced, or the vehicle restarted.
     pub fn reset(&mut self) {
         *self = Self { was_armed: self.was_armed, follows_mission: self.follows_mission, ..Self::default() };

@@ -470,6 +470,7 @@ impl Vehicle {
             preparation: self.flight_preparation(),
             first_nav: self.first_nav(),
             is_landing: self.is_landing_already(now),
+            is_complete: self.tracker.is_complete(),
             has_command_int: self.has_command_int(),
             now,
         }

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use vencejo_flight::plan::Command;
+use vencejo_flight::plan::{Command, MissionItem};
 use vencejo_proto::{Message, MonoTime};
 
 use super::Vehicle;
@@ -277,7 +277,7 @@ impl Vehicle {
                 self.advance(id, now);
             }
             Step::GoOnFrom(seq) => {
-                if self.telemetry.mission.is_some_and(|mission| mission.value.seq < seq) {
+                if self.telemetry.mission.is_some_and(|mission| self.has_begun_anew(mission.value.seq, seq)) {
                     let again = self.context(now).set_current(seq).proved_by(Effect::NotBefore(seq));
                     self.ops[index].steps.push_front(again);
                 }
@@ -292,6 +292,14 @@ impl Vehicle {
             }
             step => self.start_transfer(index, step, now),
         }
+    }
+
+    /// Whether a mission that shows this item has begun anew instead of going on from item `seq`. After an interruption,
+    /// one with DO_SET_RESUME_REPEAT_DIST repeats a part of its way: it has begun anew only at its first item.
+    fn has_begun_anew(&self, shown: u16, seq: u16) -> bool {
+        let is_repeat = |item: &MissionItem| item.command == Command::DO_SET_RESUME_REPEAT_DIST;
+        let repeats = self.mission().is_some_and(|mission| mission.items.iter().any(is_repeat));
+        shown < seq && (!repeats || shown <= self.first_nav())
     }
 
     pub(super) fn send_command(

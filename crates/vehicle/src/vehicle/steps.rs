@@ -16,7 +16,7 @@ use crate::modes::{Action, FlightMode, ModeFamily};
 use crate::preparation::FlightPreparation;
 use crate::request::Request;
 use crate::streams::interval_params;
-use crate::telemetry::{Freshness, MissionState, Severity, Telemetry};
+use crate::telemetry::{Freshness, MissionCurrent, MissionState, Severity, Telemetry};
 use crate::transfer::ParamName;
 
 mod guided;
@@ -45,6 +45,8 @@ pub(super) struct Context<'a> {
     pub first_nav: u16,
     /// Whether it flies a landing of its mission already (`Vehicle::is_landing_already`).
     pub is_landing: bool,
+    /// Whether its mission is complete (`ProgressTracker::is_complete`).
+    pub is_complete: bool,
     /// Whether COMMAND_INT may be sent.
     pub has_command_int: bool,
     pub now: MonoTime,
@@ -344,12 +346,18 @@ impl Context<'_> {
                 return Ok(steps);
             }
             Request::MissionResume => {
-                let is_told = self.telemetry.mission.filter(|mission| mission.freshness(self.now) == Freshness::Fresh);
-                // One that is complete begins anew.
-                let stands =
-                    is_told.map(|mission| mission.value).filter(|told| told.state != Some(MissionState::Complete));
+                let is_fresh = self.telemetry.mission.filter(|mission| mission.freshness(self.now) == Freshness::Fresh);
+                // A mission that is complete begins anew. One reported in AUTO is being flown, or was reported before
+                // AUTO was left, which sets a landing back to its beginning.
+                let is_flown = self.telemetry.mode().is_none_or(FlightMode::follows_mission);
+                let is_interrupted = |reported: &MissionCurrent| {
+                    let is_complete = reported.state.map_or(self.is_complete, |state| state == MissionState::Complete);
+                    !is_flown && !is_complete && reported.in_mission_mode != Some(true)
+                };
+                let interrupted = is_fresh.map(|mission| mission.value).filter(is_interrupted);
                 let mode = self.mode_for(Action::Mission)?;
-                return Ok([mode].into_iter().chain(stands.and_then(|told| self.go_on_from(told.seq))).collect());
+                let go_on = interrupted.and_then(|reported| self.go_on_from(reported.seq));
+                return Ok([mode].into_iter().chain(go_on).collect());
             }
             Request::SetCurrentItem { item } => self.set_current(self.seq_of("item", item)?),
             Request::SetHome { lat_deg, lon_deg, alt_amsl_m } => {

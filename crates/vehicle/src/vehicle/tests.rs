@@ -232,6 +232,7 @@ impl Plane {
                 seq: self.current,
                 total,
                 mission_state: self.mission_state,
+                mission_mode: u8::from(self.mode == 10),
                 ..Default::default()
             }),
         ] {

@@ -124,6 +124,42 @@ fn a_mission_goes_on_where_it_was_to_though_the_vehicle_begins_it_anew() {
 }
 
 #[test]
+fn a_mission_that_goes_on_elsewhere_by_itself_is_left_there() {
+    let resumed = |world: &mut Pair, to: u16| {
+        world.plane.current = to;
+        assert_eq!(ask(world, Request::MissionResume), Ok(Reply::Done));
+        (count(world, Command::DO_SET_MISSION_CURRENT), world.plane.current)
+    };
+    // In AUTO it flies on, here around a jump back.
+    assert_eq!(resumed(&mut in_auto(4), 2), (0, 2));
+    // Leaving AUTO sets a landing back to its beginning, of which nothing has been reported yet.
+    let mut world = in_auto(5);
+    world.plane.is_streaming = false;
+    world.plane.mode = 12;
+    wait(&mut world, 1_200);
+    world.plane.is_streaming = true;
+    assert_eq!(resumed(&mut world, 4), (0, 4));
+    // Without a state, what was reached last tells that it was complete: it begins anew.
+    let mut world = in_auto(5);
+    world.plane.mission_state = MissionState::MISSION_STATE_UNKNOWN;
+    fly(&mut world, 11, 5);
+    world.station.vehicle.tracker.on_reached(5, Some(5), None, 1);
+    assert_eq!(resumed(&mut world, 1), (0, 1));
+    // After an interruption a part of the way is repeated.
+    let mut world = connected();
+    let items = vec![
+        MissionItem::takeoff(40.3332, -3.7990, 50.0, 12.0),
+        MissionItem::action(Command::DO_SET_RESUME_REPEAT_DIST, [100.0, 0.0, 0.0, 0.0]),
+        MissionItem::waypoint(40.3340, -3.8030, 80.0),
+        MissionItem::waypoint(40.3345, -3.8000, 40.0),
+    ];
+    let plan = Request::UploadPlan { kind: PlanKind::Mission, items, home: None, despite_findings: true };
+    ask(&mut world, plan).expect("uploaded");
+    fly(&mut world, 12, 4);
+    assert_eq!(resumed(&mut world, 3), (0, 3));
+}
+
+#[test]
 fn auto_is_entered_when_a_mission_runs() {
     let mut world = connected();
     // As the newest firmware without a mission: it shows AUTO once, and returns.
