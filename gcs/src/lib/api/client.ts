@@ -127,7 +127,7 @@ export class Api extends Http {
   /** Learns a plane from a recording of its flight, a `.tlog`. */
   async learnPlane(recording: Blob, vehicle?: number): Promise<LearnedPlane> {
     const query = vehicle === undefined ? '' : `?vehicle=${vehicle}`;
-    const answer = await this.request('POST', `/plan/learn${query}`, recording);
+    const answer = await this.request('POST', `/plan/learn${query}`, recording, { signal: null });
     return (await bodyOf(answer.json())) as LearnedPlane;
   }
   designLanding = (asked: LandingRequest) => this.json<Landing>('POST', '/plan/landing', asked);

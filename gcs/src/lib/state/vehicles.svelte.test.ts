@@ -90,6 +90,9 @@ describe('Vehicle', () => {
     expect(landing(null, true)).toBe('maybe');
     expect([landing(true, true), landing(true, false), landing(false, true)]).toEqual(['yes', 'yes', 'no']);
     expect([landing(null, false), landing(null, null)]).toEqual(['no', 'no']);
+    const heartbeat = { ...groups.heartbeat!, autopilot: 12 };
+    vehicle.apply({ groups: { heartbeat }, progress: { ...progress!, is_landing: true }, heardAt_ms: {} });
+    expect(vehicle.landing, 'of a PX4 nothing is barred').toBe('no');
   });
 
   it('takes over the age that a group had when it was sent', () => {

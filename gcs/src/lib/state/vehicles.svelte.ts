@@ -27,6 +27,8 @@ import { SensorHistory } from './sensors';
 
 /** Texts kept per vehicle; the oldest fall out. */
 const TEXTS_KEPT = 1000;
+/** `MAV_AUTOPILOT_ARDUPILOTMEGA`. */
+const ARDUPILOT = 3;
 /** A rehearsal older than this when the vehicle was lost is not used for its ghost, seconds. */
 const REST_LASTS_S = 10;
 
@@ -118,6 +120,9 @@ export class Vehicle {
   });
   /** Whether it lands now; `maybe` while it flies a mission that was not read. */
   landing = $derived.by<'no' | 'yes' | 'maybe'>(() => {
+    // What is barred during a landing is dangerous for an ArduPlane alone (`guard_landing` of the server).
+    const { autopilot } = this.groups.heartbeat ?? {};
+    if (autopilot !== undefined && (autopilot !== ARDUPILOT || !['plane', 'vtol'].includes(this.kind))) return 'no';
     const { is_landing, follows_mission } = this.progress ?? {};
     if (is_landing == null) return follows_mission === true ? 'maybe' : 'no';
     return is_landing ? 'yes' : 'no';
@@ -201,7 +206,9 @@ export class Vehicle {
       const landed = extended?.landed;
       const isFlying =
         landed !== undefined && landed !== 'undefined' ? landed !== 'on ground' : (heartbeat?.is_armed ?? null);
-      this.flightTime = this.#flightClock.update(boot_s, isFlying);
+      // `boot_s` may be as old as the last SYSTEM_TIME of a plane that is lost.
+      const age_ms = performance.now() - (heardAt_ms.system_time ?? performance.now());
+      this.flightTime = this.#flightClock.update(boot_s, isFlying, (Date.now() - age_ms) / 1000);
     }
   }
 
