@@ -238,7 +238,7 @@ class VehicleState:
         """Where another vehicle with the same system id is heard, in words; ``None`` without one.
 
         The other one is not followed, and nothing is sent to it. For an aircraft of a fleet: where another computer
-        uses its name; then nothing is sent to either.
+        uses its name; orders go only to the one that was heard first.
         """
         return self._native.rival()
 

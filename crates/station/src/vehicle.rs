@@ -467,7 +467,7 @@ impl VehicleHandle {
     }
 
     /// The place, in words, of another vehicle with the same system id: it is not followed, and nothing is sent to it.
-    /// For a remote vehicle, the place of another computer with its name: then nothing is sent to either.
+    /// For a remote vehicle, the place of another computer with its name: orders go only to the one heard first.
     pub fn rival(&self) -> Option<String> {
         self.station.shared.rival(self.id)
     }

@@ -43,7 +43,7 @@ pub struct VehicleSummary {
     #[schema(required = true)]
     pub is_reached: Option<bool>,
     /// Where another vehicle with the same system id is heard, to which nothing is sent; for a remote vehicle, another
-    /// one with the same name, in which case nothing is sent to either. Null when there is none.
+    /// computer with the same name: orders go only to the one heard first. Null when there is none.
     #[schema(required = true)]
     pub rival: Option<String>,
     /// Whether it requests ground elevations at positions that no map of this server contains.

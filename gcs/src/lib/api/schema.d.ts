@@ -8547,7 +8547,7 @@ export interface components {
             remote_name: string | null;
             /**
              * @description Where another vehicle with the same system id is heard, to which nothing is sent; for a remote vehicle, another
-             *     one with the same name, in which case nothing is sent to either. Null when there is none.
+             *     computer with the same name: orders go only to the one heard first. Null when there is none.
              */
             rival: string | null;
             /**
