@@ -411,7 +411,7 @@ mod tests {
             (Request::Velocity { forward_m_s: 1.0, right_m_s: 0.0, down_m_s: 0.0, yaw_rate_rad_s: 0.0 }, "repeated"),
             (
                 Request::SetHome { lat_deg: Some(f64::NAN), lon_deg: Some(-3.0), alt_amsl_m: Some(600.0) },
-                "no finite number",
+                "not a finite number",
             ),
             (Request::RawCommandLong(other), "direct link"),
             (Request::DespiteMixedPlan(Box::new(Request::RawCommandLong(other))), "direct link"),

@@ -230,7 +230,7 @@ async fn whoever_has_no_good_certificate_is_not_let_in_and_told_why() {
             (&at, &foreign, "another authority: enrol again"),
             (&at, &expired, "our certificate has ended"),
             (&at, &unborn, "not good yet"),
-            (&at, &of_other_fleet, "no ground station of this fleet"),
+            (&at, &of_other_fleet, "not a ground station of this fleet"),
             (&endpoint(&format!("{way}/127.0.0.1:1")), &good, nobody_there),
         ] {
             let why = refusal(router, Known::Ca(identity.ca.clone()), Some(identity), WAIT).await.expect_err("refused");
@@ -281,7 +281,7 @@ async fn whoever_has_no_good_certificate_is_not_let_in_and_told_why() {
     let session = network::open(Part::Router(&at, &[], None), Some(&impostor)).await.expect("a router");
     let error =
         network::open(Part::Client(std::slice::from_ref(&at), WAIT), Some(&good)).await.map(drop).expect_err("refused");
-    assert!(error.to_string().contains("no ground station's or router's"), "{error}");
+    assert!(error.to_string().contains("not that of a ground station or router"), "{error}");
     session.close().await.expect("closed");
 }
 

@@ -317,6 +317,6 @@ mod tests {
         std::fs::write(folder.path().join("t"), "text that is no database, of some length, as it happens to be")
             .expect("written");
         assert!(Mbtiles::open(&folder.path().join("t"), 256).unwrap_err().contains("no MBTiles"));
-        assert!(Mbtiles::open(folder.path(), 256).unwrap_err().contains("no file"));
+        assert!(Mbtiles::open(folder.path(), 256).unwrap_err().contains("not a file"));
     }
 }

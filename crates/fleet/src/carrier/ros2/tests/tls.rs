@@ -138,12 +138,12 @@ fn certificates_that_cannot_be_used_are_told_before_anything_starts() {
     };
     let (at, nothing) = ("tls/robot.local:7447", RosPapers::default());
     for (address, papers, says) in [
-        ("tls/127.0.0.1", &one, "no router of ROS 2"),
-        ("tcp/0.0.0.0:7447", &nothing, "no router of ROS 2"),
-        ("127.0.0.1:7447", &nothing, "no router of ROS 2"),
-        ("tcp/a#b:1", &nothing, "no router of ROS 2"),
-        ("tcp/a:0", &nothing, "no router of ROS 2"),
-        ("udp/127.0.0.1:7447", &nothing, "no router of ROS 2"),
+        ("tls/127.0.0.1", &one, "not the address of a ROS 2 router"),
+        ("tcp/0.0.0.0:7447", &nothing, "not the address of a ROS 2 router"),
+        ("127.0.0.1:7447", &nothing, "not the address of a ROS 2 router"),
+        ("tcp/a#b:1", &nothing, "not the address of a ROS 2 router"),
+        ("tcp/a:0", &nothing, "not the address of a ROS 2 router"),
+        ("udp/127.0.0.1:7447", &nothing, "not the address of a ROS 2 router"),
         ("tcp/robot.local:7447", &nothing, "or --ros2-plain"),
         ("tcp/192.168.1.2:7447", &nothing, "or --ros2-plain"),
         ("tcp/127.0.0.1:7447", &one, "certificates are for tls/ and quic/"),
