@@ -154,7 +154,7 @@ def test_poses_become_a_mission_as_the_marks_say() -> None:
         ([(LAT, math.inf, 60.0)], Taken(), "must be numbers"),
         ([PLACES[0], (91.0, LON, 60.0)], Taken(), "pose 2 of 2: .* off the globe"),
         ([(LAT, 180.5, 60.0)], Taken(), "off the globe"),
-        ([(0.0, 0.0, 60.0)], Taken(), "no place"),
+        ([(0.0, 0.0, 60.0)], Taken(), "not a chosen position"),
         ([(LAT, LON, 1e6)], Taken(), "h is 1e.06 m"),
         ([(LAT, LON, -5.0)], Taken(), "h is -5 m"),
         ([(LAT, LON, 0.0)], Taken(takeoff=True), "h is 0 m"),
