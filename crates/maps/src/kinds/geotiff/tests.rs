@@ -114,25 +114,31 @@ fn heights_lie_between_the_middles_of_pixels() {
     assert_eq!(file.height_m(10.0, 10.0, false).expect("not looked at"), None);
 }
 
+/// A file of one height, with more geo keys (four numbers each) and a note of GDAL's.
+fn one_height(path: &Path, more: &[u16], noted: Option<&str>, value: f32) -> GeoTiff {
+    let mut keys = [keys(4326, true, false), more.to_vec()].concat();
+    keys[3] += u16::try_from(more.len() / 4).expect("few");
+    let mut file = File::create(path).expect("a file");
+    let mut encoder = TiffEncoder::new(&mut file).expect("a TIFF");
+    let mut image = encoder.new_image::<colortype::Gray32Float>(1, 1).expect("an image");
+    image.encoder().write_tag(Tag::GeoKeyDirectoryTag, &keys[..]).expect("keys");
+    image.encoder().write_tag(Tag::Unknown(33_550), &[0.5_f64, 0.5, 0.0][..]).expect("scale");
+    image.encoder().write_tag(Tag::Unknown(33_922), &[0.0_f64, 0.0, 0.0, -4.0, 41.0, 0.0][..]).expect("tie");
+    if let Some(noted) = noted {
+        let items = format!("<GDALMetadata>\n  {noted}\n</GDALMetadata>\n");
+        image.encoder().write_tag(Tag::Unknown(42_112), &*items).expect("noted");
+    }
+    image.write_data(&[value]).expect("data");
+    drop(file);
+    GeoTiff::open(path).expect("a file")
+}
+
 #[test]
 fn heights_in_feet_or_scaled_are_metres() {
     let folder = Folder::new();
     let path = folder.path().join("h.tif");
     let height_m = |units: &[u16], noted: Option<&str>, value: f32| {
-        let mut keys = [keys(4326, true, false), units.to_vec()].concat();
-        keys[3] += u16::try_from(units.len() / 4).expect("few");
-        let mut file = File::create(&path).expect("a file");
-        let mut encoder = TiffEncoder::new(&mut file).expect("a TIFF");
-        let mut image = encoder.new_image::<colortype::Gray32Float>(1, 1).expect("an image");
-        image.encoder().write_tag(Tag::GeoKeyDirectoryTag, &keys[..]).expect("keys");
-        image.encoder().write_tag(Tag::Unknown(33_550), &[0.5_f64, 0.5, 0.0][..]).expect("scale");
-        image.encoder().write_tag(Tag::Unknown(33_922), &[0.0_f64, 0.0, 0.0, -4.0, 41.0, 0.0][..]).expect("tie");
-        if let Some(noted) = noted {
-            let items = format!("<GDALMetadata>\n  {noted}\n</GDALMetadata>\n");
-            image.encoder().write_tag(Tag::Unknown(42_112), &*items).expect("noted");
-        }
-        image.write_data(&[value]).expect("data");
-        let file = GeoTiff::open(&path).expect("a file");
+        let file = one_height(&path, units, noted, value);
         match file.height_fault() {
             Some(fault) => Err(fault),
             None => Ok(file.height_m(40.75, -3.75, true).expect("read").map(|alt_m| (alt_m * 1e3).round() / 1e3)),
@@ -170,16 +176,7 @@ fn a_file_above_an_ellipsoid_is_no_source_of_heights() {
     let folder = Folder::new();
     for (vertical, is_refused) in [(5030, true), (5773, false)] {
         let path = folder.path().join(format!("{vertical}.tif"));
-        let mut keys = [keys(4326, true, false), vec![4096, 0, 1, vertical]].concat();
-        keys[3] += 1;
-        let mut file = File::create(&path).expect("a file");
-        let mut encoder = TiffEncoder::new(&mut file).expect("a TIFF");
-        let mut image = encoder.new_image::<colortype::Gray32Float>(1, 1).expect("an image");
-        image.encoder().write_tag(Tag::GeoKeyDirectoryTag, &keys[..]).expect("keys");
-        image.encoder().write_tag(Tag::Unknown(33_550), &[0.5_f64, 0.5, 0.0][..]).expect("scale");
-        image.encoder().write_tag(Tag::Unknown(33_922), &[0.0_f64, 0.0, 0.0, -4.0, 41.0, 0.0][..]).expect("tie");
-        image.write_data(&[1500.0]).expect("data");
-        let fault = GeoTiff::open(&path).expect("a file").height_fault();
+        let fault = one_height(&path, &[4096, 0, 1, vertical], None, 1_500.0).height_fault();
         assert_eq!(fault.is_some_and(|fault| fault.contains("ellipsoid")), is_refused, "{vertical}");
     }
 }
