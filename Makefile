@@ -44,7 +44,7 @@ demo: ## The ground station with a simulated plane that flies the demo mission; 
 	@.venv/bin/vencejo demo $(DEMO_ARGS)
 
 # The arrows are checked by tests/house too.
-LINT_CHECKS := clippy arrows rustfmt ruff-format ruff mypy
+LINT_CHECKS := clippy rustdoc arrows rustfmt ruff-format ruff mypy
 test: ## Everything that CI runs: layout, format, lints, types, Rust and Python tests
 	@scripts/tree_state.sh save
 	@$(MAKE) $(SIDE_BY_SIDE) dev-env native-as-tested $(filter-out arrows,$(LINT_CHECKS)) cargo-test-built gcs-check gcs-test
@@ -69,7 +69,9 @@ mypy: dev-env
 	@$(CHECK) mypy .venv/bin/mypy
 clippy: rust-env
 	@$(CHECK) clippy cargo clippy --quiet $(CARGO_TEST) --all-targets -- -D warnings
-# After clippy, for whose folder it would wait.
+# These two after clippy, for whose folder they would wait.
+rustdoc: clippy
+	@$(CHECK) rustdoc env RUSTDOCFLAGS='-D warnings' cargo doc --quiet $(CARGO_TEST) --no-deps --document-private-items
 cargo-test-built: clippy
 	@$(CHECK) cargo-test-built cargo test --quiet --no-run $(CARGO_TEST)
 # Beside pytest, which tells how far it is: this one tells all when it is done.

@@ -7,7 +7,7 @@
 //! | module | owns |
 //! |---|---|
 //! | [`service`] | the maps of a station: their sources, read from the file and got ready |
-//! | [`tiles`], `changes`, `heights` | serving tiles, changing the sources, heights of the ground |
+//! | `tiles`, `changes`, `heights` | serving tiles, changing the sources, heights of the ground |
 //! | [`listing`] | sources as they are shown |
 //! | `source` | one source in use: addresses, fetches in flight, its health |
 //! | `aside`, `stamp` | sources whose reading ended the process; detecting changed files |

@@ -363,7 +363,7 @@ pub(crate) fn flies_in(
 /// Flies a plan many times over the terrain of the maps. Stops as soon as `is_wanted` returns false.
 ///
 /// # Errors
-/// As for [`rehearsal`], and for a number of flights out of range.
+/// As for [`rehearsal()`], and for a number of flights out of range.
 pub(crate) async fn spread(
     app: &App,
     asked: SpreadRequest,

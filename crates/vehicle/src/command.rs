@@ -3,7 +3,7 @@
 //! Protocol: mavlink.io, "Command Protocol". One command per MAV_CMD is in flight: COMMAND_ACK carries no other
 //! identifier. A command without an answer is repeated with `confirmation` + 1 only when it is idempotent
 //! ([`is_idempotent`]), or when its owner has read from the vehicle that it was not executed. Late answers to
-//! repetitions would be taken for the next command's: that waits for them ([`Owed`]).
+//! repetitions would be taken for the next command's: that waits for them (`Owed`).
 
 use std::collections::VecDeque;
 use std::fmt;

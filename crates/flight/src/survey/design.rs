@@ -183,16 +183,16 @@ impl Survey {
 
 /// Lays out a survey.
 ///
-/// - Height and ground sample distance give each other ([`Camera`]); a picture's width and the overlaps give the
+/// - Height and ground sample distance give each other ([`Camera`](super::Camera)); a picture's width and the overlaps give the
 ///   distance between lines and pictures. A plane that crabs by θ turns its pictures: a strip of pictures `a` wide and
 ///   `l` long, `b` apart, has no gap within `a cos θ + sin θ (l − 2 b cos θ)`, and that width is overlapped.
 /// - Lines lie across the wind unless a course is given ([`LineCourse::AcrossWind`]). A line is photographed from where
 ///   the strip on either side of it enters the area to where it leaves it; a bay of a concave area is flown through
 ///   with the camera off.
 /// - Turns have the radius `(V + W)² / (g tan φ)` with the wind from behind and a bank of 10° less than the plane may
-///   (`ROLL_LIMIT_DEG`, or where it would stall). They are the shortest that the plane can fly ([`corners`]); each
+///   (`ROLL_LIMIT_DEG`, or where it would stall). They are the shortest that the plane can fly (`turn::corners`); each
 ///   waypoint says how far before it the turn begins. Lines nearer to each other than two radii are flown in race-track
-///   order ([`race_track`]).
+///   order (`order::race_track`).
 /// - Before its first picture the plane is straight on the line for `V ln(R / 3 m) / (ζ ω)`: the time in which the L1
 ///   law, a second-order loop of period T = 2π / ω and damping ζ, brings an error of a turn's radius below 3 m (K.
 ///   Ogata, "Modern Control Engineering", 5th ed., eq. 5-22).

@@ -28,8 +28,8 @@ pub struct RecorderConfig {
     pub retry_after: Duration,
     /// The longest wait before another try, 30 s by default.
     pub retry_at_most: Duration,
-    /// Capacity of the queue, 16,384 frames by default. Overflow: see [`RecorderHandle::put`] and
-    /// [`RecorderHandle::offer`].
+    /// Capacity of the queue, 16,384 frames by default. Overflow: see
+    /// [`RecorderHandle::put`](super::RecorderHandle::put) and [`RecorderHandle::offer`](super::RecorderHandle::offer).
     pub queue_items: usize,
 }
 

@@ -1,4 +1,4 @@
-//! The kinds of map sources: of each how it is read, and what it says of itself ([`crate::kind::Kind`]). A new kind is
+//! The kinds of map sources: of each how it is read, and what it says of itself (`kind::Kind`). A new kind is
 //! a module here, with its line below and in `list.rs`.
 
 pub mod dem;

@@ -21,7 +21,7 @@ use super::{ItemForm, TransferConfig, TransferError};
 ///    sign by itself: ArduPlane of today does, also for an upload of MISSION_ITEM_INT. Both ways back begin anew with
 ///    MISSION_COUNT or MISSION_REQUEST_LIST, before the first item has gone over.
 /// 3. What went as floats is not what was meant to the last digit: it counts as the plan that was sent when every position
-///    is within what the roundings can do ([`VerifiedPlan::position_error_m`] says how far off the worst is). Parameter 4 of
+///    is within what the roundings can do ([`VerifiedPlan::position_error_m`](super::VerifiedPlan) says how far off the worst is). Parameter 4 of
 ///    a position (whence the track after a loiter is counted) may be lost, because ArduPlane 3.x has no room for it; any
 ///    other parameter that it does not keep, such as the radius of a loiter without end, is [`TransferError::NotAsSent`].
 /// 4. Fences and rally points go by the item protocol only where a message says which plan it is about

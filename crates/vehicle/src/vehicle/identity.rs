@@ -9,7 +9,7 @@
 //!                            after a silence
 //! ```
 //!
-//! While it is unsure, AUTOPILOT_VERSION is requested until it comes (`streams`), and for [`IDENTIFIED_WITHIN`] a
+//! While it is unsure, AUTOPILOT_VERSION is requested until it comes (`streams`), and for `IDENTIFIED_WITHIN` a
 //! mission that is read is not judged by a doubt that may be about another aircraft. Then one that has not told counts
 //! as the one before, whose record keeps its doubt all the same. The id decides about the doubt by [`Whose`] it is:
 //!
@@ -164,7 +164,7 @@ impl Vehicle {
         self.pump(now);
     }
 
-    /// The vehicle has not told the id of its hardware within [`IDENTIFIED_WITHIN`], or has none: it stays unsure.
+    /// The vehicle has not told the id of its hardware within `IDENTIFIED_WITHIN`, or has none: it stays unsure.
     pub(super) fn stop_waiting(&mut self, now: MonoTime) {
         if let Some(unsure) = &mut self.on_board.identity.unsure {
             unsure.waits_until = None;

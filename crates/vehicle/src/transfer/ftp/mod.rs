@@ -11,7 +11,7 @@
 //!   read while that end is still missing, and holds the old plan: what is read counts only when the vehicle has answered
 //!   to the end of the upload before it was opened ([`Closing`]).
 //! - Requests are worked off in order, so several can be on the way: also those that follow an open that is not answered
-//!   yet. Five are queued in each turn of the main loop, a sixth is dropped: [`Pace`].
+//!   yet. Five are queued in each turn of the main loop, a sixth is dropped: `pace`.
 //! - A repeated request (same number as the last one answered) gets the last answer again. An open is therefore repeated
 //!   with its number; reads and writes, which may be done twice, get a new one.
 
