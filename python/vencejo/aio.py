@@ -283,7 +283,7 @@ class AsyncVehicle(VehicleState):
         await self._wait(self._ask("speed", kind="groundspeed", speed_m_s=groundspeed_m_s))
 
     async def set_altitude(self, *, alt_rel_home_m: float | None = None, alt_amsl_m: float | None = None) -> None:
-        """Change the altitude of the present target. Not to 0, which ArduPlane ignores.
+        """Change the altitude of the present target. Not to 0, which ArduPlane takes for no altitude.
 
         In AUTO it holds until the next item.
 

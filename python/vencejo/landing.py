@@ -324,9 +324,9 @@ def landing_alternatives(at: GeoPoint | Runway, **options: Unpack[LandingOptions
 
     Each direction (of the runway, of the given course, else twelve at 30 degrees) is combined with its circle on either
     side and rehearsed (`vencejo.rehearsal`) from where the plane comes from, else from ``home``, 30 m above the
-    beginning of the final leg. They are sorted by verdict, then by less tailwind, less crosswind, the distance at which
-    the plane comes to rest, and the duration. Directions in which the wind is too strong for the plane to come in are
-    left out. A landing near which the ground comes ranks lower.
+    beginning of the final leg. They are sorted by verdict, then by less tailwind, less crosswind, a smaller distance
+    from the point to where the plane comes to rest, and a shorter duration. Directions in which the wind is too strong
+    for the plane to come in are left out. A landing near which the ground comes ranks lower.
 
     Parameters
     ----------

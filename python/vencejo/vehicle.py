@@ -304,18 +304,19 @@ class VehicleState:
         """Send any message of the dialect: the escape hatch.
 
         Fields are named as in the message definition, in the units of the wire; missing ones are 0. ``target_system``
-        and ``target_component`` default to the vehicle. There is no acknowledgement. Refused are only values that no
+        and ``target_component`` default to the vehicle. There is no acknowledgement. Refused are values that no
         autopilot can accept: numbers beyond 32 bits, positions that are not on Earth, altitudes beyond -1,000 to
-        100,000 m, and a new altitude of 0, which ArduPlane ignores. Dangerous messages have to be confirmed. Those that
-        arm, follow the mission or jump in it are refused while the mission may be mixed (`PlanState.may_be_mixed`),
-        unless `despite_mixed_plan` is set.
+        100,000 m, and a new altitude of 0, which ArduPlane takes for none. A new altitude is also refused while an
+        ArduPlane lands, or may be landing in a mission that was not read. Dangerous messages have to be confirmed.
+        Those that arm, follow the mission or jump in it are refused while the mission may be mixed
+        (`PlanState.may_be_mixed`), unless `despite_mixed_plan` is set.
 
         Raises
         ------
         InvalidRequest
             For a message or field that the dialect does not have, or a value that is refused.
         NotPossibleNow
-            While the mission may be mixed.
+            While the mission may be mixed, and for a new altitude during a landing.
         """
         self._native.send_message(name, fields, confirm, despite_mixed_plan)
 
@@ -667,7 +668,7 @@ class Vehicle(Closing, VehicleState):
         self._wait(self._ask("speed", kind="groundspeed", speed_m_s=groundspeed_m_s))
 
     def set_altitude(self, *, alt_rel_home_m: float | None = None, alt_amsl_m: float | None = None) -> None:
-        """Change the altitude of the present target. Not to 0, which ArduPlane ignores.
+        """Change the altitude of the present target. Not to 0, which ArduPlane takes for no altitude.
 
         In AUTO it holds until the next item.
 

@@ -376,8 +376,8 @@ impl VehicleHandle {
     ///
     /// # Errors
     /// [`StationError::Control`], [`StationError::NeedsConfirmation`], [`StationError::BadConfirmation`],
-    /// [`StationError::Replayed`], [`StationError::RemoteRefused`] for a remote vehicle, and
-    /// [`VehicleError::PlanUnknown`](vencejo_vehicle::VehicleError::PlanUnknown).
+    /// [`StationError::Replayed`], [`StationError::RemoteRefused`] for a remote vehicle, and of
+    /// [`VehicleError`](vencejo_vehicle::VehicleError) `PlanUnknown`, `Landing` and `InvalidValue`.
     pub fn send(
         &self,
         message: &Message,

@@ -40,7 +40,7 @@ struct Ground {
     heard: BTreeMap<u64, MonoTime>,
     epoch: u64,
     /// What it has on its way, and until when it waits: several things at once, as its operators want.
-    errands: Vec<(OrderDelivery, Claim, MonoTime)>,
+    deliveries: Vec<(OrderDelivery, Claim, MonoTime)>,
     is_cut: bool,
 }
 
@@ -88,7 +88,7 @@ impl World {
             seen: None,
             heard: BTreeMap::new(),
             epoch: 0,
-            errands: Vec::new(),
+            deliveries: Vec::new(),
             is_cut: false,
         };
         Self {
@@ -224,13 +224,13 @@ impl World {
             Sent::Answer(station, answer) => {
                 let ground = &mut self.grounds[station];
                 let id = answer.id.as_slice().try_into().map_or(0, u128::from_be_bytes);
-                let Some(place) = ground.errands.iter().position(|(_, claim, _)| claim.id == id) else { return };
-                let (mut delivery, claim, _) = ground.errands.swap_remove(place);
+                let Some(place) = ground.deliveries.iter().position(|(_, claim, _)| claim.id == id) else { return };
+                let (mut delivery, claim, _) = ground.deliveries.swap_remove(place);
                 self.truth.restarted += u64::from(answer.boot_age_ms > 0);
                 let heard_at = ground.heard.get(&claim.boot).copied().unwrap_or_default();
                 let outcome = match delivery.on_answer(*answer, heard_at, self.now) {
                     Step::Send { after, wait } => {
-                        ground.errands.push((delivery, claim, self.now + after + wait));
+                        ground.deliveries.push((delivery, claim, self.now + after + wait));
                         return self.send(Sent::Order(station, claim));
                     }
                     Step::End(outcome) => outcome,
@@ -300,13 +300,13 @@ impl World {
     fn work(&mut self, station: usize) {
         let now = self.now;
         let waits = |(_, _, due): &mut (OrderDelivery, Claim, MonoTime)| *due <= now;
-        for (mut delivery, claim, _) in self.grounds[station].errands.extract_if(.., waits).collect::<Vec<_>>() {
+        for (mut delivery, claim, _) in self.grounds[station].deliveries.extract_if(.., waits).collect::<Vec<_>>() {
             if let Step::Send { wait, .. } = delivery.on_silence(now) {
-                self.grounds[station].errands.push((delivery, claim, now + wait));
+                self.grounds[station].deliveries.push((delivery, claim, now + wait));
                 self.send(Sent::Order(station, claim));
             }
         }
-        if self.grounds[station].errands.len() >= AT_ONCE {
+        if self.grounds[station].deliveries.len() >= AT_ONCE {
             return;
         }
         let Some((boot, based_on, asking)) = self.grounds[station].seen else { return };
@@ -321,9 +321,9 @@ impl World {
                 None => return,
             },
             8 if self.rng.random_bool(0.5) => {
-                let errands = &mut self.grounds[station].errands;
-                let Some(place) = errands.iter().position(|(_, claim, _)| claim.wish == Wish::Act) else { return };
-                Wish::Recall(errands.swap_remove(place).1.id)
+                let deliveries = &mut self.grounds[station].deliveries;
+                let Some(place) = deliveries.iter().position(|(_, claim, _)| claim.wish == Wish::Act) else { return };
+                Wish::Recall(deliveries.swap_remove(place).1.id)
             }
             _ => return,
         };
@@ -331,7 +331,7 @@ impl World {
         let claim = Claim { boot, epoch, id: self.ids, based_on, wish };
         let mut delivery = OrderDelivery::new(Duration::from_secs(10), now);
         let Step::Send { wait, .. } = delivery.start() else { return };
-        self.grounds[station].errands.push((delivery, claim, now + wait));
+        self.grounds[station].deliveries.push((delivery, claim, now + wait));
         self.send(Sent::Order(station, claim));
     }
 }

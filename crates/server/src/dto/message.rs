@@ -121,7 +121,7 @@ pub struct RawMessage {
     pub fields: BTreeMap<String, Option<MessageField>>,
 }
 
-/// A raw message to send. Nothing checks it, and no answer is awaited.
+/// A raw message to send. No answer is awaited. `POST /vehicles/{id}/messages` says what is refused.
 #[derive(Debug, Clone, PartialEq, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct NewMessage {

@@ -200,7 +200,7 @@ pub struct ReturnPoint {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema, Default)]
 #[serde(deny_unknown_fields)]
 pub struct Fence {
-    /// Zones; all of them apply.
+    /// Zones. All of them apply, unless the vehicle takes the union of its inclusion zones (`FENCE_OPTIONS`, bit 1).
     pub zones: Vec<FenceZone>,
     /// Position to return to after a breach; null when there is none.
     #[serde(default)]

@@ -138,7 +138,8 @@ fn not_a_message(error: &FieldError) -> Problem {
 }
 
 /// Sends any message as given, without waiting for an answer. Refused are numbers that no autopilot can interpret and,
-/// while the mission may be mixed, messages that arm, start the mission or set its current item.
+/// while the mission may be mixed, messages that arm, start the mission or set its current item. A new altitude is refused
+/// while an ArduPlane lands, or may be landing in a mission that was not read.
 #[utoipa::path(post, path = "/vehicles/{id}/messages", tag = "raw", request_body = NewMessage,
     params(("id" = u16, Path, description = "The vehicle's id"),
         ("despite_mixed_plan" = Option<bool>, Query, description = "Carry it out although the mission on board may be mixed")),

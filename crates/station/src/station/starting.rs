@@ -26,7 +26,8 @@ impl Station {
     /// Starts a station without links on a tokio runtime.
     ///
     /// # Errors
-    /// [`StationError::BadSetting`] for a rate out of range.
+    /// [`StationError::Vehicle`] for a rate out of range, [`StationError::CannotRecord`] when the recorder cannot be
+    /// started.
     pub fn start(config: StationConfig, runtime: Handle) -> Result<Self, StationError> {
         let _guard = runtime.enter();
         Self::with_clock(config, runtime.clone(), Arc::new(SystemClock::new()))

@@ -4,6 +4,7 @@
 //! |---|---|
 //! | `listen` | received messages: telemetry, events, restarts, other stations |
 //! | `steps` | the steps of a request; the checks of its values |
+//! | `sent` | the commands of a request, determined without a vehicle |
 //! | `raw` | checks of the numbers in raw commands and messages |
 //! | `operation` | a request in progress, and the state of its present step |
 //! | `ops` | running requests: commands, the effects that prove them, results |
@@ -152,7 +153,7 @@ struct TargetWatch {
     alarmed: Option<(u16, f64)>,
 }
 
-/// One vehicle: a state machine that takes messages and times in and puts [`Output`]s out. See the [crate](crate).
+/// One vehicle: a state machine that takes messages and times in and puts [`Output`]s out. See the [crate].
 #[derive(Debug)]
 pub struct Vehicle {
     address: Address,

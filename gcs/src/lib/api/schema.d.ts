@@ -1506,7 +1506,8 @@ export interface paths {
         put?: never;
         /**
          * Sends any message as given, without waiting for an answer. Refused are numbers that no autopilot can interpret and,
-         *     while the mission may be mixed, messages that arm, start the mission or set its current item.
+         *     while the mission may be mixed, messages that arm, start the mission or set its current item. A new altitude is refused
+         *     while an ArduPlane lands, or may be landing in a mission that was not read.
          */
         post: operations["send_message"];
         delete?: never;
@@ -3945,7 +3946,7 @@ export interface components {
         /** @description A geofence. */
         Fence: {
             return_point: components["schemas"]["ReturnPoint"] | null;
-            /** @description Zones; all of them apply. */
+            /** @description Zones. All of them apply, unless the vehicle takes the union of its inclusion zones (`FENCE_OPTIONS`, bit 1). */
             zones: components["schemas"]["FenceZone"][];
         };
         /**
@@ -6476,7 +6477,7 @@ export interface components {
             /** @description Display name; the link string when absent. */
             name?: string | null;
         };
-        /** @description A raw message to send. Nothing checks it, and no answer is awaited. */
+        /** @description A raw message to send. No answer is awaited. `POST /vehicles/{id}/messages` says what is refused. */
         NewMessage: {
             /** @description Fields. Missing ones are 0, except that `target_system` and `target_component` default to the vehicle's. */
             fields?: {
