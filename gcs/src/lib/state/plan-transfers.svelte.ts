@@ -111,9 +111,10 @@ class PlanTransfers {
       const { state, plan: found } = await api.planOnBoard(vehicle.systemId, part);
       if (found === null || this.transfer !== null) return;
       onBoard.note(vehicle, part, state, found);
-      // A draft without changes of the user follows the vehicle.
+      // A draft without changes of the user follows the vehicle; a change that the core still works on is one.
+      await plan.settled;
       const isUntouched = !plan.canUndo && (plan.isEmpty(part) || partOf(plan.draft, part) === this.#asRead[part]);
-      if (vehicle !== vehicles.selected || !isUntouched) return;
+      if (vehicle !== vehicles.selected || !isUntouched || this.transfer !== null) return;
       const { fence, rally } = plan.draft;
       sharedDraft.found(() => {
         if (part === 'mission') plan.begin({ ...draftOf(found), fence, rally });

@@ -186,6 +186,20 @@ describe('the plan store', () => {
     expect(plan.items).toHaveLength(2);
   });
 
+  it('does not follow others while a change of the draft is on its way', async () => {
+    while (plan.canUndo) plan.undo();
+    let design: (landing: ReturnType<typeof landingAt>) => void = () => undefined;
+    server.design.mockImplementationOnce(() => new Promise((resolve) => (design = resolve)));
+    plan.waitFor(planLanding.land(AT));
+    server.byOthers([makeItem('takeoff', { at: AT, alt_m: 50 })]);
+    const followed = planTransfers.follow();
+    await vi.advanceTimersByTimeAsync(10);
+    design(landingAt(AT));
+    await followed;
+    expect(plan.items.at(-1)?.command).toBe(makeItem('land', { at: AT }).command);
+    expect(plan.canUndo).toBe(true);
+  });
+
   it('asks one question about the draft at a time, and of the edits meanwhile about the last', async () => {
     const asked: number[] = [];
     const answers: ((answer: Awaited<ReturnType<typeof station.assess>>) => void)[] = [];
