@@ -4,6 +4,7 @@
 //!
 //! [`TlogReader`] also reads damaged files: bytes that belong to no entry are skipped and counted, a torn end too.
 
+use std::collections::VecDeque;
 use std::io::{self, Read};
 
 use vencejo_proto::{Frame, FrameDecoder};
@@ -21,6 +22,8 @@ const FRAME_START_LEN: usize = 10;
 
 /// Entries of several threads may be out of order by this much.
 const DISORDER_US: u64 = 1_000_000;
+/// Longest pause that is believed after the first entry and before the last one, which have a neighbour on one side only.
+const LONGEST_PAUSE_US: u64 = 3_600_000_000;
 
 /// One entry of a recording.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -59,8 +62,8 @@ pub struct TlogDecoder {
     /// Checks one frame at a time.
     checker: FrameDecoder,
     skipped: SkippedBytes,
-    /// The entry that is held back until the stamp of the next one is known.
-    held: Option<TlogEntry>,
+    /// Entries that are held back until the stamps after them are known.
+    held: VecDeque<TlogEntry>,
     previous_us: Option<u64>,
 }
 
@@ -89,34 +92,36 @@ impl TlogDecoder {
     }
 
     /// The next entry. `None` when more bytes are needed or, after [`Self::finish`], at the end. An entry comes when the
-    /// one after it is known.
+    /// one after it is known, the first one when two are.
     pub fn next_entry(&mut self) -> Option<TlogEntry> {
-        loop {
-            let next = self.decode_entry();
-            if next.is_none() && !self.ended {
-                return None;
-            }
-            let next_us = next.as_ref().map(|entry| entry.unix_us);
-            match std::mem::replace(&mut self.held, next) {
-                Some(entry) => return Some(self.with_sound_stamp(entry, next_us)),
-                None if self.held.is_none() => return None,
-                None => {}
+        let ahead = if self.previous_us.is_none() { 2 } else { 1 };
+        while self.held.len() <= ahead {
+            match self.decode_entry() {
+                Some(entry) => self.held.push_back(entry),
+                None if self.ended => break,
+                None => return None,
             }
         }
+        let mut entry = self.held.pop_front()?;
+        entry.unix_us = self.sound_stamp(entry.unix_us);
+        self.previous_us = Some(entry.unix_us);
+        Some(entry)
     }
 
     /// No checksum covers a stamp. One that lies outside its neighbours, which are in order, is damaged and counts as the
-    /// one before.
-    fn with_sound_stamp(&mut self, mut entry: TlogEntry, next_us: Option<u64>) -> TlogEntry {
-        if let (Some(previous), Some(next)) = (self.previous_us, next_us)
-            && previous <= next
-            && (entry.unix_us.saturating_add(DISORDER_US) < previous
-                || entry.unix_us > next.saturating_add(DISORDER_US))
-        {
-            entry.unix_us = previous;
-        }
-        self.previous_us = Some(entry.unix_us);
-        entry
+    /// one before, the first one as the one after.
+    fn sound_stamp(&self, stamp_us: u64) -> u64 {
+        let mut after = self.held.iter().map(|entry| entry.unix_us);
+        let (earliest, latest, instead) = match (self.previous_us, after.next(), after.next()) {
+            (Some(previous), Some(next), _) if previous <= next => (previous, next, previous),
+            (Some(previous), None, _) => (previous, previous.saturating_add(LONGEST_PAUSE_US), previous),
+            (None, Some(next), Some(second)) if (next..=next.saturating_add(LONGEST_PAUSE_US)).contains(&second) => {
+                (next.saturating_sub(LONGEST_PAUSE_US), second, next)
+            }
+            _ => return stamp_us,
+        };
+        let sound = earliest.saturating_sub(DISORDER_US)..=latest.saturating_add(DISORDER_US);
+        if sound.contains(&stamp_us) { stamp_us } else { instead }
     }
 
     fn decode_entry(&mut self) -> Option<TlogEntry> {
@@ -306,20 +311,22 @@ mod tests {
     }
 
     #[test]
-    fn a_damaged_stamp_counts_as_the_one_before() {
+    fn a_damaged_stamp_counts_as_its_neighbour() {
         let times_us = [0, 100_000, 200_000, 300_000, 400_000_u64].map(|us| 1_700_000_000_000_000 + us);
         let mut sound = Vec::new();
         for (sequence, us) in times_us.iter().enumerate() {
             write_entry(&mut sound, *us, &heartbeat(1, 1, sequence as u8));
         }
         let len = sound.len() / times_us.len();
-        for bit in 0..64 {
+        let last = times_us.len() - 1;
+        for (entry, bit) in (0..=last).flat_map(|entry| (0..64).map(move |bit| (entry, bit))) {
             let mut damaged = sound.clone();
-            damaged[2 * len + bit / 8] ^= 1 << (bit % 8);
+            damaged[entry * len + bit / 8] ^= 1 << (bit % 8);
             let read: Vec<_> = TlogReader::new(&damaged[..]).map(|entry| entry.unwrap().unix_us).collect();
-            assert_eq!(read.len(), times_us.len(), "{bit}");
+            assert_eq!(read.len(), times_us.len(), "{entry}, {bit}");
+            let most = if [0, last].contains(&entry) { LONGEST_PAUSE_US } else { DISORDER_US };
             for (read, recorded) in read.iter().zip(times_us) {
-                assert!(read.abs_diff(recorded) <= DISORDER_US + 100_000, "{bit}: {read} for {recorded}");
+                assert!(read.abs_diff(recorded) <= most + 100_000, "{entry}, {bit}: {read} for {recorded}");
             }
         }
     }
