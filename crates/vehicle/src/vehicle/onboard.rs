@@ -27,7 +27,7 @@ use super::steps::Step;
 use crate::plan_record::{Doubt, Writer};
 use crate::plan_state::{PlanState, Unknown};
 use crate::request::{Reply, RequestId};
-use crate::telemetry::Severity;
+use crate::telemetry::{Severity, SystemStatus};
 use crate::transfer::{TransferError, UPLOAD_REST, is_as_sent};
 
 /// Time without requests before a plan is read automatically.
@@ -145,13 +145,21 @@ impl Vehicle {
 // ── Automatic reading ────────────────────────────────────────────────────────────────────────────────────────────────
 
 impl Vehicle {
+    /// Whether it is not up yet. Until its main loop runs, an ArduPlane answers requests for its fence as if it had
+    /// none (`AC_PolyFence_loader::num_stored_items`), and says that it is calibrating.
+    pub(super) fn is_starting(&self) -> bool {
+        let status = self.telemetry.heartbeat.map(|heartbeat| heartbeat.value.system_status);
+        matches!(status, Some(SystemStatus::Boot | SystemStatus::Calibrating))
+    }
+
     /// What to read automatically next, and when; `None` while something else is going on.
     fn reading_due(&self) -> Option<(Reading, MonoTime)> {
         let board = &self.on_board;
         let is_busy = !self.ops.is_empty() || self.transfer.is_some() || self.param.is_some();
         let is_identified = board.identity.key.is_some() && board.identity.waits_until().is_none();
         let is_ready = self.telemetry.heartbeat.is_some() && is_identified && self.streams.is_settled();
-        if !self.config.reads_back || self.is_lost || is_busy || !is_ready || board.incoming.is_some() {
+        let is_held = self.is_lost || is_busy || self.is_starting() || board.incoming.is_some();
+        if !self.config.reads_back || !is_ready || is_held {
             return None;
         }
         let is_wanted = |kind: &PlanKind| {
@@ -311,10 +319,11 @@ impl Vehicle {
         }
     }
 
-    /// Restarts the quiet time before automatic readings while requests are pending or have just ended.
+    /// Restarts the quiet time before automatic readings while requests are pending or have just ended, and while the
+    /// vehicle starts.
     pub(super) fn stay_quiet(&mut self, now: MonoTime) {
         let is_stirred = std::mem::take(&mut self.on_board.is_stirred);
-        if is_stirred || self.pending() > 0 {
+        if is_stirred || self.pending() > 0 || self.is_starting() {
             self.on_board.quiet_since = now;
         }
     }

@@ -127,6 +127,8 @@ struct Plane {
     commands: Vec<CommandLong>,
     ints: Vec<CommandInt>,
     velocities: Vec<SET_POSITION_TARGET_LOCAL_NED_DATA>,
+    /// `MAV_STATE` of its heartbeats.
+    system_status: u8,
     /// MAV_TYPE: a plane, when nobody says otherwise.
     mav_type: u8,
     autopilot: u8,
@@ -175,6 +177,7 @@ impl Plane {
             commands: Vec::new(),
             ints: Vec::new(),
             velocities: Vec::new(),
+            system_status: 3,
             mav_type: 1,
             autopilot: 3,
             streams_asked: 0,
@@ -206,7 +209,7 @@ impl Plane {
             mav_type: self.mav_type,
             autopilot: self.autopilot,
             base_mode: armed | Heartbeat::CUSTOM_MODE,
-            system_status: 3,
+            system_status: self.system_status,
             mavlink_version: 3,
         }));
     }

@@ -307,6 +307,9 @@ impl Vehicle {
         }
         self.copies[kind as usize] = (!list.items.is_empty()).then(|| Arc::new(list.clone()));
         self.set_plan(kind, state);
+        if self.is_starting() {
+            self.doubt_copy(kind, now);
+        }
         Ok(Reply::Plan { kind, items: list.items, home: list.home, state, position_error_m })
     }
 }

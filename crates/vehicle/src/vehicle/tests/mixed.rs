@@ -5,7 +5,7 @@
 use std::sync::Arc;
 
 use vencejo_flight::checks::CheckContext;
-use vencejo_flight::plan::Mission;
+use vencejo_flight::plan::{Mission, items_to_wire};
 use vencejo_proto::dialect::{
     MISSION_CLEAR_ALL_DATA, MISSION_SET_CURRENT_DATA, MavMissionType, MavModeFlag, SET_MODE_DATA,
 };
@@ -787,6 +787,26 @@ fn what_is_not_known_is_read_by_itself_and_gives_way() {
     wait(&mut world, 20_000);
     assert_eq!(state(&world), known, "read in the end");
     assert_eq!(world.station.results.len(), 3, "one for each that asked");
+}
+
+#[test]
+fn what_a_plane_answers_before_it_is_up_is_read_once_more() {
+    let fence = |world: &Pair| world.station.vehicle.plan_state(PlanKind::Fence);
+    let corner = |lat_deg, lon_deg| {
+        MissionItem::at(Command::NAV_FENCE_POLYGON_VERTEX_INCLUSION, [3.0, 0.0, 0.0, 0.0], lat_deg, lon_deg, 0.0)
+    };
+    let items = [corner(40.0, -4.0), corner(40.1, -4.0), corner(40.1, -3.9)];
+    let wire = items_to_wire(&items, PLANE, PlanKind::Fence).expect("sendable");
+    let mut plane = Plane::new();
+    (plane.services.has_ftp, plane.system_status) = (false, 2);
+    let mut world = World::new(Station::with(reading()), plane, Faults::default(), 1);
+    wait(&mut world, 15_000);
+    assert_eq!(fence(&world), PlanState::Unknown(Unknown::NeverRead), "it calibrates");
+    ask(&mut world, Request::DownloadPlan { kind: PlanKind::Fence }).expect("read");
+    assert_eq!(fence(&world), PlanState::Empty, "by its own word");
+    (world.plane.system_status, world.plane.services.plans[PlanKind::Fence as usize]) = (3, wire);
+    wait(&mut world, 5_000);
+    assert!(matches!(fence(&world), PlanState::Verified { count: 3, .. }), "{}", fence(&world));
 }
 
 #[test]
