@@ -118,17 +118,18 @@ pub enum VehicleError {
         /// What was wanted.
         action: &'static str,
     },
-    /// An ArduPlane on final takes a new altitude for that of its landing point: it flares and stops the motor where it
-    /// is.
+    /// An ArduPlane that lands, or may land, is not sent what would make it flare in the air or turn away near the
+    /// ground. [`crate::Request::AbortLanding`], which climbs first, and a change of mode are possible all the same.
     #[error(
-        "the vehicle {}: ArduPlane takes a new altitude for that of the landing point, and would flare and stop its motor in \
-         the air; {} before {action}",
+        "the vehicle {}: {consequence}; {} before {action}",
         if *is_known { "is landing" } else { "flies a mission that was not read, and may be landing" },
-        if *is_known { "abort the landing" } else { "read the mission, or change the mode," }
+        if *is_known { "abort the landing" } else { "read the mission or change the mode" }
     )]
     Landing {
         /// What was wanted.
         action: &'static str,
+        /// What the vehicle would do.
+        consequence: &'static str,
         /// Whether it is known to land; else it flies a mission that was not read.
         is_known: bool,
     },
@@ -224,7 +225,7 @@ impl VehicleError {
             Self::PlanUnknown { kind: PlanKind::Mission, state: PlanState::Unknown(Unknown::TransferFailed) },
             Self::Armed { action: "restarting" },
             Self::InTheAir { action: "preparing a flight" },
-            Self::Landing { action: "changing its altitude", is_known: true },
+            Self::Landing { action: "jumping in the mission", consequence: "it would turn away", is_known: true },
             Self::HomeUnknown,
             Self::NotHeard { age: Duration::from_secs(6) },
             Self::TooManyRequests { limit: 64 },

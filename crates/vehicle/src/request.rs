@@ -194,6 +194,7 @@ pub enum Request {
     #[cfg_attr(feature = "describe", serde(rename = "mission/resume"))]
     MissionResume,
     /// Makes an item the current one: MAV_CMD_DO_SET_MISSION_CURRENT, or MISSION_SET_CURRENT for an older vehicle.
+    /// Refused while an ArduPlane flies to its landing point: it would turn away without climbing first.
     #[cfg_attr(feature = "describe", serde(rename = "mission/current"))]
     SetCurrentItem {
         /// The item, counted from 1.

@@ -124,7 +124,7 @@ impl Vehicle {
     ) -> Result<(), VehicleError> {
         let mut act = None;
         for step in steps {
-            self.guard_landing_by(step)?;
+            self.guard_landing_by(step, now)?;
             act = act.or_else(|| self.act_of_step(step));
         }
         self.guard(act, despite, now)
@@ -134,7 +134,7 @@ impl Vehicle {
     ///
     /// # Errors
     /// [`VehicleError::PlanUnknown`] for one that arms, starts the mission or jumps in it while that may be a mixture,
-    /// unless it is `despite_mixed_plan`; [`VehicleError::Landing`] for a new altitude for a plane that lands;
+    /// unless it is `despite_mixed_plan`; [`VehicleError::Landing`] for one that would disturb the landing of an ArduPlane;
     /// [`VehicleError::InvalidValue`] for a number that an autopilot cannot take.
     pub fn on_sending(
         &mut self,
@@ -146,7 +146,7 @@ impl Vehicle {
             return Ok(());
         }
         raw::check_message(message, self.is_ardupilot())?;
-        self.guard_landing(message)?;
+        self.guard_landing(message, now)?;
         self.guard(self.act_of(message), despite_mixed_plan, now)?;
         self.on_written(self.our, message, now);
         Ok(())

@@ -1,10 +1,11 @@
-//! What an ArduPlane that lands must not be sent: a new altitude, from which it would flare, and another start of the
-//! landing.
+//! What an ArduPlane that lands must not be sent: a new altitude, from which it would flare, and what turns it away from
+//! its final without climbing first. An abort and another mode are never held back.
 
 use vencejo_flight::plan::Command;
 use vencejo_proto::{Message, MonoTime};
 
 use super::Vehicle;
+use super::guard::Act;
 use super::steps::{Fallback, Step};
 use crate::command::CommandMessage;
 use crate::conduct::leads_to_landing;
@@ -15,71 +16,127 @@ use crate::telemetry::Freshness;
 /// `current` of a mission item that is a new altitude for the present target.
 const NEW_ALTITUDE: u8 = 3;
 
-/// Whether a message gives the present target another altitude, in any mode that navigates. ArduPlane takes the other
-/// ways to change it in GUIDED only.
-fn changes_altitude(message: &Message) -> bool {
-    match message {
-        Message::CommandLong(long) => long.command == Command::DO_CHANGE_ALTITUDE.0,
-        Message::CommandInt(int) => int.command == Command::DO_CHANGE_ALTITUDE.0,
-        Message::MissionItemInt(item) => item.current == NEW_ALTITUDE,
-        Message::MissionItemFloat(item) => item.current == NEW_ALTITUDE,
-        _ => false,
+/// What a message does to a landing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Disturbance {
+    /// Gives the present target another altitude, in any mode that navigates. ArduPlane changes `next_WP_loc`
+    /// (`handle_command_int_DO_CHANGE_ALTITUDE`), which is the landing point on final: the height above it decides on
+    /// the flare, in which the motor stops (`type_slope_verify_land`).
+    NewAltitude,
+    /// Starts the landing sequence again (`AP_Mission::jump_to_landing_sequence`), from AUTOLAND too.
+    Restart,
+    /// Jumps in the mission. In AUTO, an ArduPlane turns at once and climbs only as the new leg does
+    /// (`Plane::setup_alt_slope`); an abort climbs straight ahead first (`type_slope_verify_abort_landing`).
+    Jump,
+}
+
+impl Disturbance {
+    fn action(self) -> &'static str {
+        match self {
+            Self::NewAltitude => "changing its altitude",
+            Self::Restart => "starting the landing again",
+            Self::Jump => "jumping in the mission",
+        }
+    }
+
+    fn consequence(self) -> &'static str {
+        match self {
+            Self::NewAltitude => {
+                "ArduPlane takes a new altitude for that of the landing point, and would flare and stop its motor in the air"
+            }
+            Self::Restart | Self::Jump => {
+                "ArduPlane would turn away at once, however low it is, without climbing first"
+            }
+        }
+    }
+}
+
+/// ArduPlane takes the other ways to change its altitude in GUIDED only.
+fn disturbance_of_command(command: u16) -> Option<Disturbance> {
+    match Command(command) {
+        Command::DO_CHANGE_ALTITUDE => Some(Disturbance::NewAltitude),
+        Command::DO_LAND_START => Some(Disturbance::Restart),
+        _ => None,
     }
 }
 
 impl Vehicle {
+    fn disturbance_of(&self, message: &Message) -> Option<Disturbance> {
+        let is_new_altitude = match message {
+            Message::MissionItemInt(item) => item.current == NEW_ALTITUDE,
+            Message::MissionItemFloat(item) => item.current == NEW_ALTITUDE,
+            _ => false,
+        };
+        let known = match message {
+            Message::CommandLong(long) => disturbance_of_command(long.command),
+            Message::CommandInt(int) => disturbance_of_command(int.command),
+            _ => is_new_altitude.then_some(Disturbance::NewAltitude),
+        };
+        known.or_else(|| (self.act_of(message) == Some(Act::Jump)).then_some(Disturbance::Jump))
+    }
+
     /// Whether a message may go out while the vehicle lands, or may land.
     ///
-    /// ArduPlane changes `next_WP_loc`, whatever the mode (`handle_command_int_DO_CHANGE_ALTITUDE`). On final that is
-    /// the landing point, and the height above it decides on the flare, in which the motor stops
-    /// (`type_slope_verify_land`).
-    ///
     /// # Errors
-    /// [`VehicleError::Landing`] for a new altitude.
-    pub(super) fn guard_landing(&self, message: &Message) -> Result<(), VehicleError> {
+    /// [`VehicleError::Landing`] for one that would disturb the landing.
+    pub(super) fn guard_landing(&self, message: &Message, now: MonoTime) -> Result<(), VehicleError> {
         let is_plane = self.family() == Some(ModeFamily::ArduPlane);
-        if !is_plane || !message.target().includes(self.address) || !changes_altitude(message) {
+        if !is_plane || !message.target().includes(self.address) {
             return Ok(());
         }
+        let Some(disturbance) = self.disturbance_of(message) else { return Ok(()) };
         let conduct = self.conduct();
-        let is_known = conduct.is_landing == Some(true);
-        let may_land = conduct.is_landing.is_none() && conduct.follows_mission == Some(true);
+        let is_landing = conduct.is_landing == Some(true);
+        let (is_known, may_land) = match disturbance {
+            Disturbance::NewAltitude => {
+                (is_landing, conduct.is_landing.is_none() && conduct.follows_mission == Some(true))
+            }
+            Disturbance::Restart => (self.is_landing_already(now), false),
+            Disturbance::Jump => {
+                let is_reported = self.flown_item(now).is_some() && conduct.follows_mission == Some(true);
+                (is_landing && is_reported, false)
+            }
+        };
         if is_known || may_land {
-            return Err(VehicleError::Landing { action: "changing its altitude", is_known });
+            let (action, consequence) = (disturbance.action(), disturbance.consequence());
+            return Err(VehicleError::Landing { action, consequence, is_known });
         }
         Ok(())
     }
 
     /// [`Self::guard_landing`] for what a step sends.
-    pub(super) fn guard_landing_by(&self, step: &Step) -> Result<(), VehicleError> {
-        let command = |command: &CommandMessage| self.guard_landing(&command.to_message());
+    pub(super) fn guard_landing_by(&self, step: &Step, now: MonoTime) -> Result<(), VehicleError> {
+        let command = |command: &CommandMessage| self.guard_landing(&command.to_message(), now);
         match step {
             Step::Command { message, fallback, .. } => {
                 command(message)?;
                 match fallback {
                     Some(Fallback::Command(older)) => command(older),
-                    Some(Fallback::Message(message, _)) => self.guard_landing(message),
+                    Some(Fallback::Message(message, _)) => self.guard_landing(message, now),
                     None => Ok(()),
                 }
             }
-            Step::Tell { message, .. } | Step::Send(message) => self.guard_landing(message),
+            Step::Tell { message, .. } | Step::Send(message) => self.guard_landing(message, now),
             _ => Ok(()),
         }
     }
 
-    /// Whether it flies a landing of its mission already, approach included: another `DO_LAND_START` would break that
-    /// off and turn away without climbing, however low it is (`AP_Mission::jump_to_landing_sequence`).
-    pub(super) fn is_landing_already(&self, now: MonoTime) -> bool {
+    /// The present item of its mission, where both its mode and that item were reported lately.
+    fn flown_item(&self, now: MonoTime) -> Option<u16> {
         let is_fresh = |freshness| freshness == Freshness::Fresh;
-        let Some(heartbeat) = self.telemetry.heartbeat.filter(|told| is_fresh(told.freshness(now))) else {
-            return false;
-        };
-        let Some(current) = self.telemetry.mission.filter(|told| is_fresh(told.freshness(now))) else { return false };
+        self.telemetry.heartbeat.filter(|heartbeat| is_fresh(heartbeat.freshness(now)))?;
+        Some(self.telemetry.mission.filter(|mission| is_fresh(mission.freshness(now)))?.value.seq)
+    }
+
+    /// Whether it flies a landing of its mission already, approach included: another `DO_LAND_START` would break that
+    /// off.
+    pub(super) fn is_landing_already(&self, now: MonoTime) -> bool {
+        let Some(seq) = self.flown_item(now) else { return false };
         if self.conduct().is_landing == Some(true) {
             return true;
         }
-        let index = current.value.seq.checked_sub(self.first_seq()).map(usize::from);
-        let is_flown = heartbeat.value.is_armed && heartbeat.value.mode.follows_mission();
+        let index = seq.checked_sub(self.first_seq()).map(usize::from);
+        let is_flown = self.telemetry.is_armed() == Some(true) && self.conduct().follows_mission == Some(true);
         is_flown
             && self.telemetry.is_on_ground() != Some(true)
             && self.mission().zip(index).is_some_and(|(mission, index)| leads_to_landing(mission, index))

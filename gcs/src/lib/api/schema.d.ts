@@ -1562,7 +1562,10 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** Makes an item the current one: MAV_CMD_DO_SET_MISSION_CURRENT, or MISSION_SET_CURRENT for an older vehicle. */
+        /**
+         * Makes an item the current one: MAV_CMD_DO_SET_MISSION_CURRENT, or MISSION_SET_CURRENT for an older vehicle.
+         *     Refused while an ArduPlane flies to its landing point: it would turn away without climbing first.
+         */
         post: operations["mission_current"];
         delete?: never;
         options?: never;

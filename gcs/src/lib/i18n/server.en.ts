@@ -101,7 +101,7 @@ export const serverEn = {
   'problem.too-old.remedy': 'Update the autopilot.',
   'problem.armed': 'That is only possible while the vehicle is disarmed.',
   'problem.in-the-air': 'That is only possible on the ground.',
-  'problem.landing': 'The vehicle is landing, or may be: it would flare and stop its motor in the air.',
+  'problem.landing': 'The vehicle is landing, or may be: this could make it crash.',
   'problem.landing.remedy': 'Abort the landing first; if its mission was not read, read it.',
   'problem.home-unknown': 'Home is needed for that, and not known yet.',
   'problem.home-unknown.remedy': 'Wait for the GPS, or set home on the map.',

@@ -1,6 +1,7 @@
-//! What a plane that lands is not sent, and what is proved of one that begins or goes on with its mission.
+//! What is not sent to a plane that lands, and what is proved of one that begins or goes on with its mission.
 
 use vencejo_proto::MissionItemFloat;
+use vencejo_proto::dialect::MISSION_SET_CURRENT_DATA;
 
 use super::*;
 
@@ -78,6 +79,48 @@ fn a_plane_that_lands_takes_no_new_altitude() {
     assert!(matches!(error, VehicleError::Landing { is_known: false, .. }), "{error}");
     fly(&mut unread, 12, 5);
     assert_eq!(ask(&mut unread, higher()), Ok(Reply::Done));
+}
+
+#[test]
+fn a_plane_on_final_is_turned_away_by_an_abort_or_another_mode_only() {
+    let to = |seq: f32, command: Command| CommandLong {
+        target: PLANE,
+        command: command.0,
+        confirmation: 0,
+        params: [seq, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+    };
+    let set_current = MISSION_SET_CURRENT_DATA { seq: 2, target_system: 1, target_component: 1 };
+    let jumps = [
+        Message::Dialect(MavMessage::MISSION_SET_CURRENT(set_current)),
+        Message::CommandLong(to(2.0, Command::DO_SET_MISSION_CURRENT)),
+        Message::CommandLong(to(1.0, Command::DO_JUMP_TAG)),
+        Message::CommandLong(to(0.0, Command::DO_RETURN_PATH_START)),
+    ];
+    let restart = Message::CommandLong(to(0.0, Command::DO_LAND_START));
+    let refuses = |world: &mut Pair, raw: &Message| match world.station.vehicle.on_sending(raw, true, world.now) {
+        Ok(()) => false,
+        Err(VehicleError::Landing { is_known, .. }) => is_known,
+        Err(error) => panic!("{error}"),
+    };
+    for (mode, seq, on_approach, on_final) in [(AUTO, 5, true, true), (AUTO, 4, true, false), (AUTO, 2, false, false)] {
+        let mut world = in_auto(seq);
+        assert_eq!(refuses(&mut world, &restart), on_approach, "mode {mode}, item {seq}");
+        assert!(jumps.iter().all(|jump| refuses(&mut world, jump) == on_final), "mode {mode}, item {seq}");
+    }
+    let mut world = in_auto(5);
+    let raw = Request::RawCommandLong(to(0.0, Command::DO_LAND_START));
+    for request in [raw, Request::SetCurrentItem { item: 2 }, Request::MissionStart { from_item: Some(1) }] {
+        let error = ask(&mut world, request).expect_err("refused").to_string();
+        assert!(error.contains("abort the landing before"), "{error}");
+    }
+    assert_eq!(ask(&mut world, Request::AbortLanding { alt_rel_home_m: None }), Ok(Reply::Done));
+    assert_eq!(ask(&mut world, mode("LOITER")), Ok(Reply::Done));
+    assert!(!refuses(&mut world, &restart) && jumps.iter().all(|jump| !refuses(&mut world, jump)));
+    // An old report does not show that it still lands.
+    let mut world = in_auto(5);
+    world.plane.is_streaming = false;
+    wait(&mut world, 8_000);
+    assert!(!refuses(&mut world, &restart) && jumps.iter().all(|jump| !refuses(&mut world, jump)));
 }
 
 #[test]
