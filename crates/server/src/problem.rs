@@ -10,12 +10,10 @@ use utoipa::openapi::{ContentBuilder, Ref, RefOr, Response as Described, Respons
 use vencejo_station::StationError;
 use vencejo_vehicle::{Refusal, misread};
 
-use self::kinds::kind_of;
 use crate::dto;
-use crate::dto::cause::{Cause, Crowd, ResourceKind};
+use crate::dto::cause::{Cause, LimitKind, ResourceKind};
 
 mod from_core;
-mod kinds;
 
 pub use self::from_core::{from_flight, from_maps, from_station};
 
@@ -39,7 +37,7 @@ impl Problem {
     /// A problem: its type, status and title follow from the cause; `detail` says in English what was wrong, where, and
     /// how to correct it.
     pub fn new(cause: Cause, detail: impl Into<String>) -> Self {
-        let (status, title) = kind_of(&cause);
+        let (status, title) = cause.kind();
         Self(Box::new(dto::Problem {
             r#type: format!("urn:vencejo:{}", cause.code()),
             title: title.to_owned(),
@@ -136,7 +134,7 @@ impl Problem {
     }
 
     /// An exceeded limit.
-    pub fn too_many(what: Crowd, limit: usize, detail: impl Into<String>) -> Self {
+    pub fn too_many(what: LimitKind, limit: usize, detail: impl Into<String>) -> Self {
         Self::new(Cause::TooMany { what, limit: limit as u64 }, detail)
     }
 

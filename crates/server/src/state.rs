@@ -15,7 +15,7 @@ use vencejo_video::VideoHub;
 use crate::access::Access;
 use crate::convert;
 use crate::drafts::Drafts;
-use crate::dto::cause::{Cause, Crowd};
+use crate::dto::cause::{Cause, LimitKind};
 use crate::dto::storage::{StorageFault, StorageProblem};
 use crate::dto::{Operation, OperationKind};
 use crate::operations::{MAX_RUNNING, Operations};
@@ -285,7 +285,7 @@ impl App {
         let Some(operation) = self.shared.operations.add(by, vehicle, kind, pending.clone()) else {
             pending.cancel();
             let detail = format!("{MAX_RUNNING} operations are under way; wait for some of them");
-            return Err(Problem::too_many(Crowd::Operations, MAX_RUNNING, detail));
+            return Err(Problem::too_many(LimitKind::Operations, MAX_RUNNING, detail));
         };
         self.tell_operation(&operation);
         let (app, id) = (self.clone(), operation.id);

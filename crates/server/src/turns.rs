@@ -7,7 +7,7 @@ use tokio::sync::{Semaphore, SemaphorePermit, oneshot};
 use tokio::time::timeout;
 
 use crate::dto::Role;
-use crate::dto::cause::Crowd;
+use crate::dto::cause::LimitKind;
 use crate::problem::Problem;
 
 /// Niceness of long work: half of the possible range (nice(2)).
@@ -85,7 +85,7 @@ impl Bodies {
             Ok(place) => place.map_err(|_: tokio::sync::AcquireError| Problem::closed()),
             Err(_) => {
                 let detail = format!("the limit of concurrent uploads is reached: {limit}");
-                Err(Problem::too_many(Crowd::Bodies, limit, detail).remedy("try again when one of them has ended"))
+                Err(Problem::too_many(LimitKind::Bodies, limit, detail).remedy("try again when one of them has ended"))
             }
         }
     }
@@ -173,10 +173,10 @@ mod tests {
         let bodies = Bodies::new();
         let viewer = bodies.place(Role::Viewer).await.expect("the first");
         let refused = bodies.place(Role::Viewer).await.err().expect("one viewer's body at once");
-        assert_eq!((refused.0.status, refused.0.cause), (429, Cause::TooMany { what: Crowd::Bodies, limit: 1 }));
+        assert_eq!((refused.0.status, refused.0.cause), (429, Cause::TooMany { what: LimitKind::Bodies, limit: 1 }));
         let _pilot = bodies.place(Role::Operator).await.expect("one is left");
         let refused = bodies.place(Role::Operator).await.err().expect("two bodies at once");
-        assert_eq!(refused.0.cause, Cause::TooMany { what: Crowd::Bodies, limit: 2 });
+        assert_eq!(refused.0.cause, Cause::TooMany { what: LimitKind::Bodies, limit: 2 });
         let (placed, ()) = tokio::join!(bodies.place(Role::Operator), async { drop(viewer) });
         assert!(placed.is_ok(), "who waits has the place that becomes free");
     }

@@ -18,7 +18,7 @@ use vencejo_vehicle::{VehicleId, misread};
 
 use crate::assess::{assess, laid_out};
 use crate::convert;
-use crate::dto::cause::Crowd;
+use crate::dto::cause::LimitKind;
 use crate::dto::{self, ClientMessage, MissionProgress, ServerMessage};
 use crate::outbox::{Outbox, Outgoing, json};
 use crate::problem::Problem;
@@ -366,7 +366,7 @@ impl Client {
         let is_new = !self.subscriptions.contains_key(&vehicle);
         if is_new && self.subscriptions.len() >= MAX_SUBSCRIPTIONS {
             let detail = format!("{MAX_SUBSCRIPTIONS} vehicles are subscribed to already; unsubscribe from one first");
-            return Err(Problem::too_many(Crowd::Subscriptions, MAX_SUBSCRIPTIONS, detail));
+            return Err(Problem::too_many(LimitKind::Subscriptions, MAX_SUBSCRIPTIONS, detail));
         }
         let due = Instant::now();
         let subscription = self.subscriptions.entry(vehicle).or_insert_with(|| Subscription {
@@ -384,14 +384,14 @@ impl Client {
         let period = period_of(rate_hz)?;
         if !self.messages.contains_key(&vehicle) && self.messages.len() >= MAX_SUBSCRIPTIONS {
             let detail = format!("the messages of {MAX_SUBSCRIPTIONS} vehicles are subscribed to already");
-            return Err(Problem::too_many(Crowd::Subscriptions, MAX_SUBSCRIPTIONS, detail));
+            return Err(Problem::too_many(LimitKind::Subscriptions, MAX_SUBSCRIPTIONS, detail));
         }
         let id_of = |name: &String| message_id(name).map(|id| id.0);
         let ids = names.map(|names| names.iter().map(id_of).collect::<Result<BTreeSet<_>, _>>()).transpose()?;
         if ids.as_ref().is_some_and(|ids| ids.len() > MAX_MESSAGE_NAMES) {
             let detail =
                 format!("at most {MAX_MESSAGE_NAMES} messages can be subscribed to by name; omit the names for all");
-            return Err(Problem::too_many(Crowd::Subscriptions, MAX_MESSAGE_NAMES, detail));
+            return Err(Problem::too_many(LimitKind::Subscriptions, MAX_MESSAGE_NAMES, detail));
         }
         let now = Instant::now();
         let subscription =

@@ -13,7 +13,7 @@ use vencejo_vehicle::transfer::{FTP_OPEN, NoPlanKinds, TransferError};
 use super::Problem;
 use crate::convert;
 use crate::dto;
-use crate::dto::cause::{Cause, Crowd, OnlyMissionReason, ResourceKind, finite};
+use crate::dto::cause::{Cause, LimitKind, OnlyMissionReason, ResourceKind, finite};
 
 /// Problem for an error of the station.
 pub fn from_station(error: &StationError) -> Problem {
@@ -23,7 +23,9 @@ pub fn from_station(error: &StationError) -> Problem {
         StationError::Link(LinkError::UnknownLink(id)) => {
             Cause::NotFound { what: ResourceKind::Link, name: id.0.to_string() }
         }
-        StationError::Link(LinkError::TooManyLinks) => Cause::TooMany { what: Crowd::Links, limit: MAX_LINKS as u64 },
+        StationError::Link(LinkError::TooManyLinks) => {
+            Cause::TooMany { what: LimitKind::Links, limit: MAX_LINKS as u64 }
+        }
         StationError::NoVehicle { waited, .. } => Cause::NoVehicle { waited_s: waited.as_secs_f64() },
         StationError::Control { holder } => return Problem::no_control(Some(holder)),
         StationError::Dismissed => return Problem::no_session(),
@@ -96,7 +98,7 @@ pub(super) fn from_vehicle(error: &VehicleError) -> Problem {
         VehicleError::NotHeard { age } => Cause::VehicleLost { age_s: age.as_secs_f64() },
         VehicleError::CommandBusy { command } => Cause::CommandBusy { command: name_of(*command) },
         VehicleError::TransferBusy { running } => Cause::TransferBusy { running: (*running).to_owned() },
-        VehicleError::TooManyRequests { limit } => Cause::TooMany { what: Crowd::Requests, limit: *limit as u64 },
+        VehicleError::TooManyRequests { limit } => Cause::TooMany { what: LimitKind::Requests, limit: *limit as u64 },
         VehicleError::UnknownMode(unknown) => Cause::UnknownMode {
             mode: unknown.name.clone(),
             suggestions: unknown.suggestions.iter().map(|mode| (*mode).to_owned()).collect(),

@@ -18,7 +18,7 @@ use utoipa_axum::routes;
 use vencejo_video::{self as video, Accepts, CameraError, CameraRequest};
 
 use crate::dto::camera::CameraInfo;
-use crate::dto::cause::{Cause, Crowd, ResourceKind};
+use crate::dto::cause::{Cause, LimitKind, ResourceKind};
 use crate::extract::{InSession, Name, Operator, Viewer};
 use crate::problem::Problem;
 use crate::state::{App, now_unix_us};
@@ -144,7 +144,7 @@ async fn watch(
     let accepts = Accepts { h264: shows.accept.is_some_and(|accept| accept.split(',').any(|codec| codec == "h264")) };
     if app.video().viewers() >= video::MAX_VIEWERS {
         let detail = "the limit of viewers is reached; close a camera's window";
-        return Err(Problem::too_many(Crowd::Viewers, video::MAX_VIEWERS, detail));
+        return Err(Problem::too_many(LimitKind::Viewers, video::MAX_VIEWERS, detail));
     }
     let Some(alive) = app.alive() else { return Err(Problem::closed()) };
     Ok(ws::bounded(upgrade, viewer::MAX_MESSAGE_BYTES, video::MAX_FRAME_BYTES).on_upgrade(async move |socket| {

@@ -10,7 +10,7 @@ use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 
 use crate::door::Caller;
-use crate::dto::cause::{Cause, Crowd};
+use crate::dto::cause::{Cause, LimitKind};
 use crate::dto::{NewSession, Role, SessionInfo};
 use crate::extract::{InSession, Operator, OptionalJson};
 use crate::problem::Problem;
@@ -57,7 +57,7 @@ async fn open_session(
         .map_err(|error| Problem::new(Cause::Internal, format!("the system cannot provide random numbers: {error}")))?;
     let opened = app.change_sessions(|sessions| sessions.open(secret.clone(), role, new.name.as_deref(), now));
     let opened = opened.ok_or_else(|| {
-        Problem::too_many(Crowd::Sessions, MAX_SESSIONS, "the limit of sessions is reached; close one, or wait")
+        Problem::too_many(LimitKind::Sessions, MAX_SESSIONS, "the limit of sessions is reached; close one, or wait")
     })?;
     let cookie = app.access().set_cookie(&secret);
     Ok((AppendHeaders([(header::SET_COOKIE, cookie)]), Json(opened)).into_response())
@@ -143,7 +143,7 @@ pub(super) async fn websocket(
     // Counted before the upgrade, so that simultaneous requests cannot exceed the limit.
     let Some(place) = SocketGuard::open(app, id) else {
         let detail = "the limit of WebSockets is reached; close one";
-        return Err(Problem::too_many(Crowd::Sockets, MAX_SOCKETS, detail));
+        return Err(Problem::too_many(LimitKind::Sockets, MAX_SOCKETS, detail));
     };
     Ok(ws::bounded(upgrade, ws::MAX_MESSAGE_BYTES, 0).on_upgrade(async move |socket| {
         ws::serve(place, socket).await;

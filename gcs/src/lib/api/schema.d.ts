@@ -2630,8 +2630,9 @@ export interface components {
             url: string;
         };
         /**
-         * @description Cause of an error. `code` is stable and is the last part of the problem's `type`; the other fields hold the values
-         *     of the English `detail`, so that clients can show it in another language. Fields that contain English text say so.
+         * @description Cause of an error. `code` is stable and is the last part of the problem's `type`; the other fields hold the
+         *     values of the English `detail`, so that clients can show it in another language. Fields that contain English
+         *     text say so.
          */
         Cause: {
             /** @enum {string} */
