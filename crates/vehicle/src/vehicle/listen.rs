@@ -44,6 +44,10 @@ impl Vehicle {
             Some(BootEvent::RanAhead) => self.ask_who_it_is(now),
             None => {}
         }
+        // Not from another link, which may be late.
+        if let Message::Dialect(MavMessage::PARAM_VALUE(told)) = message {
+            self.on_param_told(told);
+        }
         self.take(message, now)
     }
 

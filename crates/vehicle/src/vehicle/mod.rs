@@ -127,7 +127,8 @@ struct Told {
 }
 
 /// Parameters of an ArduPlane's flight. `None`: not read. They are read without a request where plans are
-/// ([`VehicleConfig::reads_back`]), and updated by requests that read or set parameters.
+/// ([`VehicleConfig::reads_back`]), and updated by requests that read or set parameters and by what the vehicle tells of
+/// them.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[non_exhaustive]
 pub struct FlightParameters {
@@ -179,7 +180,7 @@ pub struct Vehicle {
     flight_parameters: FlightParameters,
     /// Its recent flight, for learning its performance.
     learner: Learner,
-    /// Every parameter that was read or set, by name.
+    /// Every parameter that was read or set, by name, as the vehicle told it last.
     parameters: Arc<BTreeMap<ParamName, f64>>,
     /// The encodings of received parameter values, requested by any station.
     shown_encodings: ShownEncodings,

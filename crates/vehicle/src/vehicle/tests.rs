@@ -17,8 +17,8 @@ use vencejo_flight::geodesy::{GeoPoint, direct};
 use vencejo_flight::plan::{Command, Home, Mission, MissionItem, PlanKind};
 use vencejo_proto::dialect::{
     ATTITUDE_DATA, AUTOPILOT_VERSION_DATA, EXTENDED_SYS_STATE_DATA, GLOBAL_POSITION_INT_DATA, HOME_POSITION_DATA,
-    MISSION_COUNT_DATA, MISSION_CURRENT_DATA, MISSION_ITEM_REACHED_DATA, MavLandedState, MavMessage,
-    MavProtocolCapability, MissionState, SET_POSITION_TARGET_LOCAL_NED_DATA, TIMESYNC_DATA,
+    MISSION_COUNT_DATA, MISSION_CURRENT_DATA, MISSION_ITEM_REACHED_DATA, MavLandedState, MavMessage, MavParamType,
+    MavProtocolCapability, MissionState, PARAM_VALUE_DATA, SET_POSITION_TARGET_LOCAL_NED_DATA, TIMESYNC_DATA,
 };
 use vencejo_proto::param::{Param, ParamName, ParamType, ParamValue};
 use vencejo_proto::{
@@ -1065,6 +1065,25 @@ fn parameters_are_read_and_written_one_after_the_other() {
     for bad in [set(f64::NAN), Request::ParamSet { name: "TOO_LONG_A_NAME_FOR_IT".into(), value: 1.0 }] {
         assert!(ask(&mut world, bad).is_err());
     }
+}
+
+#[test]
+fn a_parameter_that_is_known_follows_what_the_vehicle_tells_of_it() {
+    let mut world = connected();
+    let tell = |world: &mut Pair, name: &str, param_value| {
+        let param_id = ParamName::new(name).expect("a name").to_field().into();
+        let told = PARAM_VALUE_DATA { param_value, param_id, param_index: u16::MAX, ..Default::default() };
+        let told = PARAM_VALUE_DATA { param_type: MavParamType::MAV_PARAM_TYPE_REAL32, ..told };
+        world.plane.out.push_back(Message::Dialect(MavMessage::PARAM_VALUE(told)));
+        wait(world, 500);
+        let vehicle = &world.station.vehicle;
+        (vehicle.flight_parameters().loiter_radius_m, vehicle.parameters().len())
+    };
+    assert_eq!(tell(&mut world, "WP_LOITER_RAD", 120.0), (None, 0), "nobody has read it");
+    ask(&mut world, Request::ParamRead { name: "WP_LOITER_RAD".into() }).expect("read");
+    // As an ArduPilot does to all when another station has set it.
+    assert_eq!(tell(&mut world, "WP_LOITER_RAD", 120.0), (Some(120.0), 1));
+    assert_eq!(tell(&mut world, "OTHER", 1.0), (Some(120.0), 1));
 }
 
 // ── restart and loss ─────────────────────────────────────────────────────────────────────────────────────────────────

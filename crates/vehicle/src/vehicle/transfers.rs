@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use vencejo_flight::plan::{Mission, PlanKind, items_from_wire};
 use vencejo_flight::radius::own_radius_m;
-use vencejo_proto::param::{ParamEncoding, ParamName};
+use vencejo_proto::dialect::PARAM_VALUE_DATA;
+use vencejo_proto::param::{ParamEncoding, ParamName, ParamType, ParamValue};
 use vencejo_proto::{Message, MissionItemInt, MonoTime, SystemId};
 
 use super::Vehicle;
@@ -225,6 +226,20 @@ impl Vehicle {
         }
         if let Some((what, error)) = own {
             self.on_own_read(what, error.as_ref(), now);
+        }
+    }
+
+    /// The new value of a parameter that is known: an ArduPilot sends each that is set, by whomever, to all
+    /// (`GCS::send_parameter_value`).
+    pub(super) fn on_param_told(&mut self, told: &PARAM_VALUE_DATA) {
+        let known = ParamName::from_field(&told.param_id).filter(|name| self.parameters.contains_key(name));
+        let Some(((name, param_type), encoding)) =
+            known.zip(ParamType::from_mav(told.param_type)).zip(self.param_encoding())
+        else {
+            return;
+        };
+        if let Some(value) = ParamValue::from_wire(told.param_value, param_type, encoding) {
+            self.learn(&Param { name, value });
         }
     }
 
