@@ -45,6 +45,7 @@ pub use config::{FtpSessions, ItemForm, TransferConfig};
 pub use download::{DownloadedPlan, PlanDownload};
 pub use error::{FTP_OPEN, MissionResult, NoPlanKinds, TransferError};
 pub use ftp::FtpGet;
+pub(crate) use params::NO_INDEX;
 pub use params::{ParamList, ParamRead, ParamSet};
 pub(crate) use plan::is_as_sent;
 pub use plan::{PlanClear, PlanUpload, VerifiedPlan};

@@ -12,6 +12,9 @@ pub use self::list::ParamList;
 pub use self::one::{ParamRead, ParamSet};
 use super::{TransferConfig, TransferError, TransferOutput};
 
+/// The index of a PARAM_VALUE that answers a request by name, or none.
+pub(crate) const NO_INDEX: u16 = u16::MAX;
+
 /// The contents of a PARAM_VALUE, undecoded.
 #[derive(Debug, Clone, Copy)]
 struct Heard {

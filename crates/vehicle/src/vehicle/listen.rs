@@ -46,7 +46,7 @@ impl Vehicle {
         }
         // Not from another link, which may be late.
         if let Message::Dialect(MavMessage::PARAM_VALUE(told)) = message {
-            self.on_param_told(told);
+            self.on_param_told(told, now);
         }
         self.take(message, now)
     }

@@ -207,6 +207,21 @@ impl Vehicle {
         }
     }
 
+    /// An ArduPilot tells the length of a fence or of its rally points: it does so to all when another station has
+    /// written them, over whichever link (`AC_PolyFence_loader::write_fence`, `AP_Rally::append`).
+    pub(super) fn on_list_total(&mut self, parameter: &str, now: MonoTime) {
+        let kind = match parameter {
+            "FENCE_TOTAL" => PlanKind::Fence,
+            "RALLY_TOTAL" => PlanKind::Rally,
+            _ => return,
+        };
+        if self.is_ardupilot() {
+            let not_before = &mut self.on_board.not_before[kind as usize];
+            *not_before = (*not_before).max(now + COUNT_REST);
+            self.told_changed(kind, now);
+        }
+    }
+
     /// Another station changes a plan: what is known of it is void, and later messages about it are not echoes of our
     /// own writing.
     pub(super) fn changed_elsewhere(&mut self, kind: PlanKind, others: Others, now: MonoTime) {

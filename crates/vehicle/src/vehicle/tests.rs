@@ -214,6 +214,14 @@ impl Plane {
         }));
     }
 
+    /// Sends a parameter that nobody has asked for, or with its index in the list.
+    fn tell_param(&mut self, name: &str, param_value: f32, param_index: u16) {
+        let param_id = ParamName::new(name).expect("a name").to_field().into();
+        let param_type = MavParamType::MAV_PARAM_TYPE_REAL32;
+        let told = PARAM_VALUE_DATA { param_value, param_count: 0, param_index, param_id, param_type };
+        self.out.push_back(Message::Dialect(MavMessage::PARAM_VALUE(told)));
+    }
+
     fn text(&mut self, severity: u8, text: &str) {
         self.out.push_back(Message::StatusText(StatusText { severity, text: text.into(), id: 0, chunk_seq: 0 }));
     }
@@ -1070,11 +1078,8 @@ fn parameters_are_read_and_written_one_after_the_other() {
 #[test]
 fn a_parameter_that_is_known_follows_what_the_vehicle_tells_of_it() {
     let mut world = connected();
-    let tell = |world: &mut Pair, name: &str, param_value| {
-        let param_id = ParamName::new(name).expect("a name").to_field().into();
-        let told = PARAM_VALUE_DATA { param_value, param_id, param_index: u16::MAX, ..Default::default() };
-        let told = PARAM_VALUE_DATA { param_type: MavParamType::MAV_PARAM_TYPE_REAL32, ..told };
-        world.plane.out.push_back(Message::Dialect(MavMessage::PARAM_VALUE(told)));
+    let tell = |world: &mut Pair, name: &str, value| {
+        world.plane.tell_param(name, value, u16::MAX);
         wait(world, 500);
         let vehicle = &world.station.vehicle;
         (vehicle.flight_parameters().loiter_radius_m, vehicle.parameters().len())

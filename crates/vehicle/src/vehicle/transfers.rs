@@ -18,8 +18,8 @@ use crate::modes::ModeFamily;
 use crate::plan_state::{PlanState, Unknown, hash_items};
 use crate::request::{Output, Reply};
 use crate::transfer::{
-    Others, Param, ParamList, ParamRead, ParamSet, PlanClear, PlanDownload, PlanUpload, TransferConfig, TransferError,
-    TransferOutput,
+    NO_INDEX, Others, Param, ParamList, ParamRead, ParamSet, PlanClear, PlanDownload, PlanUpload, TransferConfig,
+    TransferError, TransferOutput,
 };
 
 /// Capability bits: how integers are put into PARAM_VALUE (`MAV_PROTOCOL_CAPABILITY_PARAM_ENCODE_BYTEWISE`, `_C_CAST`).
@@ -229,15 +229,15 @@ impl Vehicle {
         }
     }
 
-    /// The new value of a parameter that is known: an ArduPilot sends each that is set, by whomever, to all
-    /// (`GCS::send_parameter_value`).
-    pub(super) fn on_param_told(&mut self, told: &PARAM_VALUE_DATA) {
-        let known = ParamName::from_field(&told.param_id).filter(|name| self.parameters.contains_key(name));
-        let Some(((name, param_type), encoding)) =
-            known.zip(ParamType::from_mav(told.param_type)).zip(self.param_encoding())
-        else {
-            return;
-        };
+    /// A parameter's value: an ArduPilot sends each that is set, by whomever, to all (`GCS::send_parameter_value`). One
+    /// that is known is updated.
+    pub(super) fn on_param_told(&mut self, told: &PARAM_VALUE_DATA, now: MonoTime) {
+        let Some(name) = ParamName::from_field(&told.param_id) else { return };
+        if told.param_index == NO_INDEX {
+            self.on_list_total(name.as_str(), now);
+        }
+        let read = ParamType::from_mav(told.param_type).zip(self.param_encoding());
+        let Some((param_type, encoding)) = read.filter(|_| self.parameters.contains_key(&name)) else { return };
         if let Some(value) = ParamValue::from_wire(told.param_value, param_type, encoding) {
             self.learn(&Param { name, value });
         }

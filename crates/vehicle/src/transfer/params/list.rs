@@ -6,7 +6,7 @@ use vencejo_proto::dialect::{MavMessage, PARAM_REQUEST_LIST_DATA, PARAM_VALUE_DA
 use vencejo_proto::param::{Param, ShownEncodings, decode_packed_params};
 use vencejo_proto::{Address, Message, MonoTime};
 
-use super::{Heard, request_read};
+use super::{Heard, NO_INDEX, request_read};
 use crate::transfer::ftp::{FileEnd, FileRead};
 use crate::transfer::items::Outbox;
 use crate::transfer::timing::{ITEM_TIMEOUT, MESSAGE_TIMEOUT, RESTARTS, RoundTrip, SILENCE_LIMIT};
@@ -19,8 +19,6 @@ const PACKED_MAX: usize = 24 * MAX_PARAMS;
 const MAX_PARAMS: usize = 10_000;
 /// Parameters asked for at once when gaps are filled: ArduPilot queues 20 requests.
 const MAX_REQUESTS: usize = 10;
-/// The index of a PARAM_VALUE that answers a request by name, or none.
-const NO_INDEX: u16 = u16::MAX;
 
 /// Reads all parameters: over MAVFTP as one packed file where the vehicle is an ArduPilot that has it, else as a stream
 /// of PARAM_VALUE whose gaps are asked for again. Its value is in the vehicle's order.

@@ -790,6 +790,36 @@ fn what_is_not_known_is_read_by_itself_and_gives_way() {
 }
 
 #[test]
+fn a_fence_and_rally_points_sent_over_another_link_are_read() {
+    for (kind, total, item) in [
+        (PlanKind::Fence, "FENCE_TOTAL", Command::NAV_FENCE_CIRCLE_INCLUSION),
+        (PlanKind::Rally, "RALLY_TOTAL", Command::NAV_RALLY_POINT),
+    ] {
+        let mut world = world(reading());
+        let known = |world: &Pair| world.station.vehicle.plan_state(kind);
+        wait(&mut world, 12_000);
+        assert_eq!(known(&world), PlanState::Empty);
+        let at = |lat_deg| MissionItem::at(item, [90.0, 0.0, 0.0, 0.0], lat_deg, -4.0, 50.0);
+        let items = [at(40.0), at(40.1)];
+        world.plane.services.plans[kind as usize] = items_to_wire(&items, PLANE, kind).expect("sendable");
+        world.plane.tell_param(total, 2.0, 7);
+        wait(&mut world, 12_000);
+        assert_eq!(known(&world), PlanState::Empty, "its place in the list of parameters is no news");
+        world.plane.tell_param(total, 2.0, u16::MAX);
+        wait(&mut world, 1_000);
+        assert_eq!(known(&world), PlanState::Unknown(Unknown::ChangedElsewhere));
+        wait(&mut world, 6_000);
+        assert!(matches!(known(&world), PlanState::Verified { count: 2, .. }), "{}", known(&world));
+        // Ours is told too.
+        let ours = Request::UploadPlan { kind, items: vec![at(40.2)], home: None, despite_findings: true };
+        ask(&mut world, ours).expect("sent");
+        world.plane.tell_param(total, 1.0, u16::MAX);
+        wait(&mut world, 500);
+        assert!(matches!(known(&world), PlanState::Verified { count: 1, .. }), "{}", known(&world));
+    }
+}
+
+#[test]
 fn what_a_plane_answers_before_it_is_up_is_read_once_more() {
     let fence = |world: &Pair| world.station.vehicle.plan_state(PlanKind::Fence);
     let corner = |lat_deg, lon_deg| {
