@@ -207,10 +207,11 @@ impl Vehicle {
         }
     }
 
-    /// An ArduPilot tells the length of a fence or of its rally points: it does so to all when another station has
-    /// written them, over whichever link (`AC_PolyFence_loader::write_fence`, `AP_Rally::append`).
+    /// An ArduPilot tells the length of a list: it does so to all when another station has written it, over whichever
+    /// link (`AP_Mission::clear`, `AC_PolyFence_loader::write_fence`, `AP_Rally::append`).
     pub(super) fn on_list_total(&mut self, parameter: &str, now: MonoTime) {
         let kind = match parameter {
+            "MIS_TOTAL" => PlanKind::Mission,
             "FENCE_TOTAL" => PlanKind::Fence,
             "RALLY_TOTAL" => PlanKind::Rally,
             _ => return,

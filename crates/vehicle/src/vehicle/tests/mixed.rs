@@ -820,6 +820,27 @@ fn a_fence_and_rally_points_sent_over_another_link_are_read() {
 }
 
 #[test]
+fn a_mission_of_the_same_length_sent_over_another_link_is_read() {
+    let mut world = world(reading());
+    world.plane.services.store(MISSION, &rival_wire(&route(9, 0.0)));
+    wait(&mut world, 12_000);
+    let before = state(&world);
+    assert!(matches!(before, PlanState::Verified { count: 9, .. }), "{before}");
+    world.plane.services.store(MISSION, &rival_wire(&route(9, 0.1)));
+    wait(&mut world, 12_000);
+    assert_eq!(state(&world), before, "nothing tells of it");
+    // As ArduPlane 4.6 when a plan file becomes the mission: the list is emptied and filled (`finish_upload_mission`).
+    for total in [1.0, 10.0] {
+        world.plane.tell_param("MIS_TOTAL", total, u16::MAX);
+    }
+    wait(&mut world, 1_000);
+    assert_eq!(state(&world), PlanState::Unknown(Unknown::ChangedElsewhere));
+    wait(&mut world, 10_000);
+    assert!(matches!(state(&world), PlanState::Verified { count: 9, .. }), "{}", state(&world));
+    assert_ne!(state(&world), before);
+}
+
+#[test]
 fn what_a_plane_answers_before_it_is_up_is_read_once_more() {
     let fence = |world: &Pair| world.station.vehicle.plan_state(PlanKind::Fence);
     let corner = |lat_deg, lon_deg| {
