@@ -78,11 +78,12 @@ fn keeps_its_meaning(name: &str, plan: &Plan, settings: &PlanSettings) -> usize 
         let text = write_plan_json(plan, settings).unwrap_or_else(|error| panic!("{name} as .plan: {error}"));
         let again = read_plan(text.as_bytes(), None).unwrap_or_else(|error| panic!("{name} as .plan: {error}"));
         assert_eq!(told(&again.plan), told(plan), "{name} as .plan");
+        let (now, before) = (again.settings.planned_for, settings.planned_for);
         for (now, before) in [
-            (again.settings.cruise_speed_m_s, settings.cruise_speed_m_s),
-            (again.settings.hover_speed_m_s, settings.hover_speed_m_s),
-            (again.settings.vehicle_type.map(f64::from), settings.vehicle_type.map(f64::from)),
-            (again.settings.firmware_type.map(f64::from), settings.firmware_type.map(f64::from)),
+            (now.cruise_speed_m_s, before.cruise_speed_m_s),
+            (now.hover_speed_m_s, before.hover_speed_m_s),
+            (now.vehicle_type.map(f64::from), before.vehicle_type.map(f64::from)),
+            (now.firmware_type.map(f64::from), before.firmware_type.map(f64::from)),
         ] {
             assert!(before.is_none() || now == before, "{name} as .plan: {now:?}, {before:?}");
         }

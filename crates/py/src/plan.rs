@@ -7,7 +7,8 @@ use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use vencejo_flight::checks::{CheckContext, Figure, Finding, Severity, check_plan as check};
 use vencejo_flight::formats::{
-    self, ComplexItem, Note, ParamDialect, ParamEntry, PlanFormat, PlanSettings, read_params, write_params, write_plan,
+    self, ComplexItem, Note, ParamDialect, ParamEntry, PlanFormat, PlanSettings, PlannedFor, read_params, write_params,
+    write_plan,
 };
 use vencejo_flight::geodesy::GeoPoint;
 use vencejo_flight::plan::{
@@ -166,7 +167,8 @@ fn parse_plan(
     let data = data.as_bytes();
     let file = runtime::detached(py, || formats::read_plan(data, Some(name)))
         .map_err(|error| errors::raise("FileFormatError", error))?;
-    let PlanSettings { cruise_speed_m_s, hover_speed_m_s, vehicle_type, firmware_type, complex_items } = file.settings;
+    let PlanSettings { planned_for, complex_items } = file.settings;
+    let PlannedFor { cruise_speed_m_s, hover_speed_m_s, vehicle_type, firmware_type } = planned_for;
     let complex_items = complex_items.into_iter().map(|complex| (complex.kind, complex.json)).collect();
     let settings = (cruise_speed_m_s, hover_speed_m_s, vehicle_type, firmware_type, complex_items);
     Ok((plan_to_tuple(&file.plan), settings, notes(&file.notes)))
@@ -209,7 +211,8 @@ fn edited_complex_items(plan: PlanTuple, settings: SettingsTuple) -> PyResult<Ve
 fn settings_from_tuple(settings: SettingsTuple) -> PlanSettings {
     let (cruise_speed_m_s, hover_speed_m_s, vehicle_type, firmware_type, complex_items) = settings;
     let complex_items = complex_items.into_iter().map(|(kind, json)| ComplexItem { kind, json }).collect();
-    PlanSettings { cruise_speed_m_s, hover_speed_m_s, vehicle_type, firmware_type, complex_items }
+    let planned_for = PlannedFor { cruise_speed_m_s, hover_speed_m_s, vehicle_type, firmware_type };
+    PlanSettings { planned_for, complex_items }
 }
 
 /// A finding: whether it is an error, code, figures by name, item from 1, message, remedy.

@@ -254,7 +254,7 @@ mod tests {
     #[test]
     fn what_is_wrong_is_told_by_its_path_and_in_words() {
         for (text, says) in [
-            (r#"{"itmes": []}"#, "there is no itmes; taken are items, home, fence, rally, complex_items"),
+            (r#"{"itmes": []}"#, "there is no itmes; taken are items, home, fence, rally, complex_items, planned_for"),
             (r#"{"items": [{"command": 16, "frame": 3}]}"#, "items[0].params is missing"),
             (
                 r#"{"items": [{"command": 16, "frame": 300}]}"#,

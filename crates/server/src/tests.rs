@@ -654,14 +654,16 @@ async fn a_survey_is_laid_out_as_the_core_does_and_goes_into_a_file() {
     );
     assert_eq!(survey["cautions"][0]["code"], "ground-not-known");
     // In a plan file it is one complex item, and is read back as such.
-    let plan = json!({"items": survey["items"], "complex_items": [survey["complex_item"]]});
+    let px4_vtol = json!({"cruise_speed_m_s": 21.0, "hover_speed_m_s": 5.0, "vehicle_type": 20, "firmware_type": 12});
+    let plan =
+        json!({"items": survey["items"], "complex_items": [survey["complex_item"]], "planned_for": px4_vtol.clone()});
     let file = server.ask("POST", "/plan/format?as=plan", None, Some(plan.clone())).await.body;
     let written: Value = serde_json::from_slice(&file).expect("JSON");
     assert_eq!(written["mission"]["items"][0]["complexItemType"], "survey");
     let request = Request::builder().method("POST").uri("/api/v1/plan/parse").header(header::HOST, "localhost");
     let read = server.send(request.body(Body::from(file)).expect("a request")).await.json();
     assert_eq!(read["items"], plan["items"]);
-    assert_eq!(read["complex_items"][0]["kind"], "survey");
+    assert_eq!((&read["complex_items"][0]["kind"], &read["planned_for"]), (&json!("survey"), &px4_vtol));
     // It can be designed again from this part; after editing its items by hand, it is no longer a survey.
     let parts_of = async |plan: &Value| {
         let plan = json!({"items": plan["items"], "complex_items": plan["complex_items"]});

@@ -350,7 +350,8 @@ fn what_is_not_kept_is_said() {
         fence: Fence { zones: Vec::new(), return_point: Some((point, 50.0)) },
         rally: Rally { points: vec![RallyPoint { point, alt_m: 50.0, frame: MavFrame::GlobalRelativeAlt }] },
     };
-    let settings = PlanSettings { cruise_speed_m_s: Some(17.0), ..PlanSettings::default() };
+    let planned_for = PlannedFor { cruise_speed_m_s: Some(17.0), ..PlannedFor::default() };
+    let settings = PlanSettings { planned_for, ..PlanSettings::default() };
     let notes = |format| codes(&write_plan(&plan, &settings, format).unwrap().notes);
     assert_eq!(notes(PlanFormat::QgcPlan), []);
     let (fence, rally, rest) = (("fence-not-written", 1), ("rally-not-written", 1), ("settings-not-written", 1));

@@ -21,7 +21,7 @@ pub mod xml;
 
 pub use notes::{Note, NoteCode};
 pub use param_file::{ParamDialect, ParamEntry, read_params, write_params};
-pub use plan_file::{ComplexItem, PlanFile, PlanFormat, PlanSettings, WrittenPlan};
+pub use plan_file::{ComplexItem, PlanFile, PlanFormat, PlanSettings, PlannedFor, WrittenPlan};
 pub use plan_json::{ComplexPart, complex_parts, edited_complex_items, read_plan_json, write_plan_json};
 pub use survey_item::{survey_item, survey_of};
 pub use text::MAX_FILE_BYTES;

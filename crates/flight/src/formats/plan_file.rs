@@ -80,17 +80,27 @@ pub struct ComplexItem {
     pub json: String,
 }
 
-/// Settings in a plan file beside the plan. QGroundControl uses them for planning; they are never sent to a vehicle.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct PlanSettings {
-    /// Speed to plan times with, metres per second (airspeed of a plane).
+/// The vehicle that a `.plan` file was planned for. QGroundControl offers the commands of this vehicle, and plans times
+/// with its speeds; nothing of it is sent to a vehicle.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "describe", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema))]
+#[cfg_attr(feature = "describe", serde(default, deny_unknown_fields))]
+pub struct PlannedFor {
+    /// Speed to plan times with, metres per second (airspeed of a plane), 0 to 1000.
     pub cruise_speed_m_s: Option<f64>,
-    /// Speed of a vehicle that hovers, metres per second.
+    /// Speed of a vehicle that hovers, metres per second, 0 to 1000.
     pub hover_speed_m_s: Option<f64>,
     /// `MAV_TYPE`; 1 is a fixed-wing plane.
     pub vehicle_type: Option<u8>,
     /// `MAV_AUTOPILOT`; 3 is ArduPilot.
     pub firmware_type: Option<u8>,
+}
+
+/// What a plan file holds beside the plan.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct PlanSettings {
+    /// The vehicle that it was planned for.
+    pub planned_for: PlannedFor,
     /// Items of the mission that stand for several, in the order of the file.
     pub complex_items: Vec<ComplexItem>,
 }

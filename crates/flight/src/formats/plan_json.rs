@@ -16,7 +16,7 @@ use vencejo_proto::MissionSeq;
 
 use crate::error::{FlightError, Plain, Result};
 use crate::formats::json::{Node, ROOT, check_size, join, parse, plain};
-use crate::formats::plan_file::{ComplexItem, PlanFile, PlanFormat, PlanSettings};
+use crate::formats::plan_file::{ComplexItem, PlanFile, PlanFormat, PlanSettings, PlannedFor};
 use crate::formats::text::{shown, text_of, too_many};
 use crate::geodesy::GeoPoint;
 use crate::plan::{
@@ -90,18 +90,18 @@ pub(super) fn read_plan_value(value: &Value) -> Result<PlanFile> {
     let speed = |key: &str| -> Result<Option<f64>> {
         let Some(node) = mission_node.member(key)? else { return Ok(None) };
         match node.number()? {
-            value if (0.0..1_000.0).contains(&value) => Ok(Some(value)),
+            value if is_speed(value) => Ok(Some(value)),
             _ => Err(node.wrong_kind("a speed from 0 to 1000 m/s")),
         }
     };
     let (mission, complex_items) = read_mission(&mission_node)?;
-    let settings = PlanSettings {
+    let planned_for = PlannedFor {
         cruise_speed_m_s: speed("cruiseSpeed")?,
         hover_speed_m_s: speed("hoverSpeed")?,
         vehicle_type: small("vehicleType")?,
         firmware_type: small("firmwareType")?.or(small("MAV_AUTOPILOT")?),
-        complex_items,
     };
+    let settings = PlanSettings { planned_for, complex_items };
     let plan = Plan {
         mission,
         fence: root.member("geoFence")?.map_or(Ok(Fence::default()), |node| read_fence(&node))?,
@@ -514,7 +514,7 @@ fn read_rally(node: &Node<'_>) -> Result<Rally> {
 /// changed they are written one by one ([`edited_complex_items`]).
 ///
 /// # Errors
-/// [`FlightError::BadJson`] for an invalid complex item.
+/// [`FlightError::BadJson`] for an invalid complex item, and for a speed that is not from 0 to 1000 m/s.
 /// [`FlightError::BadRally`] for a rally point whose height is not above home: the format has no place for
 /// what the height is counted from.
 pub fn write_plan_json(plan: &Plan, settings: &PlanSettings) -> Result<String> {
@@ -523,6 +523,13 @@ pub fn write_plan_json(plan: &Plan, settings: &PlanSettings) -> Result<String> {
             index,
             problem: "has a height that is not above home, which a .plan file cannot say; convert it".into(),
         });
+    }
+    let PlannedFor { cruise_speed_m_s, hover_speed_m_s, vehicle_type, firmware_type } = settings.planned_for;
+    for (path, speed_m_s) in [("mission.cruiseSpeed", cruise_speed_m_s), ("mission.hoverSpeed", hover_speed_m_s)] {
+        if let Some(speed_m_s) = speed_m_s.filter(|speed_m_s| !is_speed(*speed_m_s)) {
+            let problem = format!("is {speed_m_s} m/s; give a speed from 0 to 1000 m/s");
+            return Err(FlightError::BadJson { path: path.into(), problem });
+        }
     }
     let home = plan.mission.home.unwrap_or(Home { lat_deg: 0.0, lon_deg: 0.0, alt_amsl_m: 0.0 });
     let mut items = Vec::with_capacity(plan.mission.items.len());
@@ -544,10 +551,10 @@ pub fn write_plan_json(plan: &Plan, settings: &PlanSettings) -> Result<String> {
         "geoFence": write_fence(&plan.fence),
         "mission": {
             "version": 2,
-            "cruiseSpeed": plain(settings.cruise_speed_m_s.unwrap_or(DEFAULT_CRUISE_M_S)),
-            "hoverSpeed": plain(settings.hover_speed_m_s.unwrap_or(DEFAULT_HOVER_M_S)),
-            "firmwareType": settings.firmware_type.unwrap_or(DEFAULT_FIRMWARE),
-            "vehicleType": settings.vehicle_type.unwrap_or(DEFAULT_VEHICLE),
+            "cruiseSpeed": plain(cruise_speed_m_s.unwrap_or(DEFAULT_CRUISE_M_S)),
+            "hoverSpeed": plain(hover_speed_m_s.unwrap_or(DEFAULT_HOVER_M_S)),
+            "firmwareType": firmware_type.unwrap_or(DEFAULT_FIRMWARE),
+            "vehicleType": vehicle_type.unwrap_or(DEFAULT_VEHICLE),
             "plannedHomePosition": [plain(home.lat_deg), plain(home.lon_deg), plain(home.alt_amsl_m)],
             "items": items,
         },
@@ -563,6 +570,10 @@ pub fn write_plan_json(plan: &Plan, settings: &PlanSettings) -> Result<String> {
         .expect("invariant: a JSON value is written to memory without error");
     text.push(b'\n');
     Ok(String::from_utf8(text).expect("invariant: JSON is UTF-8"))
+}
+
+fn is_speed(value_m_s: f64) -> bool {
+    (0.0..1_000.0).contains(&value_m_s)
 }
 
 fn place(point: GeoPoint, alt_m: f64) -> Value {

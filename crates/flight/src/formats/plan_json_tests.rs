@@ -43,10 +43,12 @@ fn everything_in_a_plan_is_read() {
     assert_eq!(
         file.settings,
         PlanSettings {
-            cruise_speed_m_s: Some(14.0),
-            hover_speed_m_s: Some(5.0),
-            vehicle_type: Some(1),
-            firmware_type: Some(3),
+            planned_for: PlannedFor {
+                cruise_speed_m_s: Some(14.0),
+                hover_speed_m_s: Some(5.0),
+                vehicle_type: Some(1),
+                firmware_type: Some(3),
+            },
             complex_items: Vec::new(),
         }
     );
@@ -284,6 +286,16 @@ fn hostile_files_end_in_errors() {
 }
 
 #[test]
+fn a_speed_that_would_not_be_read_is_not_written() {
+    for speed_m_s in [-1.0, f64::NAN, 1000.0] {
+        let planned_for = PlannedFor { hover_speed_m_s: Some(speed_m_s), ..PlannedFor::default() };
+        let settings = PlanSettings { planned_for, ..PlanSettings::default() };
+        let error = write_plan_json(&Plan::default(), &settings).unwrap_err().to_string();
+        assert_eq!(error, format!("mission.hoverSpeed: is {speed_m_s} m/s; give a speed from 0 to 1000 m/s"));
+    }
+}
+
+#[test]
 fn a_height_that_the_format_cannot_say_is_refused() {
     let point = GeoPoint::new(40.0, -3.0).unwrap();
     let rally = Rally { points: vec![RallyPoint { point, alt_m: 700.0, frame: MavFrame::Global }] };
@@ -340,13 +352,13 @@ proptest! {
             .map(|(point, alt_m)| RallyPoint { point, alt_m, frame: MavFrame::GlobalRelativeAlt })
             .collect();
         let plan = Plan { mission, fence, rally: Rally { points } };
-        let settings = PlanSettings {
+        let planned_for = PlannedFor {
             cruise_speed_m_s: Some(speeds.0.unwrap_or(DEFAULT_CRUISE_M_S)),
             hover_speed_m_s: Some(DEFAULT_HOVER_M_S),
             vehicle_type: Some(speeds.1),
             firmware_type: Some(DEFAULT_FIRMWARE),
-            complex_items: Vec::new(),
         };
+        let settings = PlanSettings { planned_for, complex_items: Vec::new() };
         let text = write_plan_json(&plan, &settings).unwrap();
         let file = read(&text).unwrap();
         prop_assert_eq!(file.settings, settings);

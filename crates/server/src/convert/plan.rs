@@ -154,6 +154,7 @@ pub(crate) fn plan(plan: &core::Plan) -> dto::Plan {
             })
             .collect(),
         complex_items: Vec::new(),
+        planned_for: None,
     }
 }
 

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 use vencejo_flight::checks::{Finding, FixKind};
 use vencejo_flight::ending::MissionEnd;
-use vencejo_flight::formats::ComplexItem;
+use vencejo_flight::formats::{ComplexItem, PlannedFor};
 use vencejo_flight::plan::{Change, Home, UnknownLevel};
 use vencejo_flight::profile::Profile;
 use vencejo_flight::way::{Jump, Stop};
@@ -246,6 +246,10 @@ pub struct Plan {
     /// unchanged.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub complex_items: Vec<ComplexItem>,
+    /// Vehicle that a `.plan` file was planned for, kept so that the file is written for the same one; null for a fixed-wing
+    /// ArduPilot.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub planned_for: Option<PlannedFor>,
 }
 
 /// File format of a plan.

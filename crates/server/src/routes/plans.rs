@@ -17,7 +17,7 @@ use utoipa::IntoParams;
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 use vencejo_flight::checks::{Finding, Severity};
-use vencejo_flight::formats::{MAX_FILE_BYTES, Note, PlanSettings, read_plan, write_plan};
+use vencejo_flight::formats::{MAX_FILE_BYTES, Note, PlanSettings, PlannedFor, read_plan, write_plan};
 use vencejo_flight::landing::Wind;
 use vencejo_flight::plan::{self as core};
 use vencejo_flight::rehearsal::{Aircraft, Learner};
@@ -253,7 +253,9 @@ async fn parse(
     let (Query(file), body) = (file?, body?);
     let name = file.name.map(|name| name.chars().filter(|c| !c.is_control()).take(100).collect::<String>());
     let read = super::parsed(body, move |bytes| read_plan(bytes, name.as_deref())).await?;
-    let plan = Plan { complex_items: read.settings.complex_items, ..convert::plan(&read.plan) };
+    let PlanSettings { planned_for, complex_items } = read.settings;
+    let planned_for = (planned_for != PlannedFor::default()).then_some(planned_for);
+    let plan = Plan { planned_for, complex_items, ..convert::plan(&read.plan) };
     Ok(([notes_header(&read.notes)], Json(plan)).into_response())
 }
 
@@ -277,7 +279,8 @@ async fn format_plan(
     Body(plan): Body<Plan>,
 ) -> Result<Response, Problem> {
     let Query(kind) = kind?;
-    let settings = PlanSettings { complex_items: plan.complex_items.clone(), ..PlanSettings::default() };
+    let planned_for = plan.planned_for.unwrap_or_default();
+    let settings = PlanSettings { planned_for, complex_items: plan.complex_items.clone() };
     let plan = convert::core_plan(&plan)?;
     let format = convert::plan_format(kind.kind);
     let written = in_turn(move || Ok(write_plan(&plan, &settings, format)?)).await?;

@@ -6626,6 +6626,7 @@ export interface components {
             home: components["schemas"]["Home"] | null;
             /** @description Mission items in order, without home. */
             items: components["schemas"]["PlanItem"][];
+            planned_for?: components["schemas"]["PlannedFor"] | null;
             /** @description Rally points: where to return to when home is farther. */
             rally: components["schemas"]["RallyPoint"][];
         };
@@ -6812,6 +6813,36 @@ export interface components {
              * @description Vehicle that is to fly it; a default ArduPlane when absent.
              */
             vehicle?: number | null;
+        };
+        /**
+         * @description The vehicle that a `.plan` file was planned for. QGroundControl offers the commands of this vehicle, and plans times
+         *     with its speeds; nothing of it is sent to a vehicle.
+         */
+        PlannedFor: {
+            /**
+             * Format: double
+             * @description Speed to plan times with, metres per second (airspeed of a plane), 0 to 1000.
+             * @default null
+             */
+            cruise_speed_m_s: number | null;
+            /**
+             * Format: int32
+             * @description `MAV_AUTOPILOT`; 3 is ArduPilot.
+             * @default null
+             */
+            firmware_type: number | null;
+            /**
+             * Format: double
+             * @description Speed of a vehicle that hovers, metres per second, 0 to 1000.
+             * @default null
+             */
+            hover_speed_m_s: number | null;
+            /**
+             * Format: int32
+             * @description `MAV_TYPE`; 1 is a fixed-wing plane.
+             * @default null
+             */
+            vehicle_type: number | null;
         };
         /** @description GLOBAL_POSITION_INT: the autopilot's filtered position estimate. */
         Position: {

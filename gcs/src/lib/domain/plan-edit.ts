@@ -19,6 +19,7 @@ import {
   type NewItem,
   type Plan,
   type PlanItem,
+  type PlannedFor,
   placeOf,
   type RallyPoint,
   withAlt,
@@ -40,6 +41,8 @@ export interface Draft {
   readonly rally: readonly RallyPoint[];
   /** What stood for several items in the file; handed back with them, whatever was edited. */
   readonly complexItems: readonly ComplexItem[];
+  /** What the file said of its vehicle; `null` when the plan is of no file, or that said nothing. */
+  readonly plannedFor: PlannedFor | null;
   /** The next key to give. */
   readonly nextKey: number;
 }
@@ -61,6 +64,7 @@ export function draftOf(plan: Plan): Draft {
     fence: plan.fence,
     rally: plan.rally,
     complexItems: plan.complex_items ?? [],
+    plannedFor: plan.planned_for ?? null,
     nextKey: plan.items.length + 1,
   };
 }
@@ -72,6 +76,7 @@ export function planOf(draft: Draft): Plan {
     fence: draft.fence,
     rally: [...draft.rally],
     ...(draft.complexItems.length > 0 ? { complex_items: [...draft.complexItems] } : {}),
+    ...(draft.plannedFor === null ? {} : { planned_for: draft.plannedFor }),
   };
 }
 

@@ -16,8 +16,9 @@ describe('reading a stored plan', () => {
       },
       rally: [{ lat_deg: 40, lon_deg: -3, alt_m: 60, frame: 3 }],
       complex_items: [{ kind: 'survey', json: '{"angle":33}' }],
+      planned_for: { cruise_speed_m_s: 21, hover_speed_m_s: null, vehicle_type: 20, firmware_type: 12 },
     };
-    expect(planOf(draftOf(plan)), 'and an edit keeps what stood for several items').toEqual(plan);
+    expect(planOf(draftOf(plan)), 'and an edit keeps what a file holds beside its items').toEqual(plan);
     expect(readPlan(JSON.parse(JSON.stringify(plan)))).toEqual(plan);
     expect(readPlan(emptyPlan())).toEqual(emptyPlan());
   });

@@ -9,6 +9,7 @@ import {
   type Params,
   type Plan,
   type PlanItem,
+  type PlannedFor,
   type RallyPoint,
 } from './plan';
 
@@ -33,6 +34,7 @@ export function readPlan(value: unknown): Plan | null {
     fence: readFence(plan['fence']) ?? emptyPlan().fence,
     rally: Array.isArray(plan['rally']) ? plan['rally'].map(readRally).filter((one) => one !== null) : [],
     ...readComplexItems(plan['complex_items']),
+    ...readPlannedFor(plan['planned_for']),
   };
 }
 
@@ -43,6 +45,15 @@ function readComplexItems(value: unknown): Pick<Plan, 'complex_items'> {
     return typeof kind === 'string' && typeof json === 'string' ? [{ kind, json }] : [];
   });
   return read.length > 0 ? { complex_items: read } : {};
+}
+
+function readPlannedFor(value: unknown): Pick<Plan, 'planned_for'> {
+  const planned_for = fields(value);
+  if (planned_for === null) return {};
+  const number = (key: keyof PlannedFor): number | null => (finite(planned_for[key]) ? planned_for[key] : null);
+  const [cruise_speed_m_s, hover_speed_m_s] = [number('cruise_speed_m_s'), number('hover_speed_m_s')];
+  const [vehicle_type, firmware_type] = [number('vehicle_type'), number('firmware_type')];
+  return { planned_for: { cruise_speed_m_s, hover_speed_m_s, vehicle_type, firmware_type } };
 }
 
 function readItem(value: unknown): PlanItem | null {

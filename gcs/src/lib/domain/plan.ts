@@ -64,6 +64,16 @@ export interface ComplexItem {
   json: string;
 }
 
+/** The vehicle that a `.plan` file was planned for; the server writes the file for the same one. Unknown values are `null`. */
+export interface PlannedFor {
+  cruise_speed_m_s: number | null;
+  hover_speed_m_s: number | null;
+  /** MAV_TYPE. */
+  vehicle_type: number | null;
+  /** MAV_AUTOPILOT. */
+  firmware_type: number | null;
+}
+
 /** Items never include home: the first item is item 1, as an ArduPilot vehicle counts. */
 export interface Plan {
   items: PlanItem[];
@@ -71,6 +81,7 @@ export interface Plan {
   fence: Fence;
   rally: RallyPoint[];
   complex_items?: ComplexItem[];
+  planned_for?: PlannedFor | null;
 }
 
 export const emptyPlan = (): Plan => ({ items: [], home: null, fence: { zones: [], return_point: null }, rally: [] });

@@ -4,6 +4,7 @@ import { emptyPlan, makeItem } from '$lib/domain/plan';
 import { plan } from './plan.svelte';
 import { planFiles } from './plan-files.svelte';
 import { api } from './station.svelte';
+import { vehicles } from './vehicles.svelte';
 
 const AT = { lat_deg: 40.336, lon_deg: -3.7978 };
 const circle = (radius_m: number) =>
@@ -41,4 +42,28 @@ it('takes a whole plan, and says what it had none of', async () => {
   expect(planFiles.removed).toEqual(['fence', 'rally']);
   plan.undo();
   expect(plan.isEmpty('fence')).toBe(false);
+});
+
+it('writes a plan for the vehicle that its file is for; one of no file for the selected', async () => {
+  const format = vi.spyOn(api, 'formatPlan').mockResolvedValue({ file: new Blob(), notes: [] });
+  const written = async () => {
+    await planFiles.fileOf('plan');
+    return format.mock.lastCall?.[0].planned_for;
+  };
+  const of = (vehicle_type: number, firmware_type: number) => ({
+    cruise_speed_m_s: null,
+    hover_speed_m_s: null,
+    vehicle_type,
+    firmware_type,
+  });
+  expect(await written(), 'no vehicle').toBeUndefined();
+  const heartbeat = { mav_type: 20, autopilot: 12 } as never;
+  vehicles.ensure(1).apply({ groups: { heartbeat }, progress: null, heardAt_ms: {} });
+  expect(await written()).toEqual(of(20, 12));
+  const planned_for = { ...of(2, 3), cruise_speed_m_s: 18 };
+  await open('copter.plan', { items, planned_for });
+  plan.move(plan.items[0]!.key, { lat_deg: 40.34, lon_deg: -3.8 });
+  expect(await written()).toEqual(planned_for);
+  await open('field.waypoints', { items });
+  expect(await written()).toEqual(of(20, 12));
 });

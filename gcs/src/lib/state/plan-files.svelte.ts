@@ -4,9 +4,18 @@ import { isFenceEmpty } from '$lib/domain/area-edit';
 import { PLAN_PARTS } from './on-board.svelte';
 import { plan } from './plan.svelte';
 import { api, problemFrom } from './station.svelte';
+import { vehicles } from './vehicles.svelte';
 
 /** Files that hold a mission and never a fence or rally points. */
 const MISSION_ALONE = /\.(waypoints|txt|mission|gpx)$/i;
+
+/** The vehicle that a file is written for: that of the file that was opened, else the selected one. */
+function plannedFor(): Pick<Plan, 'planned_for'> {
+  const heartbeat = vehicles.selected?.groups.heartbeat;
+  if (plan.draft.plannedFor !== null || heartbeat === undefined) return {};
+  const { mav_type: vehicle_type, autopilot: firmware_type } = heartbeat;
+  return { planned_for: { cruise_speed_m_s: null, hover_speed_m_s: null, vehicle_type, firmware_type } };
+}
 
 class PlanFiles {
   /** Notes about the file read or written last. */
@@ -53,7 +62,7 @@ class PlanFiles {
     try {
       plan.problem = null;
       await plan.settled;
-      const { file, notes } = await api.formatPlan(plan.asApi(), as);
+      const { file, notes } = await api.formatPlan({ ...plan.asApi(), ...plannedFor() }, as);
       this.forgetNotes();
       this.notes = notes;
       return file;
