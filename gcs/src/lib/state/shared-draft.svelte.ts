@@ -32,7 +32,6 @@ class SharedDraft {
   readonly author = ownName();
   #base = load('draft-base', 0, readCount);
   #savedMark = load('draft-saved', '', readText);
-  #mark = markOfPlan(planOf(plan.draft));
   /** Mark of a draft taken over from a vehicle, which holds no changes of the user. */
   #foundMark = load('draft-found', '', readText);
   #timer: ReturnType<typeof setTimeout> | undefined;
@@ -58,11 +57,14 @@ class SharedDraft {
 
   /** The draft was edited. */
   changed(): void {
-    this.#mark = markOfPlan(planOf(plan.draft));
     clearTimeout(this.#timer);
-    if (!this.#isChanged(this.#mark) || this.theirs?.kind === 'conflict' || this.#seen === null) return;
-    // what the server has and we do not know is looked at first
-    this.#timer = setTimeout(() => void (this.#seen === this.#base ? this.#push(this.#base) : this.look()), PUSH_MS);
+    if (this.theirs?.kind === 'conflict' || this.#seen === null) return;
+    // a drag changes the draft in every frame: what it comes to is compared once, afterwards
+    this.#timer = setTimeout(() => {
+      if (!this.#isChanged(markOfPlan(planOf(plan.draft)))) return;
+      // what the server has and we do not know is looked at first
+      void (this.#seen === this.#base ? this.#push(this.#base) : this.look());
+    }, PUSH_MS);
   }
 
   /** The draft on the server was changed. */
@@ -85,12 +87,12 @@ class SharedDraft {
     // what others wrote is checked like any file
     const theirs = draft === null ? null : (readPlan(draft.plan) ?? emptyPlan());
     const mine = planOf(plan.draft);
-    this.#mark = markOfPlan(mine);
+    const mark = markOfPlan(mine);
     const local = {
       base: this.#base,
-      mark: this.#mark,
-      isChanged: this.#isChanged(this.#mark),
-      isEmpty: isEmptyPlan(mine) || this.#mark === this.#foundMark,
+      mark,
+      isChanged: this.#isChanged(mark),
+      isEmpty: isEmptyPlan(mine) || mark === this.#foundMark,
     };
     const known =
       draft === null || theirs === null
@@ -98,7 +100,7 @@ class SharedDraft {
         : { revision: draft.revision, mark: markOfPlan(theirs), isEmpty: isEmptyPlan(theirs) };
     const meeting = meet(local, known);
     this.theirs = null;
-    if (meeting === 'adopt') this.#note(known?.revision ?? 0, this.#mark);
+    if (meeting === 'adopt') this.#note(known?.revision ?? 0, mark);
     else if (meeting === 'push') await this.#push(known?.revision ?? 0);
     else if (draft !== null && theirs !== null && (meeting === 'offer' || meeting === 'conflict')) {
       if (meeting === 'offer' && draft.revision === this.#declined) return;
