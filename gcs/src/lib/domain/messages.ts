@@ -1,4 +1,4 @@
-// Which messages are shown: by severity and by words.
+// Which messages are shown: by severity and by words; repetitions folded.
 
 /** MAV_SEVERITY; smaller is worse. */
 export const WARNING = 4;
@@ -28,4 +28,49 @@ export function filterMessages<Message extends Searchable>(
     const text = plain(message.text);
     return words.every((word) => text.includes(word));
   });
+}
+
+/** ArduPilot repeats what bars arming every 30 s; a message that comes again after longer than this is news, ms. */
+const REPEATED_WITHIN_MS = 60_000;
+
+interface Received extends Searchable {
+  /** Time of day at which it arrived. */
+  at: Date;
+}
+
+/** A message with its repetitions. */
+export interface Run<Message> {
+  readonly first: Message;
+  readonly last: Message;
+  readonly count: number;
+}
+
+/** Messages with their repetitions folded, in the order of the last of each; others may lie in between. */
+export function foldMessages<Message extends Received>(messages: readonly Message[]): Run<Message>[] {
+  const runs = new Map<string, Run<Message>>();
+  const ended: Run<Message>[] = [];
+  for (const message of messages) {
+    const key = `${message.severity} ${message.text}`;
+    const run = runs.get(key);
+    const goesOn = run !== undefined && message.at.getTime() - run.last.at.getTime() <= REPEATED_WITHIN_MS;
+    if (run !== undefined && !goesOn) ended.push(run);
+    runs.set(
+      key,
+      goesOn ? { ...run, last: message, count: run.count + 1 } : { first: message, last: message, count: 1 },
+    );
+  }
+  const place = new Map(messages.map((message, index) => [message, index]));
+  const placeOf = ({ last }: Run<Message>): number => place.get(last) ?? 0;
+  return [...ended, ...runs.values()].sort((a, b) => placeOf(a) - placeOf(b));
+}
+
+/** ArduPilot's prefix, and PX4's. */
+const BARS_ARMING = /^(?:PreArm|Preflight Fail): */;
+
+/** What the vehicle has told within the last minute that bars arming, the newest first. */
+export function armingReasons(messages: readonly Received[], now: Date): string[] {
+  const reasons = messages
+    .filter(({ at, text }) => BARS_ARMING.test(text) && now.getTime() - at.getTime() <= REPEATED_WITHIN_MS)
+    .map(({ text }) => text.replace(BARS_ARMING, ''));
+  return [...new Set(reasons.reverse())];
 }

@@ -52,8 +52,9 @@ describe('Vehicle', () => {
 
   it('counts the warnings that nobody has looked at, for each vehicle by itself', () => {
     const [one, other] = [new Vehicle(1), new Vehicle(2)];
-    const warn = (vehicle: Vehicle) => vehicle.addText({ severity: 4, text: 'Bad', time_s: 0 }, 10_000);
-    [one, one, one, other].forEach(warn);
+    const warn = (vehicle: Vehicle, text: string) => vehicle.addText({ severity: 4, text, time_s: 0 }, 10_000);
+    for (const text of ['Bad', 'Worse', 'Bad', 'Worst', 'Bad']) warn(one, text);
+    warn(other, 'Bad');
     one.addText({ severity: 6, text: 'Well', time_s: 0 }, 10_000);
     expect([one.unseenWarnings, other.unseenWarnings]).toEqual([3, 1]);
     one.see();

@@ -16,7 +16,7 @@ import { vehicleKind } from '$lib/domain/core';
 import { freshness, type Freshness } from '$lib/domain/freshness';
 import { deadReckon, followTrack, type Ghost, type LastKnown } from '$lib/domain/ghost';
 import { lonLat, wrap360_deg } from '$lib/domain/lonlat';
-import { WARNING } from '$lib/domain/messages';
+import { foldMessages, WARNING } from '$lib/domain/messages';
 import type { Track } from '$lib/domain/rehearsal';
 import { PLANE_ROUTE, type RouteOptions } from '$lib/domain/way';
 import { t } from '$lib/i18n/index.svelte';
@@ -102,9 +102,11 @@ export class Vehicle {
   #hasPastTexts = false;
   /** The newest text that was seen. */
   #seenText = $state(0);
-  /** Warnings that came since. */
+  /** Warnings that came since, each with its repetitions once. */
   unseenWarnings = $derived(
-    this.texts.filter(({ isNews, id, severity }) => isNews && id > this.#seenText && severity <= WARNING).length,
+    foldMessages(this.texts.filter(({ severity }) => severity <= WARNING)).filter(
+      ({ first: { isNews, id } }) => isNews && id > this.#seenText,
+    ).length,
   );
 
   age_s = $derived(clock.age_s(this.lastHeard_ms));
