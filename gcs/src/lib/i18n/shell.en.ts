@@ -104,7 +104,8 @@ export const shellEn = {
   'session.hint': 'This server asks for a token. It was shown in the terminal when the server started.',
   'session.token': 'Token',
   'session.open': 'Open',
-  'session.refused': 'The server does not accept this token.',
+  'session.refused': 'The server does not accept this token. It is not sent again until you press Open.',
+  'session.slowed': 'Too many wrong tokens came from here. The token is tried again in {wait_s} s.',
 
   'fly.needVehicle': 'Commands appear when a vehicle is heard.',
   'fly.needControl': 'You can send commands once you have control.',

@@ -106,7 +106,8 @@ export const shellEs: Record<keyof typeof shellEn, string> = {
   'session.hint': 'Este servidor pide una clave. Se mostró en la terminal al arrancar el servidor.',
   'session.token': 'Clave',
   'session.open': 'Entrar',
-  'session.refused': 'El servidor no acepta esta clave.',
+  'session.refused': 'El servidor no acepta esta clave. No se envía otra vez hasta que pulses Entrar.',
+  'session.slowed': 'Llegaron de aquí demasiadas claves erróneas. La clave se prueba otra vez en {wait_s} s.',
 
   'fly.needVehicle': 'Las órdenes aparecen cuando se recibe un vehículo.',
   'fly.needControl': 'Podrás enviar órdenes cuando tengas el control.',

@@ -1,6 +1,7 @@
 import { afterEach, expect, it, vi } from 'vitest';
 import type { VehicleState } from '$lib/api/types';
 import { telemetryAt } from '../../../dev/mock/flight';
+import { ownProblem, ProblemError } from '$lib/api/problem';
 import { Station, api } from './station.svelte';
 import { vehicles } from './vehicles.svelte';
 
@@ -108,4 +109,42 @@ it('follows all of a few, and of many those that were chosen', () => {
   expect([followed(), vehicles.selected?.systemId]).toEqual([[300, 320], 320]);
   for (let id = 321; id < 335; id += 1) station.choose(id);
   expect(followed()).toEqual([327, 328, 329, 330, 331, 332, 333, 334]);
+});
+
+it('sends a refused token once, and one that has to wait again until it is taken', async () => {
+  vi.useFakeTimers();
+  const on = { addEventListener: vi.fn() };
+  vi.stubGlobal('document', { hidden: true, ...on });
+  const [setTimeout, clearTimeout] = [globalThis.setTimeout, globalThis.clearTimeout];
+  vi.stubGlobal('window', {
+    ...on,
+    setTimeout,
+    clearTimeout,
+    location: { hash: '#token=wrong', search: '' },
+    history: { replaceState: vi.fn() },
+  });
+  const asked: (string | undefined)[] = [];
+  const refuse = (status: number, cause: object) =>
+    new ProblemError({ ...ownProblem('', status), cause: cause as never });
+  const answers = [
+    refuse(401, { code: 'bad-token' }),
+    refuse(429, { code: 'tokens-slowed', wait_s: 9 }),
+    refuse(429, { code: 'tokens-slowed', wait_s: 8 }),
+    new ProblemError(ownProblem('', 503)),
+  ];
+  vi.spyOn(api, 'openSession').mockImplementation(({ token }: { token?: string }) => {
+    asked.push(token);
+    return Promise.reject(answers.shift() ?? new Promise(() => undefined));
+  });
+  const station = new Station();
+  station.start();
+  await vi.advanceTimersByTimeAsync(60_000);
+  expect([asked, station.sessionProblem?.cause?.code]).toEqual([['wrong'], 'bad-token']);
+  station.useToken(' right ');
+  await vi.advanceTimersByTimeAsync(0);
+  expect(station.sessionProblem?.cause).toMatchObject({ wait_s: 9 });
+  await vi.advanceTimersByTimeAsync(300);
+  expect([asked, station.sessionProblem?.cause]).toMatchObject([['wrong', 'right', 'right'], { wait_s: 8 }]);
+  await vi.advanceTimersByTimeAsync(1000);
+  expect(station.sessionProblem).toBeNull();
 });

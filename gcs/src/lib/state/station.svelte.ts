@@ -313,7 +313,10 @@ export class Station {
     } catch (error) {
       const problem = problemFrom(error);
       // Only a refusal is worth telling; an absent server shows as such already.
-      this.sessionProblem = problem.status === 401 || problem.status === 403 ? problem : null;
+      const isRefused = problem.status === 401 || problem.status === 403;
+      this.sessionProblem = isRefused || problem.cause?.code === 'tokens-slowed' ? problem : null;
+      // Not again until a token is typed: each wrong one counts, and slows all who come from this address.
+      if (isRefused) this.#socket.close();
       throw error;
     }
     const { protocol, host } = window.location;
