@@ -50,6 +50,10 @@ export const mapEn = {
   'menu.close': 'Close the menu',
   'menu.badHeight': 'Type a height between {low} and {high}.',
   'menu.guided': 'The plane leaves its mission and goes to GUIDED mode.',
+  'menu.outsideFence':
+    'This place is outside of the fence on board: with the fence switched on, the vehicle refuses it or turns back.',
+  'menu.insideZone':
+    'This place is in a zone that the fence on board keeps out of: with the fence switched on, the vehicle refuses it or turns back.',
 
   'plan.tools': 'What a click on the map adds',
   'plan.select': 'Select',

@@ -52,6 +52,10 @@ export const mapEs: Record<keyof typeof mapEn, string> = {
   'menu.close': 'Cerrar el menú',
   'menu.badHeight': 'Escribe una altura entre {low} y {high}.',
   'menu.guided': 'El avión deja su misión y pasa al modo GUIDED.',
+  'menu.outsideFence':
+    'Este lugar está fuera de la geovalla a bordo: si está activada, el vehículo lo rechaza o se da la vuelta.',
+  'menu.insideZone':
+    'Este lugar está en una zona que la geovalla a bordo prohíbe: si está activada, el vehículo lo rechaza o se da la vuelta.',
 
   'plan.tools': 'Qué añade un clic en el mapa',
   'plan.select': 'Elegir',
