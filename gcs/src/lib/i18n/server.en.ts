@@ -153,7 +153,7 @@ export const serverEn = {
   'problem.bad-plan': 'This is not a plan that a vehicle takes.',
   'problem.bad-file': 'This file cannot be read as a plan.',
   'problem.bad-file.remedy':
-    'Files of QGroundControl (.plan, .mission), Mission Planner and MAVProxy (.waypoints, .fen, .ral) can be read.',
+    'These can be read: .plan, .mission, .waypoints, .txt, .fen, .ral, .kml, .kmz, .geojson, .gpx and .csv.',
   'problem.no-maps': 'This server has no maps.',
   'problem.no-source': 'There is no map source “{source}” (any more).',
   'problem.no-tile': 'There is no map here.',

@@ -157,7 +157,7 @@ export const serverEs: Record<keyof typeof serverEn, string> = {
   'problem.bad-plan': 'Esto no es un plan que admita un vehículo.',
   'problem.bad-file': 'Este fichero no se puede leer como plan.',
   'problem.bad-file.remedy':
-    'Se leen ficheros de QGroundControl (.plan, .mission), de Mission Planner y de MAVProxy (.waypoints, .fen, .ral).',
+    'Se leen .plan, .mission, .waypoints, .txt, .fen, .ral, .kml, .kmz, .geojson, .gpx y .csv.',
   'problem.no-maps': 'Este servidor no tiene mapas.',
   'problem.no-source': 'No hay (o ya no hay) ninguna fuente de mapas «{source}».',
   'problem.no-tile': 'Aquí no hay mapa.',

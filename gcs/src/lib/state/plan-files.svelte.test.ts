@@ -67,3 +67,11 @@ it('writes a plan for the vehicle that its file is for; one of no file for the s
   await open('field.waypoints', { items });
   expect(await written()).toEqual(of(20, 12));
 });
+
+it('says beside the buttons what went wrong, until the next file', async () => {
+  vi.spyOn(api, 'parsePlan').mockRejectedValueOnce(new Error('no plan'));
+  expect(await planFiles.loadFile({ name: 'broken.plan' } as File)).toBe(false);
+  expect([planFiles.problem?.detail, plan.problem]).toEqual(['no plan', null]);
+  await open('field.plan', { items });
+  expect(planFiles.problem).toBeNull();
+});

@@ -1,5 +1,5 @@
 // The plan between the editor and files, which the core reads and writes.
-import type { Plan, PlanFileFormat, PlanFileNote, PlanKind } from '$lib/api/types';
+import type { Plan, PlanFileFormat, PlanFileNote, PlanKind, Problem } from '$lib/api/types';
 import { isFenceEmpty } from '$lib/domain/area-edit';
 import { PLAN_PARTS } from './on-board.svelte';
 import { plan } from './plan.svelte';
@@ -23,9 +23,11 @@ class PlanFiles {
   /** Parts of the draft that the file had none of, and that went with the old plan. */
   removed = $state.raw<readonly PlanKind[]>([]);
 
+  /** What went wrong with the file read or written last. */
+  problem = $state.raw<Problem | null>(null);
+
   async loadFile(file: File): Promise<boolean> {
     try {
-      plan.problem = null;
       this.forgetNotes();
       const { plan: read, notes } = await api.parsePlan(file.name, file);
       const before = PLAN_PARTS.filter((part) => !plan.isEmpty(part));
@@ -34,7 +36,7 @@ class PlanFiles {
       this.removed = before.filter((part) => plan.isEmpty(part));
       return true;
     } catch (error) {
-      plan.problem = problemFrom(error);
+      this.problem = problemFrom(error);
       return false;
     }
   }
@@ -54,20 +56,21 @@ class PlanFiles {
   }
 
   forgetNotes(): void {
+    this.problem = null;
     this.notes = [];
     this.removed = [];
   }
 
   async fileOf(as: PlanFileFormat): Promise<Blob | null> {
     try {
-      plan.problem = null;
+      this.problem = null;
       await plan.settled;
       const { file, notes } = await api.formatPlan({ ...plan.asApi(), ...plannedFor() }, as);
       this.forgetNotes();
       this.notes = notes;
       return file;
     } catch (error) {
-      plan.problem = problemFrom(error);
+      this.problem = problemFrom(error);
       return null;
     }
   }
