@@ -24,6 +24,7 @@ export const fenceEn = {
   'fence.finish': 'Close the polygon',
   'fence.takeBack': 'Take the last corner back',
   'fence.cancelSketch': 'Discard the drawing',
+  'fence.resumeSketch': 'Go on with the polygon ({count} corners)',
   'fence.zones': 'Zones of the fence',
   'fence.none': 'No fence. The plane may go anywhere.',
   'fence.zoneIn': '{number} · stay inside',

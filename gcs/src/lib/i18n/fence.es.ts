@@ -26,6 +26,7 @@ export const fenceEs: Record<keyof typeof fenceEn, string> = {
   'fence.finish': 'Cerrar el polígono',
   'fence.takeBack': 'Quitar el último vértice',
   'fence.cancelSketch': 'Descartar el dibujo',
+  'fence.resumeSketch': 'Seguir con el polígono ({count} vértices)',
   'fence.zones': 'Zonas de la geovalla',
   'fence.none': 'Sin geovalla. El avión puede ir a cualquier parte.',
   'fence.zoneIn': '{number} · no salir',

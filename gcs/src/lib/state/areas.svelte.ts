@@ -27,8 +27,11 @@ const NEW_RADIUS_M = 200;
 
 class AreaStore implements ShapeEditor {
   #tool = $state<FenceTool>('in-polygon');
-  /** Corners so far of the polygon that is being drawn. */
-  sketch = $state.raw<readonly LonLat[]>([]);
+  /** The tool that draws, or drew last, a polygon. */
+  #polygonTool: FenceTool = 'in-polygon';
+  /** Corners so far of the polygon that is being drawn; kept while another tool or part of the plan is in hand. */
+  #corners = $state.raw<readonly LonLat[]>([]);
+  sketch = $derived(plan.part === 'fence' && this.#tool.endsWith('polygon') ? this.#corners : []);
   selected = $state.raw<AreaHandle | null>(null);
 
   /** Whether clicks on the map are for fence or rally points. */
@@ -39,7 +42,9 @@ class AreaStore implements ShapeEditor {
     return plan.part === 'fence' ? fenceHandles(plan.draft.fence) : rallyHandles(plan.draft.rally);
   });
   readonly isSketchLine = false;
-  isSketching = $derived(plan.part === 'fence' && this.#tool.endsWith('polygon') && this.sketch.length > 0);
+  isSketching = $derived(this.sketch.length > 0);
+  /** How many corners were drawn of the polygon that another tool has interrupted. */
+  interrupted = $derived(this.#corners.length - this.sketch.length);
   canFinish = $derived(isPolygon(this.sketch));
 
   get tool(): FenceTool {
@@ -47,7 +52,7 @@ class AreaStore implements ShapeEditor {
   }
   set tool(tool: FenceTool) {
     this.#tool = tool;
-    this.sketch = [];
+    if (tool.endsWith('polygon')) this.#polygonTool = tool;
   }
   get isInclusion(): boolean {
     return this.#tool.startsWith('in-');
@@ -57,7 +62,7 @@ class AreaStore implements ShapeEditor {
   click(at: LonLat): void {
     if (plan.part === 'rally') this.addRallyPoint(at);
     else if (this.#tool === 'select') this.selected = null;
-    else if (this.#tool.endsWith('polygon')) this.sketch = [...this.sketch, at];
+    else if (this.#tool.endsWith('polygon')) this.#corners = [...this.#corners, at];
     else if (this.#tool.endsWith('circle')) {
       plan.editAreas((areas) => ({ ...areas, fence: addCircle(areas.fence, this.isInclusion, at, NEW_RADIUS_M) }));
       this.selected = { kind: 'centre', zone: plan.draft.fence.zones.length - 1 };
@@ -70,10 +75,11 @@ class AreaStore implements ShapeEditor {
     }
   }
 
-  /** Closes the polygon being drawn, or discards it with fewer than three corners. */
+  /** Closes the polygon being drawn, if it has three corners. */
   finish(): void {
     if (!this.canFinish) return;
-    const corners = this.sketch;
+    const corners = this.#corners;
+    this.#corners = [];
     plan.editAreas((areas) => ({ ...areas, fence: addPolygon(areas.fence, this.isInclusion, corners) }));
     this.selected = { kind: 'centre', zone: plan.draft.fence.zones.length - 1 };
     this.tool = 'select';
@@ -81,11 +87,16 @@ class AreaStore implements ShapeEditor {
 
   /** Takes the last corner of the drawing back. */
   unsketch(): void {
-    this.sketch = this.sketch.slice(0, -1);
+    this.#corners = this.#corners.slice(0, -1);
   }
 
   cancelSketch(): void {
-    this.sketch = [];
+    this.#corners = [];
+  }
+
+  /** Goes on with the polygon that another tool has interrupted. */
+  resumeSketch(): void {
+    this.tool = this.#polygonTool;
   }
 
   /** Called during a drag; returns the handle held from now on. */

@@ -1,0 +1,46 @@
+import { beforeEach, expect, it } from 'vitest';
+import { areas } from './areas.svelte';
+import { plan } from './plan.svelte';
+import { canUndoStep, undoStep } from './undo-step';
+
+const at = (n: number) => ({ lat_deg: 40 + (n % 2) / 100, lon_deg: -3 + Math.trunc(n / 2) / 100 });
+
+beforeEach(() => {
+  plan.clear();
+  plan.isEditing = true;
+  plan.part = 'fence';
+  areas.cancelSketch();
+  areas.tool = 'in-polygon';
+});
+
+it('keeps a half-drawn polygon while another tool or part is in hand', () => {
+  for (const n of [0, 1, 2]) areas.click(at(n));
+  plan.part = 'rally';
+  areas.click(at(9));
+  expect([areas.sketch.length, areas.interrupted, plan.draft.rally.length]).toEqual([0, 3, 1]);
+  plan.part = 'fence';
+  expect([areas.isSketching, areas.interrupted]).toEqual([true, 0]);
+  areas.tool = 'out-circle';
+  areas.click(at(8));
+  expect([areas.tool, areas.isSketching, areas.interrupted]).toEqual(['select', false, 3]);
+  areas.resumeSketch();
+  areas.click(at(3));
+  areas.finish();
+  expect(plan.draft.fence.zones.map(({ points, inclusion }) => [points.length, inclusion])).toEqual([
+    [1, false],
+    [4, true],
+  ]);
+  expect([areas.isSketching, areas.interrupted]).toEqual([false, 0]);
+});
+
+it('undoes the corners of what is drawn before changes of the plan', () => {
+  areas.tool = 'in-circle';
+  areas.click(at(5));
+  areas.tool = 'in-polygon';
+  for (const n of [0, 1]) areas.click(at(n));
+  undoStep();
+  expect([areas.sketch.length, plan.draft.fence.zones.length]).toEqual([1, 1]);
+  undoStep();
+  undoStep();
+  expect([areas.sketch.length, plan.draft.fence.zones.length, canUndoStep()]).toEqual([0, 0, true]);
+});
