@@ -1,6 +1,7 @@
 import { beforeEach, describe, expect, it, vi } from 'vitest';
 import type { MapSource, MapSources } from '$lib/api/maps-types';
 import { maps } from './maps.svelte';
+import { theMap } from './the-map';
 
 const grid: MapSource['grid'] = {
   crs: 'EPSG:3857',
@@ -138,6 +139,18 @@ describe('map sources', () => {
     await maps.load();
     expect(maps.shown).toEqual([]);
     expect(maps.failing).toMatchObject([{ isStale: false, problem: { detail: 'needs a key' } }]);
+  });
+
+  it('are asked again for what failed once they are saved', async () => {
+    const retryTiles = vi.spyOn(theMap, 'retryTiles');
+    maps.tileFailed('pnoa', problem('refused'));
+    vi.stubGlobal('fetch', async (_: string, { method }: RequestInit) => {
+      expect(retryTiles).not.toHaveBeenCalled();
+      return new Response(JSON.stringify(method === 'PUT' ? source('pnoa') : answer));
+    });
+    await maps.put({ id: 'pnoa', name: 'pnoa', kind: 'xyz', local_network: true });
+    expect(retryTiles).toHaveBeenCalledExactlyOnceWith('pnoa');
+    expect(maps.failing).toEqual([]);
   });
 
   it('that cannot be listed say why, and those known stay', async () => {

@@ -134,7 +134,7 @@ class Maps {
     this.#take(await mapsApi.putOrder(moved(ids, id, by)));
   }
 
-  /** Saves a source; a new one is shown. */
+  /** Saves a source; a new one is shown, and what failed of it is asked for again. */
   async put(settings: SourceSettings): Promise<MapSource> {
     const isNew = !this.sources.some((source) => source.id === settings.id);
     const saved = await mapsApi.putSource(settings);
@@ -142,6 +142,8 @@ class Maps {
     await this.load();
     if (isNew && saved.role === 'base') this.setBase(saved.id);
     else if (isNew && saved.role === 'overlay') this.setShown(saved.id, true);
+    // what was refused before waits in the map to be asked again
+    theMap.retryTiles(saved.id);
     return saved;
   }
 
