@@ -104,8 +104,9 @@ export function drawInstrument(
   });
   context.globalAlpha = picture?.isHudOld ? FADED : 1;
   drawClimb(context, width - tape_w, body_h, picture?.climb ?? null, words, colours);
-  context.globalAlpha = 1;
+  context.globalAlpha = isOld ? FADED : 1;
   drawHeading(context, 0, body_h, width, heading_h, picture?.heading_rad ?? null, words, colours);
+  context.globalAlpha = 1;
   context.filter = 'none';
   if (isOld) drawOld(context, width, body_h, words.old, colours);
   context.restore();
