@@ -107,6 +107,7 @@ export const mapEn = {
   'plan.stateHint.unknown': 'Send this plan, or read what is on board.',
   'plan.needVehicle': 'A vehicle is needed to send or read.',
   'plan.needControl': 'You can send once you have control.',
+  'plan.needServer': 'Vencejo is away: nothing is sent or read, and whether the vehicle still has this is not known.',
   'plan.unconverted.home':
     'The heights keep their numbers, and are others in space, since the height of home is not known. To check: {items}.',
   'plan.unconverted.ground':

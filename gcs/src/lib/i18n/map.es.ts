@@ -109,6 +109,8 @@ export const mapEs: Record<keyof typeof mapEn, string> = {
   'plan.stateHint.unknown': 'Envía este plan o lee el que hay a bordo.',
   'plan.needVehicle': 'Para enviar o leer hace falta un vehículo.',
   'plan.needControl': 'Podrás enviar cuando tengas el control.',
+  'plan.needServer':
+    'Vencejo no responde: no se envía ni se lee nada, y no se sabe si el vehículo sigue teniendo esto.',
   'plan.unconverted.home':
     'Las alturas conservan sus números, y ya no son las mismas en el espacio, porque no se sabe la altura de casa. A revisar: {items}.',
   'plan.unconverted.ground':
