@@ -24,6 +24,8 @@ export const fleetEn = {
   'fleet.marked': '{count} marked',
   'fleet.markAll': 'Mark all shown',
   'fleet.unmark': 'Clear marks',
+  'fleet.forgetLost': 'Forget the lost ({count})',
+  'fleet.forgetLostHint': 'They come back when they are heard.',
   'fleet.list': 'Vehicles',
   'fleet.noMatch': 'No vehicle matches.',
   'fleet.markOne': 'Mark {name}',

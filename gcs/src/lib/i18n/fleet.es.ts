@@ -26,6 +26,8 @@ export const fleetEs: Record<keyof typeof fleetEn, string> = {
   'fleet.marked': '{count} marcados',
   'fleet.markAll': 'Marcar los mostrados',
   'fleet.unmark': 'Quitar marcas',
+  'fleet.forgetLost': 'Olvidar los perdidos ({count})',
+  'fleet.forgetLostHint': 'Vuelven cuando se les oiga.',
   'fleet.list': 'Vehículos',
   'fleet.noMatch': 'Ningún vehículo coincide.',
   'fleet.markOne': 'Marcar {name}',

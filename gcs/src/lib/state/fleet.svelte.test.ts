@@ -50,4 +50,14 @@ describe('the fleet', () => {
     fleet.forgetGroup('north');
     expect([fleet.group, fleet.groupNames.length, fleet.keepGroup('  ')]).toEqual([null, 0, false]);
   });
+
+  it('forgets the marked ones that are lost until they are heard', () => {
+    for (const id of [3, 300, 301]) fleet.mark(id, true);
+    fleet.forgetLost();
+    expect([names(), fleet.count, fleet.needing, fleet.marked.size]).toEqual([['Copter 3', 'plane7'], 2, 1, 2]);
+    fleet.apply(101, [{ id: 301, mode: 'AUTO' }], [], performance.now());
+    expect(fleet.count, 'of old news').toBe(2);
+    fleet.apply(102, [{ id: 301, heard_s: 102 }], [], performance.now());
+    expect(names()).toContain('plane8');
+  });
 });

@@ -1,5 +1,5 @@
 // The fleet list: rows, search, marks, and saved groups.
-import { SvelteSet } from 'svelte/reactivity';
+import { SvelteMap, SvelteSet } from 'svelte/reactivity';
 import { vehicleKind } from '$lib/domain/core';
 import {
   type AttentionLevel,
@@ -50,6 +50,9 @@ class Fleet {
   /** Ids of those that a group act is meant for. */
   readonly marked = new SvelteSet<number>();
 
+  /** When those that are lost and forgotten were heard last: they are listed again once they are heard. */
+  readonly #forgotten = new SvelteMap<number, number | null>();
+
   /** Each message has ages move on; without one, each second does. */
   #silent_s = $derived(Math.floor(Math.max(0, clock.now_ms - this.#at_ms - 1000) / 1000));
 
@@ -58,7 +61,9 @@ class Fleet {
     void this.#silent_s;
     const now_ms = performance.now();
     this.#places ??= placesByName([...this.#byId.values()].map((row) => ({ id: row.id, name: this.nameOf(row) })));
-    return [...this.#byId.values()].map((row) => this.#list(row, now_ms));
+    return [...this.#byId.values()]
+      .filter(({ id, heard_s }) => this.#forgotten.get(id) !== heard_s)
+      .map((row) => this.#list(row, now_ms));
   });
   count = $derived(this.listed.length);
   shown = $derived.by<readonly Listed[]>(() => {
@@ -125,6 +130,19 @@ class Fleet {
     const some = this.listed.filter(({ row }) => this.marked.has(row.id));
     const isLost = ({ attention }: Listed): number => Number(attention.includes('lost'));
     return inOrder(some, 'name').sort((a, b) => isLost(a) - isLost(b));
+  }
+
+  /** The marked ones that are lost. */
+  markedLost = $derived(
+    this.listed.filter(({ row, attention }) => this.marked.has(row.id) && attention.includes('lost')),
+  );
+
+  /** Takes the marked ones that are lost off the list until they are heard again. */
+  forgetLost(): void {
+    for (const { row } of this.markedLost) {
+      this.#forgotten.set(row.id, row.heard_s);
+      this.marked.delete(row.id);
+    }
   }
 
   /** Keeps those marked under a name; a group of that name is replaced. Whether there was room. */
