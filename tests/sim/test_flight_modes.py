@@ -19,7 +19,7 @@ from vencejo.sim.autopilot.interface import (
     StatusText,
     StoredItem,
 )
-from vencejo.sim.autopilot.names import Cmd
+from vencejo.sim.autopilot.auto.names import Cmd
 from vencejo.sim.autopilot.testing import item
 
 from tests.sim.flying import (

@@ -9,9 +9,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from enum import Enum, IntEnum
 
+from .auto.mission import MissionRunner, RunState
 from .interface import Mode, Severity
 from .landing import Landing
-from .mission import MissionRunner, RunState
 from .plane import Plane
 
 __all__ = ["BATTERY_REASON", "RADIO_REASON", "BatteryLevel", "Failsafes"]

@@ -9,10 +9,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from enum import IntEnum
 
+from .auto.mission import MissionRunner
 from .geo import Spot
 from .interface import FenceBreach, Mode, Severity
 from .landing import Landing
-from .mission import MissionRunner
 from .plane import Plane
 
 __all__ = ["RTL_COMPLETE_REASON", "FenceResponse"]

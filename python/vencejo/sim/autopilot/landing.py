@@ -10,9 +10,9 @@ from __future__ import annotations
 import math
 from enum import IntEnum
 
+from .auto.mission import MissionRunner
 from .geo import bearing_rad, distance_m, wrap_pi
 from .interface import Severity, StoredItem
-from .mission import MissionRunner
 from .navigator import Navigator
 from .plane import Plane
 from .takeoff import Takeoff

@@ -9,9 +9,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from .auto.mission import MissionRunner
 from .geo import Spot, bearing_rad, distance_m, wrap_pi
 from .interface import Mode
-from .mission import MissionRunner
 from .plane import Plane
 
 __all__ = ["Loiter", "Navigator"]

@@ -9,15 +9,16 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-from .energy import Energy
-from .geo import Spot, distance_m
-from .interface import Mode, Severity, StoredItem
-from .landing import Landing
+from vencejo.sim.autopilot.energy import Energy
+from vencejo.sim.autopilot.geo import Spot, distance_m
+from vencejo.sim.autopilot.interface import Mode, Severity, StoredItem
+from vencejo.sim.autopilot.landing import Landing
+from vencejo.sim.autopilot.navigator import Navigator
+from vencejo.sim.autopilot.plane import Plane
+from vencejo.sim.autopilot.takeoff import Takeoff
+
 from .mission import MissionRunner
 from .names import AT_ONCE, Cmd, is_nav
-from .navigator import Navigator
-from .plane import Plane
-from .takeoff import Takeoff
 
 __all__ = ["PASSED_OVER", "Commands"]
 

@@ -14,8 +14,9 @@ from dataclasses import replace
 from enum import Enum
 from typing import Protocol
 
-from .geo import ground_distance_m
-from .interface import PlanView, Severity, StoredItem
+from vencejo.sim.autopilot.geo import ground_distance_m
+from vencejo.sim.autopilot.interface import PlanView, Severity, StoredItem
+
 from .names import AT_ONCE, Cmd, is_nav, word
 
 __all__ = ["MissionHost", "MissionRunner", "RunState"]
