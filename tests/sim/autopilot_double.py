@@ -194,7 +194,7 @@ class DoubleAutopilot:
         return MavResult.ACCEPTED
 
     def set_mode(self, number: int) -> MavResult:
-        if number not in set(Mode):
+        if number not in set(Mode) - {Mode.INITIALISING}:
             self.say(f"No such mode {number}", Severity.WARNING)
             return MavResult.FAILED
         self.mode = Mode(number)
@@ -223,6 +223,15 @@ class DoubleAutopilot:
 
     def change_guided_altitude(self, alt_m: float, frame: int, rate_m_s: float) -> MavResult:
         return self._called("change_guided_altitude", alt_m, frame, rate_m_s)
+
+    def change_guided_speed(self, airspeed_m_s: float, accel_m_s2: float) -> MavResult:
+        return self._called("change_guided_speed", airspeed_m_s, accel_m_s2)
+
+    def raise_target(self, metres: float) -> None:
+        self._called("raise_target", metres)
+
+    def force_attitude(self, roll_rad: float | None, pitch_rad: float | None, throttle: float | None) -> None:
+        self._called("force_attitude", roll_rad, pitch_rad, throttle)
 
     def change_heading(self, kind: int, heading_deg: float, accel_m_s2: float) -> MavResult:
         return self._called("change_heading", kind, heading_deg, accel_m_s2)

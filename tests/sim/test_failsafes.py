@@ -136,7 +136,7 @@ def test_a_remote_control_that_comes_back_soon_gets_its_mode_back() -> None:
     assert flight.texts[-3:] == [
         "Throttle failsafe off",
         "RC Short Failsafe Cleared",
-        "Flight mode FLY_BY_WIRE_B restored",
+        "Flight mode FBWB restored",
     ]
 
 

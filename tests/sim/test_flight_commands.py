@@ -10,8 +10,8 @@ from typing import Any
 
 import pytest
 from vencejo.sim.autopilot.auto.commands import PASSED_OVER
-from vencejo.sim.autopilot.interface import CameraTriggered, HomeChanged, MavResult, Mode, StoredItem
 from vencejo.sim.autopilot.auto.names import AT_ONCE, is_nav, word
+from vencejo.sim.autopilot.interface import CameraTriggered, HomeChanged, MavResult, Mode, StoredItem
 from vencejo.sim.autopilot.testing import item
 
 from tests.sim.flying import CAPTURES, Flight, airborne, at, fly_mission, make, mission, waypoint

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import pytest
+from vencejo.sim.autopilot.auto.names import Cmd
 from vencejo.sim.autopilot.interface import (
     FenceBreach,
     HomeChanged,
@@ -19,7 +20,6 @@ from vencejo.sim.autopilot.interface import (
     StatusText,
     StoredItem,
 )
-from vencejo.sim.autopilot.auto.names import Cmd
 from vencejo.sim.autopilot.testing import item
 
 from tests.sim.flying import (
@@ -198,20 +198,47 @@ def test_guided_takes_height_heading_and_speed() -> None:
     plane = flight.plane
     assert plane.change_guided_altitude(70, 3, 1.0) is MavResult.FAILED
     plane.set_mode(Mode.GUIDED)
-    assert plane.change_guided_altitude(80, 3, 1.0) is MavResult.ACCEPTED
+    flight.run(10)
+    start_m = plane.alt_rel_home_m
+    # At a rate it hardly climbs: in ArduPlane 4.8-dev's own simulator 5 m in 15 s, for 10 m/s.
+    assert plane.change_guided_altitude(80, 3, 10.0) is MavResult.ACCEPTED
     flight.run(15)
-    assert 55 < plane.alt_rel_home_m < 70
+    assert plane.alt_rel_home_m == pytest.approx(start_m + 4.5, abs=3)
+    assert plane.change_guided_altitude(80, 3, 0.0) is MavResult.ACCEPTED
     flight.run(30)
+    assert plane.alt_rel_home_m == pytest.approx(80, abs=3)
+    # Until GUIDED is left that altitude wins over those of a later point and of DO_CHANGE_ALTITUDE.
+    plane.change_altitude(60, 3)
+    plane.reposition(RepositionTarget(None, None, 50.0))
+    flight.run(15)
     assert plane.alt_rel_home_m == pytest.approx(80, abs=3)
     assert plane.change_heading(1, 45.0, 4.0) is MavResult.ACCEPTED
     flight.run(30)
     assert math.degrees(plane.est.yaw_rad) == pytest.approx(45, abs=3)
     assert plane.change_speed(0, 16.0, -1.0) is MavResult.ACCEPTED
     assert plane.change_speed(0, 99.0, -1.0) is MavResult.FAILED
+    assert plane.change_guided_speed(16.0, 0.0) is MavResult.ACCEPTED
+    assert plane.change_speed(0, 25.0, -1.0) is MavResult.ACCEPTED, "and has no effect while the other is held"
     # Without losing height a glider-like frame needs half a minute to slow down by 6 m/s.
     flight.run(40)
     assert plane.est.airspeed_m_s == pytest.approx(16, abs=0.8)
     assert plane.change_heading(2, 0.0, 0.0) is MavResult.ACCEPTED
+
+
+def test_guided_flies_an_attitude_for_three_seconds() -> None:
+    """SET_ATTITUDE_TARGET counts for GUIDED_TIMEOUT (ModeGuided::update), then the point is flown to again."""
+    flight = airborne()
+    flight.plane.set_mode(Mode.GUIDED)
+    flight.plane.force_attitude(math.radians(-30.0), None, 0.8)
+    flight.run(2)
+    assert bank_deg(flight) == pytest.approx(-30, abs=4)
+    assert flight.plane.snapshot().throttle_pct == pytest.approx(80, abs=2)
+    flight.run(3)
+    assert abs(bank_deg(flight) + 30) > 10, "it circles again"
+    before_m = flight.plane.nav.next.alt_m - flight.plane.home.alt_m
+    flight.plane.raise_target(10.0)
+    flight.run(0.1)
+    assert flight.texts[-1] == f"Change alt to {before_m + 10.0:.1f}"
 
 
 @pytest.mark.parametrize("mode", [Mode.AUTO, Mode.LOITER, Mode.CIRCLE, Mode.RTL, Mode.GUIDED])
@@ -420,7 +447,7 @@ def test_a_crossed_fence_sends_it_home() -> None:
     flight.plane.fence_breached(None)
     flight.run(0.2)
     assert "Fence breach cleared" not in flight.texts, "it is still returning"
-    assert "Mode change to LOITER denied, in fence recovery" in flight.texts
+    assert "Mode change to Loiter denied, in fence recovery" in flight.texts
     assert flight.plane.set_mode(Mode.LOITER) is MavResult.ACCEPTED
     assert flight.texts.count("Manual recovery started") == 1, "the breach was over at the last mode change"
     flight.plane.fence_breached(FenceBreach.POLYGON)
@@ -443,7 +470,7 @@ def test_what_is_answered_while_it_returns_from_a_breach() -> None:
     assert plane.mission_start() is MavResult.ACCEPTED
     flight.run(0.2)
     assert (plane.mode.number, plane.nav.next) == (Mode.RTL, target)
-    assert flight.texts.count("Mode change to AUTO denied, in fence recovery") == 2
+    assert flight.texts.count("Mode change to Auto denied, in fence recovery") == 2
     point = at(0, 16, 500, 500, 80)
     assert plane.reposition(RepositionTarget(point.lat_deg, point.lon_deg, 80.0)) is MavResult.ACCEPTED
     flight.run(0.2)

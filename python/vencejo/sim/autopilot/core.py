@@ -26,13 +26,11 @@ from .snapshot import take
 
 __all__ = ["Autopilot"]
 
-_NOT_ENTERED = (Severity.WARNING, "Flight mode change failed")
-_REFUSED_MODES: dict[int, tuple[tuple[Severity, str], ...]] = {
-    **dict.fromkeys(range(17, 24), ((Severity.INFO, "Q_ENABLE 0"),)),
-    24: (_NOT_ENTERED,),
-    26: ((Severity.WARNING, "Must already be flying!"), _NOT_ENTERED),
+_REFUSED_MODES: dict[int, tuple[Severity, str]] = {
+    **dict.fromkeys(range(17, 24), (Severity.INFO, "Q_ENABLE 0")),
+    **dict.fromkeys((Mode.INITIALISING, 24), (Severity.WARNING, "Flight mode change failed")),
 }
-"""Refusals of quadplane modes, of THERMAL without SOAR_ENABLE, and of AUTOLAND on the ground."""
+"""Refusals of quadplane modes, of INITIALISING, and of THERMAL without SOAR_ENABLE."""
 
 
 class Autopilot(FlightLoop):
@@ -75,6 +73,8 @@ class Autopilot(FlightLoop):
         self.throttle_suppressed = self.mode.auto_throttle and not self.is_flying
         self._ground_heading_rad = self.est.yaw_rad
         self.climbout.reset()
+        if int(self.tune["AUTOLAND_OPTIONS"]) & 1:
+            self._set_direction(self.est.yaw_rad)
         self._events.append(Armed())
         self.say(Severity.INFO, "Throttle armed")
         if not self.home_locked:
@@ -92,9 +92,9 @@ class Autopilot(FlightLoop):
 
     def set_mode(self, number: int) -> MavResult:
         """Change the mode at the request of a ground station."""
+        number &= 0xFF  # ArduPlane keeps the low byte: 256 is MANUAL
         if number not in self._modes:
-            for severity, text in _REFUSED_MODES.get(number, ((Severity.WARNING, f"No such mode {number}"),)):
-                self.say(severity, text)
+            self.say(*_REFUSED_MODES.get(number, (Severity.WARNING, f"No such mode {number}")))
             return MavResult.FAILED
         if self.flight_mode is Mode.INITIALISING:
             # As ArduPlane, which enters its initial mode at the end of the start whatever was requested before.
@@ -143,7 +143,6 @@ class Autopilot(FlightLoop):
             guided.radius_m = abs(target.radius_m)
             guided.clockwise = target.radius_m > 0
             spot.anticlockwise = target.radius_m < 0
-        guided.climb_rate_m_s = 0.0
         guided.go_to(spot)
         return MavResult.ACCEPTED
 
@@ -168,18 +167,40 @@ class Autopilot(FlightLoop):
         if not math.isfinite(alt_m) or frame not in (0, 3, 10):
             return MavResult.DENIED
         self.nav.change_altitude(alt_m if frame == 0 else alt_m + self.home.alt_m, follows_ground=frame == 10)
-        if isinstance(self.mode, GuidedMode):
-            self.mode.climb_rate_m_s = 0.0
         return MavResult.ACCEPTED
 
     def change_guided_altitude(self, alt_m: float, frame: int, rate_m_s: float) -> MavResult:
-        """Change the altitude in GUIDED, at a climb rate or as fast as possible (0)."""
-        guided = self.mode
-        if not isinstance(guided, GuidedMode):
+        """Hold an altitude in GUIDED, reached at a climb rate or as fast as possible (0)."""
+        if self.flight_mode is not Mode.GUIDED:
             return MavResult.FAILED
-        result = self.change_altitude(alt_m, frame)
-        guided.climb_rate_m_s = abs(rate_m_s) if math.isfinite(rate_m_s) else 0.0
-        return result
+        if not math.isfinite(alt_m) or frame not in (0, 3, 10):
+            return MavResult.DENIED
+        self._guided.hold_altitude(
+            alt_m if frame == 0 else alt_m + self.home.alt_m,
+            follows_ground=frame == 10,
+            rate_m_s=abs(rate_m_s) if math.isfinite(rate_m_s) else 0.0,
+        )
+        return MavResult.ACCEPTED
+
+    def change_guided_speed(self, airspeed_m_s: float, accel_m_s2: float) -> MavResult:
+        """Hold an airspeed in GUIDED, reached at an acceleration or at once (0)."""
+        if self.flight_mode is not Mode.GUIDED:
+            return MavResult.FAILED
+        self._guided.hold_airspeed(airspeed_m_s, accel_m_s2)
+        return MavResult.ACCEPTED
+
+    def raise_target(self, metres: float) -> None:
+        """Change the altitude of the point being flown to, in GUIDED."""
+        if self.flight_mode is Mode.GUIDED and math.isfinite(metres):
+            alt_m = self.nav.next.alt_m + metres
+            self.nav.next = self.nav.next.copy()
+            self.nav.next.alt_m = alt_m
+            self.say(Severity.INFO, f"Change alt to {alt_m - self.home.alt_m:.1f}")
+
+    def force_attitude(self, roll_rad: float | None, pitch_rad: float | None, throttle: float | None) -> None:
+        """Fly an attitude and throttle for GUIDED_TIMEOUT, in GUIDED."""
+        if self.flight_mode is Mode.GUIDED:
+            self._guided.force(roll_rad, pitch_rad, throttle)
 
     def change_heading(self, kind: int, heading_deg: float, accel_m_s2: float) -> MavResult:
         """Fly a course (``kind`` 0) or heading (1) instead of to the point in GUIDED; 2 returns to the point."""

@@ -20,11 +20,13 @@ class Energy:
         self._nav = nav
         self._landing = landing
         self.new_airspeed_m_s: float | None = None
+        self.guided_airspeed_m_s: float | None = None
+        """Airspeed of GUIDED_CHANGE_SPEED while it is held."""
         self.auto_throttle = False
         """Whether the autopilot controls the throttle in the present mode."""
 
-    def order(self) -> None:
-        """Demand the target altitude and airspeed."""
+    def order(self, *, throttle: float | None = None) -> None:
+        """Demand the target altitude and airspeed, with the throttle free or as given, 0 to 1."""
         tune = self._plane.tune
         high = tune["PTCH_LIM_MAX_DEG"]
         if tune["TECS_PITCH_MAX"] > 0:
@@ -38,8 +40,8 @@ class Energy:
             climbout=False,
             pitch_min_rad=math.radians(low),
             pitch_max_rad=math.radians(high),
-            throttle_min=max(0.0, tune["THR_MIN"]) * 0.01,
-            throttle_max=tune["THR_MAX"] * 0.01,
+            throttle_min=max(0.0, tune["THR_MIN"]) * 0.01 if throttle is None else throttle,
+            throttle_max=tune["THR_MAX"] * 0.01 if throttle is None else throttle,
         )
 
     def airspeed_m_s(self) -> float:
@@ -51,6 +53,8 @@ class Energy:
             target = slow + (fast - slow) * plane.rc.throttle()
         elif self._landing.active and not self._landing.aborting:
             target = self._landing.airspeed_m_s()
+        elif self.guided_airspeed_m_s is not None:
+            target = self.guided_airspeed_m_s
         elif self.new_airspeed_m_s is not None and plane.flight_mode in (Mode.AUTO, Mode.GUIDED):
             target = self.new_airspeed_m_s
         least = tune["MIN_GROUNDSPEED"]

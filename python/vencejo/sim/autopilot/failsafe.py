@@ -20,7 +20,11 @@ RADIO_REASON = "radio failsafe"
 BATTERY_REASON = "battery failsafe"
 _LOST_S = 0.2
 """Duration of a lost signal or a throttle below THR_FS_VALUE that triggers the failsafe: ten readings at 50 Hz."""
-_BY_STICK = (Mode.MANUAL, Mode.STABILIZE, Mode.FBWA, Mode.FBWB, Mode.CRUISE)
+_BY_STICK = (
+    Mode.MANUAL, Mode.STABILIZE, Mode.ACRO, Mode.FBWA, Mode.AUTOTUNE, Mode.FBWB, Mode.CRUISE, Mode.TRAINING
+)  # fmt: skip
+_GOING_ON = (Mode.AUTO, Mode.AUTOLAND, Mode.AVOID_ADSB, Mode.GUIDED, Mode.LOITER)
+"""Modes in which the short action "best guess" does nothing."""
 
 
 class _State(Enum):
@@ -58,6 +62,7 @@ class _LongAction(IntEnum):
     GLIDE = 2
     PARACHUTE = 3
     AUTO = 4
+    AUTOLAND = 5
 
 
 class _BatteryAction(IntEnum):
@@ -70,6 +75,7 @@ class _BatteryAction(IntEnum):
     QLAND = 4
     PARACHUTE = 5
     LOITER_QLAND = 6
+    AUTOLAND_OR_RTL = 7
 
 
 _GRAVEST_FIRST = (
@@ -80,7 +86,10 @@ _GRAVEST_FIRST = (
     _BatteryAction.RTL,
     _BatteryAction.NONE,
 )
-"""Order of severity: a second threshold never triggers a less severe action than the first."""
+"""Order of severity: a second threshold never triggers a less severe action than the first.
+
+Actions that are not listed, as in Plane::_failsafe_priorities, come after all others.
+"""
 
 
 class Failsafes:
@@ -103,7 +112,7 @@ class Failsafes:
         plane: Plane,
         mission: MissionRunner,
         landing: Landing,
-        change_mode: Callable[[Mode, str], object],
+        change_mode: Callable[[Mode, str], bool],
         land: Callable[[str], object],
         climbing_out: Callable[[], bool],
     ) -> None:
@@ -198,8 +207,8 @@ class Failsafes:
         self._state = _State.SHORT
         self._mode_before = mode = plane.flight_mode
         action = int(plane.tune["FS_SHORT_ACTN"])
-        goes_on = mode in (Mode.AUTO, Mode.GUIDED, Mode.LOITER) and action == _ShortAction.BEST_GUESS
-        if mode in (*_BY_STICK, Mode.AUTO, Mode.GUIDED, Mode.LOITER) and not goes_on and not self._lands_by_mission():
+        goes_on = mode in _GOING_ON and action == _ShortAction.BEST_GUESS
+        if mode in (*_BY_STICK, *_GOING_ON) and not goes_on and not self._lands_already():
             other = {_ShortAction.GLIDE: Mode.FBWA, _ShortAction.FBWB: Mode.FBWB}
             self._change_mode(other.get(action, Mode.CIRCLE), RADIO_REASON)  # type: ignore[call-overload]
         if plane.flight_mode is mode:
@@ -238,14 +247,15 @@ class Failsafes:
             _LongAction.RTL: Mode.RTL,
             _LongAction.GLIDE: Mode.FBWA,
             _LongAction.AUTO: Mode.AUTO,
+            _LongAction.AUTOLAND: Mode.AUTOLAND,
         }
         target = actions.get(action)
         mode = plane.flight_mode
-        if mode is Mode.INITIALISING or self._lands_by_mission():
+        if mode in (Mode.INITIALISING, Mode.AUTOLAND, Mode.LOITER_ALT_QLAND) or self._lands_already():
             target = None
         elif mode is Mode.RTL:
-            target = Mode.AUTO if action == _LongAction.AUTO else None
-        elif mode not in (Mode.AUTO, Mode.GUIDED):
+            target = target if action in (_LongAction.AUTO, _LongAction.AUTOLAND) else None
+        elif mode not in (Mode.AUTO, Mode.AVOID_ADSB, Mode.GUIDED):
             waits = action not in (_LongAction.GLIDE, _LongAction.PARACHUTE)
             if mode is Mode.TAKEOFF and self._climbing_out() and waits:
                 self._is_pending = True
@@ -253,11 +263,15 @@ class Failsafes:
             elif action == _LongAction.CONTINUE:
                 target = Mode.RTL
         if target is not None:
-            self._change_mode(target, "GCS failsafe" if state is _State.STATION else RADIO_REASON)
+            reason = "GCS failsafe" if state is _State.STATION else RADIO_REASON
+            if not self._change_mode(target, reason) and target is Mode.AUTOLAND and mode is not Mode.RTL:
+                self._change_mode(Mode.RTL, reason)
         plane.say(Severity.WARNING, f"{state.value} Failsafe On: switched to {plane.flight_mode.full_name}")
 
-    def _lands_by_mission(self) -> bool:
-        return self._plane.in_auto and (self._landing.active or self._mission.in_landing_sequence)
+    def _lands_already(self) -> bool:
+        """Plane::failsafe_in_landing_sequence, which counts in AUTO and AUTOLAND only."""
+        by_itself = self._plane.flight_mode in (Mode.AUTO, Mode.AUTOLAND)
+        return by_itself and (self._landing.active or self._mission.in_landing_sequence)
 
     # the battery
 
@@ -303,12 +317,14 @@ class Failsafes:
             plane.say(Severity.INFO, why if is_enabled else "AFS not enabled, can't terminate the vehicle")
             return
         lands = action in (_BatteryAction.LAND, _BatteryAction.QLAND, _BatteryAction.LOITER_QLAND)
-        if self._landing.active or not (lands or action == _BatteryAction.RTL):
+        if self._landing.active or not (lands or action in (_BatteryAction.RTL, _BatteryAction.AUTOLAND_OR_RTL)):
             return
         lands_already = mission.state is RunState.RUNNING and mission.in_landing_sequence
         if lands_already and (lands or int(plane.tune["RTL_AUTOLAND"]) == 2):
             return
         if lands and mission.jump_to_landing(plane.distance_to_item):
             self._land(BATTERY_REASON)
-        else:
-            self._change_mode(Mode.RTL, BATTERY_REASON)
+        elif plane.flight_mode is not Mode.AUTOLAND:
+            by_itself = action == _BatteryAction.AUTOLAND_OR_RTL and self._change_mode(Mode.AUTOLAND, BATTERY_REASON)
+            if not by_itself:
+                self._change_mode(Mode.RTL, BATTERY_REASON)

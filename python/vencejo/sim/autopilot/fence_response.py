@@ -26,7 +26,7 @@ _NO_MODE_CHANGE = 1
 
 
 class _Action(IntEnum):
-    """FENCE_ACTION; 8 acts as RTL because mode AUTOLAND is not simulated."""
+    """FENCE_ACTION."""
 
     REPORT = 0
     RTL = 1
@@ -53,7 +53,7 @@ class FenceResponse:
         plane: Plane,
         mission: MissionRunner,
         landing: Landing,
-        change_mode: Callable[[Mode, str], object],
+        change_mode: Callable[[Mode, str], bool],
         go_to: Callable[[Spot], None],
     ) -> None:
         self._plane = plane
@@ -99,7 +99,9 @@ class FenceResponse:
             self._go_to(self._return_spot(return_point))
         elif action in (_Action.RTL, _Action.AUTOLAND_OR_RTL):
             lands = plane.in_auto and self._mission.in_landing_sequence and plane.tune["RTL_AUTOLAND"] in (1, 2)
-            if not lands:
+            if lands or plane.flight_mode is Mode.AUTOLAND:
+                return
+            if action != _Action.AUTOLAND_OR_RTL or not self._change_mode(Mode.AUTOLAND, _REASON):
                 self._change_mode(Mode.RTL, _REASON)
 
     @property

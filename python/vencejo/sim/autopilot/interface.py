@@ -75,20 +75,30 @@ class Mode(IntEnum):
     MANUAL = 0
     CIRCLE = 1
     STABILIZE = 2
+    TRAINING = 3
+    ACRO = 4
     FBWA = 5
     FBWB = 6
     CRUISE = 7
+    AUTOTUNE = 8
     AUTO = 10
     RTL = 11
     LOITER = 12
     TAKEOFF = 13
+    AVOID_ADSB = 14
     GUIDED = 15
     INITIALISING = 16
+    LOITER_ALT_QLAND = 25
+    AUTOLAND = 26
 
     @property
     def full_name(self) -> str:
-        """ArduPlane's name of the mode in texts."""
-        return {"FBWA": "FLY_BY_WIRE_A", "FBWB": "FLY_BY_WIRE_B"}.get(self.name, self.name)
+        """ArduPlane's name of the mode in texts (``Mode::name`` in mode.h, 4.8)."""
+        if self in (Mode.FBWA, Mode.FBWB, Mode.RTL):
+            return self.name
+        return {"AVOID_ADSB": "Avoid ADSB", "LOITER_ALT_QLAND": "Loiter to QLand"}.get(
+            self.name, self.name.capitalize()
+        )
 
     @property
     def failing_checks(self) -> list[str]:
@@ -573,6 +583,18 @@ class AutopilotPort(Protocol):
 
     def change_guided_altitude(self, alt_m: float, frame: int, rate_m_s: float) -> MavResult:
         """GUIDED_CHANGE_ALTITUDE (43001): fails in other modes; ``rate_m_s`` 0 is as fast as possible."""
+        ...
+
+    def change_guided_speed(self, airspeed_m_s: float, accel_m_s2: float) -> MavResult:
+        """GUIDED_CHANGE_SPEED (43000): wins over DO_CHANGE_SPEED until GUIDED is left; ``accel_m_s2`` 0 is at once."""
+        ...
+
+    def raise_target(self, metres: float) -> None:
+        """SET_POSITION_TARGET_LOCAL_NED: change the altitude of the point being flown to, in GUIDED."""
+        ...
+
+    def force_attitude(self, roll_rad: float | None, pitch_rad: float | None, throttle: float | None) -> None:
+        """SET_ATTITUDE_TARGET: fly these for GUIDED_TIMEOUT, in GUIDED; None is left to the autopilot."""
         ...
 
     def change_heading(self, kind: int, heading_deg: float, accel_m_s2: float) -> MavResult:

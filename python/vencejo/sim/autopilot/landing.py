@@ -92,11 +92,11 @@ class Landing:
         """Abort (Plane::trigger_land_abort): by the mission's abort pattern, else straight ahead.
 
         ``climb_to_m`` is the height above home to climb to without a pattern; 0 selects that of NAV_LAND or of the
-        take-off. False when the plane is not landing.
+        take-off. False when the plane is not landing in AUTO.
         """
-        if not self.active:
-            return False
         plane = self._plane
+        if not self.active or not plane.in_auto:
+            return False
         if self._mission.jump_to_abort(plane.distance_to_item):
             return True
         if climb_to_m != 0.0:

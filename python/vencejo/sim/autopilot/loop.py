@@ -18,6 +18,7 @@ from .auto.names import Cmd
 from .energy import Energy
 from .failsafe import Failsafes
 from .fence_response import RTL_COMPLETE_REASON, FenceResponse
+from .geo import wrap_pi
 from .interface import (
     DT_S,
     Disarmed,
@@ -41,6 +42,14 @@ from .takeoff import Takeoff
 __all__ = ["STATION_REASON", "FlightLoop"]
 
 STATION_REASON = "ground station"
+_BLOCKABLE = (
+    Mode.MANUAL, Mode.CIRCLE, Mode.STABILIZE, Mode.TRAINING, Mode.ACRO, Mode.FBWA, Mode.FBWB, Mode.CRUISE,
+    Mode.AUTOTUNE, Mode.AUTO, Mode.LOITER, Mode.TAKEOFF, Mode.AVOID_ADSB, Mode.GUIDED, None, None, None, None, None,
+    None, Mode.LOITER_ALT_QLAND, Mode.AUTOLAND,
+)  # fmt: skip
+"""The modes by their bits of FLTMODE_GCSBLOCK (Plane::gcs_mode_enabled); None for modes that do not exist here."""
+_COURSE_SPEED_M_S = 5.0
+"""Ground speed above which a course over ground counts (GPS_GND_CRS_MIN_SPD)."""
 _NAVIGATE_TICKS = 10
 _STICK_TICKS = 2
 _FLYING_TICKS = 20
@@ -188,6 +197,7 @@ class FlightLoop(Plane):
         nav.update_distance()
         if self._navigates():
             nav.count_turns()
+        self._capture_direction()
         self.mode.navigate()
         nav.update_distance()
         self.mode.adjust_altitude()
@@ -222,11 +232,11 @@ class FlightLoop(Plane):
             on_ground=on_ground,
             throttle_off=off,
         )
-        if self.config.launch == "hand" and self._climbing_out() and not self.throttle_suppressed:
+        if self.config.launch == "hand" and self._climbing_out():
             self.climbout.throw()
 
     def _navigates(self) -> bool:
-        return self.flight_mode in (Mode.AUTO, Mode.RTL, Mode.LOITER, Mode.GUIDED, Mode.TAKEOFF)
+        return self.mode.navigates and self.flight_mode is not Mode.CIRCLE
 
     def _climbing_out(self) -> bool:
         mode = self.mode
@@ -293,14 +303,11 @@ class FlightLoop(Plane):
 
     def _bank_max_deg(self) -> float:
         limit = self.bank_limit_deg()
-        mode = self.mode
         if self._climbing_out():
             return self.climbout.bank_limit_deg(limit)
         if self.landing.flaring:
             return min(limit, self.tune["LEVEL_ROLL_LIMIT"])
-        if isinstance(mode, GuidedMode) and mode.heading is not None:
-            return min(limit, math.degrees(mode.heading[2]))
-        return limit
+        return self.mode.bank_max_deg(limit)
 
     # MissionHost
 
@@ -321,13 +328,25 @@ class FlightLoop(Plane):
     # mode and arming
 
     def change_mode(self, mode: Mode, reason: str) -> bool:
-        """Change the mode; False when the fence refuses that."""
+        """Change the mode; False when the fence, FLTMODE_GCSBLOCK or the mode itself refuses that."""
         if self.flight_mode is mode:
             return True
         if self._fence.denies_mode_change(reason):
             self.say(Severity.NOTICE, f"Mode change to {mode.full_name} denied, in fence recovery")
             return False
+        if reason == STATION_REASON and self._is_blocked(mode):
+            why = "GCS entry disabled (FLTMODE_GCSBLOCK)"
+            self.say(Severity.NOTICE, f"Mode change to {mode.full_name} denied, {why}")
+            return False
+        refusal = self._modes[mode].refusal()
+        if refusal is not None:
+            # Mode::enter forgets the commanded airspeed before the mode can refuse.
+            self.energy.new_airspeed_m_s = None
+            self.say(Severity.WARNING, refusal)
+            self.say(Severity.WARNING, "Flight mode change failed")
+            return False
         self.mode.leave()
+        self.autotune(on=False)
         self.mode = self._modes[mode]
         self.flight_mode = mode
         self.previous_mode_reason, self.mode_reason = self.mode_reason, reason
@@ -348,6 +367,9 @@ class FlightLoop(Plane):
             self.mission.reset()
         return True
 
+    def _is_blocked(self, mode: Mode) -> bool:
+        return mode in _BLOCKABLE and bool(int(self.tune["FLTMODE_GCSBLOCK"]) >> _BLOCKABLE.index(mode) & 1)
+
     def enter_auto_to_land(self) -> None:
         """Change from RTL to AUTO, whose mission has just been set to a landing sequence."""
         self._enter_auto(RTL_COMPLETE_REASON)
@@ -358,8 +380,21 @@ class FlightLoop(Plane):
         self.resume_forced = False
         return entered
 
+    def _capture_direction(self) -> None:
+        """Take AUTOLAND's direction once the plane flies (ModeAutoLand::check_takeoff_direction)."""
+        est = self.est
+        is_wanted = self.takeoff_course_rad is None and self.mode.captures_direction
+        if is_wanted and self.armed and self.is_flying and est.groundspeed_m_s > _COURSE_SPEED_M_S:
+            course_rad = math.atan2(est.velocity_e_m_s, est.velocity_n_m_s)
+            self._set_direction(course_rad + math.radians(self.tune["AUTOLAND_DIR_OFF"]))
+
+    def _set_direction(self, course_rad: float) -> None:
+        self.takeoff_course_rad = wrap_pi(course_rad)
+        self.say(Severity.INFO, f"Autoland direction= {int(math.degrees(course_rad) % 360.0)}")
+
     def _disarm(self) -> None:
         self.armed = False
+        self.takeoff_course_rad = None
         self.throttle_suppressed = True
         self.climbout.reset()
         self.energy.new_airspeed_m_s = None

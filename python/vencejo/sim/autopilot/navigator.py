@@ -94,7 +94,7 @@ class Navigator:
             self.previous = here
         self.reset_loiter()
         self.update_distance()
-        self._set_up_slope(mission=True)
+        self._set_up_slope(mission=self._plane.in_auto)
         self._set_up_turn()
         self.adjust_altitude()
 

@@ -115,6 +115,7 @@ class Plane:
         self.flying_since_s: float | None = None
         self._wind_estimate = (0.0, 0.0)
         self.trigger_distance_m = 0.0
+        self._tunes = False
         self._last_picture: tuple[float, float] | None = None
         self._pictures = 0
         self.resume_forced = False
@@ -122,6 +123,8 @@ class Plane:
         """The present mode."""
         self.mode_reason = ""
         """Reason of the present mode."""
+        self.takeoff_course_rad: float | None = None
+        """AUTOLAND's direction, taken after take-off and forgotten when the plane is disarmed."""
         self.previous_mode_reason = ""
         """Reason of the mode before the present one."""
 
@@ -281,6 +284,19 @@ class Plane:
         drained = list(self._events)
         self._events.clear()
         return drained
+
+    def autotune(self, *, on: bool) -> None:
+        """Announce the start or end of a tuning (Plane::autotune_start); it changes nothing here."""
+        if on:
+            axes = int(self.tune["AUTOTUNE_AXES"])
+            tuned = "".join(word for bit, word in enumerate(("roll ", "pitch ", "yaw")) if axes & 1 << bit)
+            self._tunes = bool(tuned)
+            self.say(Severity.INFO, "Started autotune" if tuned else "No axis selected for tuning!")
+            if tuned:
+                self.say(Severity.INFO, f"Autotuning {tuned}")
+        elif self._tunes:
+            self._tunes = False
+            self.say(Severity.INFO, "Stopped autotune")
 
     # home
 

@@ -102,7 +102,7 @@ def take(plane: FlightLoop) -> Snapshot:
         nav_pitch_deg=math.degrees(pitch),
         nav_bearing_deg=math.degrees(nav_bearing) if navigating else 0.0,
         target_bearing_deg=math.degrees(target_bearing) if navigating else 0.0,
-        wp_distance_m=distance_m(here, nav.next) if navigating else 0.0,
+        wp_distance_m=distance_m(here, nav.next),
         alt_error_m=nav.target_alt_m - est.alt_m if plane.mode.auto_throttle else 0.0,
         airspeed_error_m_s=airspeed_target - est.airspeed_m_s if airspeed_target > 0 else 0.0,
         xtrack_error_m=xtrack if navigating else 0.0,

@@ -1,4 +1,4 @@
-"""The take-off: throttle suppressed until the plane is armed and level, ground roll or hand launch, and climb.
+"""The take-off: throttle suppressed until the launch is felt, ground roll or hand launch, and climb.
 
 Shared by NAV_TAKEOFF, mode TAKEOFF and the climb after an aborted landing.
 """
@@ -15,6 +15,12 @@ __all__ = ["Takeoff"]
 
 _COURSE_SPEED_M_S = 5.0
 _COURSE_WAIT_S = 0.3
+_THROWN_AFTER_S = 4.0
+"""Time from arming to the throw of a plane whose motor waits for it (TKOFF_THR_MINACC)."""
+_THROW_S, _THROW_M_S = 0.36, 9.0
+"""Duration of a throw by hand, and the ground speed that it gives."""
+_REPORT_S = 2.0
+_TIMEOUT_S = 0.1
 
 
 class Takeoff:
@@ -33,6 +39,9 @@ class Takeoff:
         self._level_off_s: float | None = None
         self._start_alt_m = 0.0
         self._triggered_s: float | None = None
+        self._waits_since_s: float | None = None
+        self._throw_s: float | None = None
+        """Start of the throw."""
         self._thrown = False
 
     def begin_climb(self, pitch_deg: float, altitude_rel_m: float) -> None:
@@ -46,55 +55,100 @@ class Takeoff:
     def reset(self) -> None:
         """Restart the launch sequence, after a disarming."""
         self._timer_s = None
-        self._triggered_s = None
+        self._triggered_s = self._waits_since_s = self._throw_s = None
         self._thrown = False
 
     def check_launch(self) -> bool:
-        """The launch sequence, 10 times a second while the throttle is suppressed; True when it may be opened."""
-        plane = self._plane
+        """The launch sequence, 10 times a second while the throttle is suppressed; True when it may be opened.
+
+        As Plane::auto_takeoff_check: the plane waits without a word for the acceleration TKOFF_THR_MINACC, then for
+        TKOFF_THR_DELAY, and then needs the ground speed TKOFF_THR_MINSPD.
+        """
+        plane, tune, now = self._plane, self._plane.tune, self._plane.time_s
         if not plane.armed:
             self.reset()
             return False
-        now = plane.time_s
-        delay = min(12.7, plane.tune["TKOFF_THR_DELAY"] * 0.1)
+        self._waits_since_s = now if self._waits_since_s is None else self._waits_since_s
+        accel_m_s2 = self._forward_accel_m_s2()
+        least_m_s2, counts = tune["TKOFF_THR_MINACC"], tune["TKOFF_ACCEL_CNT"]
+        # One throw is one event; the shaking that TKOFF_ACCEL_CNT asks for is not simulated.
+        if self._timer_s is None and least_m_s2 > 0 and (accel_m_s2 < least_m_s2 or counts > 1):
+            return False
+        delay_s = min(12.7, tune["TKOFF_THR_DELAY"] * 0.1)
         if self._timer_s is None:
             self._timer_s = now
-            if now - self._reported_s > 2.0:
-                self._reported_s = now
-                accel = plane.est.forward_accel_m_s2 - 9.81 * math.sin(plane.est.pitch_rad)
-                plane.say(Severity.INFO, f"Armed AUTO, xaccel = {accel:.1f} m/s/s, waiting {delay:.1f} sec")
-        est = plane.est
-        if not -30.0 < math.degrees(est.pitch_rad) < 45.0 or abs(math.degrees(est.roll_rad)) > 30.0:
-            if now - self._reported_s > 2.0:
-                self._reported_s = now
-                plane.say(Severity.WARNING, "Bad launch AUTO")
+            text = f"Armed AUTO, xaccel = {accel_m_s2:.1f} m/s/s, waiting {delay_s:.1f} sec"
+            self._report(Severity.INFO, text)
+        waited_s = now - self._timer_s
+        if waited_s > delay_s + _TIMEOUT_S + 1e-6:
+            self._report(Severity.WARNING, "Timeout AUTO")
             self._timer_s = None
             return False
-        if now - self._timer_s + 1e-6 >= delay:
-            plane.say(Severity.INFO, f"Triggered AUTO. GPS speed = {est.groundspeed_m_s:.1f}")
+        est = plane.est
+        if not -30.0 < math.degrees(est.pitch_rad) < 45.0 or abs(math.degrees(est.roll_rad)) > 30.0:
+            plane.say(Severity.WARNING, "Bad launch AUTO")
             self._timer_s = None
-            self._triggered_s = now
-            self._start_alt_m = plane.here().alt_m
-            return True
-        return False
+            return False
+        least_m_s, speed_m_s = tune["TKOFF_THR_MINSPD"], self._groundspeed_m_s()
+        if waited_s + 1e-6 < delay_s or (least_m_s > 0 and speed_m_s <= least_m_s):
+            return False
+        plane.say(Severity.INFO, f"Triggered AUTO. GPS speed = {speed_m_s:.1f}")
+        self._timer_s = None
+        self._triggered_s = now
+        self._start_alt_m = plane.here().alt_m
+        return True
+
+    def _report(self, severity: Severity, text: str) -> None:
+        """Send a text, one every two seconds at most."""
+        if self._plane.time_s - self._reported_s > _REPORT_S - 1e-6:
+            self._reported_s = self._plane.time_s
+            self._plane.say(severity, text)
+
+    # A throw moves the plane at once, when it ends; its acceleration and speed are those of the hand.
+
+    @property
+    def _thrown_for_s(self) -> float | None:
+        """Time since a throw began that has not ended."""
+        return None if self._throw_s is None or self._thrown else self._plane.time_s - self._throw_s
+
+    def _groundspeed_m_s(self) -> float:
+        since_s = self._thrown_for_s
+        return self._plane.est.groundspeed_m_s if since_s is None else _THROW_M_S * since_s / _THROW_S
+
+    def _forward_accel_m_s2(self) -> float:
+        plane = self._plane
+        if self._thrown_for_s is not None:
+            return _THROW_M_S / _THROW_S
+        return plane.est.forward_accel_m_s2 - 9.81 * math.sin(plane.est.pitch_rad)
 
     def throw(self) -> None:
-        """Hand launch: once the motor runs, the plane leaves the hand at flying speed."""
-        plane = self._plane
-        if self._thrown or self._triggered_s is None or plane.time_s - self._triggered_s < 0.6:
+        """Hand launch, while a take-off is being flown or waits: the plane leaves the hand at flying speed.
+
+        It is thrown once the motor runs; where the motor waits for the throw, some seconds after the arming.
+        """
+        plane, now = self._plane, self._plane.time_s
+        if self._thrown or not plane.armed:
+            return
+        if self._throw_s is None:
+            waits = plane.tune["TKOFF_THR_MINACC"] > 0 and self._triggered_s is None
+            since_s, after_s = (self._waits_since_s, _THROWN_AFTER_S) if waits else (self._triggered_s, 0.3)
+            if since_s is None or now - since_s < after_s:
+                return
+            self._throw_s = now
+        if now - self._throw_s + 1e-6 < _THROW_S:
             return
         self._thrown = True
         body = plane.body
         if body.height_m > 1.0 or plane.est.groundspeed_m_s > 5.0:
             return
-        # At 9 m/s over ground, at eye level, pitched up 12°.
+        # At eye level, pitched up 12°.
         body.place(
             body.lat_deg,
             body.lon_deg,
             body.yaw_rad,
             height_m=1.7,
             pitch_rad=math.radians(12.0),
-            speed_m_s=9.0,
+            speed_m_s=_THROW_M_S,
             wind_ne_m_s=(plane.wind.north_m_s, plane.wind.east_m_s),
         )
 
@@ -112,7 +166,6 @@ class Takeoff:
                 course = math.atan2(est.velocity_e_m_s, est.velocity_n_m_s)
                 degrees = math.degrees(course) % 360.0
                 nav.hold_course_rad = course
-                plane.say(Severity.INFO, f"Autoland direction= {degrees:.0f}")
                 plane.say(
                     Severity.INFO,
                     f"Holding course {int(degrees * 100)} at {est.groundspeed_m_s:.1f}m/s "

@@ -88,7 +88,7 @@ class Commands:
             Cmd.DO_SET_HOME: self._set_home,
             Cmd.DO_RETURN_PATH_START: lambda _: None,
             Cmd.DO_LAND_START: lambda _: None,
-            Cmd.DO_AUTOTUNE_ENABLE: lambda _: None,
+            Cmd.DO_AUTOTUNE_ENABLE: lambda item: plane.autotune(on=item.p1 != 0),
             Cmd.DO_INVERTED_FLIGHT: self._inverted,
             Cmd.DO_FENCE_ENABLE: self._fence,
             Cmd.DO_GRIPPER: self._gripper,
@@ -209,7 +209,7 @@ class Commands:
             if loiter.turned_rad <= loiter.total_rad or not loiter.counting:
                 return False
             self._goal_met()
-        return self._leave_circle("Loiter orbits complete")
+        return self._leave_circle("Loiter orbits complete", self._next_target())
 
     def _verify_loiter_time(self, item: StoredItem) -> bool:
         plane, loiter = self._plane, self._nav.loiter
@@ -221,31 +221,36 @@ class Commands:
             if plane.time_s - loiter.started_s <= loiter.duration_s:
                 return False
             self._goal_met()
-        return self._leave_circle("Loiter time complete")
+        return self._leave_circle("Loiter time complete", self._next_target())
 
     def _verify_loiter_to_alt(self, item: StoredItem) -> bool:
-        plane, loiter = self._plane, self._nav.loiter
         self._nav.fly_circle(abs(item.p2))
+        return self.loiter_to_alt_is_done(self._next_target())
+
+    def loiter_to_alt_is_done(self, target: Spot | None) -> bool:
+        """Whether the altitude of the circle is reached, and the plane lined up for ``target``."""
+        plane, loiter = self._plane, self._nav.loiter
         if not loiter.goal_met:
             if not loiter.counting or not (loiter.reached_alt or loiter.stuck):
                 return False
             if loiter.stuck:
                 plane.say(Severity.INFO, f"Loiter to alt was stuck at {int(plane.here().alt_m)}")
             self._goal_met()
-        return self._leave_circle("Loiter to alt complete")
+        return self._leave_circle("Loiter to alt complete", target)
 
     def _goal_met(self) -> None:
         self._nav.loiter.goal_met = True
         self._nav.loiter.turned_rad = 0.0
 
-    def _leave_circle(self, text: str) -> bool:
-        plane = self._plane
+    def _next_target(self) -> Spot | None:
         current = self._mission.nav
         following = None if current is None else self._mission.next_nav(current.seq + 1)
-        target = None if following is None else plane.spot_of(following, or_none=True)
+        return None if following is None else self._plane.spot_of(following, or_none=True)
+
+    def _leave_circle(self, text: str, target: Spot | None) -> bool:
         if not self._nav.lined_up(target):
             return False
-        plane.say(Severity.INFO, text)
+        self._plane.say(Severity.INFO, text)
         return True
 
     # take-off and landing
@@ -400,7 +405,8 @@ class Commands:
             self._plane.on_fence_enable(int(item.p1))
 
     def _gripper(self, item: StoredItem) -> None:
-        self._plane.say(Severity.INFO, "Gripper Grabbed" if item.p2 == 1 else "Gripper Released")
+        if int(self._plane.tune["GRIP_ENABLE"]):
+            self._plane.say(Severity.INFO, "Gripper Grabbed" if item.p2 == 1 else "Gripper Released")
 
     def _repeat_dist(self, item: StoredItem) -> None:
         self._mission.repeat_on_resume(max(0.0, item.p1))

@@ -18,6 +18,7 @@ class AutoMode(FlightMode):
     number = Mode.AUTO
     auto_throttle = True
     navigates = True
+    captures_direction = True
 
     def enter(self) -> None:
         plane = self._plane

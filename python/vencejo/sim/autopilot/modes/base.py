@@ -42,6 +42,8 @@ class FlightMode:
     """Whether the mode is flown by stick."""
     navigates = False
     """Whether the autopilot navigates (ArduPlane's ``does_auto_navigation``)."""
+    captures_direction = False
+    """Whether AUTOLAND's direction may be taken in this mode (``allows_autoland_direction_capture``)."""
 
     def __init__(self, controls: Controls) -> None:
         self._plane = controls.plane
@@ -54,6 +56,10 @@ class FlightMode:
         self._change_mode = controls.change_mode
         self._enter_auto_to_land = controls.enter_auto_to_land
 
+    def refusal(self) -> str | None:
+        """Why the mode cannot be entered now, in ArduPlane's words; None when it can."""
+        return None
+
     def enter(self) -> None:
         """Enter the mode."""
 
@@ -65,6 +71,10 @@ class FlightMode:
 
     def update(self) -> None:
         """Set the demands on the control laws."""
+
+    def bank_max_deg(self, limit_deg: float) -> float:
+        """The bank that the mode allows, at most ``limit_deg`` unless it is flown beyond by stick."""
+        return limit_deg
 
     def adjust_altitude(self) -> None:
         """Set the target altitude."""

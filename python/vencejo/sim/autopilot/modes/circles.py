@@ -1,14 +1,17 @@
-"""Modes that circle: CIRCLE and LOITER."""
+"""Modes that circle: CIRCLE, LOITER and LOITER_ALT_QLAND."""
 
 from __future__ import annotations
 
 import math
 
-from vencejo.sim.autopilot.interface import Mode
+from vencejo.sim.autopilot.interface import Mode, Severity
 
 from .base import FlightMode
 
 __all__ = ["MODES"]
+
+_QRTL_ALT_M = 15.0
+"""Q_RTL_ALT's default; the parameter does not exist without Q_ENABLE."""
 
 
 class CircleMode(FlightMode):
@@ -48,4 +51,29 @@ class LoiterMode(FlightMode):
         self._energy.order()
 
 
-MODES = (CircleMode, LoiterMode)
+class LoiterAltQlandMode(LoiterMode):
+    """Circles down to Q_RTL_ALT for a vertical landing, which a plane without Q_ENABLE is refused, again and again.
+
+    ArduPlane enters it without Q_ENABLE (ModeLoiterAltQLand): the plane keeps circling there.
+    """
+
+    number = Mode.LOITER_ALT_QLAND
+
+    def enter(self) -> None:
+        super().enter()
+        plane = self._plane
+        spot = plane.here()
+        spot.alt_m = plane.home.alt_m + _QRTL_ALT_M
+        self._nav.set_guided(spot)
+        self._try_to_land()
+
+    def navigate(self) -> None:
+        self._try_to_land()
+        super().navigate()
+
+    def _try_to_land(self) -> None:
+        if (self._nav.above_next_m < 0.0 and self._nav.on_circle) or self._plane.body.on_wheels:
+            self._plane.say(Severity.INFO, "Q_ENABLE 0")
+
+
+MODES = (CircleMode, LoiterMode, LoiterAltQlandMode)

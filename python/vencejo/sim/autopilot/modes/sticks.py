@@ -1,4 +1,8 @@
-"""Modes flown by stick: MANUAL, STABILIZE, FBWA, FBWB and CRUISE."""
+"""Modes flown by stick: MANUAL, STABILIZE, TRAINING, ACRO, FBWA, AUTOTUNE, FBWB and CRUISE.
+
+With centred sticks and closed throttle FBWA glides with level wings, FBWB holds its height and CRUISE its course too;
+ACRO keeps the attitude it has, and MANUAL and TRAINING let the surfaces go.
+"""
 
 from __future__ import annotations
 
@@ -11,12 +15,17 @@ from .base import Controls, FlightMode
 
 __all__ = ["MODES"]
 
+_ACRO_LEAD_S = 0.3
+"""Time by which the attitude demanded by a rate is ahead: that of the attitude laws' response."""
+_ACRO_BANK_RAD, _ACRO_PITCH_RAD = math.radians(80.0), math.radians(70.0)
+
 
 class ManualMode(FlightMode):
     """The sticks move the surfaces directly."""
 
     number = Mode.MANUAL
     stick = True
+    captures_direction = True
 
     def update(self) -> None:
         rc = self._plane.rc
@@ -29,6 +38,7 @@ class StabilizeMode(FlightMode):
 
     number = Mode.STABILIZE
     stick = True
+    captures_direction = True
 
     def update(self) -> None:
         plane = self._plane
@@ -43,16 +53,86 @@ class StabilizeMode(FlightMode):
             plane.pilot.fly_pitch(plane.stick_pitch_rad(2.0 * pitch), plane.rc.throttle())
 
 
+class TrainingMode(FlightMode):
+    """The sticks move the surfaces directly, up to the limits of bank and pitch, which are held."""
+
+    number = Mode.TRAINING
+    stick = True
+    captures_direction = True
+
+    def update(self) -> None:
+        plane, est = self._plane, self._plane.est
+        roll, pitch, throttle = plane.rc.stick(1), plane.rc.stick(2), plane.rc.throttle()
+        bank_rad = math.radians(plane.bank_limit_deg())
+        if abs(est.roll_rad) >= bank_rad and roll * est.roll_rad >= 0.0:
+            plane.pilot.fly_bank(math.copysign(bank_rad, est.roll_rad))
+        else:
+            plane.pilot.stick_aileron(roll)
+        limit_rad = plane.stick_pitch_rad(math.copysign(1.0, est.pitch_rad))
+        if abs(est.pitch_rad) >= abs(limit_rad) and pitch * est.pitch_rad >= 0.0:
+            plane.pilot.fly_pitch(limit_rad, throttle)
+        else:
+            plane.pilot.stick_elevator(pitch, throttle)
+
+
+class AcroMode(FlightMode):
+    """The sticks demand rates; without them the attitude is held (ACRO_LOCKING).
+
+    The control laws hold attitudes, so a rate is an attitude that moves with it, up to :data:`_ACRO_BANK_RAD` and
+    :data:`_ACRO_PITCH_RAD`.
+    """
+
+    number = Mode.ACRO
+    stick = True
+    captures_direction = True
+
+    def __init__(self, controls: Controls) -> None:
+        super().__init__(controls)
+        self._roll_rad = self._pitch_rad = 0.0
+
+    def bank_max_deg(self, limit_deg: float) -> float:
+        return math.degrees(_ACRO_BANK_RAD)
+
+    def enter(self) -> None:
+        self._roll_rad, self._pitch_rad = self._plane.est.roll_rad, self._plane.est.pitch_rad
+
+    def update(self) -> None:
+        plane, est = self._plane, self._plane.est
+        roll, pitch = plane.rc.stick(1), plane.rc.stick(2)
+        if roll != 0.0:
+            rate_rad_s = roll * math.radians(plane.tune["ACRO_ROLL_RATE"])
+            self._roll_rad = _within(est.roll_rad + _ACRO_LEAD_S * rate_rad_s, _ACRO_BANK_RAD)
+        if pitch != 0.0:
+            rate_rad_s = pitch * math.radians(plane.tune["ACRO_PITCH_RATE"])
+            self._pitch_rad = _within(est.pitch_rad + _ACRO_LEAD_S * rate_rad_s, _ACRO_PITCH_RAD)
+        plane.pilot.fly_bank(self._roll_rad)
+        plane.pilot.fly_pitch(self._pitch_rad, plane.rc.throttle())
+
+
+def _within(value: float, limit: float) -> float:
+    return max(-limit, min(limit, value))
+
+
 class FbwaMode(FlightMode):
     """The sticks demand bank and pitch, within limits."""
 
     number = Mode.FBWA
     stick = True
+    captures_direction = True
 
     def update(self) -> None:
         plane = self._plane
         plane.pilot.fly_bank(plane.rc.stick(1) * math.radians(plane.bank_limit_deg()))
         plane.pilot.fly_pitch(plane.stick_pitch_rad(plane.rc.stick(2)), plane.rc.throttle())
+
+
+class AutotuneMode(FbwaMode):
+    """As FBWA. It announces the tuning, which changes nothing here."""
+
+    number = Mode.AUTOTUNE
+
+    def enter(self) -> None:
+        self._plane.autotune(on=True)
 
 
 class FbwbMode(FlightMode):
@@ -121,4 +201,4 @@ class CruiseMode(FbwbMode):
         self._energy.order()
 
 
-MODES = (ManualMode, StabilizeMode, FbwaMode, FbwbMode, CruiseMode)
+MODES = (ManualMode, StabilizeMode, TrainingMode, AcroMode, FbwaMode, AutotuneMode, FbwbMode, CruiseMode)

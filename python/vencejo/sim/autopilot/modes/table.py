@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from vencejo.sim.autopilot.auto import mode as auto
 
-from . import circles, guided, rtl, sticks, takeoff
+from . import autoland, circles, guided, rtl, sticks, takeoff
 from .base import Controls, FlightMode
 
 __all__ = ["make_modes"]
@@ -19,5 +19,6 @@ def make_modes(controls: Controls) -> dict[int, FlightMode]:
         *guided.MODES,
         *takeoff.MODES,
         *auto.MODES,
+        *autoland.MODES,
     )
     return {int(kind.number): kind(controls) for kind in kinds}

@@ -18,6 +18,7 @@ class TakeoffMode(FlightMode):
     number = Mode.TAKEOFF
     auto_throttle = True
     navigates = True
+    captures_direction = True
 
     def __init__(self, controls: Controls) -> None:
         super().__init__(controls)
