@@ -82,12 +82,76 @@ def ask(world: World, station: MemoryLink, message: Any) -> tuple[int, list[Any]
         (long(241), 3),
         (long(245, 0), 2),
         (long(22, 0, 0, 0, 0, 0, 0, 50), 4),
+        (integer(22, 3, z=50), 2),
+        (long(32), 2),
+        (long(520), 4),
+        (long(179, 0, 0, 0, 0, 91, 0, 10), 4),
+        (integer(179, 10, (), 403340000, -37970000, 5), 4),
+        # equipment that it does not have
+        (long(181, 0, 1), 0),
+        (long(181, 5, 1), 4),
+        (long(183, 5, 1500), 0),
+        (long(183, 33, 1500), 4),
+        (long(185), 4),
+        (long(203), 0),
+        (long(205, -10, 0, 0, 0, 0, 0, 2), 4),
+        (long(209), 4),
+        (long(211, 1, 1), 4),
+        (long(216, 1), 4),
+        (long(218, 9, 2), 0),
+        (long(223, 1), 4),
+        (long(531, 1, 2), 3),
+        (long(532), 2),
+        (long(532, 1, 1), 4),
+        (long(534, 0, 1), 2),
+        (long(1000, -10), 4),
+        (long(2500), 4),
     ],
     ids=str,
 )
 def test_command_is_answered_as_arduplane_answers_it(message: Any, result: int) -> None:
     world, station = settled_world()
     assert ask(world, station, message)[0] == result
+
+
+@pytest.mark.parametrize(
+    ("message", "text"),
+    [
+        (long(183, 1, 1500), (6, "ServoRelayEvent: Channel 1 is already in use")),
+        (long(218), (6, "Invalid channel option (0)")),
+        (long(3000, 3), (5, "VTOL not available")),
+        (long(185, 1), (6, "AFS not enabled, can't terminate the vehicle")),
+    ],
+    ids=str,
+)
+def test_a_refused_command_is_explained_in_arduplanes_words(message: Any, text: tuple[int, str]) -> None:
+    world, station = settled_world()
+    result, heard = ask(world, station, message)
+    assert result == MavResult.FAILED
+    assert text in [(m.severity, m.text) for m in heard if m.get_type() == "STATUSTEXT"]
+
+
+def test_an_unknown_frame_is_named() -> None:
+    world, station = settled_world()
+    result, heard = ask(world, station, long(186, 50, 7))
+    assert result == MavResult.DENIED
+    assert "Unknown mavlink coordinate frame 7" in [m.text for m in heard if m.get_type() == "STATUSTEXT"]
+
+
+def test_internal_parameters_are_not_set() -> None:
+    """GCS_MAVLINK::handle_param_set: a text, PARAM_ERROR 3 and the present value."""
+    world, station = settled_world()
+    station.send(dialect.MAVLink_param_set_message(1, 1, b"MIS_TOTAL", 5.0, 4))
+    heard = listen(world, station, 0.1)
+    told = outline(heard, {"STATUSTEXT": ("text",), "PARAM_ERROR": ("error",), "PARAM_VALUE": ("param_value",)})
+    assert told == [("PARAM_ERROR", 3), ("PARAM_VALUE", 1.0), ("STATUSTEXT", "Param write denied (MIS_TOTAL)")]
+
+
+def test_a_cleared_fence_is_indexed_too() -> None:
+    world, station = settled_world()
+    station.send(dialect.MAVLink_mission_clear_all_message(1, 1, 1))
+    heard = listen(world, station, 0.1)
+    assert outline(heard, {"STATUSTEXT": ("text",)}) == [("STATUSTEXT", "Fence Indexed OK")]
 
 
 @pytest.mark.parametrize("position", range(7))
@@ -183,11 +247,22 @@ def test_prearm_reasons_have_arduplanes_words() -> None:
     assert ask(world, station, long(400, 1))[0] == 0
 
 
-def test_prearm_fails_are_told_every_half_minute() -> None:
+def prearm_texts(world: World, station: MemoryLink, seconds: float) -> int:
+    """Number of failing checks told meanwhile."""
+    heard = listen(world, station, seconds)
+    return sum(m.get_type() == "STATUSTEXT" and m.text.startswith("PreArm: ") for m in heard)
+
+
+def test_prearm_fails_are_told_when_they_begin_and_every_half_minute() -> None:
+    """AP_Arming::update. The mode's own check is not among those that are told when they begin."""
     world, station = settled_world()
     mission_with_landing(world, station)
-    heard = listen(world, station, 95.0)
-    assert sum(m.get_type() == "STATUSTEXT" and m.text.startswith("PreArm: ") for m in heard) == 3
+    assert prearm_texts(world, station, 5.0) == 1
+    assert prearm_texts(world, station, 90.0) == 3
+    world, station = settled_world()
+    assert ask(world, station, long(176, 1, Mode.RTL))[0] == MavResult.ACCEPTED
+    assert prearm_texts(world, station, 20.0) == 0
+    assert prearm_texts(world, station, 10.0) == 1
 
 
 @pytest.mark.parametrize(
@@ -410,6 +485,27 @@ def test_guided_items_and_position_targets() -> None:
     double(world).mode = Mode.GUIDED
     station.send(target)
     assert double(world).calls[-1] == ("change_altitude", 120.0, 3)
+
+
+def test_attitude_targets_and_local_offsets_count_in_guided_alone() -> None:
+    """GCS_MAVLink_Plane.cpp: an axis counts when its attitude or its rate is not ignored."""
+    world, station = settled_world()
+    autopilot = double(world)
+    half = math.radians(-15.0)
+    attitude = dialect.MAVLink_set_attitude_target_message(
+        0, 1, 1, 0b01111110, [math.cos(half), math.sin(half), 0.0, 0.0], 0, 0, 0, 0.7
+    )
+    offset = dialect.MAVLink_set_position_target_local_ned_message(0, 1, 1, 7, 0xDF8, 0, 0, -10, *[0] * 8)
+    for mode, calls in ((Mode.LOITER, []), (Mode.GUIDED, ["force_attitude", "raise_target"])):
+        autopilot.mode = mode
+        autopilot.calls.clear()
+        station.send(attitude)
+        station.send(offset)
+        assert [call[0] for call in autopilot.calls] == calls
+    (_, roll_rad, pitch_rad, throttle), (_, metres) = autopilot.calls
+    assert roll_rad == pytest.approx(math.radians(-30.0))
+    assert (pitch_rad, metres) == (pytest.approx(0.0), 10.0)
+    assert throttle is None, "its bit says to ignore it"
 
 
 def test_reboot_turns_time_back_and_keeps_plan_and_parameters() -> None:

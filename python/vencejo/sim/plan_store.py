@@ -228,6 +228,10 @@ def _special(item: WireItem) -> dict[str, float]:
             stored = (
                 float(math.trunc(radius)) if radius <= 255 else math.trunc(min(255.0, float32(radius * 0.1))) * 10.0
             )
+            if item.p1 <= -1.0:
+                # Turns and radius share sixteen bits, and ArduPlane writes a negative number over both.
+                bits = int(stored if radius <= 255 else stored / 10) << 8 | (math.trunc(item.p1) & 0xFFFF)
+                turns, stored = float(bits & 0xFF), float(bits >> 8 & 0xFF)
             return {"p1": turns, "p3": -stored if item.p3 < 0 and stored else stored, "p4": float(item.p4 > 0)}
         case 19:
             return {"p4": float(item.p4 > 0)}

@@ -21,16 +21,19 @@ from vencejo.sim.autopilot.interface import (
 from vencejo.sim.fence import FenceMonitor, FenceType
 from vencejo.sim.mavlink.codec import MavMessage, dialect
 from vencejo.sim.mavlink.link import Peer
+from vencejo.sim.mavlink.payload import refusal
 from vencejo.sim.mavlink.streams import StreamSchedule
 from vencejo.sim.mavlink.telemetry import BUILDERS
 from vencejo.sim.params import ParamStore, float32
 from vencejo.sim.plan_store import MissionResult, PlanStore, WireItem, normalise, stored_item
+from vencejo.sim.terrain import Terrain
 
 __all__ = ["Command", "CommandHandler", "Vehicle"]
 
 IN_PROGRESS = 5
 _FORCE = (2989.0, 21196.0)
 _FRAMES = {0: 0, 5: 0, 3: 3, 6: 3, 10: 10, 11: 10}
+_LOCAL_OFFSET_NED = 7
 _FASTEST_SHARE = 0.8
 """Highest message rate, as a share of the main loop's rate."""
 _CALIBRATION_S = 1.7
@@ -80,6 +83,8 @@ class Command:
         frame, scale = 3, 1.0
         if message.command in (179, 195, 201):  # set home, regions of interest: degrees
             frame, scale = (0 if message.command == 179 else 3), 1e7
+        elif message.command == 22:  # NAV_TAKEOFF
+            frame = _LOCAL_OFFSET_NED
         elif message.command == 192:  # DO_REPOSITION
             return None
         # In 32-bit floats, as in the autopilot: 40.3340 arrives as 40.333999… and becomes 403340000.
@@ -109,6 +114,7 @@ class Vehicle(Protocol):
     params: ParamStore
     plans: PlanStore
     fence: FenceMonitor
+    terrain: Terrain
 
     @property
     def home_set(self) -> bool:
@@ -151,7 +157,9 @@ class CommandHandler:
         self._table: dict[int, Callable[[Peer, Command], int]] = {
             20: lambda _peer, _c: self._mode(Mode.RTL),
             17: lambda _peer, _c: self._mode(Mode.LOITER),
-            22: lambda _peer, _c: MavResult.FAILED,  # NAV_TAKEOFF as a command needs vertical lift
+            # NAV_TAKEOFF as a command needs vertical lift, and as COMMAND_INT a frame of its own.
+            22: lambda _peer, c: MavResult.FAILED if c.frame == _LOCAL_OFFSET_NED else MavResult.DENIED,
+            32: lambda _peer, c: MavResult.ACCEPTED if 0 < c.p1 <= 255 else MavResult.DENIED,  # DO_FOLLOW
             176: self._set_mode,
             178: self._change_speed,
             179: self._set_home,
@@ -170,7 +178,7 @@ class CommandHandler:
             510: self._get_message_interval,
             511: self._set_message_interval,
             512: self._request_message,
-            520: lambda peer, c: self._request(peer, 148, c),
+            520: lambda peer, c: self._request(peer, 148, c) if c.p1 == 1 else MavResult.FAILED,
             42428: self._banner,
             43000: self._guided_speed,
             43001: self._guided_altitude,
@@ -196,6 +204,11 @@ class CommandHandler:
             action()
 
     def _run(self, peer: Peer, command: Command) -> int:
+        refused = refusal(command.number, command.p1, self._vehicle.params)
+        if refused is not None:
+            if refused.text:
+                self._vehicle.say(refused.severity, refused.text)
+            return refused.result
         handler = self._table.get(command.number)
         if handler is not None:
             return handler(peer, command)
@@ -244,10 +257,10 @@ class CommandHandler:
         return result
 
     def _reposition(self, _peer: Peer, command: Command) -> int:
-        frame = _FRAMES.get(command.frame)
-        if frame is None or abs(command.x) > 900_000_000 or abs(command.y) > 1_800_000_000:
+        if abs(command.x) > 900_000_000 or abs(command.y) > 1_800_000_000:
             return MavResult.DENIED
-        if not math.isfinite(command.z) or abs(command.z) > 80_000:
+        frame = self._frame(command.frame)
+        if frame is None or not math.isfinite(command.z) or abs(command.z) > 80_000:
             return MavResult.DENIED
         if (command.x == 0 and command.y == 0) or (frame != 0 and int(command.z * 100.0) == 0):
             # Location::sanitize replaces these by the present position or altitude, and a changed location is denied.
@@ -283,13 +296,20 @@ class CommandHandler:
         return self._vehicle.autopilot.change_speed(_whole(command.p1), command.p2, command.p3)
 
     def _change_altitude(self, _peer: Peer, command: Command) -> int:
-        frame = _FRAMES.get(_whole(command.p2))
+        frame = self._frame(_whole(command.p2))
         if frame is None or not math.isfinite(command.p1):
             return MavResult.DENIED
         return self._vehicle.autopilot.change_altitude(command.p1, frame)
 
     def _go_around(self, _peer: Peer, command: Command) -> int:
         return self._vehicle.autopilot.abort_landing(command.p1 if math.isfinite(command.p1) else 0.0)
+
+    def _frame(self, number: int) -> int | None:
+        """A frame with an altitude, its integer variant folded; other frames are announced."""
+        frame = _FRAMES.get(number)
+        if frame is None:
+            self._vehicle.say(Severity.INFO, f"Unknown mavlink coordinate frame {number}")
+        return frame
 
     def _guided(self) -> bool:
         return self._vehicle.autopilot.snapshot().mode is Mode.GUIDED
@@ -302,13 +322,16 @@ class CommandHandler:
             return MavResult.DENIED
         if not params.get("AIRSPEED_MIN") <= command.p2 <= params.get("AIRSPEED_MAX"):
             return MavResult.FAILED
-        return self._vehicle.autopilot.change_speed(0, command.p2, -1.0)
+        accel_m_s2 = abs(command.p3) if math.isfinite(command.p3) else 0.0
+        return self._vehicle.autopilot.change_guided_speed(command.p2, accel_m_s2)
 
     def _guided_altitude(self, _peer: Peer, command: Command) -> int:
         if not self._guided():
             return MavResult.FAILED
-        frame = _FRAMES.get(command.frame)
-        if frame is None or not math.isfinite(command.z) or command.z in (-1.0, 0.0):
+        if command.z in (-1.0, 0.0):
+            return MavResult.DENIED
+        frame = self._frame(command.frame)
+        if frame is None or not math.isfinite(command.z):
             return MavResult.DENIED
         rate_m_s = abs(command.p3) if math.isfinite(command.p3) else 0.0
         return self._vehicle.autopilot.change_guided_altitude(command.z, frame, rate_m_s)
@@ -347,14 +370,17 @@ class CommandHandler:
             return self._vehicle.autopilot.set_home(None, None, None)
         if command.p1 != 0:
             return MavResult.FAILED
-        frame = _FRAMES.get(command.frame)
-        if frame is None or abs(command.x) > 900_000_000 or abs(command.y) > 1_800_000_000:
+        frame = self._frame(command.frame)
+        if frame is None or not math.isfinite(command.z) or abs(command.z) > 80_000:
             return MavResult.DENIED
-        if not math.isfinite(command.z) or abs(command.z) > 80_000:
-            return MavResult.DENIED
+        if abs(command.x) > 900_000_000 or abs(command.y) > 1_800_000_000:
+            return MavResult.FAILED
         now = self._vehicle.autopilot.snapshot()
-        base_m = {0: 0.0, 3: now.home_alt_amsl_m, 10: now.alt_amsl_m - now.alt_agl_m}[frame]
-        return self._vehicle.autopilot.set_home(command.x * 1e-7, command.y * 1e-7, base_m + command.z)
+        lat_deg, lon_deg = command.x * 1e-7, command.y * 1e-7
+        base_m = {0: 0.0, 3: now.home_alt_amsl_m, 10: self._vehicle.terrain.height_m(lat_deg, lon_deg)}[frame]
+        if base_m is None:
+            return MavResult.FAILED
+        return self._vehicle.autopilot.set_home(lat_deg, lon_deg, base_m + command.z)
 
     def _get_home(self, peer: Peer, _command: Command) -> int:
         if not self._vehicle.home_set:

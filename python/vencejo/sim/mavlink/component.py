@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import heapq
 import itertools
-import math
 import time
 from collections.abc import Callable
 from dataclasses import replace
@@ -22,7 +21,6 @@ from vencejo.sim.autopilot.interface import (
     MissionState,
     Mode,
     ModeChanged,
-    RepositionTarget,
     Severity,
     SimConfig,
     Snapshot,
@@ -33,15 +31,18 @@ from vencejo.sim.mavlink.codec import MavMessage, Payload, dialect, payload_of
 from vencejo.sim.mavlink.commands import CommandHandler
 from vencejo.sim.mavlink.files import VirtualFiles
 from vencejo.sim.mavlink.ftp import FtpServer
+from vencejo.sim.mavlink.guided import GuidedMessages
 from vencejo.sim.mavlink.link import Link, Peer, Source
-from vencejo.sim.mavlink.mission import PlanKind, PlanProtocol, item_from_message
+from vencejo.sim.mavlink.mission import PlanKind, PlanProtocol
 from vencejo.sim.mavlink.parameters import ParameterProtocol
 from vencejo.sim.mavlink.signing import Signing
 from vencejo.sim.mavlink.statistics import Statistics
+from vencejo.sim.mavlink.sticks import StickMessages
 from vencejo.sim.mavlink.streams import GROUP_PARAMS, GROUPS, StreamSchedule
 from vencejo.sim.mavlink.telemetry import BANNER, TelemetryContext, build
+from vencejo.sim.mavlink.terrain import TerrainMessages
 from vencejo.sim.params import Parameter, ParamStore
-from vencejo.sim.plan_store import MissionResult, PlanStore, normalise, stored_item
+from vencejo.sim.plan_store import MissionResult, PlanStore
 from vencejo.sim.prearm import PrearmChecks
 from vencejo.sim.terrain import Terrain
 
@@ -58,13 +59,14 @@ _OFF_TICKS = 200
 _HEARTBEAT_US = 1_000_000
 _TIMESYNC_US = 10_000_000
 _PREARM_TEXT_S = 30.0
+_PREARM_SOON_S = 4.0
+_OF_THE_VEHICLE = ("mode not armable", "In landing sequence")
+"""Pre-arm checks that AP_Arming_Plane adds to those of AP_Arming."""
 _STORAGE_READY_S = 1.0
 """Until then no mission is accepted ("Only 0 items are supported")."""
 _TERRAIN_REQUEST = 133
-_IGNORED_CHANNEL = 65535
-_IGNORED_AXIS = 32767
 
-_FENCE_KIND = PlanKind(1, "Fence", (Severity.DEBUG, "Fence Indexed OK"))
+_FENCE_KIND = PlanKind(1, "Fence", (Severity.DEBUG, "Fence Indexed OK"), says_when_cleared=True)
 _MISSION_KIND = PlanKind(0, "Mission", (Severity.INFO, "Flight plan received"))
 _RALLY_KIND = PlanKind(2, "Rally", None)
 
@@ -125,13 +127,12 @@ class PlaneComponent:
         self.gcs_seen_s: float | None = None
         """Time of the last heartbeat of the ground station; its failsafe is inactive before the first."""
         self._gcs_lost = False
-        self._overrides: dict[int, float] = {}
         self._announced: dict[str, float] = {}
         self._announced_revisions: tuple[int, ...] = ()
         self._start_clocks()
 
         self._parameters = ParameterProtocol(
-            self.params, reply=self.reply, announce=self._broadcast, changed=self._parameter_changed
+            self.params, reply=self.reply, announce=self._broadcast, changed=self._parameter_changed, say=self.say
         )
         self._statistics = Statistics(self.params, lambda parameter: self._broadcast(self._parameters.value(parameter)))
         plans = {
@@ -158,6 +159,9 @@ class PlaneComponent:
         )
         self._ftp = FtpServer(files, reply=self.reply, banner=self.send_banner, say=self.say, now_s=self._now_s)
         self._commands = CommandHandler(self)
+        self._guided = GuidedMessages(self)
+        self._sticks = StickMessages(self)
+        self._terrain_messages = TerrainMessages(self)
         self.signing = Signing(config.system_id, self.say)
         self._handlers: dict[str, Callable[[Peer, MavMessage], None]] = {
             "HEARTBEAT": self._on_heartbeat,
@@ -183,11 +187,13 @@ class PlaneComponent:
             "MISSION_CLEAR_ALL": lambda p, m: self._plan(p, m, lambda plan: plan.on_clear(p)),
             "MISSION_SET_CURRENT": self._on_mission_set_current,
             "SETUP_SIGNING": lambda _, m: self.signing.set_up(m, armed=self.snapshot().armed),
-            "RC_CHANNELS_OVERRIDE": self._on_rc_channels_override,
-            "MANUAL_CONTROL": self._on_manual_control,
-            "TERRAIN_DATA": self._on_terrain_data,
-            "TERRAIN_CHECK": self._on_terrain_check,
-            "SET_POSITION_TARGET_GLOBAL_INT": self._on_set_position_target,
+            "RC_CHANNELS_OVERRIDE": self._sticks.on_rc_channels_override,
+            "MANUAL_CONTROL": self._sticks.on_manual_control,
+            "TERRAIN_DATA": self._terrain_messages.on_data,
+            "TERRAIN_CHECK": self._terrain_messages.on_check,
+            "SET_POSITION_TARGET_GLOBAL_INT": self._guided.on_position_target_global,
+            "SET_POSITION_TARGET_LOCAL_NED": self._guided.on_position_target_local,
+            "SET_ATTITUDE_TARGET": self._guided.on_attitude_target,
         }
         if hasattr(self.autopilot, "on_fence_enable"):
             self.autopilot.on_fence_enable = self._mission_fence_enable
@@ -212,7 +218,8 @@ class PlaneComponent:
         self._mode_sent: Mode | None = None
         self._timesync_due_us = _TIMESYNC_US
         self._prearm_ok = False
-        self._prearm_text_due_s = _PREARM_TEXT_S
+        self._prearm_text_s = 0.0
+        self._prearm_failed, self._prearm_fell = True, False
 
     # used by the protocols
 
@@ -374,14 +381,26 @@ class PlaneComponent:
             self.autopilot.fence_breached(None)
         self._check_gcs(now)
         self._statistics.update(now)
-        self._look_at_terrain(now)
-        self._expire_overrides(now.time_s)
-        self._prearm_ok = now.armed or not self._prearm()
-        if not now.armed and not self._prearm_ok and now.time_s >= self._prearm_text_due_s:
-            self._prearm_text_due_s = now.time_s + _PREARM_TEXT_S
-            for reason in self._prearm():
-                self.say(Severity.CRITICAL, f"PreArm: {reason}")
+        self._terrain_messages.look(now)
+        self._sticks.expire(now.time_s)
+        self._check_prearm(now)
         self._drain_events()
+
+    def _check_prearm(self, now: Snapshot) -> None:
+        """Tell the failing checks every half minute, and after 4 s when one began to fail (AP_Arming::update).
+
+        Those of the mode and of the landing sequence come with the next half minute only.
+        """
+        reasons = [] if now.armed else self._prearm()
+        self._prearm_ok = not reasons
+        fails = any(not reason.endswith(_OF_THE_VEHICLE) for reason in reasons)
+        self._prearm_fell = fails and (self._prearm_fell or not self._prearm_failed)
+        self._prearm_failed = fails
+        since_s = now.time_s - self._prearm_text_s
+        if since_s >= _PREARM_TEXT_S or (self._prearm_fell and since_s > _PREARM_SOON_S):
+            self._prearm_text_s, self._prearm_fell = now.time_s, False
+            for reason in reasons:
+                self.say(Severity.CRITICAL, f"PreArm: {reason}")
 
     def _check_gcs(self, now: Snapshot) -> None:
         """FS_GCS_ENABL: 1 and 2 in all modes, 3 in AUTO; active from the first heartbeat of the ground station on."""
@@ -419,7 +438,7 @@ class PlaneComponent:
         for link, schedule in self._links.items():
             for message_id in schedule.due(now_us):
                 if message_id == _TERRAIN_REQUEST:
-                    self._ask_for_terrain(link)
+                    self._terrain_messages.ask(link)
                     continue
                 if message_id not in packed:
                     if context is None:
@@ -441,44 +460,8 @@ class PlaneComponent:
             prearm_ok=self._prearm_ok,
             home_set=self.home_set,
             system_id=self.source.system,
-            terrain=self._terrain_report,
+            terrain=self._terrain_messages.report,
         )
-
-    # terrain
-
-    def _look_at_terrain(self, now: Snapshot) -> None:
-        if now.gps_fix_type < 3:
-            return
-        home = (now.home_lat_deg, now.home_lon_deg) if self.home_set else None
-        self.terrain.update((now.lat_deg, now.lon_deg), home, self.plans.mission, self.plans.mission_revision)
-
-    def _terrain_report(self, lat_deg: float, lon_deg: float) -> MavMessage:
-        """TERRAIN_REPORT: terrain at a position, and the height of the plane above the terrain below it."""
-        now = self.snapshot()
-        here_m = self.terrain.below_m(now.lat_deg, now.lon_deg)
-        is_here = (lat_deg, lon_deg) == (now.lat_deg, now.lon_deg)
-        ground_m = here_m if is_here else self.terrain.height_m(lat_deg, lon_deg)
-        pending, loaded = self.terrain.statistics()
-        return dialect.MAVLink_terrain_report_message(
-            round(lat_deg * 1e7),
-            round(lon_deg * 1e7),
-            self.terrain.spacing_at(lat_deg, lon_deg),
-            ground_m or 0.0,
-            now.alt_amsl_m - (here_m or 0.0),
-            pending,
-            loaded,
-        )
-
-    def _ask_for_terrain(self, link: Link) -> None:
-        asked = self.terrain.request(link, self.autopilot.time_s)
-        if asked is not None:
-            link.send(dialect.MAVLink_terrain_request_message(*asked), self.source)
-
-    def _on_terrain_data(self, _peer: Peer, message: MavMessage) -> None:
-        self.terrain.take(message.lat, message.lon, message.grid_spacing, message.gridbit, list(message.data))
-
-    def _on_terrain_check(self, peer: Peer, message: MavMessage) -> None:
-        self.reply(peer, self._terrain_report(message.lat * 1e-7, message.lon * 1e-7))
 
     def _restart(self) -> None:
         self._unix_us_at_boot += self.now_us() + round(_OFF_TICKS * DT_S * 1e6)
@@ -491,7 +474,7 @@ class PlaneComponent:
         for plan in self._plan_protocols.values():
             plan.reset()
         self._later.clear()
-        self._overrides.clear()
+        self._sticks.restart()
         self.gcs_seen_s = None
         self._gcs_lost = False
         self._start_clocks()
@@ -569,6 +552,9 @@ class PlaneComponent:
         revisions = (plans.mission_store.revision, plans.fence_store.revision, plans.rally_store.revision)
         if revisions == self._announced_revisions:
             return
+        if self._announced_revisions and self._announced_revisions[1] != revisions[1]:
+            # The loader writes FENCE_TOTAL each time.
+            self._announced.pop("FENCE_TOTAL", None)
         self._announced_revisions = revisions
         totals = (
             ("MIS_TOTAL", len(plans.mission_store)),
@@ -578,7 +564,7 @@ class PlaneComponent:
         for name, total in totals:
             if self._announced.get(name) != total:
                 self._announced[name] = total
-                if self.params.get(name) != total:
+                if self.params.get(name) != total or name == "FENCE_TOTAL":
                     self._broadcast(self._parameters.value(self.params.set(name, total)))
 
     # messages
@@ -600,28 +586,9 @@ class PlaneComponent:
 
     def _on_mission_item(self, peer: Peer, message: MavMessage) -> None:
         if message.mission_type == 0 and message.current in (2, 3):
-            self._guided_item(peer, message)
+            self._guided.on_item(peer, message)
         else:
             self._plan(peer, message, lambda plan: plan.on_item(peer, message))
-
-    def _guided_item(self, peer: Peer, message: MavMessage) -> None:
-        """The legacy guided commands: a mission item with ``current`` 2 (a point) or 3 (an altitude)."""
-        item = item_from_message(message)
-        stored = item if isinstance(item, MissionResult) else normalise(item)
-        if isinstance(stored, MissionResult):
-            result = stored
-        else:
-            point = stored_item(stored)
-            if message.current == 3:
-                self.autopilot.change_altitude(point.alt_m, point.frame)
-                result = MissionResult.ACCEPTED
-            else:
-                target = RepositionTarget(
-                    point.lat_deg, point.lon_deg, point.alt_m, frame=point.frame, change_mode=False
-                )
-                accepted = self.autopilot.reposition(target) == 0
-                result = MissionResult.ACCEPTED if accepted else MissionResult.ERROR
-        self.reply(peer, dialect.MAVLink_mission_ack_message(peer.system, peer.component, int(result), 0))
 
     def _on_mission_set_current(self, peer: Peer, message: MavMessage) -> None:
         """Make an item the current one. The answer has the requested number, even that of home or a DO command."""
@@ -630,13 +597,13 @@ class PlaneComponent:
             if answer is not None:
                 self.reply(peer, answer)
 
-    def _is_station(self, system: int) -> bool:
+    def is_station(self, system: int) -> bool:
         """Whether a system is the ground station of this plane: MAV_GCS_SYSID to MAV_GCS_SYSID_HI."""
         first, last = self.params.integer("MAV_GCS_SYSID"), self.params.integer("MAV_GCS_SYSID_HI")
         return first <= system <= max(first, last)
 
     def _on_heartbeat(self, peer: Peer, _message: MavMessage) -> None:
-        if self._is_station(peer.system):
+        if self.is_station(peer.system):
             self.gcs_seen_s = self.autopilot.time_s
 
     def _on_set_mode(self, _peer: Peer, message: MavMessage) -> None:
@@ -667,65 +634,6 @@ class PlaneComponent:
     def _on_ping(self, peer: Peer, message: MavMessage) -> None:
         if message.target_system == 0 and message.target_component == 0:
             self.reply(peer, dialect.MAVLink_ping_message(message.time_usec, message.seq, peer.system, peer.component))
-
-    def _on_rc_channels_override(self, peer: Peer, message: MavMessage) -> None:
-        if not self._is_station(peer.system):
-            return
-        channels: dict[int, int | None] = {}
-        for number in range(1, 17):
-            value = getattr(message, f"chan{number}_raw")
-            if value == _IGNORED_CHANNEL or (number > 8 and value == 0):
-                continue
-            channels[number] = None if value in (0, _IGNORED_CHANNEL - 1) else value
-        self._override(channels)
-
-    def _on_manual_control(self, peer: Peer, message: MavMessage) -> None:
-        if not self._is_station(peer.system):
-            return
-        channels: dict[int, int | None] = {}
-        for axis, raw, low, reverse in (
-            ("ROLL", message.y, -1000, False),
-            ("PITCH", message.x, -1000, True),
-            ("THROTTLE", message.z, 0, False),
-            ("YAW", message.r, -1000, False),
-        ):
-            if raw == _IGNORED_AXIS or not low <= raw <= 1000:
-                continue
-            number = self.params.integer(f"RCMAP_{axis}")
-            least, most = self.params.get(f"RC{number}_MIN"), self.params.get(f"RC{number}_MAX")
-            share = (raw - low) / (1000 - low)
-            channels[number] = round(least + (most - least) * (1 - share if reverse else share))
-        self._override(channels)
-
-    def _override(self, channels: dict[int, int | None]) -> None:
-        self.gcs_seen_s = self.autopilot.time_s
-        for number, value in channels.items():
-            if value is None:
-                self._overrides.pop(number, None)
-            else:
-                self._overrides[number] = self.autopilot.time_s
-        self.autopilot.rc_input(channels)
-
-    def _expire_overrides(self, now_s: float) -> None:
-        keep_s = self.params.get("RC_OVERRIDE_TIME")
-        if keep_s < 0:
-            return
-        expired = [number for number, set_s in self._overrides.items() if now_s - set_s > keep_s]
-        if expired:
-            for number in expired:
-                del self._overrides[number]
-            self.autopilot.rc_input(dict.fromkeys(expired))
-
-    def _on_set_position_target(self, _peer: Peer, message: MavMessage) -> None:
-        """SET_POSITION_TARGET_GLOBAL_INT: ArduPlane uses its altitude, in GUIDED."""
-        frames = {0: 0, 5: 0, 3: 3, 6: 3, 10: 10, 11: 10}
-        if self.snapshot().mode is not Mode.GUIDED or message.type_mask & 4 or not math.isfinite(message.alt):
-            return
-        frame = frames.get(message.coordinate_frame)
-        if frame is None:
-            self.say(Severity.WARNING, "Invalid coord frame in SET_POSTION_TARGET_GLOBAL_INT")
-            return
-        self.autopilot.change_altitude(message.alt, frame)
 
     def _parameter_uploaded(self, parameter: Parameter) -> None:
         self._broadcast(self._parameters.value(parameter))

@@ -63,6 +63,8 @@ class PlanKind:
     """As in "Mission upload timeout"."""
     received: tuple[Severity, str] | None
     """Text sent when an upload is complete."""
+    says_when_cleared: bool = False
+    """Whether it is sent after MISSION_CLEAR_ALL too."""
 
 
 def item_from_message(message: MavMessage) -> WireItem | MissionResult:
@@ -272,7 +274,10 @@ class PlanProtocol:
             return
         if not self._cancel(peer):
             return
-        self._ack(peer, MissionResult.ACCEPTED if self._store.clear() else MissionResult.ERROR)
+        is_clear = self._store.clear()
+        self._ack(peer, MissionResult.ACCEPTED if is_clear else MissionResult.ERROR)
+        if is_clear and self.kind.says_when_cleared and self.kind.received is not None:
+            self._say(*self.kind.received)
 
     def tick(self) -> None:
         """Repeat a request, or time out."""

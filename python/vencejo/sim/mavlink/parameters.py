@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import math
+import re
 from collections import deque
 from collections.abc import Callable
 
+from vencejo.sim.autopilot.interface import Severity
 from vencejo.sim.mavlink.codec import MavMessage, dialect
 from vencejo.sim.mavlink.link import Link, Peer
 from vencejo.sim.params import Parameter, ParamStore, ParamValueError
@@ -18,6 +21,9 @@ _QUEUE_ROOM = 512
 _UNSPECIFIED = 65535
 _DOES_NOT_EXIST = 1
 _VALUE_OUT_OF_RANGE = 2
+_PERMISSION_DENIED = 3
+_INTERNAL = re.compile(r"MIS_TOTAL|\w+_DEVID|BARO\d_GND_PRESS")
+"""Parameters that a station may not set (AP_PARAM_FLAG_INTERNAL_USE_ONLY)."""
 
 
 class ParameterProtocol:
@@ -32,6 +38,8 @@ class ParameterProtocol:
         Sends a message to every link.
     changed : callable
         Receives each parameter that a station changed.
+    say : callable
+        Sends a text to every link.
     """
 
     def __init__(
@@ -41,11 +49,13 @@ class ParameterProtocol:
         reply: Callable[[Peer, MavMessage], None],
         announce: Callable[[MavMessage], None],
         changed: Callable[[Parameter], None],
+        say: Callable[[Severity, str], None],
     ) -> None:
         self._params = params
         self._reply = reply
         self._announce = announce
         self._changed = changed
+        self._say = say
         self._lists: deque[tuple[Peer, int]] = deque(maxlen=16)
         """Lists in progress: peer and next index. One per link; the oldest is dropped when there are too many."""
 
@@ -82,6 +92,11 @@ class ParameterProtocol:
         before = self._params.find(name)
         if before is None:
             self._error(peer, name, -1, _DOES_NOT_EXIST)
+            return
+        if math.isfinite(message.param_value) and _INTERNAL.fullmatch(name):
+            self._say(Severity.WARNING, f"Param write denied ({name})")
+            self._error(peer, name, -1, _PERMISSION_DENIED)
+            self._announce(self.value(before))
             return
         try:
             after = self._params.set(name, float(message.param_value))

@@ -120,6 +120,9 @@ def _us(s: Snapshot) -> int:
     return round(s.time_s * 1e6)
 
 
+_BY_STICK = (Mode.STABILIZE, Mode.TRAINING, Mode.ACRO, Mode.FBWA, Mode.AUTOTUNE, Mode.FBWB, Mode.CRUISE)
+
+
 def base_mode(s: Snapshot, *, stick_mixing: bool) -> int:
     """HEARTBEAT.base_mode: bits of MAV_MODE_FLAG."""
     bits = 1  # custom mode
@@ -129,7 +132,7 @@ def base_mode(s: Snapshot, *, stick_mixing: bool) -> int:
         bits |= 64
     else:
         bits |= 16
-        if s.mode not in (Mode.STABILIZE, Mode.FBWA, Mode.FBWB, Mode.CRUISE):
+        if s.mode not in _BY_STICK:
             bits |= 8
     if s.mode is Mode.MANUAL:
         bits |= 16  # as recorded
@@ -330,9 +333,6 @@ def _mission_current(s: Snapshot, _c: TelemetryContext) -> MavMessage:
     return dialect.MAVLink_mission_current_message(
         _u16(s.mission_current), _u16(s.mission_total), int(s.mission_state), 1 if s.mode is Mode.AUTO else 0
     )
-
-
-_NAVIGATING = (Mode.CIRCLE, Mode.CRUISE, Mode.AUTO, Mode.RTL, Mode.LOITER, Mode.TAKEOFF, Mode.GUIDED)
 
 
 def _nav_controller_output(s: Snapshot, _c: TelemetryContext) -> MavMessage | None:
