@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import struct
 import zlib
 from typing import NamedTuple
@@ -175,7 +176,9 @@ def test_a_damaged_file_changes_nothing(client: Client, damage: object) -> None:
     client.ask(FtpOp.TERMINATE_SESSION)
     revision = client.world.planes[0].plans.mission_revision
     write_mission(client, damage(MISSION_FILE))
-    assert client.ask(FtpOp.TERMINATE_SESSION).opcode == FtpOp.ACK  # not reported, as on ArduPlane
+    ended = client.ask(FtpOp.TERMINATE_SESSION)
+    # AP_Filesystem_Mission::close: EINVAL.
+    assert (ended.opcode, ended.data[:2]) == (FtpOp.NAK, bytes((FtpError.FAIL_ERRNO, errno.EINVAL)))
     assert client.world.planes[0].plans.mission_revision == revision
 
 

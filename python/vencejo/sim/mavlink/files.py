@@ -80,7 +80,7 @@ class WriteHandle:
         self._data[offset:end] = data
 
     def close(self) -> bool:
-        """Apply the file; False when it is malformed (which ArduPlane does not report either)."""
+        """Apply the file; False when it is malformed."""
         return self._commit(bytes(self._data))
 
 
@@ -209,7 +209,7 @@ class VirtualFiles:
         try:
             values = self._params.unpack(data)
         except ValueError:
-            return False
+            return True  # which ArduPlane does not report
         for name, value in values:
             before = self._params.find(name)
             if before is None:

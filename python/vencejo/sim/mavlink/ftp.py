@@ -178,7 +178,9 @@ class FtpServer:
         match request.opcode:
             case FtpOp.NONE:
                 return reply
-            case FtpOp.TERMINATE_SESSION | FtpOp.RESET_SESSIONS:
+            case FtpOp.TERMINATE_SESSION:
+                return reply if self._close() else self._nak_errno(reply, errno.EINVAL)
+            case FtpOp.RESET_SESSIONS:
                 self._close()
                 return reply
             case FtpOp.LIST_DIRECTORY:
@@ -269,10 +271,10 @@ class FtpServer:
         crc = zlib.crc32(data, 0xFFFFFFFF) ^ 0xFFFFFFFF
         return replace(reply, data=struct.pack("<I", crc))
 
-    def _close(self) -> None:
+    def _close(self) -> bool:
+        """Close the file; False when it was written and is malformed."""
         handle, self._handle, self._session = self._handle, None, None
-        if isinstance(handle, WriteHandle):
-            handle.close()
+        return handle.close() if isinstance(handle, WriteHandle) else True
 
     @staticmethod
     def _nak_errno(reply: _Reply, number: int) -> _Reply:
