@@ -110,7 +110,7 @@ class Plane:
 
     def has_heard_a_station(self) -> bool:
         """Return whether a ground station's heartbeat was heard, which enables the GCS failsafe."""
-        return self._call(lambda world: world.planes[0].gcs_seen_s is not None)
+        return self._call(lambda world: world.planes[0].station.seen_s is not None)
 
     def fly(self, seconds: float) -> None:
         """Advance simulated time, for tests that sample at intervals, however long each sample takes."""

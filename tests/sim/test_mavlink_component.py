@@ -147,6 +147,31 @@ def test_internal_parameters_are_not_set() -> None:
     assert told == [("PARAM_ERROR", 3), ("PARAM_VALUE", 1.0), ("STATUSTEXT", "Param write denied (MIS_TOTAL)")]
 
 
+def send_fence(world: World, station: MemoryLink, *items: tuple[int, float, int, int]) -> int:
+    """Upload fence items (command, parameter 1, x, y); returns the number read back half a second later."""
+    station.send(dialect.MAVLink_mission_count_message(1, 1, len(items), 1))
+    for seq, (command, p1, x, y) in enumerate(items):
+        station.send(dialect.MAVLink_mission_item_int_message(1, 1, seq, 3, command, 0, 1, p1, 0, 0, 0, x, y, 0, 1))
+    acks = [m for m in listen(world, station, 0.5) if m.get_type() == "MISSION_ACK"]
+    assert [ack.type for ack in acks] == [0]
+    station.send(dialect.MAVLink_mission_request_list_message(1, 1, 1))
+    return next(m.count for m in listen(world, station, 0.05) if m.get_type() == "MISSION_COUNT")
+
+
+def test_a_circle_that_replaces_a_polygon_is_accepted_and_erased() -> None:
+    """AC_PolyFence_loader::update; seen in ArduPlane 4.8-dev: the same upload once more stays."""
+    world, station = settled_world()
+    square = [(5001, 4.0, 403300000 + n, -37950000 + e) for n, e in ((0, 0), (60000, 0), (60000, 60000), (0, 60000))]
+    circle = (5003, 500.0, 403332000, -37978000)
+    assert send_fence(world, station, *square) == 4
+    assert send_fence(world, station, circle) == 0
+    assert send_fence(world, station, circle) == 1
+    assert send_fence(world, station, *square, circle) == 5
+    station.send(dialect.MAVLink_param_set_message(1, 1, b"FENCE_TOTAL", 0.0, 2))
+    listen(world, station, 0.2)
+    assert not world.planes[0].plans.fence_store.shapes
+
+
 def test_a_cleared_fence_is_indexed_too() -> None:
     world, station = settled_world()
     station.send(dialect.MAVLink_mission_clear_all_message(1, 1, 1))
@@ -570,7 +595,7 @@ def test_plan_of_another_station_is_not_mixed_in() -> None:
     two.send(dialect.MAVLink_mission_item_int_message(1, 1, 0, 0, 16, 0, 1, 0, 0, 0, 0, 1, 1, 0, 0))
     two.send(dialect.MAVLink_mission_request_list_message(1, 1, 0))
     assert [m.type for m in two.receive() if m.get_type() == "MISSION_ACK"] == [14, 14, 14]
-    assert world.planes[0]._plan_protocols[0].receiving
+    assert world.planes[0]._plans._protocols[0].receiving
 
 
 def test_a_hundred_thousand_frames_of_noise_change_nothing() -> None:

@@ -81,7 +81,7 @@ def test_at_rest_the_fields_are_those_of_the_recording() -> None:
         "AIRSPEED": ("id", "temperature", "flags"),
     }  # fmt: skip
     world, _ = settled_world()
-    now, context = double(world).snapshot(), world.planes[0]._context()
+    now, context = double(world).snapshot(), world.planes[0].context()
     ids = {message.get_type(): message.get_msgId() for message in last.values()}
     for kind, fields in same.items():
         built = build(ids[kind], now, context)

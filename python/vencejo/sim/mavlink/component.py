@@ -6,7 +6,6 @@ import heapq
 import itertools
 import time
 from collections.abc import Callable
-from dataclasses import replace
 
 from vencejo.sim.autopilot.interface import (
     DT_S,
@@ -16,9 +15,7 @@ from vencejo.sim.autopilot.interface import (
     Event,
     HomeChanged,
     LandedState,
-    MavResult,
     MissionItemReached,
-    MissionState,
     Mode,
     ModeChanged,
     Severity,
@@ -33,17 +30,18 @@ from vencejo.sim.mavlink.files import VirtualFiles
 from vencejo.sim.mavlink.ftp import FtpServer
 from vencejo.sim.mavlink.guided import GuidedMessages
 from vencejo.sim.mavlink.link import Link, Peer, Source
-from vencejo.sim.mavlink.mission import PlanKind, PlanProtocol
 from vencejo.sim.mavlink.parameters import ParameterProtocol
+from vencejo.sim.mavlink.plans import PlanMessages
 from vencejo.sim.mavlink.signing import Signing
+from vencejo.sim.mavlink.station import StationWatch
 from vencejo.sim.mavlink.statistics import Statistics
 from vencejo.sim.mavlink.sticks import StickMessages
 from vencejo.sim.mavlink.streams import GROUP_PARAMS, GROUPS, StreamSchedule
 from vencejo.sim.mavlink.telemetry import BANNER, TelemetryContext, build
 from vencejo.sim.mavlink.terrain import TerrainMessages
 from vencejo.sim.params import Parameter, ParamStore
-from vencejo.sim.plan_store import MissionResult, PlanStore
-from vencejo.sim.prearm import PrearmChecks
+from vencejo.sim.plan_store import PlanStore
+from vencejo.sim.prearm import PrearmChecks, PrearmTexts
 from vencejo.sim.terrain import Terrain
 
 __all__ = ["AutopilotFactory", "PlaneComponent"]
@@ -58,17 +56,7 @@ _OFF_TICKS = 200
 """Silence of a reboot, in ticks: 2 s, as of an autopilot's boot loader and start."""
 _HEARTBEAT_US = 1_000_000
 _TIMESYNC_US = 10_000_000
-_PREARM_TEXT_S = 30.0
-_PREARM_SOON_S = 4.0
-_OF_THE_VEHICLE = ("mode not armable", "In landing sequence")
-"""Pre-arm checks that AP_Arming_Plane adds to those of AP_Arming."""
-_STORAGE_READY_S = 1.0
-"""Until then no mission is accepted ("Only 0 items are supported")."""
 _TERRAIN_REQUEST = 133
-
-_FENCE_KIND = PlanKind(1, "Fence", (Severity.DEBUG, "Fence Indexed OK"), says_when_cleared=True)
-_MISSION_KIND = PlanKind(0, "Mission", (Severity.INFO, "Flight plan received"))
-_RALLY_KIND = PlanKind(2, "Rally", None)
 
 
 def _default_autopilot(
@@ -110,7 +98,6 @@ class PlaneComponent:
         self.fence = FenceMonitor(self.params, self.plans.fence_store)
         self._snapshot: Snapshot | None = None
         self.autopilot = (autopilot or _default_autopilot)(config, self.params, self.plans, lambda: self._prearm())
-        self.plans.mission_store.may_clear = self._mission_may_go
         self.terrain = Terrain(self.params)
         if hasattr(self.autopilot, "ground"):
             self.autopilot.ground = self.terrain
@@ -124,47 +111,23 @@ class PlaneComponent:
         """Ticks until a reboot is complete; 0 when the plane is on."""
         self._held_texts: list[tuple[Severity, str]] | None = None
         self._text_id = 0
-        self.gcs_seen_s: float | None = None
-        """Time of the last heartbeat of the ground station; its failsafe is inactive before the first."""
-        self._gcs_lost = False
-        self._announced: dict[str, float] = {}
-        self._announced_revisions: tuple[int, ...] = ()
+        self.station = StationWatch(self.params, self.autopilot)
         self._start_clocks()
 
         self._parameters = ParameterProtocol(
-            self.params, reply=self.reply, announce=self._broadcast, changed=self._parameter_changed, say=self.say
+            self.params, reply=self.reply, announce=self.broadcast, changed=self._parameter_changed, say=self.say
         )
-        self._statistics = Statistics(self.params, lambda parameter: self._broadcast(self._parameters.value(parameter)))
-        plans = {
-            0: (_MISSION_KIND, self.plans.mission_store),
-            1: (_FENCE_KIND, self.plans.fence_store),
-            2: (_RALLY_KIND, self.plans.rally_store),
-        }
-        self._plan_protocols = {
-            number: PlanProtocol(
-                kind,
-                store,  # type: ignore[arg-type]
-                reply=self.reply,
-                say=self.say,
-                now_s=self._now_s,
-                capacity=self._mission_capacity if number == 0 else None,
-            )
-            for number, (kind, store) in plans.items()
-        }
-        files = VirtualFiles(
-            self.params,
-            {f"{name}.dat": plans[number] for number, name in enumerate(("mission", "fence", "rally"))},  # type: ignore[misc]
-            say=self.say,
-            param_set=self._parameter_uploaded,
-        )
+        self._statistics = Statistics(self.params, lambda parameter: self.broadcast(self._parameters.value(parameter)))
+        self._guided = GuidedMessages(self)
+        self._plans = PlanMessages(self, self._guided, self._parameters.value)
+        files = VirtualFiles(self.params, self._plans.by_file, say=self.say, param_set=self._parameter_uploaded)
         self._ftp = FtpServer(files, reply=self.reply, banner=self.send_banner, say=self.say, now_s=self._now_s)
         self._commands = CommandHandler(self)
-        self._guided = GuidedMessages(self)
         self._sticks = StickMessages(self)
         self._terrain_messages = TerrainMessages(self)
         self.signing = Signing(config.system_id, self.say)
         self._handlers: dict[str, Callable[[Peer, MavMessage], None]] = {
-            "HEARTBEAT": self._on_heartbeat,
+            "HEARTBEAT": self.station.on_heartbeat,
             "COMMAND_LONG": self._commands.on_command_long,
             "COMMAND_INT": self._commands.on_command_int,
             "SET_MODE": self._on_set_mode,
@@ -175,17 +138,7 @@ class PlaneComponent:
             "REQUEST_DATA_STREAM": self._on_request_data_stream,
             "TIMESYNC": self._on_timesync,
             "PING": self._on_ping,
-            "MISSION_COUNT": lambda p, m: self._plan(p, m, lambda plan: plan.on_count(p, m)),
-            "MISSION_WRITE_PARTIAL_LIST": lambda p, m: self._plan(p, m, lambda plan: plan.on_write_partial(p, m)),
-            "MISSION_ITEM": self._on_mission_item,
-            "MISSION_ITEM_INT": self._on_mission_item,
-            "MISSION_REQUEST_LIST": lambda p, m: self._plan(p, m, lambda plan: plan.on_request_list(p)),
-            "MISSION_REQUEST": lambda p, m: self._plan(p, m, lambda plan: plan.on_request(p, m.seq, as_float=True)),
-            "MISSION_REQUEST_INT": lambda p, m: self._plan(
-                p, m, lambda plan: plan.on_request(p, m.seq, as_float=False)
-            ),
-            "MISSION_CLEAR_ALL": lambda p, m: self._plan(p, m, lambda plan: plan.on_clear(p)),
-            "MISSION_SET_CURRENT": self._on_mission_set_current,
+            **self._plans.handlers,
             "SETUP_SIGNING": lambda _, m: self.signing.set_up(m, armed=self.snapshot().armed),
             "RC_CHANNELS_OVERRIDE": self._sticks.on_rc_channels_override,
             "MANUAL_CONTROL": self._sticks.on_manual_control,
@@ -217,9 +170,7 @@ class PlaneComponent:
         self._heartbeat_due_us = 0
         self._mode_sent: Mode | None = None
         self._timesync_due_us = _TIMESYNC_US
-        self._prearm_ok = False
-        self._prearm_text_s = 0.0
-        self._prearm_failed, self._prearm_fell = True, False
+        self._prearm_texts = PrearmTexts(self.say)
 
     # used by the protocols
 
@@ -242,11 +193,6 @@ class PlaneComponent:
     def now_us(self) -> int:
         """Simulated time since boot in microseconds."""
         return round(self.autopilot.time_s * 1e6)
-
-    def _mission_may_go(self) -> bool:
-        """Whether the mission may be removed: not while it is flown (AP_Mission::clear)."""
-        now = self.snapshot()
-        return not (now.armed and now.mission_state is MissionState.ACTIVE)
 
     def _now_s(self) -> float:
         return self.autopilot.time_s
@@ -274,11 +220,11 @@ class PlaneComponent:
             number = self._text_id
         for chunk, start in enumerate(range(0, max(1, len(data)), _TEXT_BYTES)):
             part = data[start : start + _TEXT_BYTES]
-            self._broadcast(dialect.MAVLink_statustext_message(int(severity), part, number, chunk))
+            self.broadcast(dialect.MAVLink_statustext_message(int(severity), part, number, chunk))
 
     def send_telemetry(self, peer: Peer, message_id: int) -> None:
         """Send one telemetry message now, if it is available."""
-        message = build(message_id, self.snapshot(), self._context())
+        message = build(message_id, self.snapshot(), self.context())
         if message is not None:
             self.reply(peer, message)
 
@@ -319,8 +265,7 @@ class PlaneComponent:
         self._parameters.forget(link)
         self.terrain.forget(link)
         # Its queued file requests are still served: the queue belongs to the server, as on the vehicle.
-        for plan in self._plan_protocols.values():
-            plan.forget(link)
+        self._plans.forget(link)
 
     def on_message(self, link: Link, message: MavMessage) -> None:
         """Handle a message from a station; those for other vehicles are ignored."""
@@ -365,13 +310,12 @@ class PlaneComponent:
             self._parameters.tick()
         if self._ticks % _SLOW_TICKS == 0:
             self._slow_tick()
-        self._announce_totals()
+        self._plans.announce_totals()
         if self._links:
             self._stream()
 
     def _slow_tick(self) -> None:
-        for plan in self._plan_protocols.values():
-            plan.tick()
+        self._plans.tick()
         now = self.snapshot()
         self.signing.tick(now.time_s)
         new, cleared = self.fence.check(now, landing=now.landed_state is LandedState.LANDING)
@@ -379,44 +323,12 @@ class PlaneComponent:
             self.autopilot.fence_breached(self.fence.kind(new), self.fence.return_point)
         elif cleared:
             self.autopilot.fence_breached(None)
-        self._check_gcs(now)
+        self.station.check(now)
         self._statistics.update(now)
         self._terrain_messages.look(now)
         self._sticks.expire(now.time_s)
-        self._check_prearm(now)
+        self._prearm_texts.tick(now, [] if now.armed else self._prearm())
         self._drain_events()
-
-    def _check_prearm(self, now: Snapshot) -> None:
-        """Tell the failing checks every half minute, and after 4 s when one began to fail (AP_Arming::update).
-
-        Those of the mode and of the landing sequence come with the next half minute only.
-        """
-        reasons = [] if now.armed else self._prearm()
-        self._prearm_ok = not reasons
-        fails = any(not reason.endswith(_OF_THE_VEHICLE) for reason in reasons)
-        self._prearm_fell = fails and (self._prearm_fell or not self._prearm_failed)
-        self._prearm_failed = fails
-        since_s = now.time_s - self._prearm_text_s
-        if since_s >= _PREARM_TEXT_S or (self._prearm_fell and since_s > _PREARM_SOON_S):
-            self._prearm_text_s, self._prearm_fell = now.time_s, False
-            for reason in reasons:
-                self.say(Severity.CRITICAL, f"PreArm: {reason}")
-
-    def _check_gcs(self, now: Snapshot) -> None:
-        """FS_GCS_ENABL: 1 and 2 in all modes, 3 in AUTO; active from the first heartbeat of the ground station on."""
-        if self.gcs_seen_s is None:
-            return
-        enabled = self.params.integer("FS_GCS_ENABL")
-        silent_s = now.time_s - self.gcs_seen_s
-        if not self._gcs_lost:
-            applies = enabled in (1, 2) or (enabled == 3 and now.mode is Mode.AUTO)
-            if applies and now.landed_state is not LandedState.LANDING:
-                self._gcs_lost = silent_s > self.params.get("FS_LONG_TIMEOUT")
-                if self._gcs_lost:
-                    self.autopilot.failsafe_gcs(True)
-        elif silent_s < self.params.get("FS_LONG_TIMEOUT"):
-            self._gcs_lost = False
-            self.autopilot.failsafe_gcs(False)
 
     def _stream(self) -> None:
         now_us = self.now_us()
@@ -427,12 +339,12 @@ class PlaneComponent:
         mode = self.autopilot.flight_mode
         if is_due or mode is not self._mode_sent:
             self._mode_sent = mode
-            self._broadcast(build(0, self.snapshot(), self._context()))
+            self.broadcast(build(0, self.snapshot(), self.context()))
         if mode is Mode.INITIALISING:
             return
         if now_us >= self._timesync_due_us:
             self._timesync_due_us += _TIMESYNC_US
-            self._broadcast(dialect.MAVLink_timesync_message(0, now_us * 1000 + self.system_id))
+            self.broadcast(dialect.MAVLink_timesync_message(0, now_us * 1000 + self.system_id))
         packed: dict[int, Payload | None] = {}
         context: TelemetryContext | None = None
         for link, schedule in self._links.items():
@@ -442,14 +354,15 @@ class PlaneComponent:
                     continue
                 if message_id not in packed:
                     if context is None:
-                        context = self._context()
+                        context = self.context()
                     message = build(message_id, self.snapshot(), context)
                     packed[message_id] = None if message is None else payload_of(message)
                 payload = packed[message_id]
                 if payload is not None:
                     link.stream(payload, self.source)
 
-    def _context(self) -> TelemetryContext:
+    def context(self) -> TelemetryContext:
+        """Telemetry data that is not in the snapshot."""
         return TelemetryContext(
             unix_us_at_boot=self._unix_us_at_boot,
             stick_mixing=self.params.integer("STICK_MIXING") != 0,
@@ -457,7 +370,7 @@ class PlaneComponent:
             fence_enabled=self.fence.enabled,
             fence_present=bool(self.plans.fence_store.shapes),
             fence=self.fence.status,
-            prearm_ok=self._prearm_ok,
+            prearm_ok=self._prearm_texts.passed,
             home_set=self.home_set,
             system_id=self.source.system,
             terrain=self._terrain_messages.report,
@@ -471,12 +384,10 @@ class PlaneComponent:
         self.plans.mission_store.home = None
         self.fence.reset()
         self._ftp.reset()
-        for plan in self._plan_protocols.values():
-            plan.reset()
+        self._plans.reset()
         self._later.clear()
         self._sticks.restart()
-        self.gcs_seen_s = None
-        self._gcs_lost = False
+        self.station.restart()
         self._start_clocks()
         self.signing.restart()
         for link in self._links:
@@ -500,7 +411,7 @@ class PlaneComponent:
             else:
                 self._on_event(event)
         if reached is not None:
-            self._broadcast(dialect.MAVLink_mission_item_reached_message(reached))
+            self.broadcast(dialect.MAVLink_mission_item_reached_message(reached))
         for severity, text in ((Severity(said.severity), said.text) for said in texts):
             self.say(severity, text)  # after the other messages of the same instant, as from ArduPlane's queue
 
@@ -513,9 +424,9 @@ class PlaneComponent:
                 now = self.autopilot.snapshot()
                 self.terrain.armed(now.lat_deg, now.lon_deg, now.alt_amsl_m)
             case ModeChanged():
-                self._broadcast(build(0, self.snapshot(), self._context()))
+                self.broadcast(build(0, self.snapshot(), self.context()))
             case CameraTriggered():
-                self._broadcast(
+                self.broadcast(
                     dialect.MAVLink_camera_feedback_message(
                         self._unix_us_at_boot + self.now_us(),
                         0,
@@ -537,74 +448,17 @@ class PlaneComponent:
     def _send_home(self) -> None:
         if self._links:
             for message_id in (49, 242):
-                self._broadcast(build(message_id, self.snapshot(), self._context()))
+                self.broadcast(build(message_id, self.snapshot(), self.context()))
 
-    def _broadcast(self, message: MavMessage | None) -> None:
+    def broadcast(self, message: MavMessage | None) -> None:
+        """Send a message to every link."""
         if message is None or not self._links:
             return
         payload = payload_of(message)
         for link in self._links:
             link.send_payload(payload, self.source)
 
-    def _announce_totals(self) -> None:
-        """Announce the parameters that mirror the stored plan when they change."""
-        plans = self.plans
-        revisions = (plans.mission_store.revision, plans.fence_store.revision, plans.rally_store.revision)
-        if revisions == self._announced_revisions:
-            return
-        if self._announced_revisions and self._announced_revisions[1] != revisions[1]:
-            # The loader writes FENCE_TOTAL each time.
-            self._announced.pop("FENCE_TOTAL", None)
-        self._announced_revisions = revisions
-        totals = (
-            ("MIS_TOTAL", len(plans.mission_store)),
-            ("FENCE_TOTAL", plans.fence_store.vertex_total),
-            ("RALLY_TOTAL", len(plans.rally_store)),
-        )
-        for name, total in totals:
-            if self._announced.get(name) != total:
-                self._announced[name] = total
-                if self.params.get(name) != total or name == "FENCE_TOTAL":
-                    self._broadcast(self._parameters.value(self.params.set(name, total)))
-
     # messages
-
-    def _plan(self, peer: Peer, message: MavMessage, action: Callable[[PlanProtocol], None]) -> None:
-        plan = self._plan_protocols.get(message.mission_type)
-        if plan is None:
-            self.reply(
-                peer,
-                dialect.MAVLink_mission_ack_message(
-                    peer.system, peer.component, int(MissionResult.UNSUPPORTED), message.mission_type
-                ),
-            )
-            return
-        action(plan)
-
-    def _mission_capacity(self) -> int:
-        return self.plans.mission_store.max_items if self.autopilot.time_s >= _STORAGE_READY_S else 0
-
-    def _on_mission_item(self, peer: Peer, message: MavMessage) -> None:
-        if message.mission_type == 0 and message.current in (2, 3):
-            self._guided.on_item(peer, message)
-        else:
-            self._plan(peer, message, lambda plan: plan.on_item(peer, message))
-
-    def _on_mission_set_current(self, peer: Peer, message: MavMessage) -> None:
-        """Make an item the current one. The answer has the requested number, even that of home or a DO command."""
-        if self.autopilot.set_mission_current(message.seq) is MavResult.ACCEPTED:
-            answer = build(42, replace(self.autopilot.snapshot(), mission_current=message.seq), self._context())
-            if answer is not None:
-                self.reply(peer, answer)
-
-    def is_station(self, system: int) -> bool:
-        """Whether a system is the ground station of this plane: MAV_GCS_SYSID to MAV_GCS_SYSID_HI."""
-        first, last = self.params.integer("MAV_GCS_SYSID"), self.params.integer("MAV_GCS_SYSID_HI")
-        return first <= system <= max(first, last)
-
-    def _on_heartbeat(self, peer: Peer, _message: MavMessage) -> None:
-        if self.is_station(peer.system):
-            self.gcs_seen_s = self.autopilot.time_s
 
     def _on_set_mode(self, _peer: Peer, message: MavMessage) -> None:
         if message.base_mode & 1:  # MAV_MODE_FLAG_CUSTOM_MODE_ENABLED; ArduPlane does not acknowledge this message
@@ -625,7 +479,7 @@ class PlaneComponent:
             self._links[peer.link].set_group(group, min(rate_hz, fastest_hz), now_us=self.now_us())
             name = f"MAV1_{GROUP_PARAMS[group]}"
             if self.params.get(name) != rate_hz:
-                self._broadcast(self._parameters.value(self.params.set(name, rate_hz)))
+                self.broadcast(self._parameters.value(self.params.set(name, rate_hz)))
 
     def _on_timesync(self, peer: Peer, message: MavMessage) -> None:
         if message.tc1 == 0:
@@ -636,7 +490,7 @@ class PlaneComponent:
             self.reply(peer, dialect.MAVLink_ping_message(message.time_usec, message.seq, peer.system, peer.component))
 
     def _parameter_uploaded(self, parameter: Parameter) -> None:
-        self._broadcast(self._parameters.value(parameter))
+        self.broadcast(self._parameters.value(parameter))
         self._parameter_changed(parameter)
 
     def _parameter_changed(self, parameter: Parameter) -> None:

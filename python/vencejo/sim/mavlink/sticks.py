@@ -7,6 +7,7 @@ from typing import Protocol
 from vencejo.sim.autopilot.interface import AutopilotPort
 from vencejo.sim.mavlink.codec import MavMessage
 from vencejo.sim.mavlink.link import Peer
+from vencejo.sim.mavlink.station import StationWatch
 from vencejo.sim.params import ParamStore
 
 __all__ = ["StickMessages"]
@@ -20,11 +21,7 @@ class Vehicle(Protocol):
 
     autopilot: AutopilotPort
     params: ParamStore
-    gcs_seen_s: float | None
-
-    def is_station(self, system: int) -> bool:
-        """Whether a system is the ground station of this plane."""
-        ...
+    station: StationWatch
 
 
 class StickMessages:
@@ -40,7 +37,7 @@ class StickMessages:
 
     def on_rc_channels_override(self, peer: Peer, message: MavMessage) -> None:
         """Override channels by their pulse widths; 0 returns one to the transmitter."""
-        if not self._vehicle.is_station(peer.system):
+        if not self._vehicle.station.is_station(peer.system):
             return
         channels: dict[int, int | None] = {}
         for number in range(1, 17):
@@ -52,7 +49,7 @@ class StickMessages:
 
     def on_manual_control(self, peer: Peer, message: MavMessage) -> None:
         """Override roll, pitch, throttle and rudder by stick deflections."""
-        if not self._vehicle.is_station(peer.system):
+        if not self._vehicle.station.is_station(peer.system):
             return
         channels: dict[int, int | None] = {}
         for axis, raw, low, reverse in (
@@ -70,7 +67,7 @@ class StickMessages:
         self._override(channels)
 
     def _override(self, channels: dict[int, int | None]) -> None:
-        self._vehicle.gcs_seen_s = self._vehicle.autopilot.time_s
+        self._vehicle.station.heard()
         for number, value in channels.items():
             if value is None:
                 self._since_s.pop(number, None)
