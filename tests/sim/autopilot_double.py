@@ -275,6 +275,9 @@ class DoubleAutopilot:
     def fence_breached(self, kind: FenceBreach | None, return_point: tuple[float, float] | None = None) -> None:
         self._called("fence_breached", kind, return_point)
 
+    def fence_disabled(self) -> None:
+        self.fence_is_on = False
+
     def reboot(self) -> None:
         self.rebooted += 1
         self._boot()

@@ -477,6 +477,18 @@ def test_what_is_answered_while_it_returns_from_a_breach() -> None:
     assert (plane.mode.number, round(plane.nav.next.n_m), round(plane.nav.next.e_m)) == (Mode.RTL, 500, 500)
 
 
+@pytest.mark.parametrize(("action", "after"), [(1.0, Mode.RTL), (6.0, Mode.LOITER)])
+def test_a_fence_that_is_disabled_ends_the_return(action: float, after: Mode) -> None:
+    """Plane::fence_check: modes may be changed again, and GUIDED gives way to the mode before it."""
+    flight = airborne(params={"FENCE_ACTION": action})
+    flight.plane.set_mode(Mode.LOITER)
+    flight.plane.fence_breached(FenceBreach.POLYGON)
+    assert flight.plane.set_mode(Mode.CIRCLE) is MavResult.FAILED
+    flight.plane.fence_disabled()
+    assert flight.plane.flight_mode is after
+    assert flight.plane.set_mode(Mode.CIRCLE) is MavResult.ACCEPTED
+
+
 def test_a_return_from_a_breach_may_land_by_rtl_autoland() -> None:
     flight = airborne(
         mission(waypoint(0, 0, -900, 60), item(0, 189), waypoint(0, 0, 700, 40), at(0, 21, 0, 60, 0)),

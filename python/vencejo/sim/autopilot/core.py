@@ -305,6 +305,10 @@ class Autopilot(FlightLoop):
         """Report a fence breach, or that all fences are clear again (None)."""
         self._fence.breached(kind, return_point)
 
+    def fence_disabled(self) -> None:
+        """Report that no fence is enabled."""
+        self._fence.disabled()
+
     def reboot(self) -> None:
         """Restart in place, disarmed, with the charge that is left in the battery; time starts from zero."""
         self.battery.restart()

@@ -104,6 +104,17 @@ class FenceResponse:
             if action != _Action.AUTOLAND_OR_RTL or not self._change_mode(Mode.AUTOLAND, _REASON):
                 self._change_mode(Mode.RTL, _REASON)
 
+    def disabled(self) -> None:
+        """No fence is enabled: the return from a breach is over, in GUIDED with the mode before it (fence_check)."""
+        plane = self._plane
+        self._breach = None
+        if plane.mode_reason == _REASON and plane.flight_mode is Mode.GUIDED:
+            self._change_mode(plane.previous_mode, "fence disabled")
+        if plane.mode_reason == _REASON:
+            plane.mode_reason = "fence disabled"
+        if plane.previous_mode_reason == _REASON:
+            plane.previous_mode_reason = "fence disabled"
+
     @property
     def _is_recovering(self) -> bool:
         """Plane::in_fence_recovery: the present mode, or the RTL before this landing, is due to a breach."""

@@ -653,6 +653,10 @@ class AutopilotPort(Protocol):
         """
         ...
 
+    def fence_disabled(self) -> None:
+        """Report that no fence is enabled, which ends the return from a breach."""
+        ...
+
     def reboot(self) -> None:
         """PREFLIGHT_REBOOT_SHUTDOWN: restart in place, disarmed, with the charge left; time from zero."""
         ...

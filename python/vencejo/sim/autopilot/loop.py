@@ -348,7 +348,7 @@ class FlightLoop(Plane):
         self.mode.leave()
         self.autotune(on=False)
         self.mode = self._modes[mode]
-        self.flight_mode = mode
+        self.previous_mode, self.flight_mode = self.flight_mode, mode
         self.previous_mode_reason, self.mode_reason = self.mode_reason, reason
         self.failsafes.mode_changed()
         self.energy.auto_throttle = self.mode.auto_throttle

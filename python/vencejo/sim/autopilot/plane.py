@@ -121,6 +121,8 @@ class Plane:
         self.resume_forced = False
         self.flight_mode = Mode.MANUAL
         """The present mode."""
+        self.previous_mode = Mode.MANUAL
+        """The mode before the present one."""
         self.mode_reason = ""
         """Reason of the present mode."""
         self.takeoff_course_rad: float | None = None

@@ -323,6 +323,8 @@ class PlaneComponent:
             self.autopilot.fence_breached(self.fence.kind(new), self.fence.return_point)
         elif cleared:
             self.autopilot.fence_breached(None)
+        if not self.fence.enabled:
+            self.autopilot.fence_disabled()
         self.station.check(now)
         self._statistics.update(now)
         self._terrain_messages.look(now)

@@ -121,6 +121,7 @@ class PlanMessages:
         self._fence_total = total
         if total == 0 and before != 0 and self._vehicle.plans.fence_store.shapes:
             self._vehicle.plans.fence_store.clear()
+            self._announced_revisions = self._revisions  # without another word
 
     def reset(self) -> None:
         """Reset after a reboot."""
@@ -166,10 +167,14 @@ class PlanMessages:
         is_ready = self._vehicle.autopilot.time_s >= _STORAGE_READY_S
         return self._vehicle.plans.mission_store.max_items if is_ready else 0
 
+    @property
+    def _revisions(self) -> tuple[int, ...]:
+        plans = self._vehicle.plans
+        return plans.mission_store.revision, plans.fence_store.revision, plans.rally_store.revision
+
     def announce_totals(self) -> None:
         """Announce the parameters that mirror the stored plan when they change."""
-        plans = self._vehicle.plans
-        revisions = (plans.mission_store.revision, plans.fence_store.revision, plans.rally_store.revision)
+        plans, revisions = self._vehicle.plans, self._revisions
         if revisions == self._announced_revisions:
             return
         if self._announced_revisions and self._announced_revisions[1] != revisions[1]:
