@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable
 from typing import Any
@@ -76,3 +77,16 @@ def test_what_was_taken_before_is_taken() -> None:
     plan = Plan(items=[MissionItem(numpy.int64(16), 3, [0, None, 0.0, 0.0, 40.3, -3.8, 50])], rally=[], home=None)
     assert plan.check()
     assert Fence(zones=[Polygon([point, HERE, HERE])]).zones[0] == Polygon((point, HERE, HERE))
+
+
+@pytest.mark.parametrize(
+    ("home", "said"),
+    [
+        ((math.nan, -3.8, 600.0), "the plan's home: latitude NaN, longitude -3.8 is not a position on Earth"),
+        ((95.0, -3.8, 600.0), "the plan's home: latitude 95, longitude -3.8 is not a position on Earth"),
+        ((40.3, -3.8, math.inf), "the plan's home: "),
+    ],
+)
+def test_a_home_that_is_no_position_is_told_by_the_check(home: tuple[float, float, float], said: str) -> None:
+    with pytest.raises(vencejo.InvalidRequest, match=re.escape(said)):
+        Plan(home=Home(*home), items=(ITEM,)).check()

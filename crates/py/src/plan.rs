@@ -65,6 +65,9 @@ pub fn item_to_tuple(item: &MissionItem) -> ItemTuple {
 }
 
 /// A plan from Python.
+///
+/// # Errors
+/// `InvalidRequest` for a home, a fence or a rally point that is not a position on Earth.
 pub fn plan_from_tuple((home, items, zones, return_point, rally): PlanTuple) -> PyResult<Plan> {
     let zones = zones
         .into_iter()
@@ -88,8 +91,12 @@ pub fn plan_from_tuple((home, items, zones, return_point, rally): PlanTuple) -> 
         .into_iter()
         .map(|(lat, lon, alt_m, frame)| Ok(RallyPoint { point: point(lat, lon)?, alt_m, frame: MavFrame::from(frame) }))
         .collect::<PyResult<Vec<_>>>()?;
+    let home = home.map(home_from_tuple);
+    if let Some(Err(error)) = home.map(|home| home.point()) {
+        return Err(errors::raise("InvalidRequest", format!("the plan's home: {error}")));
+    }
     Ok(Plan {
-        mission: Mission { home: home.map(home_from_tuple), items: items.into_iter().map(item_from_tuple).collect() },
+        mission: Mission { home, items: items.into_iter().map(item_from_tuple).collect() },
         fence: Fence { zones, return_point },
         rally: Rally { points },
     })
