@@ -1,4 +1,4 @@
-"""Objects whose native half runs threads belong to the process that made them; in one that is forked off they say so."""
+"""Objects with threads behind them belong to the process that made them; in one that is forked off they say so."""
 
 from __future__ import annotations
 
@@ -11,11 +11,12 @@ from vencejo.errors import ClosedError
 
 __all__ = ["belongs_here"]
 
-_owners: Final[weakref.WeakSet[Any]] = weakref.WeakSet()
+_owners: Final[weakref.WeakKeyDictionary[Any, tuple[str, ...]]] = weakref.WeakKeyDictionary()
+"""Each with the attributes behind which its threads are."""
 
 
 class _Elsewhere:
-    """Stands in for a native half whose threads are in the parent process."""
+    """Stands in for a part whose threads are in the parent process."""
 
     def __init__(self, what: str) -> None:
         self._what = what
@@ -27,20 +28,26 @@ class _Elsewhere:
         raise ClosedError(f"this {self._what} belongs to the process that was forked; make a new one in this one")
 
 
-def belongs_here(owner: Any) -> None:
+def belongs_here(owner: Any, *parts: str) -> None:
     """Let an object know its process: in one that is forked off, all but closing raises `ClosedError`.
 
     Parameters
     ----------
-    owner : object with ``_native``
+    owner : object
+    *parts : str
+        The attributes behind which its threads are; its native half by default.
     """
-    _owners.add(owner)
+    _owners[owner] = parts or ("_native",)
 
 
 def _leave_parents() -> None:
-    for owner in list(_owners):
-        _native.abandon(owner._native)
-        owner._native = _Elsewhere(type(owner).__name__.removeprefix("Async").lower())
+    _native.forked()
+    for owner, parts in list(_owners.items()):
+        elsewhere = _Elsewhere(type(owner).__name__.removeprefix("Async"))
+        for part in parts:
+            # Kept for ever: even its end would wait for those threads, or close what it shares with the parent.
+            _native.abandon(getattr(owner, part))
+            setattr(owner, part, elsewhere)
     _owners.clear()
 
 

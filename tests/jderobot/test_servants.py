@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import hashlib
 import math
+import os
+import subprocess
+import sys
 import threading
 import time
 import zlib
@@ -39,7 +42,7 @@ from vencejo.serve import Tokens
 
 from tests.faults.mock import MockPlane
 from tests.jderobot.support import ANY_PORT, Client, client_of
-from tests.support import wait_for
+from tests.support import ROOT, wait_for
 
 
 @dataclass
@@ -105,6 +108,37 @@ def test_pictures_come_as_they_are_deflated_or_as_jpeg(client: Client, cameras: 
     assert bytes(camera.getImageData("JPEG").pixelData).startswith(b"\xff\xd8")
     assert camera.getImageData("").description.format == "RGB8"
     assert camera.getImageDescription().size == len(raw)
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork on this system")
+def test_a_forked_process_leaves_the_interfaces_of_its_parent_alone() -> None:
+    program = """
+import os, socket, sys, warnings
+warnings.simplefilter("ignore")
+import vencejo
+from vencejo.jderobot import IceServer, IceSettings
+from tests.jderobot.support import ANY_PORT
+settings = IceSettings().with_settings(ANY_PORT, where="here")
+with vencejo.Station(record=False) as station, IceServer(station, settings) as server:
+    child = os.fork()
+    if child == 0:
+        for call in (lambda: server.endpoints, lambda: server.proxies):
+            try:
+                call()
+            except vencejo.ClosedError as error:
+                assert "forked" in str(error), error
+            else:
+                print("not refused", flush=True)
+        server.close()
+        sys.exit(0)
+    _, status = os.waitpid(child, 0)
+    port = int(server.endpoints["Pose3D"].split("-p ")[1].split()[0])
+    with socket.create_connection(("127.0.0.1", port), timeout=60) as client:
+        print("parent", client.recv(4), status)
+"""
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=120, cwd=ROOT)
+    assert (done.returncode, done.stdout) == (0, "parent b'IceP' 0\n"), done.stderr
+    assert "selector" not in done.stderr
 
 
 def test_a_large_picture_is_given_at_the_size_that_is_set(client: Client, cameras: list[Source]) -> None:

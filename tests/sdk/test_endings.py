@@ -390,9 +390,18 @@ with vencejo.connect(sys.argv[1], record=False) as plane:
     called, go_on = threading.Event(), threading.Event()
     plane._native.param_read("WP_RADIUS").on_done(lambda: called.set() or go_on.wait())
     assert called.wait(10)
+    pending, messages = plane._native.param_read("WP_RADIUS"), plane.on_message(lambda message: None)
     child = os.fork()
     if child == 0:
-        for call in (plane.arm, lambda: plane.telemetry, lambda: next(plane.stream()), lambda: plane.station.links):
+        for call in (
+            plane.arm,
+            lambda: plane.telemetry,
+            lambda: next(plane.stream()),
+            lambda: plane.station.links,
+            lambda: messages.get(None),
+            lambda: pending.wait(None),
+            lambda: pending.wait_progress(0),
+        ):
             try:
                 call()
             except vencejo.ClosedError as error:

@@ -59,6 +59,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     vehicle::register(module)?;
     video::register(module)?;
     module.add_function(wrap_pyfunction!(runtime::abandon, module)?)?;
+    module.add_function(wrap_pyfunction!(runtime::forked, module)?)?;
     module.add_function(wrap_pyfunction!(runtime::end_waits, module)?)?;
     module.add_class::<ground::Elevation>()?;
     module.add_class::<messages::PyMessage>()?;

@@ -25,17 +25,18 @@ enum Inner {
 #[pyclass(frozen, name = "Pending", module = "vencejo._native")]
 pub struct PyPending {
     inner: Inner,
+    home: runtime::Home,
 }
 
 impl PyPending {
     /// A request to a vehicle.
     pub fn of_request(pending: Pending<RequestResult>, vehicle: VehicleHandle) -> Self {
-        Self { inner: Inner::Request(pending, vehicle) }
+        Self { inner: Inner::Request(pending, vehicle), home: runtime::Home::here() }
     }
 
     /// A wait for a vehicle.
     pub fn of_vehicle(pending: Pending<Result<VehicleHandle, StationError>>, to_python: ToPython) -> Self {
-        Self { inner: Inner::Vehicle(pending, to_python) }
+        Self { inner: Inner::Vehicle(pending, to_python), home: runtime::Home::here() }
     }
 }
 
@@ -62,6 +63,7 @@ impl PyPending {
     /// Waits for the end and gives its value, or raises. After `timeout_s` an operation that still runs is cancelled.
     #[pyo3(signature = (timeout_s))]
     fn wait<'py>(&self, py: Python<'py>, timeout_s: Option<f64>) -> PyResult<Bound<'py, PyAny>> {
+        self.home.check("operation")?;
         let timeout = timeout_s.map(runtime::seconds);
         match &self.inner {
             Inner::Request(pending, vehicle) => reply_to_python(py, vehicle, end_of(py, pending, timeout)?),
@@ -100,6 +102,7 @@ impl PyPending {
 
     /// Waits for a report other than number `seen`: `(number, done, total)`, or `None` once it has ended.
     fn wait_progress(&self, py: Python<'_>, seen: u64) -> PyResult<Option<(u64, u32, u32)>> {
+        self.home.check("operation")?;
         let progress = match &self.inner {
             Inner::Request(pending, _) => runtime::wait(py, None, pending.next_progress(seen))?,
             Inner::Vehicle(pending, _) => runtime::wait(py, None, pending.next_progress(seen))?,

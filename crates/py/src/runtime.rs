@@ -1,13 +1,15 @@
 //! The one tokio runtime of the process, and waiting on it without the GIL.
 
 use std::future::Future;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
 use std::sync::{Mutex, OnceLock, PoisonError, mpsc};
 use std::thread::ThreadId;
 use std::time::{Duration, Instant};
 
 use pyo3::prelude::*;
 use tokio::runtime::{Builder, Handle, Runtime};
+
+use crate::errors;
 
 /// How long Python's signal handlers wait for their turn at most while something native is waited for.
 const SIGNAL_INTERVAL: Duration = Duration::from_millis(100);
@@ -18,7 +20,7 @@ const SIGNAL_INTERVAL: Duration = Duration::from_millis(100);
 /// as it is, for even dropping it would wait for them.
 pub fn handle() -> &'static Handle {
     static RUNTIME: Mutex<Option<(u32, &'static Runtime)>> = Mutex::new(None);
-    let process = std::process::id();
+    let process = process();
     let mut runtime = RUNTIME.lock().unwrap_or_else(PoisonError::into_inner);
     match *runtime {
         Some((owner, runtime)) if owner == process => runtime.handle(),
@@ -67,13 +69,34 @@ fn count_returning(process: u32, change: impl Fn(u32) -> u32) {
 pub fn end_waits(py: Python<'_>) {
     ENDS_ON.get_or_init(|| std::thread::current().id());
     IS_ENDING.store(true, Ordering::SeqCst);
-    let process = std::process::id();
+    let process = process();
     py.detach(|| {
         let began = Instant::now();
         while returning(process) > 0 && began.elapsed() < LONGEST_END {
             std::thread::sleep(Duration::from_millis(1));
         }
     });
+}
+
+/// This process, as last asked: its number is a system call, which every return to Python would make.
+static PROCESS: AtomicU32 = AtomicU32::new(0);
+
+/// The id of this process.
+fn process() -> u32 {
+    match PROCESS.load(Ordering::Relaxed) {
+        0 => {
+            let process = std::process::id();
+            PROCESS.store(process, Ordering::Relaxed);
+            process
+        }
+        process => process,
+    }
+}
+
+/// This process was forked off just now.
+#[pyfunction]
+pub fn forked() {
+    PROCESS.store(std::process::id(), Ordering::Relaxed);
 }
 
 /// Keeps a native object for ever. In a process that was forked off the threads behind it are not there, so nothing of
@@ -91,7 +114,7 @@ struct Returning {
 impl Returning {
     /// Does not come back once the interpreter ends. To be called without the GIL.
     fn begin() -> Self {
-        let process = std::process::id();
+        let process = process();
         loop {
             count_returning(process, |count| count + 1);
             let returning = Self { process };
@@ -107,7 +130,7 @@ impl Returning {
 impl Drop for Returning {
     fn drop(&mut self) {
         // A thread that forked in between is counted in its parent alone.
-        if self.process == std::process::id() {
+        if self.process == process() {
             count_returning(self.process, |count| count.saturating_sub(1));
         }
     }
@@ -151,6 +174,27 @@ pub fn interruptible<T: Send>(py: Python<'_>, run: impl FnOnce(&(dyn Fn() -> boo
         let value = detached(py, || running.join()).unwrap_or_else(|panic| std::panic::resume_unwind(panic));
         interrupted.map_or(Ok(value), Err)
     })
+}
+
+/// The process in which an object was made: in one that is forked off, the threads behind it are not there.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Home(u32);
+
+impl Home {
+    /// This process.
+    pub fn here() -> Self {
+        Self(process())
+    }
+
+    /// # Errors
+    /// `ClosedError` in another process.
+    pub fn check(self, what: &str) -> PyResult<()> {
+        if self == Self::here() {
+            return Ok(());
+        }
+        let problem = format!("this {what} belongs to the process that was forked; make a new one in this one");
+        Err(errors::raise("ClosedError", problem))
+    }
 }
 
 /// Waits for something native without the GIL, and lets Ctrl-C in. `None` when `timeout` passes first.

@@ -104,6 +104,7 @@ pub struct Subscription {
     pace: Mutex<Pace>,
     /// Whether the reader itself has ended it: then it wants no more of what waits either.
     is_ended: AtomicBool,
+    home: runtime::Home,
 }
 
 impl Subscription {
@@ -118,7 +119,12 @@ impl Subscription {
     }
 
     fn of(queue: Queue) -> Self {
-        Self { queue, pace: Mutex::new(Pace::new(PAUSE)), is_ended: AtomicBool::new(false) }
+        Self {
+            queue,
+            pace: Mutex::new(Pace::new(PAUSE)),
+            is_ended: AtomicBool::new(false),
+            home: runtime::Home::here(),
+        }
     }
 }
 
@@ -133,6 +139,7 @@ impl Subscription {
     /// Takes the oldest entry; `None` when nothing comes in time or the queue is closed.
     #[pyo3(signature = (timeout_s))]
     fn get<'py>(&self, py: Python<'py>, timeout_s: Option<f64>) -> PyResult<Option<Bound<'py, PyAny>>> {
+        self.home.check("subscription")?;
         let deadline = timeout_s.and_then(|timeout| Instant::now().checked_add(runtime::seconds(timeout)));
         loop {
             let rest = deadline.map_or(SIGNAL_INTERVAL, |deadline| {

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vencejo._closing import Closing
+from vencejo._forking import belongs_here
 from vencejo.errors import InvalidRequest, VencejoError
 from vencejo.jderobot.access import ConnectionLimit, Gate, Presence, raise_file_limit
 from vencejo.jderobot.camera import Camera, FrameSource
@@ -61,6 +62,10 @@ class IceServer(Closing):
         When Ice is not installed, an address is taken, or a property is wrong.
     InvalidRequest
         When others are let in and there are no tokens.
+
+    Notes
+    -----
+    In a forked process the parent's server raises `ClosedError`.
     """
 
     def __init__(
@@ -83,6 +88,7 @@ class IceServer(Closing):
         except BaseException:
             self._closing.close()
             raise
+        belongs_here(self, "_communicator", "_adapters", "_closing")
 
     def _serve(
         self,
