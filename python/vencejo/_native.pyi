@@ -70,35 +70,12 @@ def landing_alternatives(
 def move_landing(items: list[_Item], part: str, to: tuple[float, float], asked: dict[str, Any]) -> _Landing: ...
 def runway(begin: tuple[float, float], end: tuple[float, float]) -> tuple[float, float, tuple[float, float]]: ...
 
-_Learned = tuple[dict[str, Any], tuple[float, float], int, float]
-
 _Place = tuple[float, float, float, float]
 
 def separation_conflicts(
     tracks: list[list[_Place]], *, horizontal_m: float, vertical_m: float, window_s: float
 ) -> list[tuple[tuple[int, int], float, float, tuple[_Place, _Place], float, float]]: ...
-def learn_plane(path: str, *, parameters: dict[str, float], system: int | None) -> _Learned | None: ...
-
-_Moment = tuple[
-    tuple[float, float, float, float, float, float, float | None],
-    tuple[float, float, float],
-    tuple[float, float, float, float],
-    float,
-    int | None,
-]
-_Rehearsal = tuple[
-    str,
-    list[_Finding],
-    list[_Moment],
-    list[tuple[int, float, float | None, float | None]],
-    str,
-    _Moment | None,
-    float,
-    float,
-    float | None,
-    tuple[float, float, float, float | None, int | None] | None,
-    str | None,
-]
+def learn_plane(path: str, *, parameters: dict[str, float], system: int | None) -> dict[str, Any] | None: ...
 
 _Ground = Callable[[float, float], float | None]
 
@@ -106,7 +83,7 @@ class Elevation:
     def __init__(self, path: str | os.PathLike[str], below_sea_level: bool) -> None: ...
     def __call__(self, lat_deg: float, lon_deg: float) -> float | None: ...
 
-def rehearse(plan: _Plan, given: dict[str, Any], ground: _Ground | None) -> _Rehearsal: ...
+def rehearse(plan: _Plan, given: dict[str, Any], ground: _Ground | None) -> dict[str, Any]: ...
 
 _Fix = tuple[_Finding, str, dict[str, bool | int | float | str | None], str, _Plan]
 
@@ -119,15 +96,9 @@ def plan_fixes(
     ground: _Ground | None,
     clearance_m: float,
 ) -> list[_Fix]: ...
-
-_WhatIf = tuple[str, _Moment, list[tuple[float, str]], str, _Rehearsal | None, list[tuple[float, float]]]
-
 def what_if(
     plan: _Plan, given: dict[str, Any], ground: _Ground | None, *, triggers: list[str], moments: list[float]
-) -> list[_WhatIf]: ...
-
-_Range = tuple[float, float, float]
-
+) -> list[dict[str, Any]]: ...
 def rehearse_many(
     plan: _Plan,
     given: dict[str, Any],
@@ -136,16 +107,7 @@ def rehearse_many(
     doubts: tuple[float, ...],
     runs: int,
     seed: int,
-) -> tuple[
-    _Rehearsal,
-    int,
-    list[tuple[str, int]],
-    _Range,
-    _Range | None,
-    tuple[_Range | None, int | None],
-    _Range | None,
-    list[tuple[float, _Range, _Range]],
-]: ...
+) -> dict[str, Any]: ...
 def survey_of(kind: str, json: str) -> tuple[list[tuple[float, float]], float | None, dict[str, Any]] | None: ...
 
 CAMERAS: list[tuple[str, tuple[float, float, int, int, float, float]]]
@@ -353,8 +315,8 @@ class Vehicle:
         profile: dict[str, Any],
         ground: _Ground | None,
         clearance_m: float,
-    ) -> _Rehearsal | None: ...
-    def learned(self) -> _Learned | None: ...
+    ) -> dict[str, Any] | None: ...
+    def learned(self) -> dict[str, Any] | None: ...
     def what_if(
         self,
         at: tuple[_Plan, list[float]] | None,
@@ -362,7 +324,7 @@ class Vehicle:
         wind: tuple[float, float],
         profile: dict[str, Any],
         ground: _Ground | None,
-    ) -> list[_WhatIf] | None: ...
+    ) -> list[dict[str, Any]] | None: ...
     def upload(self, kind: Literal["mission", "fence", "rally"], plan: _Plan, despite_findings: bool) -> Pending: ...
     def download(self, kind: Literal["mission", "fence", "rally"]) -> Pending: ...
     def clear(self, kind: Literal["mission", "fence", "rally"], confirm: str | None) -> Pending: ...

@@ -25,6 +25,7 @@ from collections.abc import AsyncIterator, Callable, Iterable, Mapping, Sequence
 from typing import Any, Literal, cast
 
 from vencejo import _native
+from vencejo._vehicle_state import Danger, PlanKind, VehicleState, command_number, height_of, joined
 from vencejo.errors import (
     CommandRefused,
     CommandTimeout,
@@ -38,16 +39,7 @@ from vencejo.signing import SigningInfo
 from vencejo.station import Station
 from vencejo.telemetry import Telemetry
 from vencejo.values import Parameter, PlanState
-from vencejo.vehicle import (
-    Danger,
-    MavlinkMessage,
-    PlanKind,
-    ProgressCallback,
-    VehicleState,
-    _command_number,
-    _height,
-    _joined,
-)
+from vencejo.vehicle import MavlinkMessage, ProgressCallback
 
 __all__ = ["AsyncParameters", "AsyncVehicle", "connect", "wait_vehicle"]
 
@@ -266,7 +258,7 @@ class AsyncVehicle(VehicleState):
                 "goto",
                 lat_deg=lat_deg,
                 lon_deg=lon_deg,
-                **_height(alt_rel_home_m, alt_amsl_m, alt_terrain_m),
+                **height_of(alt_rel_home_m, alt_amsl_m, alt_terrain_m),
                 radius_m=loiter_radius_m,
                 clockwise=clockwise,
                 speed_m_s=speed_m_s,
@@ -293,7 +285,7 @@ class AsyncVehicle(VehicleState):
             While an ArduPlane is landing, or may be landing in a mission that was not read: it would flare and stop its
             motor in the air.
         """
-        await self._wait(self._ask("altitude", **_height(alt_rel_home_m, alt_amsl_m)))
+        await self._wait(self._ask("altitude", **height_of(alt_rel_home_m, alt_amsl_m)))
 
     async def fly_course(self, course_deg: float, *, accel_m_s2: float = 5.0) -> None:
         """Turn to a course over ground and stay on it. Only for an ArduPlane that is in GUIDED.
@@ -311,7 +303,7 @@ class AsyncVehicle(VehicleState):
         self, *, alt_rel_home_m: float | None = None, alt_amsl_m: float | None = None, rate_m_s: float
     ) -> None:
         """Climb or sink to an altitude at a rate (above 0 to 50 m/s). Only for an ArduPlane that is in GUIDED."""
-        await self._wait(self._ask("climb", **_height(alt_rel_home_m, alt_amsl_m), rate_m_s=rate_m_s))
+        await self._wait(self._ask("climb", **height_of(alt_rel_home_m, alt_amsl_m), rate_m_s=rate_m_s))
 
     async def set_velocity(
         self,
@@ -481,7 +473,7 @@ class AsyncVehicle(VehicleState):
         from vencejo.plan import Plan
 
         parts = {kind: Plan._from_native(await self._wait(self._native.download(kind), progress)) for kind in kinds}
-        return _joined(parts)
+        return joined(parts)
 
     async def clear(self, *, kind: PlanKind = "mission", confirm: Danger | None = None) -> None:
         """Remove the mission (or fence, or rally points); returns when the vehicle confirms it.
@@ -624,7 +616,7 @@ class AsyncVehicle(VehicleState):
         NotPossibleNow
             For a command that arms, follows the mission or jumps in it, while the mission may be mixed; see `arm`.
         """
-        number, seven = _command_number(command), self._seven(params)
+        number, seven = command_number(command), self._seven(params)
         return int(await self._wait(self._native.command_long(number, seven, confirm, despite_mixed_plan)) or 0)
 
     async def command_int(

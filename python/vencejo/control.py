@@ -19,7 +19,7 @@ from typing import TypeVar
 from vencejo import _native
 from vencejo._closing import Closing
 from vencejo._forking import belongs_here
-from vencejo.vehicle import VehicleState
+from vencejo._vehicle_state import VehicleState
 
 __all__ = ["Operator"]
 

@@ -21,15 +21,17 @@ Examples
 
 from __future__ import annotations
 
-import os
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import astuple, dataclass, field, replace
-from typing import Any, Final, Literal, cast
+from typing import Any, Literal
 
 from vencejo import _native
+from vencejo._rehearsing import CLEARANCE_M, a_plan, blowing, given, within
+from vencejo.airframe import Airframe, AirframeOrigin, Battery, BatteryLeft, Learned, learn
 from vencejo.errors import InvalidRequest
 from vencejo.findings import Finding
 from vencejo.geodesy import distance_m
+from vencejo.ground import Elevation, Ground
 from vencejo.landing import Wind
 from vencejo.plan import Command, GeoPoint, Plan, findings_of
 
@@ -57,16 +59,6 @@ __all__ = [
     "rehearse_many",
 ]
 
-CLEARANCE_M: Final = 30.0
-"""Default clearance that a flight should keep above the ground, metres."""
-
-Ground = Callable[[float, float], float | None]
-"""Height of the ground at a latitude and longitude, metres above mean sea level; ``None`` where it is not known."""
-
-AirframeOrigin = Literal["parameters", "simulator", "flight"]
-"""Source of the airframe: a foam pusher adjusted by the parameters, the plane of ArduPilot's simulator, or one learned from a
-recorded flight."""
-
 Ending = Literal[
     "landed", "returned", "unlimited", "endless", "ground", "held", "grounded", "not-rehearsed", "too-long"
 ]
@@ -74,201 +66,6 @@ Ending = Literal[
 never, because a jump repeats for ever; in the ground before a landing; where the wind lets the plane come no nearer; on
 the ground
 that it never leaves; at an item that is not rehearsed (quadplanes, scripts); after six hours."""
-
-
-@dataclass(frozen=True)
-class Airframe:
-    """A model of the airframe: lift, drag and thrust per mass, at airspeeds as the autopilot measures them.
-
-    Attributes
-    ----------
-    cruise_m_s : float
-        Reference airspeed of the other values.
-    drag_m_s2 : float
-        Drag per mass in level flight at ``cruise_m_s``.
-    induced : float
-        Lift-induced part of that drag, 0 to 1.
-    thrust_full_m_s2 : float
-        Thrust per mass at full throttle and ``cruise_m_s``.
-    throttle_cruise : float
-        Throttle of level flight at ``cruise_m_s``, 0 to 1.
-    attack_rad, level_pitch_rad : float
-        Angle of attack above zero lift, and pitch of the fuselage, in level flight at ``cruise_m_s``.
-    pitot : float
-        Ratio of the true airspeed to the one that the autopilot assumes.
-    skid : float
-        A bank turns the plane ``1 / (1 + skid)`` as fast as in a coordinated turn.
-    power_cruise_w : float or None
-        Electrical power of level flight at ``cruise_m_s``.
-    is_simulated : bool
-        Whether ArduPilot's simulator flies it, whose pitot and ground behave differently.
-    power_exponent : float
-        Exponent of the power as a function of the throttle.
-    voltage_v : float or None
-        Battery voltage in flight.
-    thrust_static_m_s2 : float or None
-        Static thrust per mass at full throttle, at least ``thrust_full_m_s2``; ``None``: not known, or not a propeller.
-    ground_drag_m_s2 : float or None
-        Deceleration on the ground beside its drag, by wheels, brakes or belly; ``None``: not known, and it slides.
-    """
-
-    cruise_m_s: float
-    drag_m_s2: float
-    induced: float
-    thrust_full_m_s2: float
-    throttle_cruise: float
-    attack_rad: float
-    level_pitch_rad: float
-    pitot: float
-    skid: float
-    power_cruise_w: float | None
-    is_simulated: bool = False
-    power_exponent: float = 2.5
-    voltage_v: float | None = None
-    thrust_static_m_s2: float | None = None
-    ground_drag_m_s2: float | None = None
-
-
-@dataclass(frozen=True)
-class Battery:
-    """Battery values that replace those of the plane's parameters (``BATT_*``) and its monitor; ``None`` keeps theirs.
-
-    Attributes
-    ----------
-    capacity_mah : float, optional
-        Capacity, 1 to 1,000,000.
-    voltage_v : float, optional
-        Voltage while the engine runs, 1 to 1,000.
-    charge_pct : float, optional
-        Charge at the start, % of the capacity, 0 to 100; default 100.
-    reserve_pct : float, optional
-        Charge that should be left at the landing, % of the capacity, 0 to 100; default: the higher of ``BATT_LOW_MAH``
-        and ``BATT_CRT_MAH``, else 20.
-    power_cruise_w : float, optional
-        Power drawn in level flight at cruise, 0.1 to 1,000,000; default: that of the airframe.
-    """
-
-    capacity_mah: float | None = None
-    voltage_v: float | None = None
-    charge_pct: float | None = None
-    reserve_pct: float | None = None
-    power_cruise_w: float | None = None
-
-
-@dataclass(frozen=True)
-class BatteryLeft:
-    """State of the battery at the end of a flight.
-
-    Attributes
-    ----------
-    capacity_wh : float
-        Energy of the full battery: capacity times voltage.
-    left_wh : float
-        Energy at the end; negative by what the flight needs beyond it.
-    reserve : float
-        Part of the capacity that should be left, 0 to 1.
-    empty_s : float or None
-        Time at which it is empty, from the start; ``None`` if it is not.
-    empty_item : int or None
-        Item flown at that time, counted from 1; ``None`` in a return, and if it is not empty.
-    """
-
-    capacity_wh: float
-    left_wh: float
-    reserve: float
-    empty_s: float | None
-    empty_item: int | None
-
-    @property
-    def left(self) -> float:
-        """Remaining part of the capacity, 1 at most; negative where :attr:`left_wh` is."""
-        return self.left_wh / self.capacity_wh
-
-
-@dataclass(frozen=True)
-class Learned:
-    """A plane learned from a recorded flight.
-
-    Attributes
-    ----------
-    airframe : Airframe
-    wind : Wind
-        Wind of that flight.
-    moments : int
-        Number of samples used.
-    airspeed_error_m_s : float
-        RMS difference between measured and modelled airspeeds.
-    """
-
-    airframe: Airframe
-    wind: Wind
-    moments: int
-    airspeed_error_m_s: float
-
-
-def learn(
-    path: str | os.PathLike[str], *, parameters: Mapping[str, float] | None = None, system_id: int | None = None
-) -> Learned:
-    """Learn a plane from a recording of its flight (a ``.tlog``): its pitot, turns, lift, drag, thrust, power, and the wind.
-
-    Values that the flight does not show are those of the parameters, or of a foam pusher. Two minutes are enough, with
-    position, attitude and VFR_HUD at 10 Hz, turns in all directions and changes of speed and altitude.
-
-    Parameters
-    ----------
-    path : path
-    parameters : mapping of str to float, optional
-        The vehicle's parameters.
-    system_id : int, optional
-        The vehicle in the recording; default: the first one with a position.
-
-    Raises
-    ------
-    FileFormatError
-        When the file cannot be read.
-    InvalidRequest
-        When the recording has no flight that is long enough and in more than one direction.
-    """
-    numbers = {name: float(value) for name, value in (parameters or {}).items()}
-    learned = _native.learn_plane(os.fspath(path), parameters=numbers, system=system_id)
-    if learned is None:
-        raise InvalidRequest(
-            f"{os.fspath(path)}: no flight to learn from: it takes a minute or two in the air, with position, attitude and airspeed, "
-            "in more than one direction"
-        )
-    return _learned(learned)
-
-
-def _learned(learned: Any) -> Learned:
-    airframe, wind, moments, error = learned
-    return Learned(Airframe(**airframe), Wind(*wind), moments, error)
-
-
-class Elevation:
-    """Terrain elevation from a file: SRTM (``N40W004.hgt``, ``.hgt.gz``), GeoTIFF, or a folder of them.
-
-    Calling it with a latitude and a longitude returns the bilinearly interpolated elevation, in metres above the file's
-    datum, which is mean sea level for SRTM and Copernicus; ``None`` where the file has no data.
-
-    Parameters
-    ----------
-    path : path-like
-    below_sea_level : bool, optional
-        Whether elevations of GeoTIFFs below sea level are land; by default they are the sea floor, and the ground is
-        the water surface, 0 m.
-
-    Raises
-    ------
-    FileFormatError
-        When it cannot be read, or holds no elevations.
-    """
-
-    def __init__(self, path: str | os.PathLike[str], *, below_sea_level: bool = False) -> None:
-        self._native = _native.Elevation(path, below_sea_level)
-
-    def __call__(self, lat_deg: float, lon_deg: float) -> float | None:
-        """Elevation at a position, metres above mean sea level."""
-        return self._native(lat_deg, lon_deg)
 
 
 @dataclass(frozen=True, slots=True)
@@ -378,6 +175,18 @@ class Rehearsal:
     battery: BatteryLeft | None = None
     battery_unknown: Literal["power", "capacity", "voltage"] | None = None
 
+    @classmethod
+    def _from_native(cls, flown: dict[str, Any]) -> Rehearsal:
+        touch_down, battery = flown["touch_down"], flown["battery"]
+        parts = {
+            "findings": findings_of(flown["findings"]),
+            "track": tuple(Moment(**moment) for moment in flown["track"]),
+            "passages": tuple(Passage(**passage) for passage in flown["passages"]),
+            "touch_down": None if touch_down is None else Moment(**touch_down),
+            "battery": None if battery is None else BatteryLeft(**battery),
+        }
+        return cls(**{**flown, **parts})
+
     def touch_down_off_m(self, plan: Plan) -> float | None:
         """Distance from the plan's first landing point to the touch-down, metres; ``None`` without either."""
         land = next((item for item in plan.items if item.command == Command.NAV_LAND), None)
@@ -473,6 +282,20 @@ class Spread:
     touch_down_m: Range | None
     corridor: tuple[Breadth, ...]
 
+    @classmethod
+    def _from_native(cls, spread: dict[str, Any]) -> Spread:
+        ranges = {
+            name: None if spread[name] is None else Range(**spread[name])
+            for name in ("duration_s", "energy_wh", "battery_left", "touch_down_m")
+        }
+        corridor = tuple(
+            Breadth(at["time_s"], Range(**at["across_m"]), Range(**at["height_m"])) for at in spread["corridor"]
+        )
+        expected = Rehearsal._from_native(spread["expected"])
+        return cls(
+            **{**spread, **ranges, "expected": expected, "endings": dict(spread["endings"]), "corridor": corridor}
+        )
+
 
 def rehearse_many(
     plan: Plan,
@@ -506,26 +329,15 @@ def rehearse_many(
     """
     if not 1 <= runs <= 100_000:
         raise InvalidRequest(f"runs is {runs}, should be 1 to 100,000")
-    expected, flown, endings, duration_s, energy_wh, left, touch_down_m, corridor = _native.rehearse_many(
-        _plan(plan)._to_native(),
-        _given(parameters, airframe, battery, wind, clearance_m=clearance_m),
+    spread = _native.rehearse_many(
+        a_plan(plan)._to_native(),
+        given(parameters, airframe, battery, wind, clearance_m=clearance_m),
         ground,
         doubts=astuple(doubts or Doubts()),
         runs=runs,
-        seed=int(_within("seed", seed, 0, 2**64 - 1)),
+        seed=int(within("seed", seed, 0, 2**64 - 1)),
     )
-    battery_left, below_reserve = left
-    return Spread(
-        _of_native(expected),
-        flown,
-        cast("dict[Ending, int]", dict(endings)),
-        Range(*duration_s),
-        None if energy_wh is None else Range(*energy_wh),
-        None if battery_left is None else Range(*battery_left),
-        below_reserve,
-        None if touch_down_m is None else Range(*touch_down_m),
-        tuple(Breadth(time_s, Range(*across), Range(*height)) for time_s, across, height in corridor),
-    )
+    return Spread._from_native(spread)
 
 
 def rehearse(
@@ -578,7 +390,7 @@ def rehearse(
     InvalidRequest
         When the plan has no home, or one that is no place, and for a number out of its range.
     """
-    given = _given(
+    conditions = given(
         parameters,
         airframe,
         battery,
@@ -588,44 +400,7 @@ def rehearse(
         seed=seed,
         heading_deg=heading_deg,
     )
-    return _of_native(_native.rehearse(_plan(plan)._to_native(), given, ground))
-
-
-def _plan(plan: object) -> Plan:
-    """The argument, if it is a plan; `TypeError` otherwise."""
-    if not isinstance(plan, Plan):
-        kind = type(plan).__name__
-        raise TypeError(
-            f"a Plan is wanted, not {kind}: Plan.load() reads one from a file, vehicle.download() from a vehicle"
-        )
-    return plan
-
-
-def _profile(airframe: Airframe | None, battery: Battery | None) -> dict[str, Any]:
-    return {"airframe": airframe, "battery": battery}
-
-
-def _given(
-    parameters: Mapping[str, float] | None,
-    airframe: Airframe | None,
-    battery: Battery | None,
-    wind: Wind | None,
-    *,
-    clearance_m: float = CLEARANCE_M,
-    gust_m_s: float = 0.0,
-    seed: int = 0,
-    heading_deg: float | None = None,
-) -> dict[str, Any]:
-    """The conditions of a rehearsal, as the core takes them."""
-    return {
-        "parameters": {name: float(value) for name, value in (parameters or {}).items()},
-        "profile": _profile(airframe, battery),
-        "wind": _blowing(wind),
-        "gust_m_s": _within("gust_m_s", gust_m_s, 0.0, 20.0),
-        "seed": int(_within("seed", seed, 0, 2**64 - 1)),
-        "heading_deg": _heading(heading_deg),
-        "clearance_m": _within("clearance_m", clearance_m, 0.0, 1_000.0),
-    }
+    return Rehearsal._from_native(_native.rehearse(a_plan(plan)._to_native(), conditions, ground))
 
 
 @dataclass(frozen=True)
@@ -697,10 +472,10 @@ def fixes(
     told = _native.plan_fixes(
         plan._to_native(),
         parameters={name: float(value) for name, value in (parameters or {}).items()},
-        wind=_blowing(wind),
+        wind=blowing(wind),
         on_ground=on_ground,
         ground=ground,
-        clearance_m=_within("clearance_m", clearance_m, 0.0, 1_000.0),
+        clearance_m=within("clearance_m", clearance_m, 0.0, 1_000.0),
     )
     return tuple(
         Fix(
@@ -712,46 +487,3 @@ def fixes(
         )
         for finding, does, figures, message, changed in told
     )
-
-
-def _within(name: str, value: float, least: float, most: float) -> float:
-    """The number, if it is in its range; `InvalidRequest` otherwise, also for NaN."""
-    if not least <= value <= most:
-        raise InvalidRequest(f"{name} is {value}, should be {least:,} to {most:,}")
-    return value
-
-
-def _blowing(wind: Wind | None) -> tuple[float, float]:
-    """Direction and speed of a wind, calm by default."""
-    if wind is None:
-        return (0.0, 0.0)
-    return (
-        _within("wind.from_deg", wind.from_deg, -360.0, 360.0),
-        _within("wind.speed_m_s", wind.speed_m_s, 0.0, 60.0),
-    )
-
-
-def _heading(heading_deg: float | None) -> float | None:
-    return None if heading_deg is None else _within("heading_deg", heading_deg, -360.0, 360.0)
-
-
-def _of_native(flown: Any) -> Rehearsal:
-    airframe, findings, track, passages, ending, touch_down, duration_s, distance_m, energy_wh, battery, lacks = flown
-    return Rehearsal(
-        airframe,
-        findings_of(findings),
-        tuple(_moment(moment) for moment in track),
-        tuple(Passage(*passage) for passage in passages),
-        ending,
-        None if touch_down is None else _moment(touch_down),
-        duration_s,
-        distance_m,
-        energy_wh,
-        None if battery is None else BatteryLeft(*battery),
-        lacks,
-    )
-
-
-def _moment(moment: Any) -> Moment:
-    place, speeds, angles, throttle, item = moment
-    return Moment(*(*place, *speeds, *angles, throttle, item))

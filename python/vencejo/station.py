@@ -10,13 +10,14 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING
 
 from vencejo import _native
+from vencejo._calling_back import call_back
 from vencejo._closing import Closing
 from vencejo._forking import belongs_here
 from vencejo._native import MavlinkMessage, Subscription
 from vencejo._whereabouts import data_dir, program
 from vencejo.control import Operator
 from vencejo.errors import InvalidRequest, VencejoError
-from vencejo.vehicle import Vehicle, _call_back, _signing_info
+from vencejo.vehicle import Vehicle
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -262,7 +263,7 @@ class Station(Closing):
             Close it, or use it in a ``with`` statement, to end the calls; closing the station ends them too.
         """
         subscription = self._native.subscribe_messages(None if names is None else list(names), capacity)
-        _call_back(subscription, callback)
+        call_back(subscription, callback)
         return subscription
 
     def _vehicle(self, native: _native.Vehicle) -> Vehicle:
@@ -273,7 +274,9 @@ class Station(Closing):
 
     def signing_of(self, system_id: int) -> SigningInfo:
         """Signing state of a vehicle, whether it has been heard or not."""
-        return _signing_info(self._native.signing_of(system_id))
+        from vencejo.signing import SigningInfo
+
+        return SigningInfo(**self._native.signing_of(system_id))
 
     @property
     def signing_vehicles(self) -> list[int]:

@@ -27,20 +27,11 @@ from numbers import Real
 from typing import Any, Literal, get_args
 
 from vencejo import _native
+from vencejo._rehearsing import a_plan, given
 from vencejo.errors import InvalidRequest
 from vencejo.landing import Wind
 from vencejo.plan import GeoPoint, Plan
-from vencejo.rehearsal import (
-    Airframe,
-    Battery,
-    Ground,
-    Moment,
-    Rehearsal,
-    _given,
-    _moment,
-    _of_native,
-    _plan,
-)
+from vencejo.rehearsal import Airframe, Battery, Ground, Moment, Rehearsal
 
 __all__ = ["TRIGGERS", "Decision", "Reaction", "Trigger", "WhatIf", "what_if"]
 
@@ -105,6 +96,17 @@ class WhatIf:
     flown: Rehearsal | None
     glide_range: tuple[GeoPoint, ...]
 
+    @classmethod
+    def _from_native(cls, found: dict[str, Any]) -> WhatIf:
+        flown = found["flown"]
+        parts = {
+            "at": Moment(**found["at"]),
+            "decisions": tuple(Decision(**decision) for decision in found["decisions"]),
+            "flown": None if flown is None else Rehearsal._from_native(flown),
+            "glide_range": tuple(GeoPoint(*point) for point in found["glide_range"]),
+        }
+        return cls(**{**found, **parts})
+
 
 def what_if(
     plan: Plan,
@@ -142,37 +144,25 @@ def what_if(
         When the plan has no home, for an invalid moment or an unknown trigger, and for a number out of its range.
     """
     found = _native.what_if(
-        _plan(plan)._to_native(),
-        _given(parameters, airframe, battery, wind, heading_deg=heading_deg),
+        a_plan(plan)._to_native(),
+        given(parameters, airframe, battery, wind, heading_deg=heading_deg),
         ground,
-        triggers=_named(triggers),
-        moments=_moments(at_s),
+        triggers=names_of(triggers),
+        moments=moments_of(at_s),
     )
-    return _of_tuples(found)
+    return tuple(WhatIf._from_native(one) for one in found)
 
 
-def _named(triggers: Sequence[Trigger]) -> list[str]:
+def names_of(triggers: Sequence[Trigger]) -> list[str]:
+    """The triggers as the core takes them."""
     # the letters of one name are a sequence too
     return [triggers] if isinstance(triggers, str) else list(triggers)
 
 
-def _moments(at_s: Any) -> list[float]:
+def moments_of(at_s: Any) -> list[float]:
+    """The moments as the core takes them; `InvalidRequest` for others than ascending ones."""
     given = list(at_s) if isinstance(at_s, Sequence) and not isinstance(at_s, str) else [at_s]
     moments = [float(one) if isinstance(one, Real) else math.nan for one in given]
     if not all(0.0 <= one < float("inf") for one in moments) or moments != sorted(moments):
         raise InvalidRequest(f"at_s is {at_s}: moments are seconds since the flight's beginning, 0 or more, growing")
     return moments
-
-
-def _of_tuples(found: Any) -> tuple[WhatIf, ...]:
-    return tuple(
-        WhatIf(
-            trigger,
-            _moment(at),
-            tuple(Decision(*decision) for decision in decisions),
-            reaction,
-            None if flown is None else _of_native(flown),
-            tuple(GeoPoint(*point) for point in glide_range),
-        )
-        for trigger, at, decisions, reaction, flown, glide_range in found
-    )

@@ -6,6 +6,7 @@ import _thread
 import dataclasses
 import json
 import math
+import os
 import threading
 from collections.abc import Callable
 from pathlib import Path
@@ -19,6 +20,7 @@ from vencejo import Home, MissionItem, Plan
 from vencejo.cli import app
 from vencejo.landing import Wind
 from vencejo.params import load_params
+from vencejo.recording import summarize
 from vencejo.rehearsal import Battery, Elevation, Moment, learn, rehearse, rehearse_many
 from vencejo.what_if import TRIGGERS, what_if
 
@@ -121,12 +123,25 @@ def test_many_flights_give_the_odds() -> None:
     assert odds == rehearse_many(plan, parameters=parameters, wind=Wind(240.0, 6.0), runs=12)
     with pytest.raises(vencejo.InvalidRequest, match="runs is 0, should be 1 to 100,000"):
         rehearse_many(plan, runs=0)
-    # Ctrl-C ends what would take minutes.
-    interrupt = threading.Timer(0.2, _thread.interrupt_main)
-    interrupt.start()
-    with pytest.raises(KeyboardInterrupt):
-        rehearse_many(plan, parameters=parameters, runs=100_000)
-    interrupt.join()
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no file that never ends on this system")
+def test_ctrl_c_ends_what_would_take_minutes(tmp_path: Path) -> None:
+    plan = plan_of("arduplane-wind-flight.tlog")
+    os.mkfifo(endless := tmp_path / "endless.tlog")
+    calls: list[Callable[[], object]] = [
+        lambda: rehearse_many(plan, runs=100_000),
+        lambda: what_if(plan, [second / 1000.0 for second in range(1_000_000)]),
+        lambda: learn(endless),
+        lambda: summarize(endless),
+    ]
+    for call in calls:
+        interrupt = threading.Timer(0.2, _thread.interrupt_main)
+        interrupt.start()
+        with pytest.raises(KeyboardInterrupt):
+            call()
+        interrupt.join()
+    os.close(os.open(endless, os.O_RDWR))  # ends the reading that nobody waits for
 
 
 def test_what_is_left_of_the_battery_is_told_where_it_is_known(tmp_path: Path) -> None:

@@ -11,9 +11,8 @@ use vencejo_flight::geodesy::GeoPoint;
 use vencejo_flight::landing::{CALM_M_S, Landing, LandingOptions, Wind};
 use vencejo_flight::rehearsal::{Air, Aircraft, Conditions};
 
-use crate::errors;
-use crate::ground;
 use crate::plan::{ItemTuple, home_from_tuple, item_from_tuple, item_to_tuple};
+use crate::{errors, ground, runtime};
 
 /// Adds what this module has.
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
@@ -162,12 +161,12 @@ fn landing_alternatives(
     let (site, options) = (site.site()?, asked.options()?);
     let home = home.map(home_from_tuple);
     let map = ground::around(ground.as_ref(), &site.surroundings(), home)?;
-    let below = |point| map.height_m(point);
-    let found = py.detach(|| {
+    let found = runtime::interruptible(py, move |_| {
+        let below = |point| map.height_m(point);
         let plane = Aircraft::from_ardupilot(asked.get());
         let air = Air::of(options.wind.unwrap_or_default(), asked.get());
         alternatives(site, &options, &Conditions { home, ground: Some(&below), ..Conditions::new(&plane, air) })
-    });
+    })?;
     Ok(found
         .map_err(refused)?
         .into_iter()

@@ -1,7 +1,7 @@
 //! Links and their signatures for Python.
 
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyDict, PyTuple};
 use vencejo_link::{LinkInfo, LinkState, LinkStats};
 use vencejo_station::{SigningInfo, Station};
 
@@ -47,7 +47,7 @@ pub fn signing_dict<'py>(py: Python<'py>, info: &SigningInfo) -> PyResult<Bound<
     dict.set_item("must_sign", info.must_sign)?;
     dict.set_item("key", &info.key)?;
     dict.set_item("key_missing", info.key_missing)?;
-    dict.set_item("unproven", &info.unproven)?;
+    dict.set_item("unproven", PyTuple::new(py, &info.unproven)?)?;
     dict.set_item("verified", info.counts.verified)?;
     dict.set_item("unsigned_accepted", info.counts.unsigned_accepted)?;
     dict.set_item("refused_unsigned", info.counts.unsigned)?;

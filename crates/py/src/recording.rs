@@ -8,6 +8,7 @@ use pyo3::types::PyDict;
 use vencejo_station::summarize_recording as summarize;
 
 use crate::errors;
+use crate::runtime::{self, IsWanted, WhileWanted};
 
 /// Adds the functions of this module.
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
@@ -17,8 +18,10 @@ pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
 /// The contents of a `.tlog` file, as the fields of `vencejo.recording.RecordingSummary`.
 #[pyfunction]
 fn summarize_recording(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyDict>> {
-    let summary = py
-        .detach(|| File::open(&path).and_then(summarize))
+    let name = path.clone();
+    let read =
+        move |is_wanted: IsWanted<'_>| File::open(&name).and_then(|file| summarize(WhileWanted(file, is_wanted)));
+    let summary = runtime::interruptible(py, read)?
         .map_err(|error| errors::raise("FileFormatError", format!("{}: {error}", path.display())))?;
     let fields = PyDict::new(py);
     fields.set_item("frames", summary.frames)?;

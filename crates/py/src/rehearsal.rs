@@ -2,16 +2,16 @@
 
 use std::collections::HashMap;
 use std::fs::File;
+use std::io;
 use std::path::PathBuf;
 
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
 use vencejo_flight::checks::{CheckContext, Finding, Inspection, fixes, rehearse_and_check};
 use vencejo_flight::landing::Wind;
 use vencejo_flight::plan::Plan;
 use vencejo_flight::rehearsal::{
     Air, Aircraft, Airframe, BatteryLack, BatterySettings, Conditions, Doubts, Learned, Origin, Range, Rehearsal,
-    Sample, Start, Trigger, glide_range, what_ifs,
+    Sample, Start, Trigger, WhatIf, glide_range, what_ifs,
 };
 use vencejo_proto::SystemId;
 use vencejo_station::{Runs, recorded_flight};
@@ -19,7 +19,7 @@ use vencejo_station::{Runs, recorded_flight};
 use crate::errors;
 use crate::ground;
 use crate::plan::{FigureTuple, FindingTuple, PlanTuple, figures, findings, plan_from_tuple, plan_to_tuple};
-use crate::runtime;
+use crate::runtime::{self, IsWanted, WhileWanted};
 
 /// Adds what this module has.
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
@@ -30,29 +30,61 @@ pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(learn_plane, module)?)
 }
 
-/// Time, latitude, longitude, heights above sea and above home, height asked for, height above ground; airspeed,
-/// groundspeed, climb; course, heading, bank, pitch; throttle; item counted from 1.
-type Moment = ((f64, f64, f64, f64, f64, f64, Option<f64>), (f64, f64, f64), (f64, f64, f64, f64), f64, Option<usize>);
-/// Item counted from 1, when it begins and is reached, how near the plane comes.
-type PassageTuple = (usize, f64, Option<f64>, Option<f64>);
-/// Origin of the airframe, findings, track, items, ending, touch-down, duration, distance, energy, and the battery at
-/// the end, or why it is not known.
-pub type RehearsalTuple = (
-    &'static str,
-    Vec<FindingTuple>,
-    Vec<Moment>,
-    Vec<PassageTuple>,
-    &'static str,
-    Option<Moment>,
-    f64,
-    f64,
-    Option<f64>,
-    Option<BatteryTuple>,
-    Option<&'static str>,
-);
-/// Energy of a full battery and what is left, Wh; part that should be left; when it is empty, and the item then,
-/// counted from 1.
-type BatteryTuple = (f64, f64, f64, Option<f64>, Option<usize>);
+/// A moment, by the names of `vencejo.rehearsal.Moment`.
+#[derive(IntoPyObject)]
+pub struct Moment {
+    time_s: f64,
+    lat_deg: f64,
+    lon_deg: f64,
+    alt_amsl_m: f64,
+    alt_rel_home_m: f64,
+    alt_asked_m: f64,
+    clearance_m: Option<f64>,
+    airspeed_m_s: f64,
+    groundspeed_m_s: f64,
+    climb_m_s: f64,
+    course_deg: f64,
+    heading_deg: f64,
+    bank_deg: f64,
+    pitch_deg: f64,
+    throttle: f64,
+    item: Option<usize>,
+}
+
+/// An item as flown, by the names of `vencejo.rehearsal.Passage`.
+#[derive(IntoPyObject)]
+struct Passage {
+    item: usize,
+    begins_s: f64,
+    reached_s: Option<f64>,
+    nearest_m: Option<f64>,
+}
+
+/// A battery at the end, by the names of `vencejo.airframe.BatteryLeft`.
+#[derive(IntoPyObject)]
+struct BatteryLeft {
+    capacity_wh: f64,
+    left_wh: f64,
+    reserve: f64,
+    empty_s: Option<f64>,
+    empty_item: Option<usize>,
+}
+
+/// A rehearsal, by the names of `vencejo.rehearsal.Rehearsal`.
+#[derive(IntoPyObject)]
+pub struct Flown {
+    airframe: &'static str,
+    findings: Vec<FindingTuple>,
+    track: Vec<Moment>,
+    passages: Vec<Passage>,
+    ending: &'static str,
+    touch_down: Option<Moment>,
+    duration_s: f64,
+    distance_m: f64,
+    energy_wh: Option<f64>,
+    battery: Option<BatteryLeft>,
+    battery_unknown: Option<&'static str>,
+}
 
 /// An airframe as `vencejo.rehearsal.Airframe` has it.
 #[derive(FromPyObject)]
@@ -166,29 +198,26 @@ impl Given {
     }
 }
 
-/// Whether the answer is still waited for.
-type IsWanted<'a> = &'a (dyn Fn() -> bool + Sync);
-
 /// Asks something of a plan and its conditions, with home's altitude above sea level and the clearance to keep, m.
 ///
 /// # Errors
 /// `InvalidRequest` without a home on Earth; what a signal handler of Python raises meanwhile.
-fn ask<T: Send>(
+fn ask<T: Send + 'static>(
     py: Python<'_>,
     plan: PlanTuple,
     given: Given,
     ground: Option<&Bound<'_, PyAny>>,
-    question: impl FnOnce(&Plan, &Conditions<'_>, (f64, f64), IsWanted<'_>) -> Option<T> + Send,
+    question: impl FnOnce(&Plan, &Conditions<'_>, (f64, f64), IsWanted<'_>) -> Option<T> + Send + 'static,
 ) -> PyResult<T> {
     let plan = plan_from_tuple(plan)?;
     let Some(home) = plan.mission.home else {
         return Err(errors::raise("InvalidRequest", "a rehearsal begins at home: the plan has none"));
     };
     let map = ground::around(ground, &plan, None)?;
-    let below = |point| map.height_m(point);
     let (start, clearance_m) = (Start::Ground { heading_deg: given.heading_deg }, given.clearance_m);
     let (plane, air) = given.plane_and_air()?;
-    runtime::interruptible(py, |is_wanted| {
+    runtime::interruptible(py, move |is_wanted| {
+        let below = |point| map.height_m(point);
         let conditions = Conditions { start, ground: Some(&below), ..Conditions::new(&plane, air) };
         question(&plan, &conditions, (home.alt_amsl_m, clearance_m), is_wanted)
     })?
@@ -212,8 +241,8 @@ fn plan_fixes(
 ) -> PyResult<Vec<FixTuple>> {
     let plan = plan_from_tuple(plan)?;
     let map = ground::around(ground.as_ref(), &plan, None)?;
-    let below = |point| map.height_m(point);
-    Ok(py.detach(|| {
+    runtime::interruptible(py, move |_| {
+        let below = |point| map.height_m(point);
         let get = |name: &str| parameters.get(name).copied();
         let plane = Aircraft::from_ardupilot(get);
         let air = Air::of(Wind { from_deg: wind.0, speed_m_s: wind.1 }, get);
@@ -227,38 +256,53 @@ fn plan_fixes(
             Some((finding, fix.kind.as_str(), with, fix.message(), plan_to_tuple(&fix.applied(&plan))))
         });
         told.collect()
-    }))
+    })
 }
 
 /// Flies a plan with a plane of these parameters.
 #[pyfunction]
 #[pyo3(signature = (plan, given, ground))]
-fn rehearse(
-    py: Python<'_>,
-    plan: PlanTuple,
-    given: Given,
-    ground: Option<Bound<'_, PyAny>>,
-) -> PyResult<RehearsalTuple> {
+fn rehearse(py: Python<'_>, plan: PlanTuple, given: Given, ground: Option<Bound<'_, PyAny>>) -> PyResult<Flown> {
     ask(py, plan, given, ground.as_ref(), |plan, conditions, (home_amsl_m, clearance_m), _| {
-        rehearse_and_check(plan, conditions, clearance_m).map(|(flown, found)| to_tuple(&flown, found, home_amsl_m))
+        rehearse_and_check(plan, conditions, clearance_m).map(|(flown, found)| Flown::new(&flown, found, home_amsl_m))
     })
 }
 
-/// Least, median and most of nine in ten.
-type RangeTuple = (f64, f64, f64);
-/// The expected flight, flights, how many ended how, duration, energy, part of the battery left and how many leave less
-/// than its reserve, distance of touch-downs, and of each moment of the corridor its time, how far across and how much
-/// higher.
-type SpreadTuple = (
-    RehearsalTuple,
-    usize,
-    Vec<(&'static str, usize)>,
-    RangeTuple,
-    Option<RangeTuple>,
-    (Option<RangeTuple>, Option<usize>),
-    Option<RangeTuple>,
-    Vec<(f64, RangeTuple, RangeTuple)>,
-);
+/// Nine flights in ten, by the names of `vencejo.rehearsal.Range`.
+#[derive(IntoPyObject)]
+struct Nine {
+    low: f64,
+    median: f64,
+    high: f64,
+}
+
+impl From<Range> for Nine {
+    fn from(Range { low, median, high }: Range) -> Self {
+        Self { low, median, high }
+    }
+}
+
+/// A moment of the corridor, by the names of `vencejo.rehearsal.Breadth`.
+#[derive(IntoPyObject)]
+struct Breadth {
+    time_s: f64,
+    across_m: Nine,
+    height_m: Nine,
+}
+
+/// Many flights, by the names of `vencejo.rehearsal.Spread`.
+#[derive(IntoPyObject)]
+struct Spread {
+    expected: Flown,
+    runs: usize,
+    endings: Vec<(&'static str, usize)>,
+    duration_s: Nine,
+    energy_wh: Option<Nine>,
+    battery_left: Option<Nine>,
+    below_reserve: Option<usize>,
+    touch_down_m: Option<Nine>,
+    corridor: Vec<Breadth>,
+}
 
 /// Flies a plan many times, on all processors.
 #[pyfunction]
@@ -271,30 +315,46 @@ fn rehearse_many(
     doubts: (f64, f64, f64, f64, f64, f64),
     runs: usize,
     seed: u64,
-) -> PyResult<SpreadTuple> {
+) -> PyResult<Spread> {
     let (wind_speed_m_s, wind_from_deg, gust_m_s, thrust, drag, power) = doubts;
     let doubts = Doubts { wind_speed_m_s, wind_from_deg, gust_m_s, thrust, drag, power };
-    ask(py, plan, given, ground.as_ref(), |plan, conditions, (home_amsl_m, clearance_m), is_wanted| {
+    ask(py, plan, given, ground.as_ref(), move |plan, conditions, (home_amsl_m, clearance_m), is_wanted| {
         let (expected, found) = rehearse_and_check(plan, conditions, clearance_m)?;
         let runs = Runs { count: runs, seed, spared: 0 };
         let spread = vencejo_station::rehearse_many(plan, conditions, &doubts, expected, &runs, is_wanted)?;
-        let range = |range: Range| (range.low, range.median, range.high);
-        Some((
-            to_tuple(&spread.expected, found, home_amsl_m),
-            spread.runs,
-            spread.endings.into_iter().map(|(ending, count)| (ending.as_str(), count)).collect(),
-            range(spread.duration_s),
-            spread.energy_wh.map(range),
-            (spread.battery_left.map(range), spread.below_reserve),
-            spread.touch_down_m.map(range),
-            spread.corridor.iter().map(|at| (at.time_s, range(at.across_m), range(at.height_m))).collect(),
-        ))
+        let breadth =
+            |time_s, across: Range, height: Range| Breadth { time_s, across_m: across.into(), height_m: height.into() };
+        Some(Spread {
+            expected: Flown::new(&spread.expected, found, home_amsl_m),
+            runs: spread.runs,
+            endings: spread.endings.into_iter().map(|(ending, count)| (ending.as_str(), count)).collect(),
+            duration_s: spread.duration_s.into(),
+            energy_wh: spread.energy_wh.map(Nine::from),
+            battery_left: spread.battery_left.map(Nine::from),
+            below_reserve: spread.below_reserve,
+            touch_down_m: spread.touch_down_m.map(Nine::from),
+            corridor: spread.corridor.iter().map(|at| breadth(at.time_s, at.across_m, at.height_m)).collect(),
+        })
     })
 }
 
-/// Trigger, moment, decisions (when, what), final reaction, the flight from there, and the ground within gliding range.
-pub type WhatIfTuple =
-    (&'static str, Moment, Vec<(f64, &'static str)>, &'static str, Option<RehearsalTuple>, Vec<(f64, f64)>);
+/// A decision, by the names of `vencejo.what_if.Decision`.
+#[derive(IntoPyObject)]
+struct Decided {
+    time_s: f64,
+    reaction: &'static str,
+}
+
+/// What follows from a trigger, by the names of `vencejo.what_if.WhatIf`.
+#[derive(IntoPyObject)]
+pub struct Followed {
+    trigger: &'static str,
+    at: Moment,
+    decisions: Vec<Decided>,
+    reaction: &'static str,
+    flown: Option<Flown>,
+    glide_range: Vec<(f64, f64)>,
+}
 
 /// What follows from triggers at moments of a plan.
 #[pyfunction]
@@ -306,10 +366,10 @@ fn what_if(
     ground: Option<Bound<'_, PyAny>>,
     triggers: Vec<String>,
     moments: Vec<f64>,
-) -> PyResult<Vec<WhatIfTuple>> {
+) -> PyResult<Vec<Followed>> {
     let triggers = triggers_named(&triggers)?;
-    ask(py, plan, given, ground.as_ref(), |plan, conditions, _, _| {
-        what_if_tuples(plan, conditions, &triggers, &moments)
+    ask(py, plan, given, ground.as_ref(), move |plan, conditions, _, is_wanted| {
+        what_follows(plan, conditions, &triggers, &moments, is_wanted)
     })
 }
 
@@ -324,115 +384,174 @@ pub fn triggers_named(names: &[String]) -> PyResult<Vec<Trigger>> {
     names.iter().map(named).collect()
 }
 
+/// Moments that are flown to before it is asked whether the others are still wanted.
+const MOMENTS_AT_ONCE: usize = 32;
+
 /// What follows; `None` without a home.
-pub fn what_if_tuples(
+pub fn what_follows(
     plan: &Plan,
     conditions: &Conditions<'_>,
     triggers: &[Trigger],
     moments: &[f64],
-) -> Option<Vec<WhatIfTuple>> {
+    is_wanted: IsWanted<'_>,
+) -> Option<Vec<Followed>> {
     let home_amsl_m = conditions.home.or(plan.mission.home)?.alt_amsl_m;
-    let found = what_ifs(plan, conditions, triggers, moments)?;
-    let told = found.iter().map(|found| {
-        let decisions = found.decisions.iter().map(|decision| (decision.time_s, decision.reaction.as_str()));
-        let range = glide_range(plan, conditions, &found.at).unwrap_or_default();
-        (
-            found.trigger.as_str(),
-            moment(&found.at, home_amsl_m),
-            decisions.collect(),
-            found.reaction().as_str(),
-            found.flown.as_ref().map(|flown| to_tuple(flown, Vec::new(), home_amsl_m)),
-            range.iter().map(|point| (point.lat_deg(), point.lon_deg())).collect(),
-        )
-    });
-    Some(told.collect())
+    let followed = |found: &WhatIf| Followed {
+        trigger: found.trigger.as_str(),
+        at: Moment::new(&found.at, home_amsl_m),
+        decisions: (found.decisions.iter())
+            .map(|decision| Decided { time_s: decision.time_s, reaction: decision.reaction.as_str() })
+            .collect(),
+        reaction: found.reaction().as_str(),
+        flown: found.flown.as_ref().map(|flown| Flown::new(flown, Vec::new(), home_amsl_m)),
+        glide_range: (glide_range(plan, conditions, &found.at).unwrap_or_default().iter())
+            .map(|point| (point.lat_deg(), point.lon_deg()))
+            .collect(),
+    };
+    let mut found = Vec::new();
+    // A few at a time, although each begins at home, so that it ends soon once nobody waits.
+    for moments in moments.chunks(MOMENTS_AT_ONCE) {
+        if is_wanted() {
+            found.extend(what_ifs(plan, conditions, triggers, moments)?.iter().map(followed));
+        }
+    }
+    Some(found)
 }
 
-/// An airframe by the names of its fields, the direction and speed of the wind, moments, and what is left of the
-/// airspeed.
-pub type LearnedTuple<'py> = (Bound<'py, PyDict>, (f64, f64), usize, f64);
+/// A learned airframe, by the names of `vencejo.airframe.Airframe`.
+#[derive(IntoPyObject)]
+struct LearnedAirframe {
+    cruise_m_s: f64,
+    drag_m_s2: f64,
+    induced: f64,
+    thrust_full_m_s2: f64,
+    throttle_cruise: f64,
+    attack_rad: f64,
+    level_pitch_rad: f64,
+    pitot: f64,
+    skid: f64,
+    power_cruise_w: Option<f64>,
+    is_simulated: bool,
+    power_exponent: f64,
+    voltage_v: Option<f64>,
+    thrust_static_m_s2: Option<f64>,
+    ground_drag_m_s2: Option<f64>,
+}
 
-/// A learned airframe, for Python.
-pub fn learned_tuple<'py>(py: Python<'py>, learned: &Learned) -> PyResult<LearnedTuple<'py>> {
-    let frame = learned.airframe;
-    let fields = PyDict::new(py);
-    for (name, value) in [
-        ("cruise_m_s", frame.cruise_m_s),
-        ("drag_m_s2", frame.drag_m_s2),
-        ("induced", frame.induced),
-        ("thrust_full_m_s2", frame.thrust_full_m_s2),
-        ("throttle_cruise", frame.throttle_cruise),
-        ("attack_rad", frame.attack_rad),
-        ("level_pitch_rad", frame.level_pitch_rad),
-        ("pitot", frame.pitot),
-        ("skid", frame.skid),
-        ("power_exponent", frame.power_exponent),
-    ] {
-        fields.set_item(name, value)?;
+/// A learned plane, by the names of `vencejo.airframe.Learned`.
+#[derive(IntoPyObject)]
+pub struct LearnedPlane {
+    airframe: LearnedAirframe,
+    wind: LearnedWind,
+    moments: usize,
+    airspeed_error_m_s: f64,
+}
+
+/// By the names of `vencejo.landing.Wind`.
+#[derive(IntoPyObject)]
+struct LearnedWind {
+    from_deg: f64,
+    speed_m_s: f64,
+}
+
+impl From<Learned> for LearnedPlane {
+    fn from(learned: Learned) -> Self {
+        let frame = learned.airframe;
+        let airframe = LearnedAirframe {
+            cruise_m_s: frame.cruise_m_s,
+            drag_m_s2: frame.drag_m_s2,
+            induced: frame.induced,
+            thrust_full_m_s2: frame.thrust_full_m_s2,
+            throttle_cruise: frame.throttle_cruise,
+            attack_rad: frame.attack_rad,
+            level_pitch_rad: frame.level_pitch_rad,
+            pitot: frame.pitot,
+            skid: frame.skid,
+            power_cruise_w: frame.power_cruise_w,
+            is_simulated: frame.is_simulated,
+            power_exponent: frame.power_exponent,
+            voltage_v: frame.voltage_v,
+            thrust_static_m_s2: frame.thrust_static_m_s2,
+            ground_drag_m_s2: frame.ground_drag_m_s2,
+        };
+        let Wind { from_deg, speed_m_s } = learned.wind;
+        let (moments, airspeed_error_m_s) = (learned.moments, learned.airspeed_error_m_s);
+        Self { airframe, wind: LearnedWind { from_deg, speed_m_s }, moments, airspeed_error_m_s }
     }
-    fields.set_item("power_cruise_w", frame.power_cruise_w)?;
-    fields.set_item("voltage_v", frame.voltage_v)?;
-    fields.set_item("thrust_static_m_s2", frame.thrust_static_m_s2)?;
-    fields.set_item("ground_drag_m_s2", frame.ground_drag_m_s2)?;
-    fields.set_item("is_simulated", frame.is_simulated)?;
-    Ok((fields, (learned.wind.from_deg, learned.wind.speed_m_s), learned.moments, learned.airspeed_error_m_s))
 }
 
 /// Learns an airframe from a recording; `None` if there is too little data.
 #[pyfunction]
 #[pyo3(signature = (path, *, parameters, system))]
-fn learn_plane<'py>(
-    py: Python<'py>,
+fn learn_plane(
+    py: Python<'_>,
     path: PathBuf,
     parameters: HashMap<String, f64>,
     system: Option<u8>,
-) -> PyResult<Option<LearnedTuple<'py>>> {
-    let learned = py.detach(|| {
-        let flight = File::open(&path)
-            .and_then(|file| recorded_flight(file, system.map(SystemId)))
-            .map_err(|error| errors::raise("FileFormatError", format!("{}: {error}", path.display())))?;
-        Ok::<_, PyErr>(flight.learned(&Aircraft::from_ardupilot(|name| parameters.get(name).copied())))
+) -> PyResult<Option<LearnedPlane>> {
+    let name = path.clone();
+    let learned = runtime::interruptible(py, move |is_wanted| {
+        let file = WhileWanted(File::open(&name)?, is_wanted);
+        let flight = recorded_flight(file, system.map(SystemId))?;
+        Ok(flight.learned(&Aircraft::from_ardupilot(|name| parameters.get(name).copied())))
     })?;
-    learned.map(|learned| learned_tuple(py, &learned)).transpose()
+    let learned =
+        learned.map_err(|error: io::Error| errors::raise("FileFormatError", format!("{}: {error}", path.display())))?;
+    Ok(learned.map(LearnedPlane::from))
 }
 
-/// A rehearsal for Python.
-pub fn to_tuple(flown: &Rehearsal, found: Vec<Finding>, home_amsl_m: f64) -> RehearsalTuple {
-    let moment = |sample: &Sample| moment(sample, home_amsl_m);
-    let passages =
-        flown.passages.iter().map(|passage| (passage.item + 1, passage.begins_s, passage.reached_s, passage.nearest_m));
-    (
-        flown.airframe.as_str(),
-        findings(found),
-        flown.track.iter().map(moment).collect(),
-        passages.collect(),
-        flown.ending.as_str(),
-        flown.touch_down.as_ref().map(moment),
-        flown.duration_s,
-        flown.distance_m,
-        flown.energy_wh,
-        flown.battery.ok().map(|left| {
-            (left.capacity_wh, left.left_wh, left.reserve, left.empty_s, left.empty_index.map(|index| index + 1))
-        }),
-        flown.battery.err().map(BatteryLack::as_str),
-    )
+impl Flown {
+    /// A rehearsal with its findings; home's altitude is that of mean sea level, m.
+    pub fn new(flown: &Rehearsal, found: Vec<Finding>, home_amsl_m: f64) -> Self {
+        let moment = |sample: &Sample| Moment::new(sample, home_amsl_m);
+        Self {
+            airframe: flown.airframe.as_str(),
+            findings: findings(found),
+            track: flown.track.iter().map(moment).collect(),
+            passages: (flown.passages.iter())
+                .map(|passage| Passage {
+                    item: passage.item + 1,
+                    begins_s: passage.begins_s,
+                    reached_s: passage.reached_s,
+                    nearest_m: passage.nearest_m,
+                })
+                .collect(),
+            ending: flown.ending.as_str(),
+            touch_down: flown.touch_down.as_ref().map(moment),
+            duration_s: flown.duration_s,
+            distance_m: flown.distance_m,
+            energy_wh: flown.energy_wh,
+            battery: flown.battery.ok().map(|left| BatteryLeft {
+                capacity_wh: left.capacity_wh,
+                left_wh: left.left_wh,
+                reserve: left.reserve,
+                empty_s: left.empty_s,
+                empty_item: left.empty_index.map(|index| index + 1),
+            }),
+            battery_unknown: flown.battery.err().map(BatteryLack::as_str),
+        }
+    }
 }
 
-fn moment(sample: &Sample, home_amsl_m: f64) -> Moment {
-    let (lat_deg, lon_deg) = (sample.point.lat_deg(), sample.point.lon_deg());
-    (
-        (
-            sample.time_s,
-            lat_deg,
-            lon_deg,
-            home_amsl_m + sample.height_m,
-            sample.height_m,
-            sample.height_asked_m,
-            sample.clearance_m(),
-        ),
-        (sample.airspeed_m_s, sample.groundspeed_m_s, sample.climb_m_s),
-        (sample.course_deg, sample.heading_deg, sample.bank_deg, sample.pitch_deg),
-        sample.throttle,
-        sample.index.map(|index| index + 1),
-    )
+impl Moment {
+    fn new(sample: &Sample, home_amsl_m: f64) -> Self {
+        Self {
+            time_s: sample.time_s,
+            lat_deg: sample.point.lat_deg(),
+            lon_deg: sample.point.lon_deg(),
+            alt_amsl_m: home_amsl_m + sample.height_m,
+            alt_rel_home_m: sample.height_m,
+            alt_asked_m: sample.height_asked_m,
+            clearance_m: sample.clearance_m(),
+            airspeed_m_s: sample.airspeed_m_s,
+            groundspeed_m_s: sample.groundspeed_m_s,
+            climb_m_s: sample.climb_m_s,
+            course_deg: sample.course_deg,
+            heading_deg: sample.heading_deg,
+            bank_deg: sample.bank_deg,
+            pitch_deg: sample.pitch_deg,
+            throttle: sample.throttle,
+            item: sample.index.map(|index| index + 1),
+        }
+    }
 }

@@ -1,8 +1,9 @@
 //! The one tokio runtime of the process, and waiting on it without the GIL.
 
 use std::future::Future;
+use std::io::{self, Read};
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
-use std::sync::{Mutex, OnceLock, PoisonError, mpsc};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError, mpsc};
 use std::thread::ThreadId;
 use std::time::{Duration, Instant};
 
@@ -148,32 +149,46 @@ pub fn attached<T>(run: impl FnOnce(Python<'_>) -> T) -> T {
     Python::attach(run)
 }
 
-/// Runs something long without the GIL, on a thread of its own, and lets Ctrl-C in: from then on `is_wanted` is false,
-/// and the exception is raised as soon as `run` has returned.
-pub fn interruptible<T: Send>(py: Python<'_>, run: impl FnOnce(&(dyn Fn() -> bool + Sync)) -> T + Send) -> PyResult<T> {
-    let is_wanted = AtomicBool::new(true);
+/// Whether the value is still waited for.
+pub type IsWanted<'a> = &'a (dyn Fn() -> bool + Sync);
+
+/// Runs something long on a thread of its own, and lets Ctrl-C in: its exception is raised at once. The thread then ends
+/// when it next asks whether its value is wanted, or when it is done.
+pub fn interruptible<T, F>(py: Python<'_>, run: F) -> PyResult<T>
+where
+    T: Send + 'static,
+    F: FnOnce(IsWanted<'_>) -> T + Send + 'static,
+{
+    let is_wanted = Arc::new(AtomicBool::new(true));
     let (ended, mut end) = mpsc::channel();
-    std::thread::scope(|scope| {
-        let is_wanted = &is_wanted;
-        // A panic drops the sender too, and comes back at the join.
-        let running = scope.spawn(move || {
-            let _ended: mpsc::Sender<()> = ended;
-            run(&|| is_wanted.load(Ordering::Relaxed))
-        });
-        let interrupted = loop {
-            let (waited, returned) = detached(py, || (end.recv_timeout(SIGNAL_INTERVAL), end));
-            end = returned;
-            if waited != Err(mpsc::RecvTimeoutError::Timeout) {
-                break None;
-            }
-            if let Err(signal) = py.check_signals() {
+    let still_wanted = is_wanted.clone();
+    let running = std::thread::spawn(move || {
+        // Nobody waits any more: the value is dropped here.
+        let _ = ended.send(run(&|| still_wanted.load(Ordering::Relaxed)));
+    });
+    loop {
+        let (waited, returned) = detached(py, || (end.recv_timeout(SIGNAL_INTERVAL), end));
+        end = returned;
+        match waited {
+            Ok(value) => return Ok(value),
+            Err(mpsc::RecvTimeoutError::Timeout) => py.check_signals().inspect_err(|_| {
                 is_wanted.store(false, Ordering::Relaxed);
-                break Some(signal);
+            })?,
+            Err(mpsc::RecvTimeoutError::Disconnected) => {
+                let Err(panic) = running.join() else { unreachable!("invariant: it sends before it ends") };
+                std::panic::resume_unwind(panic);
             }
-        };
-        let value = detached(py, || running.join()).unwrap_or_else(|panic| std::panic::resume_unwind(panic));
-        interrupted.map_or(Ok(value), Err)
-    })
+        }
+    }
+}
+
+/// A source that cannot be read further once nobody waits for what is made of it.
+pub struct WhileWanted<'a, R>(pub R, pub IsWanted<'a>);
+
+impl<R: Read> Read for WhileWanted<'_, R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        if (self.1)() { self.0.read(buffer) } else { Err(io::Error::other("no longer wanted")) }
+    }
 }
 
 /// The process in which an object was made: in one that is forked off, the threads behind it are not there.

@@ -4,7 +4,7 @@ use pyo3::prelude::*;
 use vencejo_flight::geodesy::GeoPoint;
 use vencejo_flight::separation::{Conflict, Limits, Place, conflicts};
 
-use crate::errors;
+use crate::{errors, runtime};
 
 /// Time, latitude, longitude, height above mean sea level.
 type PlaceTuple = (f64, f64, f64, f64);
@@ -39,7 +39,7 @@ fn separation_conflicts(
     };
     let tracks = tracks.into_iter().map(|track| track.into_iter().map(place).collect::<PyResult<Vec<_>>>());
     let tracks = tracks.collect::<PyResult<Vec<_>>>()?;
-    Ok(py.detach(|| conflicts(&tracks, &limits).iter().map(tuple).collect()))
+    runtime::interruptible(py, move |_| conflicts(&tracks, &limits).iter().map(tuple).collect())
 }
 
 fn tuple(found: &Conflict) -> ConflictTuple {

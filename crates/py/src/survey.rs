@@ -13,8 +13,8 @@ use vencejo_flight::survey::{
     CAMERAS, Camera, Coverage, Survey, SurveyOptions, SurveyShape, design_survey as design, rehearse_survey,
 };
 
-use crate::errors;
 use crate::plan::{FindingTuple, ItemTuple, findings, plan_to_tuple};
+use crate::{errors, runtime};
 
 /// Adds what this module has.
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
@@ -196,15 +196,16 @@ fn design_survey(
         coming_from: asked.coming_from.map(point).transpose()?,
         max_items: asked.max_items,
     };
-    py.detach(|| {
+    let laid_out = runtime::interruptible(py, move |_| {
         let get = |name: &str| parameters.get(name).copied();
         let plane = Aircraft::from_ardupilot(get);
-        let survey = design(&shape, &options, &plane).map_err(|error| errors::raise("InvalidRequest", error))?;
+        let survey = design(&shape, &options, &plane).map_err(|error| error.to_string())?;
         let air = Air::of(options.wind.unwrap_or_default(), get);
-        let (flown, coverage) = rehearse_survey(&survey, &plane, air, home, None)
-            .ok_or_else(|| errors::raise("InvalidRequest", "the survey has no place to begin at"))?;
+        let (flown, coverage) =
+            rehearse_survey(&survey, &plane, air, home, None).ok_or("the survey has no place to begin at")?;
         Ok(laid(&survey, &coverage, flown.duration_s))
-    })
+    });
+    laid_out?.map_err(|problem: String| errors::raise("InvalidRequest", problem))
 }
 
 fn laid(survey: &Survey, coverage: &Coverage, duration_s: f64) -> Laid {

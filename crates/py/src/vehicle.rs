@@ -18,7 +18,7 @@ use crate::messages::{fields_of, message_ids};
 use crate::operator::PyOperator;
 use crate::pending::PyPending;
 use crate::plan::{FindingTuple, PlanTuple, findings, plan_from_tuple, plan_to_tuple};
-use crate::rehearsal::{self, LearnedTuple, Profile, RehearsalTuple, WhatIfTuple};
+use crate::rehearsal::{self, Flown, Followed, LearnedPlane, Profile};
 use crate::subscription::Subscription;
 use crate::telemetry::{TelemetrySnapshot, seconds};
 use crate::{errors, ground, requests, runtime};
@@ -356,22 +356,22 @@ impl PyVehicle {
         profile: Profile,
         ground: Option<Bound<'_, PyAny>>,
         clearance_m: f64,
-    ) -> PyResult<Option<RehearsalTuple>> {
+    ) -> PyResult<Option<Flown>> {
         let plan = plan_from_tuple(plan)?;
         let flies_in = self.flies_in(wind, profile)?;
         let map = ground::around(ground.as_ref(), &plan, self.vehicle.home())?;
-        let below = |point| map.height_m(point);
-        Ok(py.detach(|| {
-            let home_amsl_m = self.vehicle.home().or(plan.mission.home)?.alt_amsl_m;
-            let (flown, found) = self.vehicle.rehearse(&plan, &flies_in, Some(&below), clearance_m)?;
-            Some(rehearsal::to_tuple(&flown, found, home_amsl_m))
-        }))
+        let vehicle = self.vehicle.clone();
+        runtime::interruptible(py, move |_| {
+            let below = |point| map.height_m(point);
+            let home_amsl_m = vehicle.home().or(plan.mission.home)?.alt_amsl_m;
+            let (flown, found) = vehicle.rehearse(&plan, &flies_in, Some(&below), clearance_m)?;
+            Some(Flown::new(&flown, found, home_amsl_m))
+        })
     }
 
     /// The airframe learned from its flight; `None` while there is too little data.
-    fn learned<'py>(&self, py: Python<'py>) -> PyResult<Option<LearnedTuple<'py>>> {
-        let learned = py.detach(|| self.vehicle.learned());
-        learned.map(|learned| rehearsal::learned_tuple(py, &learned)).transpose()
+    fn learned(&self, py: Python<'_>) -> Option<LearnedPlane> {
+        runtime::detached(py, || self.vehicle.learned()).map(LearnedPlane::from)
     }
 
     /// At moments of a plan, or from now on; `None` where no home is known, or it is not known to be in the air.
@@ -383,7 +383,7 @@ impl PyVehicle {
         wind: (f64, f64),
         profile: Profile,
         ground: Option<Bound<'_, PyAny>>,
-    ) -> PyResult<Option<Vec<WhatIfTuple>>> {
+    ) -> PyResult<Option<Vec<Followed>>> {
         let at = at.map(|(plan, moments)| Ok::<_, PyErr>((plan_from_tuple(plan)?, moments))).transpose()?;
         let triggers = rehearsal::triggers_named(&triggers)?;
         let (plane, air) = self.flies_in(wind, profile)?;
@@ -394,12 +394,12 @@ impl PyVehicle {
         };
         let Some((plan, start, moments)) = asked else { return Ok(None) };
         let map = ground::around(ground.as_ref(), &plan, home)?;
-        let below = |point| map.height_m(point);
-        Ok(py.detach(|| {
+        runtime::interruptible(py, move |is_wanted| {
+            let below = |point| map.height_m(point);
             let conditions = Conditions { home, ground: Some(&below), ..Conditions::new(&plane, air) };
             let conditions = Conditions { start: start.unwrap_or(conditions.start), ..conditions };
-            rehearsal::what_if_tuples(&plan, &conditions, &triggers, &moments)
-        }))
+            rehearsal::what_follows(&plan, &conditions, &triggers, &moments, is_wanted)
+        })
     }
 
     fn upload(&self, py: Python<'_>, kind: &str, plan: PlanTuple, despite_findings: bool) -> PyResult<PyPending> {
