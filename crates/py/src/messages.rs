@@ -1,9 +1,10 @@
 //! Raw messages for Python, by the names of their fields.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::{Mutex, PoisonError};
 
 use pyo3::prelude::*;
-use pyo3::sync::PyOnceLock;
+use pyo3::sync::{MutexExt, PyOnceLock};
 use pyo3::types::{PyBool, PyByteArray, PyBytes, PyDict, PyFloat, PyMapping, PyMappingProxy, PyString, PyTuple};
 use vencejo_proto::{FieldValue, Frame, MonoTime, decode_fields, message_name};
 use vencejo_vehicle::MessageId;
@@ -39,17 +40,21 @@ pub fn message_id(name: &str) -> PyResult<u32> {
     name.parse::<MessageId>().map(|id| id.0).map_err(|error| errors::raise("InvalidRequest", error))
 }
 
+/// The name of a message, as one string for all messages of an id.
+fn name_of(py: Python<'_>, id: u32) -> Py<PyString> {
+    static NAMES: Mutex<BTreeMap<u32, Py<PyString>>> = Mutex::new(BTreeMap::new());
+    let Some(name) = message_name(id) else { return PyString::new(py, &format!("UNKNOWN_{id}")).unbind() };
+    let mut names = NAMES.lock_py_attached(py).unwrap_or_else(PoisonError::into_inner);
+    names.entry(id).or_insert_with(|| PyString::intern(py, name).unbind()).clone_ref(py)
+}
+
 impl PyMessage {
     /// A message as it was received.
     pub fn received(py: Python<'_>, frame: &Frame, at: MonoTime) -> Self {
         let (id, source) = (frame.message_id(), frame.source());
-        let name = match message_name(id) {
-            Some(name) => PyString::intern(py, name),
-            None => PyString::new(py, &format!("UNKNOWN_{id}")),
-        };
         // A copy: what a program keeps must not keep what else came in the same datagrams.
         let payload = PyBytes::new(py, frame.payload());
-        Self::new(name.unbind(), source.system.0, source.component.0, seconds(at), id, payload.unbind())
+        Self::new(name_of(py, id), source.system.0, source.component.0, seconds(at), id, payload.unbind())
     }
 
     /// The values that identify it, in the order of its constructor.
