@@ -8,7 +8,8 @@ const FAST: Duration = Duration::from_micros(250);
 /// A longer silence counts as this long.
 const SILENCE: Duration = Duration::from_secs(1);
 
-/// A reader that may be late by one pause while what it reads comes more often than every 250 µs.
+/// A reader that may be late by one pause while it would otherwise be woken more often than every 250 µs. What already
+/// comes a few at a time wakes it less often than that, and is read at once.
 #[derive(Debug)]
 pub struct Pace {
     pause: Duration,
@@ -16,14 +17,16 @@ pub struct Pace {
     looked: Option<Instant>,
     /// Items read since.
     taken: u32,
-    /// The recent mean interval between two items.
+    /// Whether it paused then: several items have come since, each of which would have woken it.
+    paused: bool,
+    /// The recent mean interval between two wake-ups, as they are without a pause.
     gap: Duration,
 }
 
 impl Pace {
     /// A reader that has read nothing yet, with pauses of this length.
     pub const fn new(pause: Duration) -> Self {
-        Self { pause, looked: None, taken: 0, gap: SILENCE }
+        Self { pause, looked: None, taken: 0, paused: false, gap: SILENCE }
     }
 
     /// Counts an item.
@@ -36,9 +39,11 @@ impl Pace {
         let since = self.looked.replace(now).map(|looked| now.saturating_duration_since(looked));
         let taken = std::mem::take(&mut self.taken);
         if let (Some(since), 1..) = (since, taken) {
-            self.gap = (self.gap * 3 + since.min(SILENCE) / taken) / 4;
+            let wakeups = if self.paused { taken } else { 1 };
+            self.gap = (self.gap * 3 + since.min(SILENCE) / wakeups) / 4;
         }
-        (taken > 0 && self.gap < FAST).then_some(self.pause)
+        self.paused = taken > 0 && self.gap < FAST;
+        self.paused.then_some(self.pause)
     }
 }
 
@@ -56,6 +61,7 @@ mod tests {
         };
         let (slow, fast) = (Duration::from_millis(1), Duration::from_micros(100));
         assert!((0..100).all(|_| !reads(1, slow)), "each is read at once");
+        assert!((0..100).all(|_| !reads(10, fast)), "what comes ten at a time wakes it seldom enough");
         assert!((0..3).all(|_| !reads(1, fast)), "a few that come together are no stream");
         assert!((0..100).any(|_| reads(1, fast)));
         assert!((0..100).all(|_| reads(10, fast)));

@@ -14,7 +14,7 @@ use super::datagrams::{Datagrams, Watch, is_passing};
 use crate::pace::Pace;
 
 /// How late datagrams may be read while they come thousands a second.
-const PAUSE: Duration = Duration::from_micros(500);
+const PAUSE: Duration = Duration::from_millis(1);
 /// Readings in a row that found too little before the thread ends (hysteresis).
 const PATIENCE: u32 = 10;
 /// Datagrams read before yielding to other tasks.
