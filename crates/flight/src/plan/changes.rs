@@ -55,7 +55,9 @@ pub enum Change {
 ///
 /// Of lists of a fence or of rally points the numbers are those of their corners and points in order.
 pub fn plan_changes(edited: &[MissionItem], on_board: &[MissionItem], keeping: Keeping) -> Vec<Change> {
-    let edited: Vec<MissionItem> = edited.iter().map(|item| keeping.kept(item)).collect();
+    // Those on board too: the return point of a fence is read without the frame that it is stored in.
+    let [edited, on_board] =
+        [edited, on_board].map(|items| items.iter().map(|item| keeping.kept(item)).collect::<Vec<MissionItem>>());
     let fields = |at: usize, other: usize| keeping.fields_that_differ(&edited[at], &on_board[other]);
     let is_same = |at: usize, other: usize| fields(at, other).next().is_none();
     let (mut ends, most) = ((edited.len(), on_board.len()), edited.len().min(on_board.len()));
@@ -295,6 +297,8 @@ mod tests {
             };
             let on_board = fence(true, 80.0, back);
             assert_eq!(count(&fence(true, 80.000_001, back), &on_board), 0);
+            let read = Fence::from_items(&on_board.iter().map(|item| keeping.kept(item)).collect::<Vec<_>>()).unwrap();
+            assert_eq!(plan_changes(&on_board, &read.to_items(), keeping), [], "as the station has read it");
             assert_eq!(count(&fence(true, 81.0, back), &on_board), 1);
             assert_eq!(count(&fence(true, 80.0, None), &on_board), 1);
             assert_eq!(count(&fence(false, 80.0, back), &on_board), 3);
