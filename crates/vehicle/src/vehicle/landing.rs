@@ -121,6 +121,21 @@ impl Vehicle {
         }
     }
 
+    /// Seq of the item at which the landing of its mission begins, where no `DO_LAND_START` marks one: the item with a
+    /// position before it, where its last leg begins, else the landing itself. `None` also while its mission is not
+    /// known.
+    pub(super) fn unmarked_landing(&self) -> Option<u16> {
+        let items = &self.mission()?.items;
+        let land = items.iter().position(|item| item.command == Command::NAV_LAND)?;
+        if items.iter().any(|item| item.command == Command::DO_LAND_START) {
+            return None;
+        }
+        let before = items[..land].iter().rposition(|item| item.command.is_nav());
+        let is_leg = |&index: &usize| items[index].command != Command::NAV_TAKEOFF && items[index].has_position();
+        let index = before.filter(is_leg).unwrap_or(land);
+        Some(u16::try_from(index).ok()?.saturating_add(self.first_seq()))
+    }
+
     /// The present item of its mission, where both its mode and that item were reported lately.
     fn flown_item(&self, now: MonoTime) -> Option<u16> {
         let is_fresh = |freshness| freshness == Freshness::Fresh;

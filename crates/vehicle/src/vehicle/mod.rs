@@ -472,6 +472,7 @@ impl Vehicle {
             preparation: self.flight_preparation(),
             first_nav: self.first_nav(),
             is_landing: self.is_landing_already(now),
+            unmarked_landing: self.unmarked_landing(),
             is_complete: self.tracker.is_complete(),
             has_command_int: self.has_command_int(),
             now,

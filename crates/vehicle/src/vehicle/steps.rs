@@ -45,6 +45,8 @@ pub(super) struct Context<'a> {
     pub first_nav: u16,
     /// Whether it flies a landing of its mission already (`Vehicle::is_landing_already`).
     pub is_landing: bool,
+    /// Seq at which a landing of its mission begins that has no `DO_LAND_START` (`Vehicle::unmarked_landing`).
+    pub unmarked_landing: Option<u16>,
     /// Whether its mission is complete (`ProgressTracker::is_complete`).
     pub is_complete: bool,
     /// Whether COMMAND_INT may be sent.
@@ -314,11 +316,16 @@ impl Context<'_> {
             }
             Request::LoiterHere | Request::MissionPause => self.mode_for(Action::Loiter)?,
             Request::ReturnToLaunch => self.mode_for(Action::ReturnToLaunch)?,
-            Request::Land => match self.family()? {
-                ModeFamily::ArduPlane if self.is_landing => {
+            Request::Land => match (self.family()?, self.unmarked_landing) {
+                (ModeFamily::ArduPlane, _) if self.is_landing => {
                     Step::Note(Severity::INFO, "It is landing already: nothing was sent".to_owned())
                 }
-                ModeFamily::ArduPlane => {
+                // DO_LAND_START, by which ArduPlane finds a landing, would be refused.
+                (ModeFamily::ArduPlane, Some(seq)) => {
+                    let steps = [self.set_current(seq), self.mode_for(Action::Mission)?];
+                    return Ok(steps.into_iter().chain(self.go_on_from(seq)).collect());
+                }
+                (ModeFamily::ArduPlane, None) => {
                     let before = self.telemetry.mission.map(|mission| mission.value.seq);
                     Step::command(self.long(Command::DO_LAND_START, [0.0; 7])).proved_by(Effect::JumpedFrom(before))
                 }

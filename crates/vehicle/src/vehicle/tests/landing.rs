@@ -23,6 +23,22 @@ fn in_auto(seq: u16) -> Pair {
     world
 }
 
+/// The same without DO_LAND_START.
+fn unmarked(seq: u16) -> Pair {
+    let mut world = in_auto(1);
+    let items = vec![
+        MissionItem::takeoff(40.3332, -3.7990, 50.0, 12.0),
+        MissionItem::waypoint(40.3340, -3.8030, 80.0),
+        MissionItem::waypoint(40.3345, -3.8000, 40.0),
+        MissionItem::change_airspeed(14.0),
+        MissionItem::land(40.3332, -3.7978, 0.0),
+    ];
+    let plan = Request::UploadPlan { kind: PlanKind::Mission, items, home: None, despite_findings: false };
+    ask(&mut world, plan).expect("uploaded");
+    fly(&mut world, AUTO, seq);
+    world
+}
+
 fn fly(world: &mut Pair, mode: u32, seq: u16) {
     (world.plane.is_armed, world.plane.mode, world.plane.current) = (true, mode, seq);
     world.plane.landed = MavLandedState::MAV_LANDED_STATE_IN_AIR;
@@ -223,4 +239,18 @@ fn auto_is_entered_when_a_mission_runs() {
     world.plane.mode = 5;
     wait(&mut world, 8_000);
     assert_eq!(ask(&mut world, mode("AUTO")), Ok(Reply::Done));
+}
+
+#[test]
+fn a_landing_without_its_mark_is_flown_from_its_last_leg() {
+    let mut world = unmarked(2);
+    fly(&mut world, 11, 2);
+    assert_eq!(ask(&mut world, Request::Land), Ok(Reply::Done));
+    assert_eq!((world.plane.mode, world.plane.current), (AUTO, 3));
+    assert_eq!(count(&world, Command::DO_LAND_START), 0, "it would be refused");
+    // On final nothing is sent.
+    fly(&mut world, AUTO, 5);
+    let before = count(&world, Command::DO_SET_MISSION_CURRENT);
+    assert_eq!(ask(&mut world, Request::Land), Ok(Reply::Done));
+    assert_eq!(count(&world, Command::DO_SET_MISSION_CURRENT), before);
 }
