@@ -351,7 +351,7 @@ class StationPage:
     async def set_mode(self, mode: str) -> None:
         """Choose a mode in the fly panel."""
         panel = await self.open_panel("fly")
-        await self.choice(panel, "fly.mode").select_option(value=mode)
+        await self.choice(panel, "fly.changeMode").select_option(value=mode)
         change = f"{self.text('fly.set')}: {self.text('fly.changeMode')}"
         await self.command(panel.get_by_role("button", name=change, exact=True), "mode")
         await expect(self.bar("bar.mode")).to_have_text(re.compile(rf"^\s*{mode}"))

@@ -34,7 +34,7 @@ export const operations = new Operations(api);
 
 /** More answers than these are not shown at once. */
 const ANSWERS_SHOWN = 3;
-const ACCEPTED_SHOWN_MS = 10_000;
+const SHOWN_MS: Readonly<Record<Answer['state'], number>> = { waiting: Infinity, accepted: 10_000, refused: 60_000 };
 /** Vehicles that are followed in all detail at once: of more, those chosen last. */
 const DETAILED = 8;
 /** Longer questions are not asked over the WebSocket, which takes half a megabyte. */
@@ -193,11 +193,11 @@ export class Station {
     return this.#answers.get(`${vehicle.systemId}/${command}`);
   }
 
-  /** The newest answers of a vehicle, newest first; those that were accepted go by themselves. */
+  /** The newest answers of a vehicle, newest first, for as long as they concern its present state. */
   answers(vehicle: Vehicle): Answer[] {
     return [...this.#answers]
       .filter(([key, answer]) => {
-        const isOld = answer.state === 'accepted' && clock.now_ms - answer.at_ms > ACCEPTED_SHOWN_MS;
+        const isOld = clock.now_ms - answer.at_ms > SHOWN_MS[answer.state];
         return key.startsWith(`${vehicle.systemId}/`) && !isOld;
       })
       .map(([, answer]) => answer)

@@ -177,6 +177,13 @@ export class Vehicle {
     return this.progress?.follows_mission === true && this.isArmed === true && this.isOnGround === false;
   }
 
+  /** Whether it is known to fly, and not its mission: home, to a place it was sent to, in a circle, or by hand. */
+  get hasLeftMission(): boolean {
+    const { progress } = this;
+    const isInterrupted = progress?.follows_mission === false && !progress.is_complete;
+    return isInterrupted && this.isArmed === true && this.isOnGround === false;
+  }
+
   /**
    * Where it probably is at `now_ms` while it is lost; null while it is heard. In a mission it goes on as that was rehearsed from
    * about where it was last heard; else in a line or circle.
