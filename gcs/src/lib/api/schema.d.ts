@@ -1467,9 +1467,9 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Lands. An ArduPlane: jumps to the landing sequence of its mission (MAV_CMD_DO_LAND_START); nothing is sent to
-         *     one that flies that sequence already, because it would begin it anew and turn away without climbing. Others:
-         *     mode LAND.
+         * Lands. An ArduPlane: jumps to the landing sequence of its mission (MAV_CMD_DO_LAND_START), or to the beginning of
+         *     a landing that is known to have no such mark, in AUTO; nothing is sent to one that flies its landing already,
+         *     because it would begin it anew and turn away without climbing. Others: mode LAND.
          */
         post: operations["land"];
         delete?: never;

@@ -132,7 +132,7 @@ it('sends a refused token once, and one that has to wait again until it is taken
     refuse(429, { code: 'tokens-slowed', wait_s: 8 }),
     new ProblemError(ownProblem('', 503)),
   ];
-  vi.spyOn(api, 'openSession').mockImplementation(({ token }: { token?: string }) => {
+  vi.spyOn(api, 'openSession').mockImplementation(({ token }: { token?: string | null }) => {
     asked.push(token);
     return Promise.reject(answers.shift() ?? new Promise(() => undefined));
   });
