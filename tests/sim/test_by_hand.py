@@ -165,7 +165,7 @@ def test_the_running_simulator_hands_it_over() -> None:
         sim.hold(30.0, -10.0, 120.0)
 
         def shown(world: World) -> tuple[float, float]:
-            world.advance(0.1)
+            world.advance(2.0)  # however early in its start: the heading is shown from 1.6 s on
             now = world.planes[0].snapshot()
             return math.degrees(now.roll_rad), now.heading_deg
 
