@@ -258,7 +258,7 @@ def far_gap(runs: int, _seconds: float) -> Table:
             healed = time.monotonic()
             until(lambda: ground.age_s(at) < STALE_S)
             missing = len(kept.keys() - numbered(archive, "plane1").keys())
-            orders = Orders()
+            orders = Orders(first=1)
             with Watch(ground, at) as watch:
                 while kept.keys() - numbered(archive, "plane1").keys():
                     if time.monotonic() - healed > 2 * SETTINGS.cut_s + 60:

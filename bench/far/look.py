@@ -83,6 +83,13 @@ class Orders:
 
     took_ms: list[float] = field(default_factory=list)
     failed: int = 0
+    first: int = 0
+    """Number of the first of these commands."""
+
+    @property
+    def next(self) -> int:
+        """Return the number of the next command."""
+        return self.first + len(self.took_ms) + self.failed
 
     @property
     def figures(self) -> dict[str, float]:
@@ -104,15 +111,18 @@ def order(ground: Ground, at: str, number: int = 0) -> bool:
 
 
 def orders_for(ground: Ground, planes: Sequence[str], seconds: float, orders: Orders | None = None) -> Orders:
-    """Command planes in turn for a time, with a quarter of a second between commands."""
+    """Command planes in turn for a time, with a quarter of a second between commands.
+
+    The numbers go on from earlier ``orders``: a plane that is commanded into the mode that it is in shows that with its
+    next heartbeat only, up to a second later.
+    """
     orders = orders or Orders()
-    until, number = time.monotonic() + seconds, 0
+    until = time.monotonic() + seconds
     while time.monotonic() < until:
-        began = time.monotonic()
+        began, number = time.monotonic(), orders.next
         if order(ground, planes[number % len(planes)], number // len(planes)):
             orders.took_ms.append((time.monotonic() - began) * 1e3)
         else:
             orders.failed += 1
-        number += 1
         time.sleep(0.25)
     return orders

@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable
 
 from bench.far.field import Field, field_of, until
-from bench.far.look import Manned, Watch, order, orders_for
+from bench.far.look import Manned, Orders, Watch, order, orders_for
 from bench.far.rig import free_tcp_port
 from bench.far.settings import SETTINGS
 from bench.harness import NotMeasured, contestant, quantile, repeat, result_of, running, wait_line
@@ -37,9 +37,9 @@ def _flown(field: Field, seconds: float, settles_s: float) -> Figures:
     way = field.boards[0].ways[0]
     began, before = time.monotonic(), way.up.on_the_line
     with Watch(ground, places[0]):
-        orders_for(ground, places, settles_s)
+        settled = orders_for(ground, places, settles_s)
     with Watch(ground, places[0]) as watch:
-        orders = orders_for(ground, places, seconds)
+        orders = orders_for(ground, places, seconds, Orders(first=settled.next))
     lasted_s = time.monotonic() - began
     return {
         **orders.figures,
