@@ -11,7 +11,7 @@ use vencejo_proto::MonoTime;
 use crate::payload::{Answer, End};
 use crate::rivals::HELD_BACK;
 
-/// How long each attempt waits for its answer; the last again and again.
+/// After how long without an answer the order is sent again, at least; the last again and again.
 const WAITS: [Duration; 4] =
     [Duration::from_millis(500), Duration::from_secs(1), Duration::from_secs(2), Duration::from_secs(4)];
 /// How long to wait when there was no receiver: the network reports that once more just after it has healed.
@@ -22,7 +22,7 @@ const NOBODY_FOR: Duration = Duration::from_secs(2);
 /// What to do next.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Step {
-    /// Wait, then send the order and wait for its answer.
+    /// Wait, then send the order and wait for an answer, to this attempt or to an earlier one.
     Send {
         /// How long to wait before.
         after: Duration,
@@ -47,11 +47,28 @@ pub enum Outcome {
     },
 }
 
+/// How long answers take that are given at once: the slowest, which counts less with each one after it.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct RoundTrip(Duration);
+
+impl RoundTrip {
+    /// An answer took this long.
+    pub fn on_answer(&mut self, took: Duration) {
+        self.0 = took.max((self.0 * 7 + took) / 8);
+    }
+
+    /// The least time after which an answer is late.
+    fn late(self) -> Duration {
+        (self.0 * 3 / 2).min(WAITS[WAITS.len() - 1])
+    }
+}
+
 /// An order being delivered.
 #[derive(Debug, Clone)]
 pub struct OrderDelivery {
     began: MonoTime,
     patience: Duration,
+    late: Duration,
     attempts: u32,
     /// Whether it may have arrived.
     silent: bool,
@@ -61,8 +78,8 @@ pub struct OrderDelivery {
 
 impl OrderDelivery {
     /// A delivery that is given up after `patience`.
-    pub fn new(patience: Duration, now: MonoTime) -> Self {
-        Self { began: now, patience, attempts: 0, silent: false, sent_at: now }
+    pub fn new(patience: Duration, round_trip: RoundTrip, now: MonoTime) -> Self {
+        Self { began: now, patience, late: round_trip.late(), attempts: 0, silent: false, sent_at: now }
     }
 
     /// A progress report restarts the timeout.
@@ -123,7 +140,7 @@ impl OrderDelivery {
         if !self.silent {
             self.sent_at = now + after;
         }
-        let wait = WAITS[(self.attempts as usize).min(WAITS.len() - 1)];
+        let wait = WAITS[(self.attempts as usize).min(WAITS.len() - 1)].max(self.late);
         self.attempts += 1;
         Step::Send { after, wait }
     }
@@ -145,7 +162,7 @@ mod tests {
 
     #[test]
     fn an_answer_is_an_answer() {
-        let mut delivery = OrderDelivery::new(PATIENCE, at(0));
+        let mut delivery = OrderDelivery::new(PATIENCE, RoundTrip::default(), at(0));
         assert_eq!(delivery.start(), Step::Send { after: Duration::ZERO, wait: WAITS[0] });
         assert_eq!(
             delivery.on_answer(stale(), at(0), at(600)),
@@ -156,7 +173,7 @@ mod tests {
 
     #[test]
     fn silence_is_no_answer() {
-        let mut delivery = OrderDelivery::new(PATIENCE, at(0));
+        let mut delivery = OrderDelivery::new(PATIENCE, RoundTrip::default(), at(0));
         let _ = delivery.start();
         let mut waited = at(500);
         while let Step::Send { wait, .. } = delivery.on_silence(waited) {
@@ -164,7 +181,7 @@ mod tests {
         }
         assert!(waited >= at(10_000) && waited <= at(14_000), "{waited}");
         assert_eq!(delivery.on_silence(waited), Step::End(Outcome::Unknown { attempts: 5 }));
-        let mut delivery = OrderDelivery::new(PATIENCE, at(0));
+        let mut delivery = OrderDelivery::new(PATIENCE, RoundTrip::default(), at(0));
         let _ = (delivery.start(), delivery.on_silence(at(500)));
         assert_eq!(
             delivery.on_answer(stale(), at(0), at(600)),
@@ -173,13 +190,32 @@ mod tests {
         );
     }
 
+    #[test]
+    fn what_takes_long_is_not_asked_again_before_it_can_be_answered() {
+        let mut round_trip = RoundTrip::default();
+        let wait = |round_trip| match OrderDelivery::new(PATIENCE, round_trip, at(0)).start() {
+            Step::Send { wait, .. } => wait,
+            Step::End(end) => panic!("{end:?}"),
+        };
+        round_trip.on_answer(Duration::from_millis(100));
+        assert_eq!(wait(round_trip), WAITS[0]);
+        round_trip.on_answer(Duration::from_millis(1_600));
+        assert_eq!(wait(round_trip), Duration::from_millis(2_400));
+        round_trip.on_answer(Duration::from_millis(800));
+        assert_eq!(wait(round_trip), Duration::from_millis(2_250), "one may be as slow again");
+        (0..40).for_each(|_| round_trip.on_answer(Duration::from_millis(100)));
+        assert_eq!(wait(round_trip), WAITS[0], "it was another way");
+        round_trip.on_answer(Duration::from_secs(60));
+        assert_eq!(wait(round_trip), WAITS[3]);
+    }
+
     fn of_boot(boot_age_ms: u64) -> Answer {
         Answer { end: End::Unknown.into(), boot_age_ms, ..Answer::default() }
     }
 
     #[test]
     fn what_another_computer_of_that_name_says_is_no_answer() {
-        let mut delivery = OrderDelivery::new(PATIENCE, at(0));
+        let mut delivery = OrderDelivery::new(PATIENCE, RoundTrip::default(), at(0));
         let _ = delivery.start();
         // Each of them says that it has run for an hour; the one that was meant was heard just now.
         let other = || of_boot(3_600_000);
@@ -203,7 +239,7 @@ mod tests {
             Step::End(Outcome::Answered(answer)) => answer.end(),
             other => panic!("{other:?}"),
         };
-        let mut delivery = OrderDelivery::new(PATIENCE, at(0));
+        let mut delivery = OrderDelivery::new(PATIENCE, RoundTrip::default(), at(0));
         let _ = delivery.start();
         assert_eq!(end(&mut delivery.clone(), 40, 40), End::Stale, "it ran before that was sent");
         assert_eq!(end(&mut delivery.clone(), 39, 40), End::Unknown, "the one before may have been there still");
@@ -218,7 +254,7 @@ mod tests {
 
     #[test]
     fn what_goes_on_is_waited_for() {
-        let mut delivery = OrderDelivery::new(PATIENCE, at(0));
+        let mut delivery = OrderDelivery::new(PATIENCE, RoundTrip::default(), at(0));
         let _ = (delivery.start(), delivery.on_silence(at(500)));
         delivery.on_sign(at(9_000));
         delivery.on_sign(at(3_000));
@@ -228,7 +264,7 @@ mod tests {
 
     #[test]
     fn nobody_there_means_that_nothing_was_done() {
-        let mut delivery = OrderDelivery::new(PATIENCE, at(0));
+        let mut delivery = OrderDelivery::new(PATIENCE, RoundTrip::default(), at(0));
         let _ = delivery.start();
         assert_eq!(
             delivery.on_nobody(at(1)),
@@ -236,7 +272,7 @@ mod tests {
             "it may just have healed"
         );
         assert_eq!(delivery.on_nobody(at(2_000)), Step::End(Outcome::Unreached));
-        let mut delivery = OrderDelivery::new(PATIENCE, at(0));
+        let mut delivery = OrderDelivery::new(PATIENCE, RoundTrip::default(), at(0));
         let _ = (delivery.start(), delivery.on_silence(at(500)));
         assert!(matches!(delivery.on_nobody(at(2_000)), Step::Send { .. }));
         assert_eq!(

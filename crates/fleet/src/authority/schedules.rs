@@ -8,7 +8,7 @@ use rand::rngs::SmallRng;
 use rand::{Rng, SeedableRng};
 
 use super::*;
-use crate::delivery::{OrderDelivery, Outcome, Step};
+use crate::delivery::{OrderDelivery, Outcome, RoundTrip, Step};
 
 /// Schedules in the usual run and for each seed that `make soak` asks for.
 const USUAL: u64 = 4_000;
@@ -329,7 +329,7 @@ impl World {
         };
         self.ids += 1;
         let claim = Claim { boot, epoch, id: self.ids, based_on, wish };
-        let mut delivery = OrderDelivery::new(Duration::from_secs(10), now);
+        let mut delivery = OrderDelivery::new(Duration::from_secs(10), RoundTrip::default(), now);
         let Step::Send { wait, .. } = delivery.start() else { return };
         self.grounds[station].deliveries.push((delivery, claim, now + wait));
         self.send(Sent::Order(station, claim));

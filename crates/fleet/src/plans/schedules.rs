@@ -13,7 +13,7 @@ use vencejo_proto::MonoTime;
 use super::*;
 use crate::authority::{Authority, Caller, Claim, Role, Verdict, Wish, answer};
 use crate::content::{Digest, PART_BYTES, Part, Shelf, Tray};
-use crate::delivery::{OrderDelivery, Outcome, Step};
+use crate::delivery::{OrderDelivery, Outcome, RoundTrip, Step};
 use crate::payload::{Answer, End};
 use crate::signature::PublicKey;
 use crate::stamp::{Stamper, StateStamp};
@@ -363,7 +363,7 @@ impl World {
         }
         self.next += 1;
         let claim = Claim { boot, epoch, id, based_on, wish };
-        let mut delivery = OrderDelivery::new(Duration::from_secs(30), self.now);
+        let mut delivery = OrderDelivery::new(Duration::from_secs(30), RoundTrip::default(), self.now);
         let Step::Send { wait, .. } = delivery.start() else { return };
         match wish {
             Wish::Ask => self.ask(station, delivery, claim, wait),

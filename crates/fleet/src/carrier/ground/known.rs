@@ -7,6 +7,7 @@ use vencejo_station::Telling;
 use vencejo_vehicle::VehicleId;
 
 use crate::authority::LEASE;
+use crate::delivery::RoundTrip;
 use crate::payload::UnderWay;
 use crate::plans::{PlanTold, PlansHeard};
 use crate::signature::PublicKey;
@@ -25,6 +26,8 @@ pub(super) struct Known {
     /// The epoch in which we have control, by boot: a boot may be followed again when the newer one was not its
     /// restart.
     pub(super) leases: BTreeMap<u64, u64>,
+    /// How long it takes to answer.
+    pub(super) round_trip: RoundTrip,
     /// Whether missed events are being fetched.
     pub(super) is_catching_up: bool,
     /// The plans that it published, and those that are shown here.

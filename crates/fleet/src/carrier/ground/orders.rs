@@ -72,6 +72,26 @@ fn is_transfer(request: &Request) -> bool {
     )
 }
 
+/// Attempts of one order: when each was sent, and what came back.
+type Attempts = JoinSet<(MonoTime, Replies)>;
+
+/// The first answer to any of the attempts, or what else became of the newest one; an earlier one is not over because
+/// its answer is late.
+async fn first_answer(attempts: &mut Attempts, newest: MonoTime, wait: Duration) -> (MonoTime, Replies) {
+    let first = async {
+        while let Some(ended) = attempts.join_next().await {
+            match ended {
+                Ok((sent_at, heard)) if sent_at == newest || matches!(heard, Replies::Answers(_)) => {
+                    return (sent_at, heard);
+                }
+                _ => {}
+            }
+        }
+        (newest, Replies::Silence)
+    };
+    tokio::time::timeout(wait, first).await.unwrap_or((newest, Replies::Silence))
+}
+
 impl FarAircraft {
     fn new_id(&self) -> Result<OrderId, StationError> {
         random::<16>().map_err(|error| self.refused(&error.to_string()))
@@ -99,12 +119,13 @@ impl FarAircraft {
     ) -> Result<delivery::Outcome, StationError> {
         let fleet = self.fleet.upgrade().ok_or(StationError::Closed)?;
         let now = fleet.station.now();
-        let (boot, based_on) = {
+        let ((boot, based_on), round_trip) = {
             let known = self.known();
             let age = known.listener.age(now);
             let picture = known.listener.stamp().filter(|_| age < FRESH);
-            picture.ok_or(StationError::Vehicle(VehicleError::NotHeard { age }))?
+            (picture.ok_or(StationError::Vehicle(VehicleError::NotHeard { age }))?, known.round_trip)
         };
+        let is_answered_at_once = !matches!(want, Want::Act(_));
         let order = Order {
             version: VERSION,
             org: fleet.org.to_string(),
@@ -121,8 +142,8 @@ impl FarAircraft {
         let signature = fleet.signer.sign(&order);
         let signed = Signed { key: fleet.signer.public().0.to_vec(), order, signature }.encode_to_vec();
         let key = key_of(&fleet.org, &self.name, Kind::Order);
-        let mut delivery = OrderDelivery::new(patience, now);
-        let mut step = delivery.start();
+        let mut delivery = OrderDelivery::new(patience, round_trip, now);
+        let (mut step, mut attempts) = (delivery.start(), JoinSet::new());
         loop {
             let (after, wait) = match step {
                 Step::Send { after, wait } => (after, wait),
@@ -137,10 +158,15 @@ impl FarAircraft {
             };
             tokio::time::sleep(after).await;
             let was_present = self.known().is_present;
-            let heard = network::ask(&fleet.session(), &key, signed.clone(), wait).await;
+            let (session, key, signed, sent_at) = (fleet.session(), key.clone(), signed.clone(), fleet.station.now());
+            attempts.spawn(async move { (sent_at, network::ask(&session, &key, signed, ACT_PATIENCE).await) });
+            let (sent_at, heard) = first_answer(&mut attempts, sent_at, wait).await;
             let now = fleet.station.now();
             let heard_at = {
-                let known = self.known();
+                let mut known = self.known();
+                if let (true, Replies::Answers(_)) = (is_answered_at_once, &heard) {
+                    known.round_trip.on_answer(now.since(sent_at));
+                }
                 if let Some(followed) = known.followed.get(id.as_slice()) {
                     delivery.on_sign(followed.heard_at);
                 }
