@@ -314,8 +314,9 @@ impl Fleet {
     async fn fill(self: &Arc<Self>) {
         let Some(archive) = self.archive.clone() else { return };
         let is_present = |name: &Name| self.aircraft().get(name).is_some_and(|far| far.known().is_present);
+        let is_ours = |name: &Name| self.aircraft().get(name).is_some_and(|far| !far.known().leases.is_empty());
         let station = self.station.clone();
-        archive.fill(|| self.session(), is_present, move || station.now()).await;
+        archive.fill(|| self.session(), is_present, is_ours, move || station.now()).await;
     }
 
     /// Waits until the terms have changed.

@@ -23,7 +23,7 @@ const FIRST_BYTES: u32 = 2 * 1024;
 /// So much more is asked for after a piece that came soon.
 const MORE_BYTES: u32 = 1024;
 /// A piece that takes so much longer than the fastest answer was too large.
-const LATE: Duration = Duration::from_millis(150);
+const LATE: Duration = Duration::from_millis(100);
 /// The shortest rest between two questions.
 const REST: Duration = Duration::from_millis(20);
 /// How long an answer is waited for.

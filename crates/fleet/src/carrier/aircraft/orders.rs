@@ -15,7 +15,7 @@ use crate::authority::Authority;
 use crate::content::Part;
 use crate::deed::Act;
 use crate::judge::{Addressee, Judged, OnBoard, judge};
-use crate::payload::{Answer, BadPayload, Order, Want};
+use crate::payload::{Answer, BadPayload, End, Order, Want};
 use crate::signature::PublicKey;
 
 impl Post<'_> {
@@ -81,7 +81,10 @@ impl Post<'_> {
             Judged::OfStranger(key, answer) => self.refuse(query, &key, &answer),
             Judged::OfList(answer) => self.answer(query, &answer),
             Judged::Ended((key, order), answer) => {
-                self.keep(&Entry::Order(&key.0, Some(&order), &answer));
+                // Of the renewals, one each two seconds, those that were refused.
+                if !(matches!(order.want, Some(Want::Renew(_))) && answer.end() == End::Done) {
+                    self.keep(&Entry::Order(&key.0, Some(&order), &answer));
+                }
                 self.answer(query, &answer);
             }
             Judged::UnderWay(id) => {

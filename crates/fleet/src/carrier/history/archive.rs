@@ -11,6 +11,7 @@ use std::sync::{Arc, Mutex, MutexGuard, Once, PoisonError};
 use std::time::Duration;
 
 use prost::Message;
+use tokio::sync::Semaphore;
 use vencejo_link::{Clock, Line, RecorderState, Recorders, SystemClock};
 use vencejo_proto::MonoTime;
 use vencejo_store::Access;
@@ -206,15 +207,17 @@ impl Archive {
         self.with(name, |_, kept| kept.fill.on_present(now));
     }
 
-    /// Requests missing records from the aircraft that are present, and writes notes; for ever.
+    /// Requests missing records from the aircraft that are present, and writes notes; for ever. Of those that are
+    /// commanded from here one at a time: they may share an uplink, and their answers come first.
     pub(in crate::carrier) async fn fill(
         self: Arc<Self>,
         session: impl Fn() -> Session,
         is_present: impl Fn(&Name) -> bool,
+        is_ours: impl Fn(&Name) -> bool,
         now: impl Fn() -> MonoTime + Clone + Send + 'static,
     ) {
         // Nothing is asked of an aircraft before its files were read.
-        let asking = self.ask_all(session, is_present, now);
+        let asking = self.ask_all(session, is_present, is_ours, now);
         tokio::join!(self.read_all(), asking);
     }
 
@@ -222,19 +225,24 @@ impl Archive {
         self: &Arc<Self>,
         session: impl Fn() -> Session,
         is_present: impl Fn(&Name) -> bool,
+        is_ours: impl Fn(&Name) -> bool,
         now: impl Fn() -> MonoTime + Clone + Send + 'static,
     ) {
+        let turn = Arc::new(Semaphore::new(1));
         let mut tick = tokio::time::interval(TICK);
         tick.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
         let mut note_due = now() + NOTE_EVERY;
         loop {
             tick.tick().await;
             for name in self.due(now()) {
+                let turn = if is_ours(&name) { Some(turn.clone().try_acquire_owned()) } else { None };
+                let Ok(turn) = turn.transpose() else { continue };
                 let Some(question) = is_present(&name).then(|| self.question(&name, now())).flatten() else { continue };
                 let (archive, session, now) = (self.clone(), session(), now.clone());
                 tokio::spawn(async move {
                     let answer = ask(&session, &archive.org, &name, &question).await;
                     archive.on_answer(&name, &question, answer, now());
+                    drop(turn);
                 });
             }
             if now() >= note_due {
