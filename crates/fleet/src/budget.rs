@@ -1,8 +1,8 @@
 //! The rate of an aircraft's states: as often as wanted and as its uplink carries. No I/O; time is passed in.
 //!
 //! Priorities do not help on a full modem, which has a single queue. So the rate is kept below the uplink's capacity:
-//! each second the aircraft asks for an echo; while echoes are late or lost the rate goes down a rung, and after ten
-//! good seconds it goes up one.
+//! each second the aircraft asks for an echo, in a list each five; while echoes are late or lost the rate goes down a
+//! rung, and after ten good seconds it goes up one.
 
 use std::time::Duration;
 
@@ -16,10 +16,10 @@ const LISTED: usize = 3;
 /// Samples a second without subscribers. A new subscriber gets a state at once, so this is for networks that do not
 /// report subscribers.
 pub const UNHEARD_HZ: f64 = 0.2;
-/// The interval between echo requests.
+/// The interval between echo requests of an aircraft that somebody controls, or whose echoes are lost.
 pub const ECHO_INTERVAL: Duration = Duration::from_secs(1);
-/// The same without subscribers.
-const UNHEARD_ECHO_INTERVAL: Duration = Duration::from_secs(5);
+/// The same of others: what they send hardly fills an uplink.
+const SELDOM_ECHO_INTERVAL: Duration = Duration::from_secs(5);
 /// An echo that has not come by then counts as lost.
 pub const ECHO_LOST: Duration = Duration::from_secs(3);
 /// An echo that takes longer is late, unless even the fastest takes a third of it.
@@ -46,9 +46,13 @@ pub enum Audience {
 }
 
 impl Audience {
-    /// Time between two echoes.
-    pub fn echo_interval(self) -> Duration {
-        if self == Self::Nobody { UNHEARD_ECHO_INTERVAL } else { ECHO_INTERVAL }
+    /// Time between two echoes, of which the last ones were lost or not.
+    pub fn echo_interval(self, are_lost: bool) -> Duration {
+        match self {
+            Self::Holder => ECHO_INTERVAL,
+            Self::List if are_lost => ECHO_INTERVAL,
+            Self::List | Self::Nobody => SELDOM_ECHO_INTERVAL,
+        }
     }
 }
 
@@ -190,7 +194,8 @@ mod tests {
         let mut bench = Bench::new(None);
         bench.echoes(100, 50);
         assert_eq!(bench.0.interval(Audience::Nobody), Duration::from_secs(5));
-        assert!(Audience::Nobody.echo_interval() > Audience::List.echo_interval());
+        assert_eq!(Audience::Nobody.echo_interval(true), Audience::List.echo_interval(false));
+        assert_eq!(Audience::List.echo_interval(true), Audience::Holder.echo_interval(false));
     }
 
     #[test]

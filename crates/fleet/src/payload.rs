@@ -51,12 +51,21 @@ pub struct State {
     /// MAVLink component id of its autopilot.
     #[prost(uint32, tag = "6")]
     pub component: u32,
-    /// Who may act.
+    /// Who may act; in a sample only if it has changed, and each second.
     #[prost(message, optional, tag = "7")]
     pub held: Option<Held>,
-    /// Messages of the autopilot.
-    #[prost(message, repeated, tag = "8")]
-    pub said: Vec<Said>,
+    /// Messages of the autopilot, in columns: their MAVLink ids…
+    #[prost(uint32, repeated, tag = "8")]
+    pub message_ids: Vec<u32>,
+    /// …how long before the sample was made each came, ms…
+    #[prost(uint32, repeated, tag = "14")]
+    pub ages_ms: Vec<u32>,
+    /// …how many bytes each has…
+    #[prost(uint32, repeated, tag = "15")]
+    pub sizes: Vec<u32>,
+    /// …and their MAVLink 2 payloads, one after the other, each without the zeros at its end.
+    #[prost(bytes = "vec", tag = "16")]
+    pub payloads: Vec<u8>,
     /// Version of the plan states on board.
     #[prost(uint32, tag = "9")]
     pub plans_version: u32,
@@ -289,6 +298,25 @@ fn name_is_short(name: &str) -> bool {
 }
 
 impl State {
+    /// Adds a message of the autopilot.
+    pub fn say(&mut self, said: &Said) {
+        self.message_ids.push(said.message_id);
+        self.ages_ms.push(said.age_ms);
+        // A payload has 255 bytes at most.
+        self.sizes.push(u32::try_from(said.payload.len()).unwrap_or(u32::MAX));
+        self.payloads.extend(&said.payload);
+    }
+
+    /// The messages of the autopilot.
+    pub fn said(&self) -> impl Iterator<Item = Said> {
+        let columns = self.message_ids.iter().zip(&self.ages_ms).zip(&self.sizes);
+        columns.scan(self.payloads.as_slice(), |rest, ((&message_id, &age_ms), &size)| {
+            let (payload, others) = rest.split_at_checked(usize::try_from(size).ok()?)?;
+            *rest = others;
+            Some(Said { message_id, payload: payload.to_vec(), age_ms })
+        })
+    }
+
     /// Reads one.
     ///
     /// # Errors
@@ -301,8 +329,13 @@ impl State {
         if state.component > 255 {
             return Err(BadPayload::Field("component"));
         }
-        if [state.said.len(), state.plans.len(), state.under_way.len()].into_iter().any(|count| count > MAX_MESSAGES) {
-            return Err(BadPayload::Field("said"));
+        let count = state.message_ids.len();
+        if [count, state.plans.len(), state.under_way.len()].into_iter().any(|count| count > MAX_MESSAGES) {
+            return Err(BadPayload::Field("message_ids"));
+        }
+        let size = state.sizes.iter().try_fold(0_usize, |all, size| all.checked_add(usize::try_from(*size).ok()?));
+        if (state.ages_ms.len(), state.sizes.len(), size) != (count, count, Some(state.payloads.len())) {
+            return Err(BadPayload::Field("sizes"));
         }
         if state.held.as_ref().is_some_and(|held| !name_is_short(&held.holder) || !name_is_short(&held.asking)) {
             return Err(BadPayload::Field("held"));
@@ -435,8 +468,14 @@ mod tests {
         assert_eq!(State::read(&other.encode_to_vec()), Err(BadPayload::Version(2)));
         let nobody = State { system: 0, ..state.clone() };
         assert_eq!(State::read(&nobody.encode_to_vec()), Err(BadPayload::Field("system")));
-        let flood = State { said: vec![Said::default(); MAX_MESSAGES + 1], ..state };
-        assert_eq!(State::read(&flood.encode_to_vec()), Err(BadPayload::Field("said")));
+        let mut flood = state.clone();
+        (0..=MAX_MESSAGES).for_each(|_| flood.say(&Said::default()));
+        assert_eq!(State::read(&flood.encode_to_vec()), Err(BadPayload::Field("message_ids")));
+        let mut torn = state;
+        torn.say(&Said { message_id: 0, payload: vec![7; 9], age_ms: 20 });
+        assert_eq!(State::read(&torn.encode_to_vec()).map(|state| state.said().count()), Ok(1));
+        torn.payloads.pop();
+        assert_eq!(State::read(&torn.encode_to_vec()), Err(BadPayload::Field("sizes")));
         assert_eq!(State::read(&vec![0; MAX_BYTES + 1]), Err(BadPayload::TooLarge(MAX_BYTES + 1)));
         let short = Order { version: VERSION, id: vec![1; 15], ..Order::default() };
         assert_eq!(Order::read(&short.encode_to_vec()), Err(BadPayload::Field("id")));

@@ -103,7 +103,9 @@ mod tests {
     fn state(boot: u64, clock_ms: u64, events: u64) -> State {
         let mode = Heartbeat { custom_mode: u32::try_from(boot).expect("small"), ..Heartbeat::default() };
         let said = vec![Said::of_message(&Message::Heartbeat(mode))];
-        State { boot, clock_ms, said, events, held: Some(Held::default()), ..State::default() }
+        let mut state = State { boot, clock_ms, events, held: Some(Held::default()), ..State::default() };
+        said.iter().for_each(|said| state.say(said));
+        state
     }
 
     fn shown(listener: &Listener) -> Option<u64> {

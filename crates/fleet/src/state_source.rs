@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use vencejo_proto::{Address, Frame, Message, MonoTime};
 
-use crate::payload::{Event, Held, MAX_MESSAGES, Said, State, VERSION};
+use crate::payload::{Event, Held, Said, State, VERSION};
 use crate::rivals::{Rivals, Speaks, THERE_FOR};
 use crate::stamp::{Stamper, StateStamp};
 
@@ -14,6 +14,13 @@ use crate::stamp::{Stamper, StateStamp};
 /// GLOBAL_POSITION_INT, MISSION_CURRENT, NAV_CONTROLLER_OUTPUT, VFR_HUD, BATTERY_STATUS, WIND, EKF_STATUS_REPORT,
 /// WIND_COV, HOME_POSITION, EXTENDED_SYS_STATE, TERRAIN_REPORT, FENCE_STATUS.
 pub const NEWEST: [u32; 16] = [0, 1, 24, 30, 33, 42, 62, 74, 136, 147, 162, 168, 193, 231, 242, 245];
+/// Those that are in each state for a list, if they are new: HEARTBEAT, GLOBAL_POSITION_INT, VFR_HUD.
+const QUICK: [u32; 3] = [0, 33, 74];
+/// The least time between two of another message in states for a list: in every second one, of which the age stays below
+/// that at which it is shown as stale ([`vencejo_vehicle::telemetry::STALE_AFTER`]).
+const SPARING: Duration = Duration::from_millis(1_500);
+/// Who has control is sent again after this, where it has not changed.
+const HELD_AGAIN: Duration = Duration::from_secs(1);
 /// Messages of which each one is sent: MISSION_ITEM_REACHED, STATUSTEXT.
 pub const EACH: [u32; 2] = [ITEM_REACHED, 253];
 const ITEM_REACHED: u32 = 46;
@@ -33,16 +40,38 @@ pub struct StateSource {
     boot: u64,
     stamper: Stamper,
     autopilot: Address,
-    newest: BTreeMap<u32, (Frame, MonoTime, bool)>,
+    newest: BTreeMap<u32, Newest>,
+    /// Who had control in the last sample that has it, and when that was made.
+    held: Option<(Held, MonoTime)>,
     sequence: u64,
     events: VecDeque<Event>,
     numbered: u64,
 }
 
+/// The newest of one message.
+#[derive(Debug)]
+struct Newest {
+    frame: Frame,
+    at: MonoTime,
+    /// Whether no sample has it.
+    is_new: bool,
+    /// When a sample had one last.
+    sampled: Option<MonoTime>,
+}
+
+/// What a state has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Extent {
+    Everything,
+    New,
+    Sparing,
+}
+
 impl StateSource {
     /// A source without messages.
     pub fn new(boot: u64, autopilot: Address, stamper: Stamper) -> Self {
-        Self { boot, stamper, autopilot, newest: BTreeMap::new(), sequence: 0, events: VecDeque::new(), numbered: 0 }
+        let (newest, events) = (BTreeMap::new(), VecDeque::new());
+        Self { boot, stamper, autopilot, newest, held: None, sequence: 0, events, numbered: 0 }
     }
 
     /// Adds a message of the autopilot; returns the event to send at once, if it is one.
@@ -52,7 +81,8 @@ impl StateSource {
             return None;
         }
         if NEWEST.contains(&id) {
-            self.newest.insert(id, (frame.clone(), at, true));
+            let sampled = self.newest.get(&id).and_then(|newest| newest.sampled);
+            self.newest.insert(id, Newest { frame: frame.clone(), at, is_new: true, sampled });
             return None;
         }
         if !EACH.contains(&id) {
@@ -76,26 +106,24 @@ impl StateSource {
 
     /// What is new since the sample before.
     pub fn sample(&mut self, held: Held, now: MonoTime) -> State {
-        self.state(held, now, true)
+        self.state(held, now, Extent::New)
+    }
+
+    /// The same for a list: of most messages less often.
+    pub fn sparing(&mut self, held: Held, now: MonoTime) -> State {
+        self.state(held, now, Extent::Sparing)
     }
 
     /// Everything, for new subscribers.
     pub fn everything(&mut self, held: Held, now: MonoTime) -> State {
-        self.state(held, now, false)
+        self.state(held, now, Extent::Everything)
     }
 
-    fn state(&mut self, held: Held, now: MonoTime, is_sample: bool) -> State {
+    fn state(&mut self, held: Held, now: MonoTime, extent: Extent) -> State {
+        let is_sample = extent != Extent::Everything;
         self.sequence += u64::from(is_sample);
-        let mut said = Vec::new();
-        for (frame, at, is_new) in self.newest.values_mut() {
-            if !is_sample || *is_new {
-                said.push(Said::of(frame, u32::try_from(now.since(*at).as_millis()).unwrap_or(u32::MAX)));
-                *is_new &= !is_sample;
-            }
-        }
-        said.truncate(MAX_MESSAGES);
         let clock_ms = millis(now.as_duration());
-        State {
+        let mut state = State {
             version: VERSION,
             boot: self.boot,
             clock_ms,
@@ -103,11 +131,33 @@ impl StateSource {
             sequence: self.sequence,
             system: self.autopilot.system.0.into(),
             component: self.autopilot.component.0.into(),
-            held: Some(held),
-            said,
             events: self.numbered,
             ..State::default()
+        };
+        for (id, newest) in &mut self.newest {
+            let is_due = match extent {
+                Extent::Everything => true,
+                Extent::Sparing if !QUICK.contains(id) => {
+                    newest.is_new && newest.sampled.is_none_or(|at| now.since(at) >= SPARING)
+                }
+                Extent::New | Extent::Sparing => newest.is_new,
+            };
+            if is_due {
+                let age_ms = u32::try_from(now.since(newest.at).as_millis()).unwrap_or(u32::MAX);
+                state.say(&Said::of(&newest.frame, age_ms));
+                if is_sample {
+                    (newest.is_new, newest.sampled) = (false, Some(now));
+                }
+            }
         }
+        let is_known = |(known, at): &(Held, MonoTime)| *known == held && now.since(*at) < HELD_AGAIN;
+        if !is_sample || !self.held.as_ref().is_some_and(is_known) {
+            if is_sample {
+                self.held = Some((held.clone(), now));
+            }
+            state.held = Some(held);
+        }
+        state
     }
 
     /// The events from a number on: oldest first, as far as they are kept, at most [`MAX_ANSWERED`].
@@ -200,11 +250,13 @@ impl Listener {
         // A state that a later one has overtaken is not shown, but may have messages that were not heard otherwise.
         if state.clock_ms >= self.clock_ms {
             (self.clock_ms, self.mark, self.at) = (state.clock_ms, state.mark, now);
-            self.held = state.held.clone().unwrap_or_default();
+            if let Some(held) = &state.held {
+                self.held.clone_from(held);
+            }
         }
         self.newest_event = self.newest_event.max(state.events);
         let mut said = Vec::new();
-        for told in state.said.iter().filter(|said| NEWEST.contains(&said.message_id)) {
+        for told in state.said().filter(|said| NEWEST.contains(&said.message_id)) {
             let came_ms = state.clock_ms.saturating_sub(told.age_ms.into());
             let is_newer = self.heard.get(&told.message_id).is_none_or(|heard_ms| came_ms >= *heard_ms);
             if let Some(message) = told.message().filter(|_| is_newer) {
@@ -295,7 +347,9 @@ impl Listener {
 
 #[cfg(test)]
 mod tests {
-    use vencejo_proto::dialect::{HOME_POSITION_DATA, MISSION_ITEM_REACHED_DATA, MavMessage};
+    use vencejo_proto::dialect::{
+        BATTERY_STATUS_DATA, HOME_POSITION_DATA, MISSION_ITEM_REACHED_DATA, MavMessage, VFR_HUD_DATA,
+    };
     use vencejo_proto::{Header, Heartbeat, MavVersion, StatusText};
 
     use super::*;
@@ -334,8 +388,35 @@ mod tests {
         assert_eq!(news.said, [(heartbeat(2), at(49_900))], "with its age, by the clock here");
         let state = source.sample(Held::default(), at(2_100));
         assert_eq!(listener.on_state(&state, at(50_100)).said, []);
-        assert_eq!(source.everything(Held::default(), at(2_100)).said.len(), 1);
+        assert_eq!(source.everything(Held::default(), at(2_100)).message_ids, [0]);
         assert_eq!(listener.stamp(), Some((1, Stamper::new(&[7; 32]).stamp(2_100))));
+    }
+
+    #[test]
+    fn a_list_is_told_most_messages_in_every_second_state_and_of_a_holder_who_has_changed() {
+        let mut source = source();
+        let vfr_hud = Message::Dialect(MavMessage::VFR_HUD(VFR_HUD_DATA::default()));
+        let battery = Message::Dialect(MavMessage::BATTERY_STATUS(BATTERY_STATUS_DATA::default()));
+        let ana = Held { holder: "Ana".into(), ..Held::default() };
+        let mut told = Vec::new();
+        for second in 1..=4 {
+            for message in [&vfr_hud, &battery] {
+                source.on_frame(&frame(message, PLANE), at(second * 1_000));
+            }
+            let state = source.sparing(ana.clone(), at(second * 1_000));
+            told.push((state.message_ids, state.held.is_some()));
+        }
+        let (some, all) = (vec![74], vec![74, 147]);
+        assert_eq!(told, [(all.clone(), true), (some.clone(), true), (all, true), (some, true)]);
+        source.on_frame(&frame(&battery, PLANE), at(4_050));
+        let state = source.sample(ana.clone(), at(4_100));
+        assert_eq!((state.message_ids, state.held), (vec![147], None), "who has control is told all there is");
+        let mut listener = Listener::default();
+        listener.on_state(&source.sample(ana.clone(), at(5_000)), at(0));
+        listener.on_state(&source.sample(ana.clone(), at(5_100)), at(100));
+        assert_eq!(listener.held(), &ana);
+        listener.on_state(&source.sample(Held::default(), at(5_200)), at(200));
+        assert_eq!(listener.held(), &Held::default());
     }
 
     #[test]

@@ -19,6 +19,7 @@ use super::history::{Board, Entry, HistoryConfig};
 use super::membership::Membership;
 use super::network;
 use crate::authority::{Authority, Claim, Role};
+use crate::budget::Audience;
 use crate::error::FleetError;
 use crate::key::{Kind, Name, key_of};
 use crate::operator::random;
@@ -320,8 +321,10 @@ impl<'a> Post<'a> {
     }
 
     /// The next state of the numbered series, with plans and progress of orders.
-    fn sample(&mut self, source: &mut StateSource, authority: &Authority) -> State {
-        let mut state = self.holdings.dress(source.sample(authority.held(), self.station.now()), true);
+    fn sample(&mut self, source: &mut StateSource, authority: &Authority, audience: Audience) -> State {
+        let (held, now) = (authority.held(), self.station.now());
+        let state = if audience == Audience::Holder { source.sample(held, now) } else { source.sparing(held, now) };
+        let mut state = self.holdings.dress(state, true);
         state.under_way = self.progress();
         self.keep(&Entry::State(&state));
         self.unheard_due = self.station.now() + UNHEARD;
@@ -331,7 +334,7 @@ impl<'a> Post<'a> {
     /// Makes a state for the history only, when it is due.
     fn unheard(&mut self, source: &mut StateSource, authority: &Authority) {
         if self.history.is_some() && self.station.now() >= self.unheard_due {
-            self.sample(source, authority);
+            self.sample(source, authority, Audience::Nobody);
         }
     }
 

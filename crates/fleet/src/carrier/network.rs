@@ -21,8 +21,11 @@ use crate::papers::stations::MAX_STATIONS;
 use crate::payload::MAX_BYTES;
 use crate::state_source::MAX_ANSWERED;
 
-/// The lease of a transport, ms: a router behind a cut link counts as gone after that.
-const LEASE_MS: u64 = 2_000;
+/// The lease of a transport, ms: a router behind a cut link counts as gone after that. On a bad network a segment is
+/// lost three times in a row, which takes as many round trips, and is no cut.
+const LEASE_MS: u64 = 4_000;
+/// Keep-alives in a lease: one for each 1.3 s in which nothing else is sent, so none beside a state each second.
+const KEEP_ALIVES: usize = 3;
 /// Most sessions of a router, one for each station. Zenoh's default is 1,000, beyond which stations time out.
 const MAX_SESSIONS: usize = 10_000;
 /// Most bytes of a defragmented message: more than any payload has. Zenoh's default is a gigabyte.
@@ -106,7 +109,7 @@ pub(super) async fn join(part: Part<'_>, papers: Option<Papers<'_>>) -> Result<S
         ("adminspace/enabled", "false".to_owned()),
         ("transport/link/protocols", json!(ways).to_string()),
         ("transport/link/tx/lease", LEASE_MS.to_string()),
-        ("transport/link/tx/keep_alive", "4".to_owned()),
+        ("transport/link/tx/keep_alive", KEEP_ALIVES.to_string()),
         ("transport/link/tx/queue/size/control", CONTROL_QUEUE.to_string()),
         ("transport/link/rx/max_message_size", MAX_MESSAGE.to_string()),
         ("transport/unicast/max_sessions", MAX_SESSIONS.to_string()),

@@ -42,7 +42,7 @@ pub struct LocationFix {
 impl LocationFix {
     /// The position that a state tells, where it does; `unix_ns` is when the state was made.
     pub fn of(state: &State, unix_ns: u64, aircraft: &str) -> Option<Self> {
-        let said = state.said.iter().find(|said| said.message_id == POSITION_ID)?;
+        let said = state.said().find(|said| said.message_id == POSITION_ID)?;
         let Some(Message::Dialect(MavMessage::GLOBAL_POSITION_INT(position))) = said.message() else { return None };
         if (position.lat, position.lon) == (0, 0) {
             // Before the first fix.

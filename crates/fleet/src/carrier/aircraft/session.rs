@@ -21,6 +21,8 @@ use crate::error::FleetError;
 use crate::key::{Kind, echo_key, key_of};
 use crate::state_source::StateSource;
 
+/// How often the router's and our own certificate are looked at.
+const LOOK: Duration = Duration::from_secs(1);
 /// Echoes lost in a row after which a session is reopened: one that looks alive may be dead.
 const DEAD_AFTER: u32 = 30;
 /// The same when there are other routers.
@@ -61,7 +63,8 @@ impl Post<'_> {
         let mut is_with_since = self.station.now();
         let mut budget = Budget::new(self.config.uplink_bit_s, self.station.now());
         let (echoed, mut echoes) = mpsc::channel(4);
-        let (mut sample_due, mut echo_due, mut lost) = (MonoTime::ZERO, MonoTime::ZERO, 0);
+        let (mut sample_due, mut look_due, mut lost) = (MonoTime::ZERO, MonoTime::ZERO, 0);
+        let mut asked_at = None;
         let (numbered, mut numbers) = mpsc::channel(4);
         let (renewed, mut renewals) = mpsc::channel(4);
         let mut tick = tokio::time::interval(TICK);
@@ -90,20 +93,23 @@ impl Post<'_> {
                         None => Audience::Nobody,
                     };
                     if now >= sample_due {
-                        let state = self.sample(source, authority);
+                        let state = self.sample(source, authority, audience);
                         budget.on_sample(state.encoded_len());
                         network::tell(session, &state_key, &state, Priority::Data).await;
                         sample_due = now + budget.interval(audience);
                     } else if lost >= TELL_AFTER || audience == Audience::Nobody {
                         self.unheard(source, authority);
                     }
-                    if now >= echo_due {
-                        echo_due = now + audience.echo_interval();
+                    if asked_at.is_none_or(|at| now.since(at) >= audience.echo_interval(lost > 0)) {
+                        asked_at = Some(now);
+                        self.ask_echo(session, echoed.clone(), numbered.clone());
+                    }
+                    if now >= look_due {
+                        look_due = now + LOOK;
                         let is_encrypted = self.router.as_ref().is_some_and(|router| router.transport() != Transport::Tcp);
                         if is_encrypted && !network::is_with_station(session).await {
                             return Err(self.problem("who answers there now is not a router of this fleet"));
                         }
-                        self.ask_echo(session, echoed.clone(), numbered.clone());
                         if let Some(place) = &mut self.place {
                             place.renew(&renewed, now);
                         }
@@ -132,7 +138,7 @@ impl Post<'_> {
                     has_hearers = status.matching();
                     if has_hearers && lost >= TELL_AFTER {
                         // New subscribers get a state at once, and unanswered echoes say nothing about the uplink.
-                        (sample_due, echo_due) = (MonoTime::ZERO, MonoTime::ZERO);
+                        (sample_due, asked_at) = (MonoTime::ZERO, None);
                         budget = Budget::new(self.config.uplink_bit_s, self.station.now());
                     }
                 }

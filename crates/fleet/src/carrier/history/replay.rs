@@ -95,13 +95,14 @@ impl Contents {
         let mut newest: Option<State> = None;
         for (_, shown) in &self.timeline[..place] {
             let Shown::State(state) = shown else { continue };
-            let mut said = match newest.take() {
-                Some(earlier) if earlier.boot == state.boot => earlier.said,
-                _ => Vec::new(),
-            };
-            said.retain(|earlier| state.said.iter().all(|later| later.message_id != earlier.message_id));
-            said.extend(state.said.iter().cloned());
-            newest = Some(State { said, ..(**state).clone() });
+            let earlier = newest.take().filter(|earlier| earlier.boot == state.boot).unwrap_or_default();
+            let mut merged = (**state).clone();
+            merged.held = merged.held.or_else(|| earlier.held.clone());
+            earlier
+                .said()
+                .filter(|said| !state.message_ids.contains(&said.message_id))
+                .for_each(|said| merged.say(&said));
+            newest = Some(merged);
         }
         newest
     }
