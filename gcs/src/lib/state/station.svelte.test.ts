@@ -123,7 +123,7 @@ it('sends a refused token once, and one that has to wait again until it is taken
     location: { hash: '#token=wrong', search: '' },
     history: { replaceState: vi.fn() },
   });
-  const asked: (string | undefined)[] = [];
+  const asked: (string | null | undefined)[] = [];
   const refuse = (status: number, cause: object) =>
     new ProblemError({ ...ownProblem('', status), cause: cause as never });
   const answers = [
