@@ -102,7 +102,7 @@ mod tests {
     /// A computer that says that it is in this mode.
     fn state(boot: u64, clock_ms: u64, events: u64) -> State {
         let mode = Heartbeat { custom_mode: u32::try_from(boot).expect("small"), ..Heartbeat::default() };
-        let said = vec![Said::of_message(&Message::Heartbeat(mode))];
+        let said = [Said::of_message(&Message::Heartbeat(mode))];
         let mut state = State { boot, clock_ms, events, held: Some(Held::default()), ..State::default() };
         said.iter().for_each(|said| state.say(said));
         state
