@@ -236,6 +236,13 @@ impl Sessions {
         Ok(())
     }
 
+    /// Declines the request of another session, if this one holds control.
+    pub fn decline(&mut self, id: SessionId, now: MonoTime) {
+        if let Some(operator) = self.operator(id) {
+            operator.keep(now);
+        }
+    }
+
     /// Releases control: to a session that requests it, if any. A session that only requests it withdraws its request.
     pub fn release(&mut self, id: SessionId, now: MonoTime) {
         if let Some(operator) = self.operator(id) {
@@ -314,6 +321,12 @@ mod tests {
         assert_eq!(sessions.take(second, at(1)), Err(NotGiven::Held("first".into())));
         assert_eq!(sessions.request(second, at(1)), Ok(()));
         assert_eq!(sessions.info(first).expect("open").requested_by.as_deref(), Some("second"));
+        sessions.decline(second, at(1));
+        assert!(sessions.info(first).expect("open").requested_by.is_some(), "only the holder declines");
+        sessions.decline(first, at(1));
+        assert_eq!(sessions.info(second).expect("open").requested_by, None);
+        assert!(sessions.has_control(first), "the holder keeps it");
+        assert_eq!(sessions.request(second, at(1)), Ok(()), "who was declined may ask again");
         sessions.release(first, at(1));
         assert!(sessions.has_control(second), "it goes to the one that asked");
         assert_eq!(sessions.info(first).expect("open").requested_by, None);

@@ -274,6 +274,15 @@ impl Operator {
         is_taken.unwrap_or(false)
     }
 
+    /// Declines the request of another operator, if this one has control.
+    pub fn keep(&self, now: MonoTime) {
+        self.control.change(now, |state| {
+            if state.holder == Some(self.id) {
+                state.asking = None;
+            }
+        });
+    }
+
     /// Gives control up, to the operator that requests it if there is one. One that only requests it withdraws its
     /// request.
     pub fn release(&self, now: MonoTime) {

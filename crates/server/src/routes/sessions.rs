@@ -25,6 +25,7 @@ pub(super) fn router() -> OpenApiRouter<App> {
         .routes(routes!(take_control))
         .routes(routes!(release_control))
         .routes(routes!(request_control))
+        .routes(routes!(keep_control))
 }
 
 fn info(app: &App, id: SessionId) -> Result<Json<SessionInfo>, Problem> {
@@ -130,6 +131,14 @@ async fn release_control(State(app): State<App>, Operator(id): Operator) -> Resu
 async fn request_control(State(app): State<App>, Operator(id): Operator) -> Result<Json<SessionInfo>, Problem> {
     let now = app.now();
     app.change_sessions(|sessions| sessions.request(id, now)).map_err(not_given)?;
+    info(&app, id)
+}
+
+/// Declines the request of another session for the control that this one holds.
+#[utoipa::path(post, path = "/control/keep", tag = "session", responses((status = 200, body = SessionInfo), Problem))]
+async fn keep_control(State(app): State<App>, Operator(id): Operator) -> Result<Json<SessionInfo>, Problem> {
+    let now = app.now();
+    app.change_sessions(|sessions| sessions.decline(id, now));
     info(&app, id)
 }
 

@@ -113,6 +113,7 @@ const ROUTES: &[(Needs, &[&str])] = &[
             "GET /vehicles/{id}/params/{name}",
             "POST /cameras/{name}/recording",
             "POST /cameras/{name}/snapshot",
+            "POST /control/keep",
             "POST /control/release",
             "POST /control/request",
             "POST /maps/areas",

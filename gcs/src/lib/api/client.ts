@@ -65,6 +65,7 @@ export class Api extends Http {
   openSession = (body: NewSession, signal: AbortSignal) => this.json<Session>('POST', '/session', body, { signal });
   takeControl = () => this.json<Partial<Session>>('POST', '/control/take', {});
   releaseControl = () => this.json<Partial<Session>>('POST', '/control/release', {});
+  keepControl = () => this.json<Partial<Session>>('POST', '/control/keep', {});
   requestControl = () => this.json<Partial<Session>>('POST', '/control/request', {});
 
   links = () => this.json<LinkInfo[]>('GET', '/links');

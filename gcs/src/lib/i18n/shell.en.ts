@@ -97,6 +97,8 @@ export const shellEn = {
   'control.take': 'Take control',
   'control.ask': 'Ask for control',
   'control.asked': 'Asked. Waiting for {name}.',
+  'control.declined': '{name} keeps control',
+  'control.askAgain': 'Ask again',
   'control.release': 'Give control back',
   'control.wanted': '{name} asks for control',
   'control.give': 'Give control',

@@ -99,6 +99,8 @@ export const shellEs: Record<keyof typeof shellEn, string> = {
   'control.take': 'Tomar el control',
   'control.ask': 'Pedir el control',
   'control.asked': 'Pedido. Esperando a {name}.',
+  'control.declined': '{name} conserva el control',
+  'control.askAgain': 'Pedirlo otra vez',
   'control.release': 'Ceder el control',
   'control.wanted': '{name} pide el control',
   'control.give': 'Dar el control',

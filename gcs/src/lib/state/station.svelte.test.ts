@@ -123,7 +123,7 @@ it('sends a refused token once, and one that has to wait again until it is taken
     location: { hash: '#token=wrong', search: '' },
     history: { replaceState: vi.fn() },
   });
-  const asked: (string | null | undefined)[] = [];
+  const asked: unknown[] = [];
   const refuse = (status: number, cause: object) =>
     new ProblemError({ ...ownProblem('', status), cause: cause as never });
   const answers = [
@@ -132,7 +132,7 @@ it('sends a refused token once, and one that has to wait again until it is taken
     refuse(429, { code: 'tokens-slowed', wait_s: 8 }),
     new ProblemError(ownProblem('', 503)),
   ];
-  vi.spyOn(api, 'openSession').mockImplementation(({ token }: { token?: string | null }) => {
+  vi.spyOn(api, 'openSession').mockImplementation(({ token }) => {
     asked.push(token);
     return Promise.reject(answers.shift() ?? new Promise(() => undefined));
   });
@@ -147,4 +147,30 @@ it('sends a refused token once, and one that has to wait again until it is taken
   expect([asked, station.sessionProblem?.cause]).toMatchObject([['wrong', 'right', 'right'], { wait_s: 8 }]);
   await vi.advanceTimersByTimeAsync(1000);
   expect(station.sessionProblem).toBeNull();
+});
+
+it('follows what becomes of its request for control', () => {
+  const station = new Station();
+  const told: string[] = [];
+  const tell = (
+    type: 'hello' | 'control',
+    requested_by: string | null,
+    holder: string | null = 'Ana',
+    has_control = false,
+  ) => {
+    const session = { session: 's2', name: 'Luis', role: 'operator' };
+    station.receive({ type, version: '1', time_s: 0, ...session, has_control, holder, requested_by } as never);
+    told.push(station.controlRequest);
+  };
+  tell('hello', null);
+  tell('control', 'Eva');
+  tell('control', 'Luis');
+  tell('control', null);
+  tell('control', null);
+  tell('control', 'Luis');
+  tell('control', null, 'Luis', true);
+  tell('control', null);
+  tell('hello', 'Luis');
+  tell('hello', null);
+  expect(told.join(' ')).toBe('none none waiting declined declined waiting none none waiting none');
 });

@@ -64,6 +64,8 @@ export class Station {
   /** Why no session could be opened: a token is asked for, mostly. */
   sessionProblem = $state.raw<Problem | null>(null);
   controlProblem = $state.raw<Problem | null>(null);
+  /** What became of this page's request for control. */
+  controlRequest = $state<'none' | 'waiting' | 'declined'>('none');
   /** Monotonic time since when the server is not heard; null while it is. */
   #away_ms = $state<number | null>(performance.now());
   readonly #answers = new SvelteMap<string, Answer>();
@@ -216,6 +218,8 @@ export class Station {
 
   takeControl = () => this.#control(() => api.takeControl());
   releaseControl = () => this.#control(() => api.releaseControl());
+  /** Declines the request of another operator. */
+  keepControl = () => this.#control(() => api.keepControl());
   requestControl = () => this.#control(() => api.requestControl());
 
   async #control(call: () => Promise<Partial<Session>>): Promise<void> {
@@ -228,6 +232,14 @@ export class Station {
     } catch (error) {
       this.controlProblem = problemFrom(error);
     }
+  }
+
+  /** A request that is gone while its holder keeps control was declined, or another's took its place. */
+  #followRequest(before: typeof this.controlRequest): void {
+    const { session } = this;
+    if (session === null || session.has_control || session.holder === null) this.controlRequest = 'none';
+    else if (session.requested_by === session.name) this.controlRequest = 'waiting';
+    else this.controlRequest = before === 'none' ? 'none' : 'declined';
   }
 
   /** A moment on the station's clock, on this page's. */
@@ -244,6 +256,7 @@ export class Station {
         this.#clockOffset_ms = now_ms - message.time_s * 1000;
         const { session, name, role, has_control, holder, requested_by } = message;
         this.session = { session, name, role, has_control, holder, requested_by };
+        this.#followRequest('none');
         break;
       }
       case 'vehicles':
@@ -288,6 +301,7 @@ export class Station {
         if (this.session) {
           const { has_control, holder, requested_by } = message;
           this.session = { ...this.session, has_control, holder, requested_by };
+          this.#followRequest(this.controlRequest);
         }
         break;
       case 'event':
