@@ -54,6 +54,16 @@ pub enum MapError {
         /// In its own words where it gave some.
         reason: String,
     },
+    /// The service's address lies inside this network, where the source is not permitted to be: it was not asked.
+    #[error("{host}: {reason}")]
+    LocalAddress {
+        /// Who.
+        host: String,
+        /// Whether the setting `local_network` of the source would permit it.
+        is_permissible: bool,
+        /// Why, and what to do.
+        reason: String,
+    },
     /// The service did not answer in time.
     #[error("{host} did not answer within {seconds} s")]
     Timeout {
@@ -159,6 +169,15 @@ pub enum SourceCause {
         /// In its own words where it gave some.
         problem: String,
     },
+    /// Its service's address lies inside this network, where it is not permitted to be: it was not asked.
+    SourceLocal {
+        /// Host of the service.
+        service: String,
+        /// Whether the setting `local_network` of the source would permit it.
+        is_permissible: bool,
+        /// Why, and what to do, in English.
+        problem: String,
+    },
     /// Its service did not answer in time.
     SourceTimeout {
         /// Host of the service.
@@ -187,6 +206,9 @@ impl SourceCause {
             MapError::Unusable { source_id: source, reason: problem } => Self::SourceInvalid { source, problem },
             MapError::Service { host: service, status, reason: problem } => {
                 Self::SourceFailed { service, status, problem }
+            }
+            MapError::LocalAddress { host: service, is_permissible, reason: problem } => {
+                Self::SourceLocal { service, is_permissible, problem }
             }
             MapError::Timeout { host: service, seconds: waited_s } => Self::SourceTimeout { service, waited_s },
             MapError::Offline { host: service, why, reason: problem, retry_s } => {
@@ -222,6 +244,7 @@ impl MapError {
             Self::Settings { source_id: text(), faults: vec![text()] },
             Self::SourcesFile { path: PathBuf::from("sources.toml"), reason: text() },
             Self::Service { host: text(), status: Some(403), reason: text() },
+            Self::LocalAddress { host: text(), is_permissible: true, reason: text() },
             Self::Timeout { host: text(), seconds: 15 },
             Self::Offline { host: text(), why: Unreached::NameUnknown, reason: text(), retry_s: 5 },
             Self::Busy,

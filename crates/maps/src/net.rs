@@ -248,11 +248,15 @@ impl Freshness {
 
 /// Why an address is not asked.
 #[derive(Debug)]
-struct Forbidden(String);
+struct Forbidden {
+    /// Whether it may be asked for a source of the local network.
+    is_permissible: bool,
+    reason: String,
+}
 
 impl fmt::Display for Forbidden {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.0)
+        f.write_str(&self.reason)
     }
 }
 
@@ -274,7 +278,8 @@ fn forbidden(host: &str, ip: IpAddr) -> Forbidden {
     // Brackets of an address are of its URL.
     let bare = host.trim_matches(['[', ']']);
     let who = if bare == ip.to_string() { format!("{ip} is") } else { format!("{host} is {ip},") };
-    Forbidden(if is_never(ip) {
+    let is_permissible = !is_never(ip);
+    let reason = if !is_permissible {
         format!("{who} an address inside this network that is never asked for maps")
     } else {
         format!(
@@ -282,7 +287,8 @@ fn forbidden(host: &str, ip: IpAddr) -> Forbidden {
              say so: tick \"The service is in this local network\" in the source's settings, or set local_network = true in \
              sources.toml (on the command line: --set local_network=true)"
         )
-    })
+    };
+    Forbidden { is_permissible, reason }
 }
 
 /// Resolves names to allowed addresses only, so that a name rebound to a private address fails.
@@ -354,7 +360,7 @@ impl Fetcher {
     /// Fetches, following redirects.
     ///
     /// # Errors
-    /// [`MapError::Service`], [`MapError::Timeout`], [`MapError::Offline`].
+    /// [`MapError::Service`], [`MapError::LocalAddress`], [`MapError::Timeout`], [`MapError::Offline`].
     pub async fn fetch(&self, request: &Request) -> Result<Answer> {
         let turn = self.turn(request).await?;
         self.fetch_in_turn(request, turn).await
@@ -415,7 +421,7 @@ impl Fetcher {
         };
         // Addresses written as numbers never pass the resolver.
         if let Some(ip) = literal.filter(|ip| !may_ask(*ip, is_own)) {
-            return Err(self.service(request, url, &forbidden(host, ip).to_string()));
+            return Err(not_asked(request, url, &forbidden(host, ip)));
         }
         let client = if is_own { &self.local } else { &self.public };
         let mut asked = match &request.json {
@@ -437,7 +443,7 @@ impl Fetcher {
         let response = asked.send().await.map_err(|error| self.failed(request, url, &error))?;
         // Whatever was resolved, this is the connected address.
         if let Some(address) = response.remote_addr().filter(|address| !may_ask(address.ip(), is_own)) {
-            return Err(self.service(request, url, &forbidden(host, address.ip()).to_string()));
+            return Err(not_asked(request, url, &forbidden(host, address.ip())));
         }
         Ok(response)
     }
@@ -509,7 +515,7 @@ impl Fetcher {
     fn failed(&self, request: &Request, url: &Url, error: &reqwest::Error) -> MapError {
         let host = shown(url);
         if let Some(refusal) = find::<Forbidden>(error) {
-            return self.service(request, url, &refusal.0);
+            return not_asked(request, url, refusal);
         }
         if error.is_timeout() {
             return MapError::Timeout { host, seconds: self.patience.whole.as_secs().max(1) };
@@ -519,6 +525,14 @@ impl Fetcher {
             return MapError::Offline { host, why: unreached(error), reason, retry_s: 0 };
         }
         MapError::Service { host, status: None, reason: format!("the answer was cut short or is broken ({reason})") }
+    }
+}
+
+fn not_asked(request: &Request, url: &Url, refusal: &Forbidden) -> MapError {
+    MapError::LocalAddress {
+        host: shown(url),
+        is_permissible: refusal.is_permissible,
+        reason: hide(&refusal.reason, request.secret.as_deref()),
     }
 }
 

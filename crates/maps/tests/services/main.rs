@@ -824,7 +824,9 @@ async fn a_private_address_needs_the_users_word() {
     let world = world().await;
     let mut settings = SourceSettings { local_network: false, ..xyz(service.url("{z}/{x}/{y}")) };
     world.put(settings.clone()).await;
-    let told = error(&world.maps).await.to_string();
+    let told = error(&world.maps).await;
+    assert!(matches!(told, MapError::LocalAddress { is_permissible: true, .. }), "{told:?}");
+    let told = told.to_string();
     assert!(told.contains("127.0.0.1 is an address inside this network"), "{told}");
     assert!(told.contains("local_network = true"), "how it is done: {told}");
     let asked = world.maps.capabilities(SourceKind::Wms, &service.url("wms"), None, false).await;

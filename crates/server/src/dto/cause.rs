@@ -600,6 +600,15 @@ causes! {
         /// The service's own text where it sent one.
         problem: String,
     } => BAD_GATEWAY, "The map service failed",
+    /// The address of the map service lies inside this network, where the source is not permitted to be: it was not asked.
+    SourceLocal {
+        /// Host of the service.
+        service: String,
+        /// Whether the setting `local_network` of the source would permit it.
+        is_permissible: bool,
+        /// The reason and the remedy, in English.
+        problem: String,
+    } => BAD_GATEWAY, "The map service is in the local network",
     /// The map service did not answer in time.
     SourceTimeout {
         /// Host of the service.

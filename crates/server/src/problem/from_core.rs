@@ -264,6 +264,9 @@ pub fn from_maps(error: &MapError) -> Problem {
         MapError::Service { host: service, status, reason: problem } => {
             Cause::SourceFailed { service, status, problem }
         }
+        MapError::LocalAddress { host: service, is_permissible, reason: problem } => {
+            Cause::SourceLocal { service, is_permissible, problem }
+        }
         MapError::Timeout { host: service, seconds: waited_s } => Cause::SourceTimeout { service, waited_s },
         MapError::Offline { host: service, why, reason: problem, retry_s } => {
             Cause::SourceOffline { service, why, problem, retry_s }

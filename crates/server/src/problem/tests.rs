@@ -59,7 +59,7 @@ fn a_source_that_fails_is_told_as_its_tiles_are() {
         assert_eq!(serde_json::to_value(&cause).expect("JSON"), of_tile);
         told += 1;
     }
-    assert_eq!(told, 5);
+    assert_eq!(told, 6);
 }
 
 #[test]
@@ -137,6 +137,7 @@ fn statuses_are_those_of_the_contract() {
         ("Maps.NoTile", 404),
         ("Maps.Settings", 422),
         ("Maps.Service", 502),
+        ("Maps.LocalAddress", 502),
         ("Maps.Timeout", 504),
         ("Maps.Offline", 503),
         ("Maps.OfflineRefused", 409),

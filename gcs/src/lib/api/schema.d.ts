@@ -3260,6 +3260,15 @@ export interface components {
             status: number | null;
         } | {
             /** @enum {string} */
+            code: "source-local";
+            /** @description Whether the setting `local_network` of the source would permit it. */
+            is_permissible: boolean;
+            /** @description The reason and the remedy, in English. */
+            problem: string;
+            /** @description Host of the service. */
+            service: string;
+        } | {
+            /** @enum {string} */
             code: "source-timeout";
             /** @description Host of the service. */
             service: string;
@@ -6060,6 +6069,15 @@ export interface components {
              * @description The HTTP status, where that is what was wrong.
              */
             status: number | null;
+        } | {
+            /** @enum {string} */
+            code: "source-local";
+            /** @description Whether the setting `local_network` of the source would permit it. */
+            is_permissible: boolean;
+            /** @description Why, and what to do, in English. */
+            problem: string;
+            /** @description Host of the service. */
+            service: string;
         } | {
             /** @enum {string} */
             code: "source-timeout";

@@ -53,6 +53,7 @@ export const mapsEn = {
   'maps.fault.source-failed': 'The source refuses.',
   'maps.fault.source-timeout': 'The source does not answer in time.',
   'maps.fault.source-offline': 'The source is not reached.',
+  'maps.fault.source-local': 'It is not asked: its address is in this network.',
   'maps.fault.source-busy': 'Too much is being asked of the source.',
   'maps.fault.source-key': 'It needs a key.',
   'maps.fault.source-invalid': 'Its settings or its file are wrong.',
@@ -67,6 +68,9 @@ export const mapsEn = {
   'maps.why.name_unknown': 'The name {service} is not known: there is no network, or the address is wrong.',
   'maps.why.refused': '{service} refuses the connection.',
   'maps.why.no_connection': 'No connection to {service} comes about.',
+  'maps.why.local':
+    '{service} is in this network. If the service is yours, say so: “{setting}” in the settings of the source.',
+  'maps.why.localNever': '{service} is an address inside this network that is never asked for maps.',
   'maps.why.timeout': '{service} did not answer within {waited_s} s.',
   'maps.why.status': '{service} answers with HTTP status {status}.',
   'maps.why.key':

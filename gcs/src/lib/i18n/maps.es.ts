@@ -55,6 +55,7 @@ export const mapsEs: Record<keyof typeof mapsEn, string> = {
   'maps.fault.source-failed': 'La fuente se niega.',
   'maps.fault.source-timeout': 'La fuente no responde a tiempo.',
   'maps.fault.source-offline': 'No se llega a la fuente.',
+  'maps.fault.source-local': 'No se le pregunta: su dirección es de esta red.',
   'maps.fault.source-busy': 'Se le pide demasiado a la fuente.',
   'maps.fault.source-key': 'Necesita una clave.',
   'maps.fault.source-invalid': 'Sus ajustes o su fichero están mal.',
@@ -69,6 +70,9 @@ export const mapsEs: Record<keyof typeof mapsEn, string> = {
   'maps.why.name_unknown': 'No se conoce el nombre {service}: no hay red, o la dirección está mal.',
   'maps.why.refused': '{service} rechaza la conexión.',
   'maps.why.no_connection': 'No se consigue conectar con {service}.',
+  'maps.why.local':
+    '{service} está en esta red. Si el servicio es tuyo, dilo: «{setting}» en los ajustes de la fuente.',
+  'maps.why.localNever': '{service} es una dirección de esta red a la que nunca se piden mapas.',
   'maps.why.timeout': '{service} no respondió en {waited_s} s.',
   'maps.why.status': '{service} responde con el estado HTTP {status}.',
   'maps.why.key':

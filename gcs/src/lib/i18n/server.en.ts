@@ -164,6 +164,8 @@ export const serverEn = {
   'problem.source-file': 'The file of the map sources is wrong: {problem}',
   'problem.source-file.remedy': 'Mend the file on the server where it says.',
   'problem.source-failed': 'The map service {service} says: {problem}',
+  'problem.source-local': 'The map service {service} is in this network: it is not asked.',
+  'problem.source-local.remedy': 'If the service is yours, say so in the settings of the map source.',
   'problem.source-timeout': 'The map service {service} did not answer within {waited_s} s.',
   'problem.source-offline': 'The map service {service} is not reached. It is tried again in {retry_s} s.',
   'problem.source-busy': 'The network is slower than the map is moved.',

@@ -168,6 +168,8 @@ export const serverEs: Record<keyof typeof serverEn, string> = {
   'problem.source-file': 'El fichero de las fuentes de mapas está mal: {problem}',
   'problem.source-file.remedy': 'Corrige el fichero en el servidor donde se indica.',
   'problem.source-failed': 'El servicio de mapas {service} dice: {problem}',
+  'problem.source-local': 'El servicio de mapas {service} está en esta red: no se le pregunta.',
+  'problem.source-local.remedy': 'Si el servicio es tuyo, dilo en los ajustes de la fuente.',
   'problem.source-timeout': 'El servicio de mapas {service} no respondió en {waited_s} s.',
   'problem.source-offline': 'No se llega al servicio de mapas {service}. Se intenta otra vez dentro de {retry_s} s.',
   'problem.source-busy': 'La red va más despacio que el mapa.',

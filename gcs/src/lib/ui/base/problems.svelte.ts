@@ -27,6 +27,7 @@ const TOLD = new Set([
   'only-mission',
   'too-many',
   'command-refused',
+  'source-local',
 ]);
 /** What a vehicle shows, or should. */
 const SHOWN = ['armed', 'disarmed', 'nothing', 'effect', 'beginning', 'idle', 'mode', 'item'] as const;

@@ -29,6 +29,17 @@ it('says by code and figures why a source does not come, and nothing of it in En
   });
 });
 
+it('says that an address inside the network was not asked, and by which setting it would be', () => {
+  i18n.language = 'es';
+  const local = { code: 'source-local', service: '10.0.0.7:8080', is_permissible: true, problem: 'x' } as const;
+  const told = { text: 'No se le pregunta: su dirección es de esta red.', said: '' };
+  expect(faultWords(problem(local))).toMatchObject(told);
+  // of the source's state
+  expect(faultWords({ ...problem(local), type: 'urn:vencejo:source-failing' })).toMatchObject(told);
+  expect(faultWords(problem(local)).why).toContain('«El servicio está en esta red local»');
+  expect(faultWords(problem({ ...local, is_permissible: false })).why).toContain('nunca');
+});
+
 it('says that a copy is shown, or that there is none of all, and never both', () => {
   const offline = problem({ code: 'source-offline', service, problem: 'x', retry_s: 5, why: 'refused' });
   expect(keptWords({ problem: offline, isStale: true })).toBe('Shown is what was kept.');

@@ -14,7 +14,8 @@ interface FaultWords {
 export function faultWords(problem: Problem): FaultWords {
   if (isNoAnswer(problem)) return { text: t('problem.noAnswer'), why: '', said: '' };
   const why = whyOf(problem.cause);
-  const key = `maps.fault.${codeOf(problem)}`;
+  // a source that fails for this was not asked at all
+  const key = `maps.fault.${problem.cause?.code === 'source-local' ? problem.cause.code : codeOf(problem)}`;
   if (hasText(key)) return { text: t(key), why, said: saidOf(problem) };
   return problem.type.startsWith('urn:')
     ? { text: problem.detail || problem.title, why, said: '' }
@@ -36,6 +37,11 @@ function whyOf(cause: Cause | undefined): string {
       const key = `maps.why.${cause.why}`;
       return hasText(key) ? t(key, { service: cause.service }) : '';
     }
+    case 'source-local':
+      return t(cause.is_permissible ? 'maps.why.local' : 'maps.why.localNever', {
+        service: cause.service,
+        setting: t('maps.localNetwork'),
+      });
     case 'source-timeout':
       return t('maps.why.timeout', { service: cause.service, waited_s: cause.waited_s });
     case 'source-failed': {
@@ -52,6 +58,7 @@ function whyOf(cause: Cause | undefined): string {
 function saidOf({ cause, detail }: Problem): string {
   switch (cause?.code) {
     case 'source-offline':
+    case 'source-local':
     case 'source-timeout':
     case 'source-key':
     case 'source-busy':
