@@ -135,15 +135,17 @@ impl FlightMode {
     ///
     /// An ArduPlane does not arm in modes that return or land (`pre_arm_checks` of its modes: RTL, QRTL, QLAND,
     /// INITIALISING), and in one that flies by itself it would take off as soon as it is armed: MANUAL, the mode it
-    /// boots into, does neither. A copter arms for a mission in GUIDED. The needs of others are unknown: they are left
-    /// as they are.
+    /// boots into, does neither. A copter arms for a mission in GUIDED. A PX4 that has landed after its mission stays in
+    /// AUTO_MISSION, and takes off when it is armed there; in AUTO_LOITER it stays on the ground. The needs of others
+    /// are unknown: they are left as they are.
     #[must_use]
     pub fn to_arm_in(self) -> Option<Self> {
         let (arms, instead): (&[u32], u32) = match self.family {
             // The modes flown by stick, of fixed wings and of VTOLs.
             ModeFamily::ArduPlane => (&[0, 2, 3, 4, 5, 6, 7, 8, 17, 18, 19, 22, 23], 0),
             ModeFamily::ArduCopter => (&[0, 1, 2, 4, 5, 13, 16, 20], 4),
-            ModeFamily::Px4 | ModeFamily::Other => return None,
+            ModeFamily::Px4 => (PX4_BY_STICK_OR_LOITER, px4(4, 3)),
+            ModeFamily::Other => return None,
         };
         (!arms.contains(&self.custom_mode)).then_some(Self { custom_mode: instead, ..self })
     }
@@ -360,6 +362,10 @@ const PX4: &[(u32, &str)] = &[
     (px4(10, 0), "TERMINATION"),
 ];
 
+/// The modes in which a PX4 that is armed on the ground stays there: those flown by stick, and AUTO_LOITER.
+const PX4_BY_STICK_OR_LOITER: &[u32] =
+    &[px4(1, 0), px4(2, 0), px4(3, 0), px4(3, 2), px4(4, 3), px4(5, 0), px4(7, 0), px4(8, 0)];
+
 const PX4_ALIASES: &[(&str, u32)] = &[
     ("ALTITUDE", px4(2, 0)),
     ("POSITION", px4(3, 0)),
@@ -457,7 +463,12 @@ mod tests {
             check(ModeFamily::ArduCopter, name, Some("GUIDED"));
         }
         check(ModeFamily::ArduCopter, "LOITER", None);
-        check(ModeFamily::Px4, "AUTO_LAND", None);
+        for name in ["AUTO_MISSION", "AUTO_TAKEOFF", "AUTO_RTL", "AUTO_LAND", "AUTO_VTOL_TAKEOFF", "OFFBOARD"] {
+            check(ModeFamily::Px4, name, Some("AUTO_LOITER"));
+        }
+        for name in ["MANUAL", "ALTCTL", "POSCTL", "ACRO", "STABILIZED", "AUTO_LOITER"] {
+            check(ModeFamily::Px4, name, None);
+        }
     }
 
     #[test]

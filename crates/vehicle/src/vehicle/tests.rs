@@ -284,7 +284,8 @@ impl Plane {
                     if self.restarts_mission && (self.mode != 10 && p[1] == 10.0) {
                         self.current = 1;
                     }
-                    self.mode = p[1] as u32;
+                    self.mode =
+                        if self.autopilot == 12 { (p[1] as u32) << 16 | (p[2] as u32) << 24 } else { p[1] as u32 };
                 }
                 0
             }
@@ -341,6 +342,9 @@ impl Plane {
                 0
             }
             Command::DO_LAND_START => {
+                if self.autopilot == 12 {
+                    self.mode = px4::AUTO_MISSION;
+                }
                 self.current = 9;
                 0
             }

@@ -10,11 +10,14 @@ use super::*;
 const PX4: u8 = 12;
 /// AUTO.LOITER: main mode 4, sub mode 3.
 const AUTO_LOITER: u32 = (4 << 16) | (3 << 24);
+/// AUTO.MISSION: main mode 4, sub mode 4.
+pub(super) const AUTO_MISSION: u32 = (4 << 16) | (4 << 24);
 
 fn px4() -> Plane {
     let mut plane = Plane::new();
     (plane.autopilot, plane.mode, plane.is_armed) = (PX4, AUTO_LOITER, true);
     plane.services.param_encoding = ParamEncoding::Bytewise;
+    plane.services.keeps_home = false;
     plane
 }
 
@@ -192,4 +195,15 @@ fn a_mission_that_is_called_otherwise_while_it_is_read_back_is_read_again() {
     assert!(matches!(vehicle.plan_state(PlanKind::Mission), PlanState::Verified { count: 1, .. }));
     vehicle.on_message(PLANE.component, &current(11), now);
     assert_eq!(vehicle.plan_state(PlanKind::Mission), PlanState::Unknown(Unknown::ChangedElsewhere));
+}
+
+// It stays in AUTO_MISSION when a flight has ended, and takes off when it is armed there.
+#[test]
+fn a_flight_is_prepared_in_a_mode_that_does_not_take_off() {
+    let mut plane = px4();
+    (plane.mode, plane.is_armed) = (AUTO_MISSION, false);
+    let mut world = World::new(Station::with(VehicleConfig::default()), plane, Faults::default(), 1);
+    wait(&mut world, 3_000);
+    assert_eq!(ask(&mut world, Request::PrepareFlight), Ok(Reply::Done));
+    assert_eq!((world.plane.mode, world.plane.is_armed), (AUTO_LOITER, false));
 }
