@@ -349,9 +349,9 @@ class AsyncVehicle(VehicleState):
         await self._wait(self._ask("return-to-launch"))
 
     async def land(self, *, despite_mixed_plan: bool = False) -> None:
-        """Land: an ArduPlane goes to the landing sequence of its mission, others to mode LAND.
+        """Land: an ArduPlane, and a fixed wing with PX4, goes to the landing sequence of its mission, others to mode LAND.
 
-        Nothing is sent to an ArduPlane that flies that sequence already. It is refused while the mission may be mixed, see `arm`.
+        Nothing is sent to a plane that flies that sequence already; a PX4 without one is refused. It is refused while the mission may be mixed, see `arm`.
         """
         await self._wait(self._ask("land", despite_mixed_plan=despite_mixed_plan))
 

@@ -161,9 +161,9 @@ pub enum Request {
     LoiterHere,
     /// Returns to launch: mode RTL.
     ReturnToLaunch,
-    /// Lands. An ArduPlane: jumps to the landing sequence of its mission (MAV_CMD_DO_LAND_START), or to the beginning of
-    /// a landing that is known to have no such mark, in AUTO; nothing is sent to one that flies its landing already,
-    /// because it would begin it anew and turn away without climbing. Others: mode LAND.
+    /// Lands. A fixed wing, and any ArduPlane: jumps to the landing sequence of its mission (MAV_CMD_DO_LAND_START), an
+    /// ArduPlane in AUTO to the beginning of a landing that is known to have no such mark; nothing is sent to one that
+    /// flies its landing already, because it would begin it anew and turn away without climbing. Others: mode LAND.
     Land,
     /// Aborts a landing and climbs: MAV_CMD_DO_GO_AROUND.
     AbortLanding {

@@ -473,6 +473,7 @@ impl Vehicle {
             first_nav: self.first_nav(),
             is_landing: self.is_landing_already(now),
             unmarked_landing: self.unmarked_landing(),
+            has_landing: self.mission().map(|mission| mission.items.iter().any(|item| item.command.is_landing())),
             is_complete: self.tracker.is_complete(),
             has_command_int: self.has_command_int(),
             now,

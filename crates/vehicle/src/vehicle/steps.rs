@@ -47,6 +47,8 @@ pub(super) struct Context<'a> {
     pub is_landing: bool,
     /// Seq at which a landing of its mission begins that has no `DO_LAND_START` (`Vehicle::unmarked_landing`).
     pub unmarked_landing: Option<u16>,
+    /// Whether the mission on board has a landing; `None` while it is not known.
+    pub has_landing: Option<bool>,
     /// Whether its mission is complete (`ProgressTracker::is_complete`).
     pub is_complete: bool,
     /// Whether COMMAND_INT may be sent.
@@ -212,6 +214,40 @@ impl Context<'_> {
         Ok([Step::command(self.long(Command::NAV_TAKEOFF, params)).proved_by(Effect::Airborne)].into())
     }
 
+    /// A fixed wing lands on the landing of its mission: mode AUTO_LAND of a PX4 brings it down in circles where it is.
+    fn land(&self) -> Result<VecDeque<Step>, VehicleError> {
+        let family = self.family()?;
+        let is_px4_plane = family == ModeFamily::Px4 && self.autopilot()?.mav_type == FIXED_WING;
+        if family != ModeFamily::ArduPlane && !is_px4_plane {
+            return Ok([self.mode_for(Action::Land)?].into());
+        }
+        let follows_mission = self.telemetry.mode().is_some_and(FlightMode::follows_mission);
+        // In AUTO_LAND it may still be sent to the landing of its mission.
+        if self.is_landing && (follows_mission || !is_px4_plane) {
+            return Ok([Step::Note(Severity::INFO, "It is landing already: nothing was sent".to_owned())].into());
+        }
+        if is_px4_plane && self.has_landing == Some(false) {
+            return Err(invalid(
+                "the mission",
+                "one without a landing",
+                "one with a landing, on which \"land\" lands this plane; return to launch instead, or set mode \
+                 AUTO_LAND, which brings it down in circles where it is",
+            ));
+        }
+        if let Some(seq) = self.unmarked_landing.filter(|_| family == ModeFamily::ArduPlane) {
+            // DO_LAND_START, by which ArduPlane finds a landing, would be refused.
+            let steps = [self.set_current(seq), self.mode_for(Action::Mission)?];
+            return Ok(steps.into_iter().chain(self.go_on_from(seq)).collect());
+        }
+        let before = self.telemetry.mission.map(|mission| mission.value.seq);
+        let effect = match Action::Mission.mode(family) {
+            // A PX4 acknowledges the jump before it changes the mode.
+            Some(mode) if is_px4_plane && !follows_mission => Effect::Mode(mode),
+            _ => Effect::JumpedFrom(before),
+        };
+        Ok([Step::command(self.long(Command::DO_LAND_START, [0.0; 7])).proved_by(effect)].into())
+    }
+
     /// The steps of a request.
     pub fn steps(&self, request: Request) -> Result<VecDeque<Step>, VehicleError> {
         let step = match request {
@@ -316,21 +352,7 @@ impl Context<'_> {
             }
             Request::LoiterHere | Request::MissionPause => self.mode_for(Action::Loiter)?,
             Request::ReturnToLaunch => self.mode_for(Action::ReturnToLaunch)?,
-            Request::Land => match (self.family()?, self.unmarked_landing) {
-                (ModeFamily::ArduPlane, _) if self.is_landing => {
-                    Step::Note(Severity::INFO, "It is landing already: nothing was sent".to_owned())
-                }
-                // DO_LAND_START, by which ArduPlane finds a landing, would be refused.
-                (ModeFamily::ArduPlane, Some(seq)) => {
-                    let steps = [self.set_current(seq), self.mode_for(Action::Mission)?];
-                    return Ok(steps.into_iter().chain(self.go_on_from(seq)).collect());
-                }
-                (ModeFamily::ArduPlane, None) => {
-                    let before = self.telemetry.mission.map(|mission| mission.value.seq);
-                    Step::command(self.long(Command::DO_LAND_START, [0.0; 7])).proved_by(Effect::JumpedFrom(before))
-                }
-                _ => self.mode_for(Action::Land)?,
-            },
+            Request::Land => return self.land(),
             Request::AbortLanding { alt_rel_home_m } => {
                 let alt = match alt_rel_home_m {
                     Some(alt) => in_range("alt_rel_home_m", alt, 1.0..=10_000.0, "1 to 10,000 m above home")?,

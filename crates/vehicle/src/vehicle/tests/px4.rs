@@ -197,6 +197,49 @@ fn a_mission_that_is_called_otherwise_while_it_is_read_back_is_read_again() {
     assert_eq!(vehicle.plan_state(PlanKind::Mission), PlanState::Unknown(Unknown::ChangedElsewhere));
 }
 
+// AUTO_LAND brings a fixed wing down in circles where it is (PX4 v1.17.0, `control_auto_landing_circular`).
+#[test]
+fn a_plane_lands_on_the_landing_of_its_mission() {
+    let landing = |world: &mut Pair| {
+        let before = world.plane.commands.len();
+        let result = ask(world, Request::Land);
+        (result, acts(world, before))
+    };
+    let to_landing = vec![(Command::DO_LAND_START.0, 0.0, 0.0)];
+    let mut world = flying(VehicleConfig::default());
+    world.plane.landed = MavLandedState::MAV_LANDED_STATE_IN_AIR;
+    // It knows whether there is one while we do not.
+    assert_eq!(landing(&mut world), (Ok(Reply::Done), to_landing.clone()));
+    assert_eq!(world.plane.mode, AUTO_MISSION);
+
+    let send = |world: &mut Pair, mut items: Vec<MissionItem>| {
+        // Whole, as the simulated plane stores it.
+        items.iter_mut().filter(|item| item.command.is_landing()).for_each(|item| item.params[3] = Some(1.0));
+        ask(world, Request::UploadPlan { kind: PlanKind::Mission, items, home: None, despite_findings: false })
+            .expect("uploaded");
+    };
+    send(&mut world, vec![MissionItem::waypoint(40.334, -3.803, 80.0), MissionItem::land(40.3332, -3.7978, 0.0)]);
+    (world.plane.mode, world.plane.current) = (AUTO_LOITER, 0);
+    wait(&mut world, 1_500);
+    assert_eq!(landing(&mut world), (Ok(Reply::Done), to_landing));
+    assert_eq!(world.plane.mode, AUTO_MISSION);
+    world.plane.current = 1;
+    wait(&mut world, 1_500);
+    assert_eq!(landing(&mut world), (Ok(Reply::Done), vec![]), "on final");
+
+    send(&mut world, vec![MissionItem::waypoint(40.334, -3.803, 80.0)]);
+    let (result, sent) = landing(&mut world);
+    let error = result.expect_err("nowhere to land").to_string();
+    assert!(error.contains("return to launch") && error.contains("AUTO_LAND"), "{error}");
+    assert_eq!(sent, []);
+
+    let mut copter = px4();
+    copter.mav_type = 2;
+    let mut world = World::new(Station::with(VehicleConfig::default()), copter, Faults::default(), 1);
+    wait(&mut world, 3_000);
+    assert_eq!(landing(&mut world), (Ok(Reply::Done), vec![(Command::DO_SET_MODE.0, 1.0, 4.0)]));
+}
+
 // It stays in AUTO_MISSION when a flight has ended, and takes off when it is armed there.
 #[test]
 fn a_flight_is_prepared_in_a_mode_that_does_not_take_off() {
