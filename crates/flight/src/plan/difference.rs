@@ -5,6 +5,7 @@ use vencejo_proto::{Address, MissionSeq};
 
 use crate::geodesy::wrap_180_deg;
 use crate::plan::item::{MissionItem, PARAM_NAMES};
+use crate::plan::px4::{px4_form, px4_kept};
 use crate::plan::{Command, PlanKind, ardupilot_stored};
 
 /// Largest difference of a float field that an ArduPilot's arithmetic makes, relative to its size: a few units in the
@@ -43,7 +44,8 @@ pub fn float_tolerance_deg(coordinate_deg: f64) -> f64 {
 /// How a vehicle keeps the items that it is sent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Keeping {
-    /// It packs them as an ArduPlane does ([`ardupilot_stored`]); others, as PX4, give back what they were sent.
+    /// It packs them as an ArduPlane does ([`ardupilot_stored`]); others give back what they were sent, or as PX4 only
+    /// what they use of it.
     pub is_ardupilot: bool,
     /// They go to it with positions in 32-bit floats (MISSION_ITEM), as to ArduPlane 3.x: that rounds positions
     /// ([`float_tolerance_deg`]), and keeps no detail of a loiter and a landing that came later.
@@ -53,7 +55,7 @@ pub struct Keeping {
 impl Keeping {
     /// An ArduPilot of today.
     pub const ARDUPILOT: Self = Self { is_ardupilot: true, in_floats: false };
-    /// A vehicle that gives back what it was sent.
+    /// A vehicle that gives back what it was sent, or what it uses of it.
     pub const AS_SENT: Self = Self { is_ardupilot: false, in_floats: false };
 
     /// The item as it is stored, as far as that is known.
@@ -61,7 +63,7 @@ impl Keeping {
         if self.is_ardupilot {
             return ardupilot_stored(item);
         }
-        let wire = item.to_wire(MissionSeq(0), Address::new(0, 0), PlanKind::Mission, false);
+        let wire = px4_form(item).to_wire(MissionSeq(0), Address::new(0, 0), PlanKind::Mission, false);
         MissionItem::from_wire(&wire).unwrap_or_else(|_| item.clone())
     }
 
@@ -86,6 +88,7 @@ impl Keeping {
 
     fn is_same_value(self, expected: &MissionItem, index: u8, sent: f64, kept: f64) -> bool {
         let has_position = expected.has_position();
+        let kept_otherwise = || !self.is_ardupilot && is_of_px4(expected.command, index, sent, kept);
         let tolerance = match index {
             4 | 5 if self.in_floats && has_position => float_tolerance_deg(sent),
             4 | 5 => HALF_DEG_E7,
@@ -95,8 +98,15 @@ impl Keeping {
         };
         let is_longitude = index == 5 && has_position;
         let apart = if is_longitude { wrap_180_deg(sent - kept) } else { sent - kept };
-        apart.abs() <= tolerance || (self.in_floats && is_of_old(expected, index, sent, kept))
+        apart.abs() <= tolerance || (self.in_floats && is_of_old(expected, index, sent, kept)) || kept_otherwise()
     }
+}
+
+/// Whether a difference is one that PX4 makes to every such item: it gives back what it uses alone.
+fn is_of_px4(command: Command, index: u8, sent: f64, kept: f64) -> bool {
+    let expected = px4_kept(command, index, sent);
+    // An angle passes through radians in 32-bit floats.
+    expected != sent && (expected - kept).abs() <= AS_SENT_TOLERANCE * expected.abs().max(1e-3)
 }
 
 /// Whether a difference is one that ArduPlane 3.x makes to every such item without changing its flight.

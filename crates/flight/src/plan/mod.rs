@@ -10,6 +10,7 @@ mod datum;
 mod difference;
 mod fence;
 mod item;
+mod px4;
 mod rally;
 mod stored;
 
@@ -93,14 +94,15 @@ impl Mission {
     /// The list as sent to a vehicle, seq 0 upwards.
     ///
     /// With `with_home` item 0 is home (ArduPilot); an unknown home is sent as 0/0, which ArduPilot
-    /// replaces by its own. Without it (PX4) `items[0]` is item 0.
+    /// replaces by its own. Without it (PX4) `items[0]` is item 0, and items without a position go in
+    /// `MAV_FRAME_MISSION`, the only frame in which PX4 takes them.
     ///
     /// # Errors
     /// [`FlightError::BadItem`] for a value that may not be sent, [`FlightError::BadMission`] when there
     /// are more than 65,535 items.
     pub fn to_wire(&self, target: Address, with_home: bool) -> Result<Vec<MissionItemInt>> {
         if !with_home {
-            let mut items = self.items.clone();
+            let mut items: Vec<_> = self.items.iter().map(px4::px4_form).collect();
             move_jumps(&mut items, -1.0);
             return items_to_wire(&items, target, PlanKind::Mission);
         }

@@ -4,6 +4,7 @@
 //! Any state machine can stand at either end: implement [`Endpoint`] for it, put both ends into a [`World`], and run.
 
 mod old_plane;
+mod px4;
 
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, VecDeque};
@@ -415,6 +416,8 @@ pub(crate) struct MockPlane {
     pub leaves_garbage: bool,
     /// Keeps a home of its own as item 0, as ArduPilot does.
     pub keeps_home: bool,
+    /// Stores items as a PX4.
+    pub is_px4: bool,
     /// Ends an upload at an item out of order, as other autopilots do.
     pub strict_order: bool,
     upload: Option<ItemsIn>,
@@ -489,6 +492,7 @@ impl MockPlane {
             has_ftp: true,
             leaves_garbage: true,
             keeps_home: true,
+            is_px4: false,
             strict_order: false,
             upload: None,
             ftp: Ftp::with_sessions(1),
@@ -509,7 +513,7 @@ impl MockPlane {
 
     /// Puts a plan there, as if it had been uploaded.
     pub(crate) fn store(&mut self, kind: PlanKind, items: &[MissionItemInt]) {
-        let stored = |item| Self::stored(kind as usize, item).expect("an item that ArduPlane takes");
+        let stored = |item| Self::stored(self.is_px4, kind as usize, item).expect("an item that it takes");
         self.plans[kind as usize] = items.iter().map(stored).collect();
     }
 
@@ -542,7 +546,10 @@ impl MockPlane {
     }
 
     /// What is stored of an item; the reason when it is refused.
-    fn stored(kind: usize, item: &MissionItemInt) -> Result<MissionItemInt, u8> {
+    fn stored(is_px4: bool, kind: usize, item: &MissionItemInt) -> Result<MissionItemInt, u8> {
+        if is_px4 {
+            return px4::stored(item);
+        }
         let read = MissionItem::from_wire(item).map_err(|_| 5)?;
         if !matches!(item.frame, 0 | 2 | 3 | 5 | 6 | 10 | 11) {
             return Err(2);
@@ -707,7 +714,7 @@ impl MockPlane {
         if from != upload.from {
             return self.ack(from, kind, 14);
         }
-        match Self::stored(kind, item) {
+        match Self::stored(self.is_px4, kind, item) {
             Err(result) => {
                 self.upload = None;
                 self.ack(from, kind, result);
@@ -765,7 +772,7 @@ impl MockPlane {
         self.truncate(kind, 0);
         for (seq, item) in items.iter().enumerate() {
             // What is refused ends it, and leaves what came before.
-            let Ok(stored) = Self::stored(kind, item) else { return false };
+            let Ok(stored) = Self::stored(self.is_px4, kind, item) else { return false };
             self.keep(kind, MissionItemInt { seq: seq as u16, ..stored });
         }
         true

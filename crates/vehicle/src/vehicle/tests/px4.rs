@@ -1,6 +1,7 @@
 //! What a PX4 takes otherwise than an ArduPilot: read in its source and its issues, not tried on one. And what is asked
 //! of an autopilot that is neither.
 
+use vencejo_flight::plan::{MavFrame, plan_changes};
 use vencejo_proto::dialect::MISSION_REQUEST_INT_DATA;
 use vencejo_proto::param::ParamEncoding;
 
@@ -17,7 +18,7 @@ fn px4() -> Plane {
     let mut plane = Plane::new();
     (plane.autopilot, plane.mode, plane.is_armed) = (PX4, AUTO_LOITER, true);
     plane.services.param_encoding = ParamEncoding::Bytewise;
-    plane.services.keeps_home = false;
+    (plane.services.is_px4, plane.services.keeps_home) = (true, false);
     plane
 }
 
@@ -212,9 +213,7 @@ fn a_plane_lands_on_the_landing_of_its_mission() {
     assert_eq!(landing(&mut world), (Ok(Reply::Done), to_landing.clone()));
     assert_eq!(world.plane.mode, AUTO_MISSION);
 
-    let send = |world: &mut Pair, mut items: Vec<MissionItem>| {
-        // Whole, as the simulated plane stores it.
-        items.iter_mut().filter(|item| item.command.is_landing()).for_each(|item| item.params[3] = Some(1.0));
+    let send = |world: &mut Pair, items: Vec<MissionItem>| {
         ask(world, Request::UploadPlan { kind: PlanKind::Mission, items, home: None, despite_findings: false })
             .expect("uploaded");
     };
@@ -249,4 +248,46 @@ fn a_flight_is_prepared_in_a_mode_that_does_not_take_off() {
     wait(&mut world, 3_000);
     assert_eq!(ask(&mut world, Request::PrepareFlight), Ok(Reply::Done));
     assert_eq!((world.plane.mode, world.plane.is_armed), (AUTO_LOITER, false));
+}
+
+// PX4 v1.17.0 takes an item without a position in MAV_FRAME_MISSION alone, and gives 0 back for what it does not use.
+#[test]
+fn a_mission_is_verified_by_what_it_keeps() {
+    let mut world = flying(VehicleConfig::default());
+    let with = |item: MissionItem, params: [f64; 4]| {
+        let place = [item.params[4], item.params[5], item.params[6]];
+        let [x, y, z] = place;
+        let [p1, p2, p3, p4] = params.map(Some);
+        MissionItem { params: [p1, p2, p3, p4, x, y, z], ..item }
+    };
+    let in_frame_3 = |item: MissionItem| MissionItem { frame: MavFrame::GlobalRelativeAlt, ..item };
+    let items = vec![
+        MissionItem::takeoff(40.3332, -3.799, 50.0, 12.0),
+        in_frame_3(MissionItem::change_airspeed(14.0)),
+        with(MissionItem::waypoint(40.334, -3.803, 80.0), [2.0, 30.0, 5.0, -90.0]),
+        MissionItem::loiter_time(40.335, -3.8, 80.0, 60.0, false),
+        with(MissionItem::loiter_to_alt(40.336, -3.8, 60.0, -60.0), [2.0, -60.0, 7.0, 1.0]),
+        MissionItem::loiter_unlimited(40.337, -3.8, 60.0, 60.0),
+        MissionItem::jump(MissionSeq(3), 1),
+        MissionItem::land_start(40.3332, -3.7912, 40.0),
+        with(MissionItem::land(40.3332, -3.7978, 0.0), [30.0, 0.0, 0.0, 0.0]),
+        in_frame_3(MissionItem::return_to_launch()),
+    ];
+    let send = |items: &[MissionItem]| Request::UploadPlan {
+        kind: PlanKind::Mission,
+        items: items.to_vec(),
+        home: None,
+        despite_findings: false,
+    };
+    ask(&mut world, send(&items)).expect("verified");
+    assert!(matches!(world.station.vehicle.plan_state(PlanKind::Mission), PlanState::Verified { count: 10, .. }));
+    let keeping = world.station.vehicle.keeping();
+    let changes = |world: &Pair| {
+        let read = world.plane.services.plans[0].clone();
+        plan_changes(&items, &Mission::from_wire(&read, false).expect("a mission").items, keeping).len()
+    };
+    assert_eq!(changes(&world), 0);
+    // What it does use counts.
+    world.plane.services.plans[0][2].params[1] = 31.0;
+    assert_eq!(changes(&world), 1);
 }
