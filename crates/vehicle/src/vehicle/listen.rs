@@ -288,6 +288,7 @@ impl Vehicle {
 
     pub(super) fn on_mission_current(&mut self, now: MonoTime) {
         let Some(current) = self.telemetry.mission.map(|mission| mission.value) else { return };
+        self.end_judging();
         let changes = self.tracker.on_current(&current);
         if let Some(seq) = changes.current {
             self.event(VehicleEvent::CurrentItemChanged { seq });

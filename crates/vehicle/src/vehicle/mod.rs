@@ -28,6 +28,7 @@ mod guard;
 mod hearing;
 mod hosted;
 mod identity;
+mod judged;
 mod landing;
 mod lane;
 mod listen;
@@ -371,7 +372,7 @@ impl Vehicle {
     /// When to call [`Self::on_time`] next.
     pub fn deadline(&self) -> Option<MonoTime> {
         let ops = self.ops.iter().filter_map(|op| match &op.state {
-            State::Refused { until, .. } | State::Awaiting { until, .. } => Some(*until),
+            State::Refused { until, .. } | State::Awaiting { until, .. } | State::Judging { until, .. } => Some(*until),
             State::Telling(telling) => Some(telling.deadline()),
             _ => None,
         });

@@ -10,7 +10,7 @@ use super::lane::PlanBefore;
 use super::steps::{Effect, Fallback, Step};
 use crate::command::{CommandId, CommandMessage, CommandResult};
 use crate::modes::FlightMode;
-use crate::request::RequestId;
+use crate::request::{Reply, RequestId};
 
 /// How long an effect may take to be shown after the command was accepted: several heartbeats.
 pub(super) const EFFECT_WITHIN: Duration = Duration::from_secs(5);
@@ -51,6 +51,8 @@ pub(super) enum State {
     Recording { step: Step, before: PlanBefore, ticket: u64, until: MonoTime },
     /// A transfer runs in a lane.
     Transferring,
+    /// A mission was uploaded; the vehicle's own checks of it have to be told, from `from` on.
+    Judging { reply: Box<Reply>, began: MonoTime, from: MonoTime, until: MonoTime },
     /// A parameter waits for the lane.
     WaitingForLane(Step),
 }

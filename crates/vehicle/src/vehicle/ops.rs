@@ -38,13 +38,16 @@ impl Vehicle {
         self.tell_again(now);
         let mut index = 0;
         while index < self.ops.len() {
-            let error = match &self.ops[index].state {
-                State::Refused { command, result, until } if now >= *until => Some(self.refused(command, *result, now)),
-                State::Awaiting { command, until, .. } if now >= *until => Some(self.not_confirmed(command, now)),
+            let result = match &self.ops[index].state {
+                State::Refused { command, result, until } if now >= *until => {
+                    Some(Err(self.refused(command, *result, now)))
+                }
+                State::Awaiting { command, until, .. } if now >= *until => Some(Err(self.not_confirmed(command, now))),
+                State::Judging { reply, until, .. } if now >= *until => Some(Ok(Reply::clone(reply))),
                 _ => None,
             };
-            match error {
-                Some(error) => self.finish(index, Err(error)),
+            match result {
+                Some(result) => self.finish(index, result),
                 None => index += 1,
             }
         }

@@ -228,7 +228,8 @@ impl Plane {
 
     fn stream(&mut self, now: MonoTime) {
         let time_boot_ms = now.since(self.booted).as_millis() as u32;
-        let total = self.services.plans[0].len().saturating_sub(1) as u16;
+        let home = usize::from(self.autopilot == 3);
+        let total = self.services.plans[0].len().saturating_sub(home) as u16;
         for message in [
             MavMessage::ATTITUDE(ATTITUDE_DATA { time_boot_ms, ..Default::default() }),
             MavMessage::GLOBAL_POSITION_INT(GLOBAL_POSITION_INT_DATA {

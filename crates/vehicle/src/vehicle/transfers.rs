@@ -221,7 +221,10 @@ impl Vehicle {
                 self.ops[index].state = State::Ready;
                 self.advance(lane.id, now);
             } else {
-                self.finish(index, result);
+                match result {
+                    Ok(reply) if writes => self.finish_upload(index, reply, lane.began, now),
+                    result => self.finish(index, result),
+                }
             }
         }
         if let Some((what, error)) = own {

@@ -291,3 +291,26 @@ fn a_mission_is_verified_by_what_it_keeps() {
     world.plane.services.plans[0][2].params[1] = 31.0;
     assert_eq!(changes(&world), 1);
 }
+
+// It acknowledges and stores what it then does not fly (PX4 v1.17.0, `FeasibilityChecker`).
+#[test]
+fn a_mission_that_its_checks_reject_is_not_told_as_sent() {
+    const REASON: &str = "Mission rejected: Takeoff waypoint required.";
+    let upload = || {
+        let items = vec![MissionItem::waypoint(40.334, -3.803, 80.0), MissionItem::land(40.3332, -3.7978, 0.0)];
+        Request::UploadPlan { kind: PlanKind::Mission, items, home: None, despite_findings: false }
+    };
+    let mut world = flying(VehicleConfig::default());
+    world.plane.mission_state = MissionState::MISSION_STATE_NOT_STARTED;
+    ask(&mut world, upload()).expect("flyable");
+    let id = start(&mut world, upload());
+    world.plane.mission_state = MissionState::MISSION_STATE_NO_MISSION;
+    world.plane.text(2, REASON);
+    let error = end(&mut world, id, 10).expect_err("rejected").to_string();
+    assert!(error.contains(REASON), "{error}");
+    assert!(matches!(world.station.vehicle.plan_state(PlanKind::Mission), PlanState::Verified { count: 2, .. }));
+    // One that tells nothing more of its mission is believed.
+    let id = start(&mut world, upload());
+    world.plane.is_streaming = false;
+    end(&mut world, id, 10).expect("on board");
+}
