@@ -4,6 +4,8 @@ use crate::modes::ModeFamily;
 
 /// `MAV_AUTOPILOT_ARDUPILOTMEGA`.
 const ARDUPILOT: u8 = 3;
+/// `MAV_AUTOPILOT_PX4`.
+const PX4: u8 = 12;
 
 /// The autopilot and type that a HEARTBEAT names.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -18,6 +20,11 @@ impl AutopilotType {
     /// Whether it is an ArduPilot, whose missions begin with home as item 0.
     pub fn is_ardupilot(self) -> bool {
         self.autopilot == ARDUPILOT
+    }
+
+    /// Whether it is a PX4.
+    pub fn is_px4(self) -> bool {
+        self.autopilot == PX4
     }
 
     /// Whose mode numbers it uses.

@@ -16,6 +16,7 @@ use super::valid::{Check, HEIGHT_M, PERCENT, SPEED_M_S, TEMPERATURE_C, VELOCITY_
 use super::{
     Freshness, GitHash, GpsFix, Group, Home, LandedState, MAX_BATTERIES, MissionState, Sampled, Sensors, Telemetry,
 };
+use crate::autopilot::AutopilotType;
 use crate::modes::{FlightMode, ModeFamily};
 
 /// [`imu`] of SCALED_IMU, SCALED_IMU2 or SCALED_IMU3: three types with the same fields.
@@ -128,7 +129,8 @@ impl Telemetry {
                 Group::Gps
             }
             MavMessage::SYS_STATUS(m) => {
-                let value = sys_status(m, check);
+                let is_px4 = self.autopilot_type().is_some_and(AutopilotType::is_px4);
+                let value = sys_status(m, is_px4, check);
                 self.sys_status = Some(sampled(value, now, check));
                 Group::SysStatus
             }
@@ -472,18 +474,22 @@ fn gps(m: &GPS_RAW_INT_DATA, check: &mut Check) -> Gps {
     }
 }
 
-fn sys_status(m: &SYS_STATUS_DATA, check: &mut Check) -> SysStatus {
+fn sys_status(m: &SYS_STATUS_DATA, is_px4: bool, check: &mut Check) -> SysStatus {
     let present = m.onboard_control_sensors_present.bits();
     let used = present & m.onboard_control_sensors_enabled.bits();
     let healthy = m.onboard_control_sensors_health.bits();
     // A vehicle without a battery monitor sends 0 V.
     let is_measured = m.voltage_battery != 0 || present & Sensors::BATTERY != 0;
     SysStatus {
-        is_ready_to_arm: (used & Sensors::PREARM_CHECK != 0).then_some(healthy & Sensors::PREARM_CHECK != 0),
+        // A PX4 tells it in `health` alone: whether it arms in its present mode.
+        is_ready_to_arm: (is_px4 || used & Sensors::PREARM_CHECK != 0).then_some(healthy & Sensors::PREARM_CHECK != 0),
         unhealthy_sensors: Sensors(used & !healthy),
         load_pct: check.scaled(m.load, u16::MAX, 10.0, PERCENT),
         voltage_v: check.scaled(m.voltage_battery, u16::MAX, 1e3, 0.0..=65.5).filter(|_| is_measured),
-        current_a: check.scaled(m.current_battery, -1, 1e2, VELOCITY_M_S),
+        // A PX4 that does not measure it has −1 A, which is sent as such.
+        current_a: check
+            .scaled(m.current_battery, -1, 1e2, VELOCITY_M_S)
+            .filter(|_| !(is_px4 && m.current_battery == -100)),
         battery_remaining_pct: check.scaled(m.battery_remaining, -1, 1.0, PERCENT),
         drop_rate_pct: check.scaled(m.drop_rate_comm, u16::MAX, 1e2, PERCENT),
     }

@@ -521,3 +521,30 @@ fn an_engine_reports_what_it_measures() {
     assert_eq!((lame.value.fuel_pressure_pa, lame.value.load_pct), (Some(0.0), None));
     assert_eq!((lame.invalid, invalid), (true, 1));
 }
+
+// Fields as PX4 v1.17.0 sent them: it tells whether its checks pass in `health` alone, and −1 A without a current sensor
+// (`SYS_STATUS.hpp`).
+#[test]
+fn a_px4_tells_whether_it_is_ready_to_arm_in_its_own_way() {
+    use vencejo_proto::dialect::MavSysStatusSensor;
+    let status = |autopilot, health: u32| {
+        let mut telemetry = Telemetry::new();
+        let heartbeat = Heartbeat { mav_type: 1, autopilot, ..Heartbeat::default() };
+        telemetry.apply(&Message::Heartbeat(heartbeat), MonoTime::ZERO);
+        let told = apply_to(
+            telemetry,
+            MavMessage::SYS_STATUS(SYS_STATUS_DATA {
+                onboard_control_sensors_present: MavSysStatusSensor::from_bits_retain(50_348_095),
+                onboard_control_sensors_enabled: MavSysStatusSensor::from_bits_retain(50_413_631),
+                onboard_control_sensors_health: MavSysStatusSensor::from_bits_retain(health),
+                current_battery: -100,
+                ..SYS_STATUS_DATA::default()
+            }),
+        );
+        let status = told.sys_status.expect("status").value;
+        (status.is_ready_to_arm, status.current_a)
+    };
+    assert_eq!(status(12, 50_348_095 | 1 << 28), (Some(true), None));
+    assert_eq!(status(12, 50_348_095), (Some(false), None));
+    assert_eq!(status(3, 50_348_095), (None, Some(-1.0)));
+}
