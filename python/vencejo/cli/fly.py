@@ -294,7 +294,7 @@ def prearm_reasons(vehicle: Vehicle, since_s: float) -> list[str]:
     found = dict.fromkeys(
         clean(text.text).partition(":")[2].strip()
         for text in vehicle.texts
-        if text.time_s >= since_s and text.text.lower().startswith("prearm:")
+        if text.time_s >= since_s and text.text.lower().startswith(("prearm:", "preflight fail:"))
     )
     return list(found)
 

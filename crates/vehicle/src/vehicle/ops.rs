@@ -10,7 +10,7 @@ use super::operation::{Commanding, EFFECT_WITHIN, Op, Seen, State, WORD_WITHIN};
 use super::steps::{Effect, Fallback, Step};
 use crate::command::{CommandId, CommandOutcome, CommandOutput, CommandResult, Unanswered, WhenBusy};
 use crate::error::VehicleError;
-use crate::modes::FlightMode;
+use crate::modes::{FlightMode, ModeFamily};
 use crate::request::{Output, Reply, Request, RequestId};
 use crate::telemetry::{LOST_AFTER, LandedState, MissionState, Severity, Text};
 
@@ -21,7 +21,10 @@ const MESSAGE_WITHIN: Duration = Duration::from_secs(2);
 /// How long to wait for the vehicle's texts about a refusal; for arming they are a list.
 const REASONS_AFTER: Duration = Duration::from_millis(400);
 const ARM_REASONS_AFTER: Duration = Duration::from_millis(1_000);
-/// ArduPilot repeats failing pre-arm checks every 30 s; those are used when it is silent at the refusal.
+/// How texts about failing checks begin, of ArduPilot and of PX4.
+const CHECKS: [&str; 3] = ["PreArm: ", "Arm: ", "Preflight Fail: "];
+/// ArduPilot repeats failing pre-arm checks every 30 s; those are used when it is silent at the refusal. PX4 writes each
+/// when it begins to fail, and at a refusal only that something does.
 const PREARM_REPEATED: Duration = Duration::from_secs(35);
 /// Words of a NOTICE or INFO by which ArduPilot says why it does not do what was asked ("Mode change to LOITER denied,
 /// in fence recovery", "Parachute not enabled", "Disarm to allow calibration"); such texts are not warnings.
@@ -111,7 +114,7 @@ impl Vehicle {
     /// and what says as a notice or information that something was denied. Why it does not send a message so often
     /// ArduPilot tells as information too.
     pub(super) fn reasons(&self, command: &Commanding, now: MonoTime) -> Vec<String> {
-        let is_check = |text: &&Text| text.text.starts_with("PreArm: ") || text.text.starts_with("Arm: ");
+        let is_check = |text: &&Text| CHECKS.iter().any(|begin| text.text.starts_with(begin));
         let is_of_rate = command.message.command() == Command::SET_MESSAGE_INTERVAL;
         let is_denial = |text: &str| {
             let text = text.to_lowercase();
@@ -130,9 +133,10 @@ impl Vehicle {
         if found.is_empty() {
             found = since(command.first_sent).filter(is_warning).collect();
         }
-        if found.is_empty() && is_arming {
+        let is_px4 = self.family() == Some(ModeFamily::Px4);
+        if is_arming && (found.is_empty() || is_px4) {
             let age = now.as_duration().saturating_sub(PREARM_REPEATED);
-            found = since(MonoTime::from_origin(age)).filter(is_check).collect();
+            found.extend(since(MonoTime::from_origin(age)).filter(is_check));
         }
         let mut reasons: Vec<String> = Vec::new();
         for text in found.into_iter().rev() {
@@ -140,7 +144,17 @@ impl Vehicle {
                 reasons.push(text.text.clone());
             }
         }
+        if is_arming && is_px4 {
+            reasons.extend(self.lacks_mission());
+        }
         reasons
+    }
+
+    /// Why a PX4 does not arm in AUTO_MISSION, which it tells by no text.
+    fn lacks_mission(&self) -> Option<String> {
+        let mode = self.telemetry.mode().filter(|mode| mode.follows_mission())?;
+        let is_none = self.telemetry.mission?.value.state == Some(MissionState::NoMission);
+        is_none.then(|| format!("mode {mode}, and no mission on board that it can fly"))
     }
 
     /// Starts a request. Its result comes as [`Output::Finished`], also for an immediate refusal.

@@ -314,3 +314,25 @@ fn a_mission_that_its_checks_reject_is_not_told_as_sent() {
     world.plane.is_streaming = false;
     end(&mut world, id, 10).expect("on board");
 }
+
+// It says "Arming denied: Resolve system health failures first" whatever is wrong, and that only when it begins.
+#[test]
+fn a_refusal_to_arm_names_what_it_said_before() {
+    let mut plane = px4();
+    (plane.mode, plane.is_armed) = (AUTO_MISSION, false);
+    plane.refuses = Some(vec!["Arming denied: Resolve system health failures"]);
+    plane.mission_state = MissionState::MISSION_STATE_NO_MISSION;
+    let mut world = World::new(Station::with(VehicleConfig::default()), plane, Faults::default(), 1);
+    wait(&mut world, 3_000);
+    world.plane.text(2, "Preflight Fail: Accel 0 uncalibrated");
+    wait(&mut world, 10_000);
+    let Err(VehicleError::CommandRefused { reasons, .. }) = ask(&mut world, ARM) else { panic!("refused") };
+    assert_eq!(
+        reasons,
+        [
+            "Preflight Fail: Accel 0 uncalibrated",
+            "Arming denied: Resolve system health failures",
+            "mode AUTO_MISSION, and no mission on board that it can fly",
+        ]
+    );
+}
