@@ -243,7 +243,7 @@ class AsyncVehicle(VehicleState):
         speed_m_s: float | None = None,
         change_mode: bool = True,
     ) -> None:
-        """Fly to a position and circle there (mode GUIDED, entered unless `change_mode` is false).
+        """Fly to a position and circle there (mode GUIDED, of a PX4 AUTO_LOITER, entered unless `change_mode` is false).
 
         Give the altitude once, in one of its three references.
 
@@ -271,13 +271,13 @@ class AsyncVehicle(VehicleState):
         await self._wait(self._ask("speed", kind="airspeed", speed_m_s=airspeed_m_s))
 
     async def set_groundspeed(self, groundspeed_m_s: float) -> None:
-        """Change the minimum ground speed."""
+        """Change the minimum ground speed. A fixed wing with PX4 takes airspeeds alone."""
         await self._wait(self._ask("speed", kind="groundspeed", speed_m_s=groundspeed_m_s))
 
     async def set_altitude(self, *, alt_rel_home_m: float | None = None, alt_amsl_m: float | None = None) -> None:
         """Change the altitude of the present target. Not to 0, which ArduPlane takes for no altitude.
 
-        In AUTO it holds until the next item.
+        In AUTO it holds until the next item. A PX4 takes one in AUTO_LOITER alone: elsewhere it would leave its mode.
 
         Raises
         ------

@@ -475,6 +475,7 @@ impl Vehicle {
             is_landing: self.is_landing_already(now),
             unmarked_landing: self.unmarked_landing(),
             has_landing: self.mission().map(|mission| mission.items.iter().any(|item| item.command.is_landing())),
+            lands: self.conduct().is_landing,
             is_complete: self.tracker.is_complete(),
             has_command_int: self.has_command_int(),
             now,

@@ -18,9 +18,13 @@ use crate::telemetry::{LOST_AFTER, LandedState, MissionState, Severity, Text};
 pub(super) const MAX_REQUESTS: usize = 64;
 /// How long a requested message may take.
 const MESSAGE_WITHIN: Duration = Duration::from_secs(2);
-/// How long to wait for the vehicle's texts about a refusal; for arming they are a list.
+/// How long to wait for the vehicle's texts about a target that it has accepted, and about a refusal; for arming they
+/// are a list.
+const OBJECTED_WITHIN: Duration = Duration::from_millis(1_000);
 const REASONS_AFTER: Duration = Duration::from_millis(400);
 const ARM_REASONS_AFTER: Duration = Duration::from_millis(1_000);
+/// What PX4 writes of a target that it does not take (`navigator_main.cpp`).
+const OBJECTION: &str = "outside geofence";
 /// How texts about failing checks begin, of ArduPilot and of PX4.
 const CHECKS: [&str; 3] = ["PreArm: ", "Arm: ", "Preflight Fail: "];
 /// ArduPilot repeats failing pre-arm checks every 30 s; those are used when it is silent at the refusal. PX4 writes each
@@ -42,6 +46,17 @@ impl Vehicle {
         let mut index = 0;
         while index < self.ops.len() {
             let result = match &self.ops[index].state {
+                State::Awaiting { command, until, .. } if now >= *until && command.effect == Effect::Unobjected => {
+                    let command = command.clone();
+                    if self.reasons(&command, now).iter().any(|text| text.contains(OBJECTION)) {
+                        Some(Err(self.refused(&command, CommandResult::DENIED, now)))
+                    } else {
+                        let id = self.ops[index].id;
+                        self.ops[index].state = State::Ready;
+                        self.advance(id, now);
+                        continue;
+                    }
+                }
                 State::Refused { command, result, until } if now >= *until => {
                     Some(Err(self.refused(command, *result, now)))
                 }
@@ -97,9 +112,11 @@ impl Vehicle {
                 let wanted = format!("the mission's beginning (item {last})");
                 (wanted, shown(mission.map(|m| format!("item {}", m.value.seq))))
             }
-            Effect::Acknowledged | Effect::Airborne | Effect::JumpedFrom(_) | Effect::Restarted => {
-                ("its effect".to_owned(), shown(None))
-            }
+            Effect::Acknowledged
+            | Effect::Airborne
+            | Effect::JumpedFrom(_)
+            | Effect::Restarted
+            | Effect::Unobjected => ("its effect".to_owned(), shown(None)),
         };
         VehicleError::NotConfirmed {
             command: command.name(),
@@ -389,7 +406,10 @@ impl Vehicle {
             }
             _ => return,
         };
-        if now < until || matches!(command.effect, Effect::Received(_)) || self.seen(command) != Seen::NotYet {
+        if now < until
+            || matches!(command.effect, Effect::Received(_) | Effect::Unobjected)
+            || self.seen(command) != Seen::NotYet
+        {
             return;
         }
         let (until, is_overdue) = match &mut self.ops[index].state {
@@ -417,6 +437,7 @@ impl Vehicle {
                 self.ops[index].acknowledged = Some(result_param2);
                 let within = match command.effect {
                     Effect::Acknowledged | Effect::Airborne | Effect::JumpedFrom(_) | Effect::Restarted => None,
+                    Effect::Unobjected => Some(OBJECTED_WITHIN),
                     Effect::Received(_) => Some(MESSAGE_WITHIN.max(self.round_trip().unwrap_or_default() * 2)),
                     Effect::Armed(_)
                     | Effect::Mode(_)
@@ -583,7 +604,7 @@ impl Vehicle {
                 .telemetry
                 .mission
                 .map_or(Seen::NotYet, |mission| by_heartbeat(mission.value.seq <= last, mission.at)),
-            Effect::Acknowledged | Effect::Received(_) | Effect::Restarted => Seen::NotYet,
+            Effect::Acknowledged | Effect::Received(_) | Effect::Restarted | Effect::Unobjected => Seen::NotYet,
         }
     }
 

@@ -39,6 +39,7 @@ fn steps_of(request: &Request, family: ModeFamily, mav_type: u8) -> Result<VecDe
         is_landing: false,
         unmarked_landing: None,
         has_landing: None,
+        lands: None,
         is_complete: false,
         has_command_int: true,
         now: MonoTime::ZERO,

@@ -31,6 +31,9 @@ const REPOSITION_CHANGE_MODE: f32 = 1.0;
 /// Altitude of ArduPlane's take-off in mode TAKEOFF, metres above home.
 const TAKEOFF_ALT_PARAM: &str = "TKOFF_ALT";
 
+/// Why a PX4 has to circle already.
+const PX4_LOITERS: &str = "AUTO_LOITER, of a PX4: in any other mode it would leave that and circle; change to it first";
+
 /// Most characters of a note.
 const MAX_NOTE: usize = 500;
 
@@ -49,6 +52,8 @@ pub(super) struct Context<'a> {
     pub unmarked_landing: Option<u16>,
     /// Whether the mission on board has a landing; `None` while it is not known.
     pub has_landing: Option<bool>,
+    /// Whether it is on its way down to land (`Conduct::is_landing`).
+    pub lands: Option<bool>,
     /// Whether its mission is complete (`ProgressTracker::is_complete`).
     pub is_complete: bool,
     /// Whether COMMAND_INT may be sent.
@@ -197,6 +202,14 @@ impl Context<'_> {
         Ok([note].into_iter().chain(mode).chain(rewind).collect())
     }
 
+    /// A PX4 acknowledges every abort of a landing. It may land in AUTO_RTL too.
+    fn note_on_abort(&self) -> Option<Step> {
+        let mode = self.telemetry.mode()?;
+        let may_land = self.lands != Some(false) || Action::ReturnToLaunch.mode(mode.family) == Some(mode);
+        let text = "It was not landing: there was nothing to abort";
+        (mode.family == ModeFamily::Px4 && !may_land).then(|| Step::Note(Severity::WARNING, text.to_owned()))
+    }
+
     fn takeoff(&self, alt_rel_home_m: f64) -> Result<VecDeque<Step>, VehicleError> {
         let alt = in_range("alt_rel_home_m", alt_rel_home_m, 1.0..=10_000.0, "1 to 10,000 m above home")?;
         let family = self.family()?;
@@ -211,7 +224,11 @@ impl Context<'_> {
         } else {
             [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, alt]
         };
-        Ok([Step::command(self.long(Command::NAV_TAKEOFF, params)).proved_by(Effect::Airborne)].into())
+        let step = Step::command(self.long(Command::NAV_TAKEOFF, params)).proved_by(Effect::Airborne);
+        // A PX4 accepts it on the ground too, disarmed.
+        let waits = family == ModeFamily::Px4 && self.telemetry.is_armed() == Some(false);
+        let note = waits.then(|| Step::Note(Severity::WARNING, "It takes off as soon as it is armed".to_owned()));
+        Ok([step].into_iter().chain(note).collect())
     }
 
     /// A fixed wing lands on the landing of its mission: mode AUTO_LAND of a PX4 brings it down in circles where it is.
@@ -275,7 +292,11 @@ impl Context<'_> {
                     let is_plain = radius_m.is_none() && speed_m_s.is_none() && turn == Turn::Clockwise;
                     return self.guided_item((lat_deg, lon_deg, alt_m), alt_frame, is_plain, change_mode);
                 }
-                let is_plane = self.family()? == ModeFamily::ArduPlane;
+                let family = self.family()?;
+                let (is_plane, is_px4) = (family == ModeFamily::ArduPlane, family == ModeFamily::Px4);
+                if is_px4 && !change_mode {
+                    self.require_mode(Action::Loiter.mode(family), PX4_LOITERS)?;
+                }
                 // ArduPlane reads the sense from param 4, where others have a heading; PX4 from the sign of the radius.
                 let (radius, yaw) = match turn {
                     _ if is_plane => (radius, f32::from(u8::from(turn == Turn::CounterClockwise))),
@@ -283,8 +304,9 @@ impl Context<'_> {
                     Turn::CounterClockwise => (-radius, f32::NAN),
                 };
                 // In GUIDED the change of mode is not requested: a repetition cannot take the vehicle from a pilot.
-                let guided = Action::Guided.mode(self.family()?);
-                let enters = change_mode && guided.is_none_or(|guided| self.telemetry.mode() != Some(guided));
+                let guided = Action::Guided.mode(family);
+                // Without it a PX4 flies there in AUTO_LOITER, and answers that it does not know the command.
+                let enters = is_px4 || change_mode && guided.is_none_or(|guided| self.telemetry.mode() != Some(guided));
                 let flags = if enters { REPOSITION_CHANGE_MODE } else { 0.0 };
                 let params = [speed, flags, radius, yaw];
                 let (alt_m, alt_frame) = self.as_counted(alt_m, alt_frame)?;
@@ -296,11 +318,16 @@ impl Context<'_> {
                     Step::command(self.at_position(Command::DO_REPOSITION, alt_frame.mav_frame(), params, place)?);
                 match guided.filter(|_| enters) {
                     Some(guided) => step.proved_by(Effect::Mode(guided)),
+                    None if is_px4 => step.unless_objected(),
                     None => step,
                 }
             }
             Request::ChangeSpeed { kind, speed_m_s } => {
                 let speed = in_range("speed_m_s", speed_m_s, 0.1..=200.0, "0.1 to 200 m/s")?;
+                let is_px4_plane = || self.autopilot().map(|it| it.is_px4() && it.mav_type == FIXED_WING);
+                if kind == SpeedKind::Groundspeed && is_px4_plane()? {
+                    return Err(invalid("kind", "a ground speed", "airspeed, which a fixed wing with PX4 takes alone"));
+                }
                 let kind = match kind {
                     SpeedKind::Airspeed => 0.0,
                     SpeedKind::Groundspeed => 1.0,
@@ -309,8 +336,12 @@ impl Context<'_> {
                 Step::command(self.long(Command::DO_CHANGE_SPEED, [kind, speed, -1.0, 0.0, 0.0, 0.0, 0.0]))
             }
             Request::ChangeAltitude { alt_m, alt_frame } => {
+                let family = self.family()?;
                 let (alt_m, alt_frame) = self.as_counted(alt_m, alt_frame)?;
                 let alt = raw::new_height(alt_m)?;
+                if family == ModeFamily::Px4 {
+                    self.require_mode(Action::Loiter.mode(family), PX4_LOITERS)?;
+                }
                 let frame = alt_frame.mav_frame();
                 if !self.has_command_int {
                     return self.guided_height(alt_m, alt_frame);
@@ -327,7 +358,8 @@ impl Context<'_> {
                     z: alt,
                 });
                 let command = self.long(Command::DO_CHANGE_ALTITUDE, [alt, f32::from(frame), 0.0, 0.0, 0.0, 0.0, 0.0]);
-                Step::command(command).or(Fallback::Command(older))
+                let step = Step::command(command).or(Fallback::Command(older));
+                if family == ModeFamily::Px4 { step.unless_objected() } else { step }
             }
             Request::GuidedCourse { course_deg, accel_m_s2 } => {
                 if !(0.0..360.0).contains(&course_deg) {
@@ -358,7 +390,8 @@ impl Context<'_> {
                     Some(alt) => in_range("alt_rel_home_m", alt, 1.0..=10_000.0, "1 to 10,000 m above home")?,
                     None => 0.0,
                 };
-                Step::command(self.long(Command::DO_GO_AROUND, [alt, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]))
+                let abort = Step::command(self.long(Command::DO_GO_AROUND, [alt, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]));
+                return Ok([abort].into_iter().chain(self.note_on_abort()).collect());
             }
             Request::PrepareFlight => return self.prepare_flight(),
             Request::MissionStart { from_item } => {

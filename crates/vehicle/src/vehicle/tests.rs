@@ -138,6 +138,8 @@ struct Plane {
     /// Changes of mode are refused, with this notice.
     denies_modes: Option<&'static str>,
     denies_positions: bool,
+    /// A go-to leads out of its fence.
+    is_outside_fence: bool,
     /// Acknowledges, but does nothing.
     is_lazy: bool,
     /// Answers that the next command does not get.
@@ -184,6 +186,7 @@ impl Plane {
             refuses: None,
             denies_modes: None,
             denies_positions: false,
+            is_outside_fence: false,
             is_lazy: false,
             mute: 0,
             deaf: 0,
@@ -295,6 +298,9 @@ impl Plane {
                 if self.denies_positions {
                     return 2;
                 }
+                if self.autopilot == 12 {
+                    return self.reposition_px4(p[1] == 1.0);
+                }
                 let guided = if self.mav_type == 2 { 4 } else { 15 };
                 if p[1] != 1.0 && self.mode != guided {
                     return 4;
@@ -349,6 +355,7 @@ impl Plane {
                 self.current = 9;
                 0
             }
+            Command::NAV_TAKEOFF if self.autopilot == 12 => 0,
             Command::DO_CHANGE_SPEED | Command::DO_CHANGE_ALTITUDE | Command::DO_SET_HOME | Command::DO_GO_AROUND => 0,
             // Only in GUIDED; FAILED elsewhere.
             Command::GUIDED_CHANGE_ALTITUDE | Command::GUIDED_CHANGE_HEADING => {

@@ -157,7 +157,7 @@ impl Context<'_> {
         })))
     }
 
-    fn require_mode(&self, mode: Option<FlightMode>, expected: &'static str) -> Result<(), VehicleError> {
+    pub(super) fn require_mode(&self, mode: Option<FlightMode>, expected: &'static str) -> Result<(), VehicleError> {
         self.family()?;
         let shown = self.telemetry.mode();
         if mode.is_some() && shown == mode {

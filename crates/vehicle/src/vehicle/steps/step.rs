@@ -32,6 +32,9 @@ pub(crate) enum Effect {
     AtBeginning(u16),
     /// The message arrives.
     Received(u32),
+    /// No text says that the target is outside of the fence. A PX4 acknowledges the change of mode, then looks at the
+    /// target.
+    Unobjected,
     /// The vehicle restarts. An acknowledgement is enough.
     Restarted,
 }
@@ -103,6 +106,16 @@ impl Step {
         match self {
             Self::Command { message, when_busy, fallback, .. } => {
                 Self::Command { message, unanswered: Unanswered::Ask, when_busy, effect: proof, fallback }
+            }
+            other => other,
+        }
+    }
+
+    /// Refused by a text that follows the acknowledgement.
+    pub(super) fn unless_objected(self) -> Self {
+        match self {
+            Self::Command { message, unanswered, when_busy, fallback, .. } => {
+                Self::Command { message, unanswered, when_busy, effect: Effect::Unobjected, fallback }
             }
             other => other,
         }

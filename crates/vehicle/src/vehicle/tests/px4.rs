@@ -22,6 +22,21 @@ fn px4() -> Plane {
     plane
 }
 
+impl Plane {
+    /// It flies to every position, answers that it does not know the command without the leave to change its mode, and
+    /// leaves a position outside of its fence to a text (v1.17.0, `Commander.cpp`, `navigator_main.cpp`).
+    pub(super) fn reposition_px4(&mut self, changes_mode: bool) -> u8 {
+        if !changes_mode {
+            return 3;
+        }
+        self.mode = AUTO_LOITER;
+        if self.is_outside_fence {
+            self.text(2, "Reposition is outside geofence");
+        }
+        0
+    }
+}
+
 fn flying(config: VehicleConfig) -> Pair {
     let mut world = World::new(Station::with(config), px4(), Faults::default(), 1);
     wait(&mut world, 3_000);
@@ -335,4 +350,61 @@ fn a_refusal_to_arm_names_what_it_said_before() {
             "mode AUTO_MISSION, and no mission on board that it can fly",
         ]
     );
+}
+
+#[test]
+fn a_go_to_outside_of_its_fence_is_refused() {
+    let mut world = flying(VehicleConfig::default());
+    let go = || go_to(80.0, AltFrame::RelHome);
+    assert_eq!(ask(&mut world, go()), Ok(Reply::Done));
+    world.plane.is_outside_fence = true;
+    let Err(VehicleError::CommandRefused { reasons, .. }) = ask(&mut world, go()) else { panic!("outside") };
+    assert_eq!(reasons, ["Reposition is outside geofence"]);
+}
+
+// Without its flag it answers that it does not know the command, and flies there; and a change of altitude changes the
+// mode.
+#[test]
+fn what_would_leave_the_mode_is_not_sent() {
+    let mut world = flying(VehicleConfig::default());
+    let stay = || match go_to(80.0, AltFrame::RelHome) {
+        Request::Reposition { lat_deg, lon_deg, alt_m, alt_frame, radius_m, turn, speed_m_s, .. } => {
+            Request::Reposition { lat_deg, lon_deg, alt_m, alt_frame, radius_m, turn, speed_m_s, change_mode: false }
+        }
+        other => other,
+    };
+    let climb = || Request::ChangeAltitude { alt_m: 90.0, alt_frame: AltFrame::RelHome };
+    assert_eq!(ask(&mut world, stay()), Ok(Reply::Done));
+    assert_eq!(world.plane.ints.last().map(|int| int.params[1]), Some(1.0));
+    assert_eq!(ask(&mut world, climb()), Ok(Reply::Done));
+    world.plane.mode = AUTO_MISSION;
+    wait(&mut world, 1_500);
+    let before = (world.plane.commands.len(), world.plane.ints.len());
+    for request in [stay(), climb()] {
+        let error = ask(&mut world, request).expect_err("it would circle").to_string();
+        assert!(error.contains("AUTO_LOITER"), "{error}");
+    }
+    assert_eq!((world.plane.commands.len(), world.plane.ints.len()), before);
+}
+
+#[test]
+fn a_plane_takes_airspeeds_alone() {
+    let mut world = flying(VehicleConfig::default());
+    let change = |kind| Request::ChangeSpeed { kind, speed_m_s: 15.0 };
+    assert_eq!(ask(&mut world, change(SpeedKind::Airspeed)), Ok(Reply::Done));
+    let error = ask(&mut world, change(SpeedKind::Groundspeed)).expect_err("not taken");
+    assert!(matches!(error, VehicleError::InvalidValue { field: "kind", .. }), "{error}");
+}
+
+// It acknowledges both, and says nothing more.
+#[test]
+fn what_is_acknowledged_without_an_effect_is_noted() {
+    let mut world = flying(VehicleConfig::default());
+    let said = |world: &Pair| world.station.vehicle.texts().iter().last().map(|text| text.text.clone());
+    assert_eq!(ask(&mut world, Request::AbortLanding { alt_rel_home_m: None }), Ok(Reply::Done));
+    assert_eq!(said(&world).as_deref(), Some("It was not landing: there was nothing to abort"));
+    world.plane.is_armed = false;
+    wait(&mut world, 1_500);
+    assert_eq!(ask(&mut world, Request::Takeoff { alt_rel_home_m: 50.0 }), Ok(Reply::Done));
+    assert_eq!(said(&world).as_deref(), Some("It takes off as soon as it is armed"));
 }
