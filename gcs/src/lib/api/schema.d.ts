@@ -114,6 +114,23 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/control/keep": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /** Declines the request of another session for the control that this one holds. */
+        post: operations["keep_control"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/control/release": {
         parameters: {
             query?: never;
@@ -1467,9 +1484,9 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Lands. A fixed wing, and any ArduPlane: jumps to the landing sequence of its mission (MAV_CMD_DO_LAND_START);
-         *     nothing is sent to one that flies that sequence already, because it would begin it anew and turn away without
-         *     climbing. Others: mode LAND.
+         * Lands. A fixed wing, and any ArduPlane: jumps to the landing sequence of its mission (MAV_CMD_DO_LAND_START), an
+         *     ArduPlane in AUTO to the beginning of a landing that is known to have no such mark; nothing is sent to one that
+         *     flies its landing already, because it would begin it anew and turn away without climbing. Others: mode LAND.
          */
         post: operations["land"];
         delete?: never;
@@ -3241,6 +3258,15 @@ export interface components {
              * @description HTTP status; null when the status was not the problem.
              */
             status: number | null;
+        } | {
+            /** @enum {string} */
+            code: "source-local";
+            /** @description Whether the setting `local_network` of the source would permit it. */
+            is_permissible: boolean;
+            /** @description The reason and the remedy, in English. */
+            problem: string;
+            /** @description Host of the service. */
+            service: string;
         } | {
             /** @enum {string} */
             code: "source-timeout";
@@ -6045,6 +6071,15 @@ export interface components {
             status: number | null;
         } | {
             /** @enum {string} */
+            code: "source-local";
+            /** @description Whether the setting `local_network` of the source would permit it. */
+            is_permissible: boolean;
+            /** @description Why, and what to do, in English. */
+            problem: string;
+            /** @description Host of the service. */
+            service: string;
+        } | {
+            /** @enum {string} */
             code: "source-timeout";
             /** @description Host of the service. */
             service: string;
@@ -6626,6 +6661,7 @@ export interface components {
             home: components["schemas"]["Home"] | null;
             /** @description Mission items in order, without home. */
             items: components["schemas"]["PlanItem"][];
+            planned_for?: components["schemas"]["PlannedFor"] | null;
             /** @description Rally points: where to return to when home is farther. */
             rally: components["schemas"]["RallyPoint"][];
         };
@@ -6812,6 +6848,36 @@ export interface components {
              * @description Vehicle that is to fly it; a default ArduPlane when absent.
              */
             vehicle?: number | null;
+        };
+        /**
+         * @description The vehicle that a `.plan` file was planned for. QGroundControl offers the commands of this vehicle, and plans times
+         *     with its speeds; nothing of it is sent to a vehicle.
+         */
+        PlannedFor: {
+            /**
+             * Format: double
+             * @description Speed to plan times with, metres per second (airspeed of a plane), 0 to 1000.
+             * @default null
+             */
+            cruise_speed_m_s: number | null;
+            /**
+             * Format: int32
+             * @description `MAV_AUTOPILOT`; 3 is ArduPilot.
+             * @default null
+             */
+            firmware_type: number | null;
+            /**
+             * Format: double
+             * @description Speed of a vehicle that hovers, metres per second, 0 to 1000.
+             * @default null
+             */
+            hover_speed_m_s: number | null;
+            /**
+             * Format: int32
+             * @description `MAV_TYPE`; 1 is a fixed-wing plane.
+             * @default null
+             */
+            vehicle_type: number | null;
         };
         /** @description GLOBAL_POSITION_INT: the autopilot's filtered position estimate. */
         Position: {
@@ -9037,6 +9103,34 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["CommandInfo"][];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    keep_control: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SessionInfo"];
                 };
             };
             /** @description What was wrong and what to do */
