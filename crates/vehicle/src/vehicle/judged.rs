@@ -27,7 +27,7 @@ impl Vehicle {
     pub(super) fn finish_upload(&mut self, index: usize, reply: Reply, began: MonoTime, now: MonoTime) {
         let is_mission =
             matches!(reply, Reply::Plan { kind: PlanKind::Mission, state: PlanState::Verified { .. }, .. });
-        let tells = self.telemetry.mission.is_some_and(|mission| mission.value.state.is_some());
+        let tells = self.telemetry.mission.is_none_or(|mission| mission.value.state.is_some());
         if is_mission && tells && self.family() == Some(ModeFamily::Px4) {
             let (from, until) = (now + CHECKED_AFTER, now + TOLD_WITHIN);
             self.ops[index].state = State::Judging { reply: Box::new(reply), began, from, until };

@@ -324,6 +324,15 @@ fn a_mission_that_its_checks_reject_is_not_told_as_sent() {
     let error = end(&mut world, id, 10).expect_err("rejected").to_string();
     assert!(error.contains(REASON), "{error}");
     assert!(matches!(world.station.vehicle.plan_state(PlanKind::Mission), PlanState::Verified { count: 2, .. }));
+    // As the first thing after it was heard.
+    let mut plane = px4();
+    plane.mission_state = MissionState::MISSION_STATE_NO_MISSION;
+    let mut new = World::new(Station::new(), plane, Faults::default(), 1);
+    new.run(MonoTime::from_millis(200), |station, _| station.vehicle.telemetry().heartbeat.is_some());
+    assert!(new.station.vehicle.telemetry().mission.is_none());
+    let id = start(&mut new, upload());
+    new.plane.text(2, REASON);
+    assert!(end(&mut new, id, 10).expect_err("rejected").to_string().contains(REASON));
     // One that tells nothing more of its mission is believed.
     let id = start(&mut world, upload());
     world.plane.is_streaming = false;
