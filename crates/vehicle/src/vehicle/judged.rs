@@ -1,6 +1,6 @@
 //! What a PX4's own checks say of a mission that it has stored. It acknowledges every mission whose items it knows, and
-//! then checks whether it can fly them (`FeasibilityChecker`): one that fails counts as no mission, with its reason as a
-//! text alone.
+//! then checks whether it can fly them (`FeasibilityChecker`): one that fails counts as no mission, with its reason as an
+//! event, and not always as a text.
 
 use std::time::Duration;
 
@@ -70,7 +70,8 @@ impl Vehicle {
         Some(VehicleError::InvalidValue {
             field: "the mission on board",
             value: format!("as it was sent, but rejected by the vehicle's own checks{why}"),
-            expected: "one that passes them: the vehicle does not fly this one",
+            expected: "one that passes them (a take-off first, a landing not steeper than FW_LND_ANG, all of it inside \
+                       the fence): the vehicle does not fly this one",
         })
     }
 }
