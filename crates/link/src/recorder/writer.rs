@@ -282,6 +282,10 @@ impl<F: Format> Writer<F> {
     /// Forces what was written to the disk, where that is due and not under way.
     fn look_after(&mut self, house: &mut House, now: MonoTime) {
         if !self.syncing.is_empty() {
+            // On a slow disk files would grow beyond what the quota leaves to those being written.
+            if self.is_full(house, now) {
+                self.next_file(house, now);
+            }
             return;
         }
         let has_to_prove = self.open.is_some() && self.now.state.problem().is_some();
@@ -335,15 +339,25 @@ impl<F: Format> Writer<F> {
         }
         self.sync(house);
         self.on_synced(house, now);
-        let Some(open) = &self.open else { return };
-        let is_old = house.config.max_file_age.is_some_and(|age| now.since(open.begun_at) >= age);
-        if is_old || open.bytes >= house.file_bytes() {
-            self.end_file(house, true);
-            if F::BEGINS_AT_ONCE {
-                self.begin(house, now);
-            }
-        } else if self.has_space(house, now) {
+        if self.is_full(house, now) {
+            self.next_file(house, now);
+        } else if self.open.is_some() && self.has_space(house, now) {
             house.tidy(self.format.names(), now);
+        }
+    }
+
+    /// Whether its file has reached its size or age.
+    fn is_full(&self, house: &House, now: MonoTime) -> bool {
+        self.open.as_ref().is_some_and(|open| {
+            let is_old = house.config.max_file_age.is_some_and(|age| now.since(open.begun_at) >= age);
+            is_old || open.bytes >= house.file_bytes()
+        })
+    }
+
+    fn next_file(&mut self, house: &mut House, now: MonoTime) {
+        self.end_file(house, true);
+        if F::BEGINS_AT_ONCE {
+            self.begin(house, now);
         }
     }
 

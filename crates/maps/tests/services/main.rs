@@ -239,7 +239,8 @@ async fn services_that_misbehave_are_told_with_their_own_words() {
     ];
     for (bytes, said) in cases {
         let (error, world, _service) = meets(move |_| Some(bytes.clone())).await;
-        assert!(matches!(error, MapError::Service { .. }), "{said}: {error:?}");
+        let is_of_service = matches!(error, MapError::Service { .. } | MapError::LocalAddress { .. });
+        assert!(is_of_service, "{said}: {error:?}");
         assert!(error.to_string().contains(said), "{said}: {error}");
         let state = world.state("a").await;
         assert_eq!((state.status, state.failed), (Status::Failing, 1), "{said}");
