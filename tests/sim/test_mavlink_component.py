@@ -155,7 +155,7 @@ def send_fence(world: World, station: MemoryLink, *items: tuple[int, float, int,
     acks = [m for m in listen(world, station, 0.5) if m.get_type() == "MISSION_ACK"]
     assert [ack.type for ack in acks] == [0]
     station.send(dialect.MAVLink_mission_request_list_message(1, 1, 1))
-    return next(m.count for m in listen(world, station, 0.05) if m.get_type() == "MISSION_COUNT")
+    return int(next(m.count for m in listen(world, station, 0.05) if m.get_type() == "MISSION_COUNT"))
 
 
 def test_a_circle_that_replaces_a_polygon_is_accepted_and_erased() -> None:

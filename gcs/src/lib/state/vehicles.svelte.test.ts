@@ -59,7 +59,7 @@ describe('Vehicle', () => {
     expect([one.unseenWarnings, other.unseenWarnings]).toEqual([3, 1]);
     one.see();
     expect([one.unseenWarnings, other.unseenWarnings]).toEqual([0, 1]);
-    warn(one, 'Bad');
+    warn(one, 'Worst of all');
     expect(one.unseenWarnings).toBe(1);
   });
 
