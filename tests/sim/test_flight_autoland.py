@@ -24,7 +24,7 @@ def test_autoland_lands_at_home_in_the_direction_of_the_take_off() -> None:
     assert math.degrees(plane.est.yaw_rad) % 360 == pytest.approx(200, abs=45)
     assert flight.run(120, lambda: not plane.armed)
     assert distance_m(plane.here(), plane.home) < 60
-    assert plane.takeoff_course_rad is None
+    assert flight.plane.takeoff_course_rad is None
     assert story(flight.texts) == [
         "Loiter to alt complete",
         "Landing approach start at Nm",
