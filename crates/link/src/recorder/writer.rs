@@ -276,16 +276,16 @@ impl<F: Format> Writer<F> {
             self.now.dropped += lost;
             self.fail(house, &error, now);
         }
+        // Also while a slow disk is waited for: what is being written is never deleted for the quota.
+        if house.syncs > 0 && self.is_full(house, now) {
+            self.next_file(house, now);
+        }
         self.spare(house);
     }
 
     /// Forces what was written to the disk, where that is due and not under way.
     fn look_after(&mut self, house: &mut House, now: MonoTime) {
         if !self.syncing.is_empty() {
-            // On a slow disk files would grow beyond what the quota leaves to those being written.
-            if self.is_full(house, now) {
-                self.next_file(house, now);
-            }
             return;
         }
         let has_to_prove = self.open.is_some() && self.now.state.problem().is_some();
