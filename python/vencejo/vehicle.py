@@ -300,9 +300,11 @@ class Vehicle(Closing, VehicleState):
         self._wait(self._ask("return-to-launch"))
 
     def land(self, *, despite_mixed_plan: bool = False) -> None:
-        """Land: an ArduPlane, and a fixed wing with PX4, goes to the landing sequence of its mission, others to mode LAND.
+        """Land: a plane on the landing of its mission, others in mode LAND.
 
-        Nothing is sent to a plane that flies that sequence already; a PX4 without one is refused. It is refused while the mission may be mixed, see `arm`.
+        An ArduPlane finds the landing by its DO_LAND_START. One without that mark, in a mission that was read, is flown
+        from its last leg, in AUTO. Nothing is sent to a plane that flies its landing already; a PX4 whose mission has
+        none is refused. It is refused while the mission may be mixed, see `arm`.
         """
         self._wait(self._ask("land", despite_mixed_plan=despite_mixed_plan))
 

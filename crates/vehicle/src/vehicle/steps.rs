@@ -251,8 +251,10 @@ impl Context<'_> {
                  AUTO_LAND, which brings it down in circles where it is",
             ));
         }
-        if let Some(seq) = self.unmarked_landing.filter(|_| family == ModeFamily::ArduPlane) {
-            // DO_LAND_START, by which ArduPlane finds a landing, would be refused.
+        let is_disarmed = self.telemetry.is_armed() == Some(false);
+        if let Some(seq) = self.unmarked_landing.filter(|_| family == ModeFamily::ArduPlane && !is_disarmed) {
+            // DO_LAND_START, by which ArduPlane finds a landing, would be refused. So it is while disarmed, when AUTO
+            // would fly the landing as soon as it is armed.
             let steps = [self.set_current(seq), self.mode_for(Action::Mission)?];
             return Ok(steps.into_iter().chain(self.go_on_from(seq)).collect());
         }

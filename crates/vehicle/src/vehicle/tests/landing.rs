@@ -248,6 +248,13 @@ fn a_landing_without_its_mark_is_flown_from_its_last_leg() {
     assert_eq!(ask(&mut world, Request::Land), Ok(Reply::Done));
     assert_eq!((world.plane.mode, world.plane.current), (AUTO, 3));
     assert_eq!(count(&world, Command::DO_LAND_START), 0, "it would be refused");
+    // Disarmed it is, and the mode stays.
+    let mut on_ground = unmarked(2);
+    (on_ground.plane.is_armed, on_ground.plane.mode) = (false, 0);
+    on_ground.plane.landed = MavLandedState::MAV_LANDED_STATE_ON_GROUND;
+    wait(&mut on_ground, 1_500);
+    let _refused = ask(&mut on_ground, Request::Land);
+    assert_eq!((on_ground.plane.mode, count(&on_ground, Command::DO_LAND_START)), (0, 1));
     // On final nothing is sent.
     fly(&mut world, AUTO, 5);
     let before = count(&world, Command::DO_SET_MISSION_CURRENT);
