@@ -67,6 +67,24 @@ export function foldMessages<Message extends Received>(messages: readonly Messag
 /** ArduPilot's prefix, and PX4's. */
 const BARS_ARMING = /^(?:PreArm|Preflight Fail): */;
 
+interface Counted extends Received {
+  readonly id: number;
+  /** Whether it came while the page was open. */
+  readonly isNews: boolean;
+}
+
+/**
+ * How many messages have come since number `seen`, each with its repetitions once. What bars arming counts once for as long as it
+ * is repeated, also after it was seen; anything else that comes again counts again.
+ */
+export function countUnseen<Message extends Counted>(messages: readonly Message[], seen: number): number {
+  const isUnseen = ({ id, isNews }: Message): boolean => isNews && id > seen;
+  const bars = ({ text }: Message): boolean => BARS_ARMING.test(text);
+  const barring = foldMessages(messages.filter(bars)).filter(({ first }) => isUnseen(first));
+  const others = foldMessages(messages.filter((message) => !bars(message) && isUnseen(message)));
+  return barring.length + others.length;
+}
+
 /** What the vehicle has told within the last minute that bars arming, the newest first. */
 export function armingReasons(messages: readonly Received[], now: Date): string[] {
   const reasons = messages

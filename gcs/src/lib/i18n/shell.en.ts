@@ -174,7 +174,6 @@ export const shellEn = {
   'fly.progress': 'Item {item} of {total}',
   'fly.progressDone': 'The mission is over.',
   'fly.progressLeft': 'Mission left at item {item} of {total}',
-  'fly.toTarget': 'to its target {distance}',
   'fly.toItem': 'to it {distance}',
   'fly.toEnd': 'to the end {distance}, {time}',
 

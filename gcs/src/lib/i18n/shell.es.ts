@@ -115,7 +115,7 @@ export const shellEs: Record<keyof typeof shellEn, string> = {
 
   'fly.needVehicle': 'Las órdenes aparecen cuando se recibe un vehículo.',
   'fly.needControl': 'Podrás enviar órdenes cuando tengas el control.',
-  'fly.onlyWatching': 'Este testigo solo permite mirar. Para dar órdenes, abre la página con el testigo de operador.',
+  'fly.onlyWatching': 'Esta clave solo permite mirar. Para dar órdenes, abre la página con la clave de operador.',
   'fly.needLink': 'No se recibe el vehículo. Puede que una orden no llegue.',
   'fly.hold': 'Mantener pulsado un segundo',
   'fly.holding': 'Sigue pulsando…',
@@ -177,7 +177,6 @@ export const shellEs: Record<keyof typeof shellEn, string> = {
   'fly.progress': 'Punto {item} de {total}',
   'fly.progressDone': 'La misión ha terminado.',
   'fly.progressLeft': 'Misión interrumpida en el punto {item} de {total}',
-  'fly.toTarget': 'hasta su destino {distance}',
   'fly.toItem': 'hasta él {distance}',
   'fly.toEnd': 'hasta el final {distance}, {time}',
 

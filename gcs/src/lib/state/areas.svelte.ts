@@ -28,10 +28,10 @@ const NEW_RADIUS_M = 200;
 class AreaStore implements ShapeEditor {
   #tool = $state<FenceTool>('in-polygon');
   /** The tool that draws, or drew last, a polygon. */
-  #polygonTool: FenceTool = 'in-polygon';
+  #polygonTool = $state<FenceTool>('in-polygon');
   /** Corners so far of the polygon that is being drawn; kept while another tool or part of the plan is in hand. */
   #corners = $state.raw<readonly LonLat[]>([]);
-  sketch = $derived(plan.part === 'fence' && this.#tool.endsWith('polygon') ? this.#corners : []);
+  sketch = $derived(plan.part === 'fence' && this.#tool === this.#polygonTool ? this.#corners : []);
   selected = $state.raw<AreaHandle | null>(null);
 
   /** Whether clicks on the map are for fence or rally points. */
@@ -52,7 +52,7 @@ class AreaStore implements ShapeEditor {
   }
   set tool(tool: FenceTool) {
     this.#tool = tool;
-    if (tool.endsWith('polygon')) this.#polygonTool = tool;
+    if (this.#corners.length === 0 && tool.endsWith('polygon')) this.#polygonTool = tool;
   }
   get isInclusion(): boolean {
     return this.#tool.startsWith('in-');
@@ -62,8 +62,11 @@ class AreaStore implements ShapeEditor {
   click(at: LonLat): void {
     if (plan.part === 'rally') this.addRallyPoint(at);
     else if (this.#tool === 'select') this.selected = null;
-    else if (this.#tool.endsWith('polygon')) this.#corners = [...this.#corners, at];
-    else if (this.#tool.endsWith('circle')) {
+    else if (this.#tool.endsWith('polygon')) {
+      // The other kind of polygon begins anew.
+      this.#corners = this.#tool === this.#polygonTool ? [...this.#corners, at] : [at];
+      this.#polygonTool = this.#tool;
+    } else if (this.#tool.endsWith('circle')) {
       plan.editAreas((areas) => ({ ...areas, fence: addCircle(areas.fence, this.isInclusion, at, NEW_RADIUS_M) }));
       this.selected = { kind: 'centre', zone: plan.draft.fence.zones.length - 1 };
       this.tool = 'select';

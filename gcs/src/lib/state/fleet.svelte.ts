@@ -61,11 +61,11 @@ class Fleet {
     void this.#silent_s;
     const now_ms = performance.now();
     this.#places ??= placesByName([...this.#byId.values()].map((row) => ({ id: row.id, name: this.nameOf(row) })));
-    return [...this.#byId.values()]
-      .filter(({ id, heard_s }) => this.#forgotten.get(id) !== heard_s)
-      .map((row) => this.#list(row, now_ms));
+    return [...this.#byId.values()].filter(({ id }) => !this.isForgotten(id)).map((row) => this.#list(row, now_ms));
   });
   count = $derived(this.listed.length);
+  /** How many there are, the forgotten ones with them. */
+  known = $derived.by(() => (this.#version >= 0 ? this.#byId.size : 0));
   shown = $derived.by<readonly Listed[]>(() => {
     const members = this.group === null ? null : new Set(this.#groups[this.group] ?? []);
     const ofGroup = members === null ? this.listed : this.listed.filter(({ row }) => members.has(keyOf(row)));
@@ -93,6 +93,11 @@ class Fleet {
   begin(): void {
     this.#byId.clear();
     this.#places = null;
+  }
+
+  /** Whether it was taken off the list, and has not been heard since. */
+  isForgotten(id: number): boolean {
+    return this.#forgotten.has(id) && this.#forgotten.get(id) === this.#byId.get(id)?.heard_s;
   }
 
   /** All ids, in the order in which they were received. */

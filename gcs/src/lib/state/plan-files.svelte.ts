@@ -9,10 +9,10 @@ import { vehicles } from './vehicles.svelte';
 /** Files that hold a mission and never a fence or rally points. */
 const MISSION_ALONE = /\.(waypoints|txt|mission|gpx)$/i;
 
-/** The vehicle that a file is written for: that of the file that was opened, else the selected one. */
-function plannedFor(): Pick<Plan, 'planned_for'> {
+/** The vehicle that a file is written for, where its format names one: that of the file that was opened, else the selected one. */
+function plannedFor(format: PlanFileFormat): Pick<Plan, 'planned_for'> {
   const heartbeat = vehicles.selected?.groups.heartbeat;
-  if (plan.draft.plannedFor !== null || heartbeat === undefined) return {};
+  if (format !== 'plan' || plan.draft.plannedFor !== null || heartbeat === undefined) return {};
   const { mav_type: vehicle_type, autopilot: firmware_type } = heartbeat;
   return { planned_for: { cruise_speed_m_s: null, hover_speed_m_s: null, vehicle_type, firmware_type } };
 }
@@ -65,7 +65,7 @@ class PlanFiles {
     try {
       this.problem = null;
       await plan.settled;
-      const { file, notes } = await api.formatPlan({ ...plan.asApi(), ...plannedFor() }, as);
+      const { file, notes } = await api.formatPlan({ ...plan.asApi(), ...plannedFor(as) }, as);
       this.forgetNotes();
       this.notes = notes;
       return file;

@@ -271,7 +271,7 @@ class PlanStore {
       if (part === 'fence') return { ...draft, fence: empty.fence };
       if (part === 'rally') return { ...draft, rally: empty.rally };
       return part === 'mission'
-        ? { ...draft, items: [], complexItems: [] }
+        ? { ...draft, items: [], complexItems: [], plannedFor: null }
         : { ...draftOf(empty), nextKey: draft.nextKey };
     });
     this.selectKeys([]);

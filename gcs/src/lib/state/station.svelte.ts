@@ -32,8 +32,6 @@ export { problemFrom };
 export const api = new Api();
 export const operations = new Operations(api);
 
-/** More answers than these are not shown at once. */
-const ANSWERS_SHOWN = 3;
 const SHOWN_MS: Readonly<Record<Answer['state'], number>> = { waiting: Infinity, accepted: 10_000, refused: 60_000 };
 /** Vehicles that are followed in all detail at once: of more, those chosen last. */
 const DETAILED = 8;
@@ -66,6 +64,8 @@ export class Station {
   controlProblem = $state.raw<Problem | null>(null);
   /** What became of this page's request for control. */
   controlRequest = $state<'none' | 'waiting' | 'declined'>('none');
+  /** Who held control when it was requested. */
+  #askedOf: string | null = null;
   /** Monotonic time since when the server is not heard; null while it is. */
   #away_ms = $state<number | null>(performance.now());
   readonly #answers = new SvelteMap<string, Answer>();
@@ -203,8 +203,7 @@ export class Station {
         return key.startsWith(`${vehicle.systemId}/`) && !isOld;
       })
       .map(([, answer]) => answer)
-      .sort((a, b) => b.at_ms - a.at_ms)
-      .slice(0, ANSWERS_SHOWN);
+      .sort((a, b) => b.at_ms - a.at_ms);
   }
 
   /** The newest of them. */
@@ -234,12 +233,16 @@ export class Station {
     }
   }
 
-  /** A request that is gone while its holder keeps control was declined, or another's took its place. */
+  /** A request that is gone while the one who was asked keeps control was declined, unless another's took its place. */
   #followRequest(before: typeof this.controlRequest): void {
     const { session } = this;
-    if (session === null || session.has_control || session.holder === null) this.controlRequest = 'none';
-    else if (session.requested_by === session.name) this.controlRequest = 'waiting';
-    else this.controlRequest = before === 'none' ? 'none' : 'declined';
+    this.controlRequest = 'none';
+    if (session === null || session.has_control || session.holder === null) return;
+    const { holder, name, requested_by } = session;
+    if (requested_by === name) {
+      this.controlRequest = 'waiting';
+      this.#askedOf = holder;
+    } else if (before !== 'none' && requested_by === null && holder === this.#askedOf) this.controlRequest = 'declined';
   }
 
   /** A moment on the station's clock, on this page's. */
@@ -328,9 +331,11 @@ export class Station {
       const problem = problemFrom(error);
       // Only a refusal is worth telling; an absent server shows as such already.
       const isRefused = problem.status === 401 || problem.status === 403;
-      this.sessionProblem = isRefused || problem.cause?.code === 'tokens-slowed' ? problem : null;
+      // The form covers the map: that of a page that was let in before waits without it.
+      const isSlowed = problem.cause?.code === 'tokens-slowed' && this.session === null;
+      this.sessionProblem = isRefused || isSlowed ? problem : null;
       // Not again until a token is typed: each wrong one counts, and slows all who come from this address.
-      if (isRefused) this.#socket.close();
+      if (problem.cause?.code === 'bad-token') this.#socket.close();
       throw error;
     }
     const { protocol, host } = window.location;

@@ -59,8 +59,12 @@ describe('Vehicle', () => {
     expect([one.unseenWarnings, other.unseenWarnings]).toEqual([3, 1]);
     one.see();
     expect([one.unseenWarnings, other.unseenWarnings]).toEqual([0, 1]);
-    warn(one, 'Worst of all');
-    expect(one.unseenWarnings).toBe(1);
+    warn(one, 'Bad');
+    expect(one.unseenWarnings, 'it is bad again').toBe(1);
+    warn(other, 'PreArm: GPS 1: not healthy');
+    other.see();
+    warn(other, 'PreArm: GPS 1: not healthy');
+    expect(other.unseenWarnings, 'still not ready').toBe(0);
   });
 
   it('counts what came while the connection was lost, and what nobody had looked at before', () => {

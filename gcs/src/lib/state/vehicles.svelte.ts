@@ -16,7 +16,7 @@ import { vehicleKind } from '$lib/domain/core';
 import { freshness, type Freshness } from '$lib/domain/freshness';
 import { deadReckon, followTrack, type Ghost, type LastKnown } from '$lib/domain/ghost';
 import { lonLat, wrap360_deg } from '$lib/domain/lonlat';
-import { foldMessages, WARNING } from '$lib/domain/messages';
+import { countUnseen, WARNING } from '$lib/domain/messages';
 import type { Track } from '$lib/domain/rehearsal';
 import { PLANE_ROUTE, type RouteOptions } from '$lib/domain/way';
 import { t } from '$lib/i18n/index.svelte';
@@ -102,11 +102,12 @@ export class Vehicle {
   #hasPastTexts = false;
   /** The newest text that was seen. */
   #seenText = $state(0);
-  /** Warnings that came since, each with its repetitions once. */
+  /** Warnings that came since. */
   unseenWarnings = $derived(
-    foldMessages(this.texts.filter(({ severity }) => severity <= WARNING)).filter(
-      ({ first: { isNews, id } }) => isNews && id > this.#seenText,
-    ).length,
+    countUnseen(
+      this.texts.filter(({ severity }) => severity <= WARNING),
+      this.#seenText,
+    ),
   );
 
   age_s = $derived(clock.age_s(this.lastHeard_ms));
@@ -180,8 +181,9 @@ export class Vehicle {
   /** Whether it is known to fly, and not its mission: home, to a place it was sent to, in a circle, or by hand. */
   get hasLeftMission(): boolean {
     const { progress } = this;
-    const isInterrupted = progress?.follows_mission === false && !progress.is_complete;
-    return isInterrupted && this.isArmed === true && this.isOnGround === false;
+    if (progress?.follows_mission !== false || progress.is_complete) return false;
+    const hasBegun = progress.reached.length > 0 || (progress.item ?? 1) > 1;
+    return hasBegun && this.isArmed === true && this.isOnGround === false;
   }
 
   /**
