@@ -49,6 +49,8 @@ struct State {
     enlisted: u64,
     holder: Option<OperatorId>,
     asking: Option<OperatorId>,
+    /// The holder that declined a request last, and whose that was.
+    declined: Option<(OperatorId, OperatorId)>,
     /// The latest time passed in.
     now: MonoTime,
 }
@@ -133,6 +135,11 @@ impl Control {
 }
 
 impl State {
+    /// Whether the present holder has declined the last request of an operator.
+    fn has_declined(&self, id: OperatorId) -> bool {
+        self.declined.is_some_and(|declined| self.holder == Some(declined.0) && declined.1 == id)
+    }
+
     fn name(&self, id: OperatorId) -> Option<String> {
         self.operators.get(&id).map(|entry| entry.name.clone())
     }
@@ -233,13 +240,14 @@ impl Operator {
         self.change(now, |state| state.take(self.id))
     }
 
-    /// Takes control to act. If another operator has it, an [`asking`](Self::asking) operator has requested it now.
+    /// Takes control to act. If another operator has it, an [`asking`](Self::asking) operator has requested it now,
+    /// unless that one has declined its last request.
     ///
     /// # Errors
     /// [`NotTaken::Held`] by another operator, [`NotTaken::Dismissed`].
     pub fn act(&self, now: MonoTime) -> Result<(), NotTaken> {
         let taken = self.take(now);
-        if taken.is_err() && self.asks {
+        if taken.is_err() && self.asks && !self.change(now, |state| Ok(state.has_declined(self.id))).unwrap_or(true) {
             self.request(now);
         }
         taken
@@ -268,6 +276,7 @@ impl Operator {
             let is_taken = state.take(self.id).is_ok();
             if !is_taken {
                 state.asking = Some(self.id);
+                state.declined = state.declined.filter(|(_, declined)| *declined != self.id);
             }
             Ok(is_taken)
         });
@@ -277,8 +286,10 @@ impl Operator {
     /// Declines the request of another operator, if this one has control.
     pub fn keep(&self, now: MonoTime) {
         self.control.change(now, |state| {
-            if state.holder == Some(self.id) {
-                state.asking = None;
+            if state.holder == Some(self.id)
+                && let Some(asking) = state.asking.take()
+            {
+                state.declined = Some((self.id, asking));
             }
         });
     }
@@ -395,6 +406,17 @@ mod tests {
             "two programs do not take it from each other by acting"
         );
         assert!(ana.request(at(4)));
+        // Declined, it does not ask again by itself; a person may ask for it, and another holder is asked anew.
+        assert!(ice.act(at(5)).is_err());
+        ana.keep(at(5));
+        assert!(ice.act(at(6)).is_err());
+        assert_eq!(control.requested_by(), None);
+        assert!(!ice.request(at(7)));
+        assert_eq!(control.requested_by().as_deref(), Some("Ice"));
+        ana.keep(at(7));
+        script.take_over("Ana", at(8)).expect("Ana has it");
+        assert!(ice.act(at(8)).is_err());
+        assert_eq!(control.requested_by().as_deref(), Some("Ice"));
     }
 
     #[test]
