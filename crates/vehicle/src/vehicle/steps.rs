@@ -243,6 +243,11 @@ impl Context<'_> {
         if self.is_landing && (follows_mission || !is_px4_plane) {
             return Ok([Step::Note(Severity::INFO, "It is landing already: nothing was sent".to_owned())].into());
         }
+        let is_flying = self.telemetry.is_armed() == Some(true) && self.telemetry.is_on_ground() != Some(true);
+        if is_px4_plane && !is_flying {
+            // It takes DO_LAND_START for MISSION_START, which arms (v1.17.0, `navigator_main.cpp`, `Commander.cpp`).
+            return Err(invalid("the plane", "on the ground or not armed", "in the air: a PX4 would arm and take off"));
+        }
         if is_px4_plane && self.has_landing == Some(false) {
             return Err(invalid(
                 "the mission",

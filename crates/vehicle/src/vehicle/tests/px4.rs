@@ -224,6 +224,7 @@ fn a_plane_lands_on_the_landing_of_its_mission() {
     let to_landing = vec![(Command::DO_LAND_START.0, 0.0, 0.0)];
     let mut world = flying(VehicleConfig::default());
     world.plane.landed = MavLandedState::MAV_LANDED_STATE_IN_AIR;
+    wait(&mut world, 1_500);
     // It knows whether there is one while we do not.
     assert_eq!(landing(&mut world), (Ok(Reply::Done), to_landing.clone()));
     assert_eq!(world.plane.mode, AUTO_MISSION);
@@ -246,6 +247,17 @@ fn a_plane_lands_on_the_landing_of_its_mission() {
     let error = result.expect_err("nowhere to land").to_string();
     assert!(error.contains("return to launch") && error.contains("AUTO_LAND"), "{error}");
     assert_eq!(sent, []);
+
+    // On the ground it would arm and take off.
+    for (is_armed, landed) in
+        [(false, MavLandedState::MAV_LANDED_STATE_ON_GROUND), (true, MavLandedState::MAV_LANDED_STATE_ON_GROUND)]
+    {
+        (world.plane.is_armed, world.plane.landed, world.plane.mode) = (is_armed, landed, AUTO_LOITER);
+        wait(&mut world, 1_500);
+        let (result, sent) = landing(&mut world);
+        assert!(result.expect_err("on the ground").to_string().contains("would arm and take off"));
+        assert_eq!(sent, []);
+    }
 
     let mut copter = px4();
     copter.mav_type = 2;
