@@ -136,8 +136,9 @@ impl RoundTrip {
             None => (self.unknown, MAX_UNKNOWN),
             Some((smoothed, variation)) => {
                 let base = (smoothed + (variation * 4).max(MIN_VARIATION)).max(MIN_TIMEOUT);
-                // With a known round trip a much longer wait is useless: a late answer was lost.
-                (base, (2 * ITEM_TIMEOUT).max(base * 4))
+                // With a known round trip a much longer wait is useless: a late answer was lost. And a PX4 gives a
+                // transfer up in which nothing was asked for 5 s.
+                (base, (base * 4).clamp(2 * ITEM_TIMEOUT, base.max(MESSAGE_TIMEOUT)))
             }
         };
         (base * (1 << self.backoff)).min(most)
@@ -171,6 +172,6 @@ mod tests {
         for _ in 0..40 {
             slow.timed_out();
         }
-        assert_eq!(slow.timeout(), ms(4 * 4000));
+        assert_eq!(slow.timeout(), ms(4000), "three of them lost are less than a PX4 waits");
     }
 }

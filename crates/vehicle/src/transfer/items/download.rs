@@ -236,8 +236,11 @@ impl ItemDownload {
         match (&mut self.state, result) {
             (Download::Over(_), _) | (_, MissionResult::ACCEPTED) => {}
             (_, MissionResult::ERROR) if self.config.is_ardupilot && self.errors.may_be_late() => {}
-            // Another station is uploading.
-            (Download::Listing { retry_at, .. }, MissionResult::DENIED | MissionResult::OPERATION_CANCELLED) => {
+            // Another station is uploading, or a PX4 waits for the end of another transfer, for 5 s at most.
+            (Download::Listing { retry_at, .. }, MissionResult::DENIED | MissionResult::OPERATION_CANCELLED)
+            | (Download::Listing { retry_at, .. }, MissionResult::ERROR)
+                if result != MissionResult::ERROR || !self.config.is_ardupilot =>
+            {
                 self.heard = now;
                 if now.since(self.began) >= SILENCE_LIMIT {
                     self.end(Err(refused));

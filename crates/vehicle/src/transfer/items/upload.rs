@@ -229,6 +229,11 @@ impl ItemUpload {
             }
     }
 
+    /// Whether such an answer to the count says that the vehicle is in another transfer.
+    fn may_be_busy(&self, result: MissionResult) -> bool {
+        result == MissionResult::DENIED || !self.config.is_ardupilot
+    }
+
     fn on_ack(&mut self, result: MissionResult, plan_id: Option<u32>, now: MonoTime) {
         let (counting, all_sent, last) = match self.state {
             Upload::Counting { .. } => (true, self.items.is_empty(), None),
@@ -248,7 +253,9 @@ impl ItemUpload {
                 Upload::Sending { .. } => self.restart(now),
                 _ => {}
             },
-            MissionResult::DENIED if counting => {
+            // A PX4 that gave up waiting for an item answers the late one so, and the count while it waits in another
+            // transfer, for 5 s at most.
+            MissionResult::DENIED | MissionResult::ERROR if counting && self.may_be_busy(result) => {
                 if now.since(self.began) >= SILENCE_LIMIT {
                     self.end(Err(TransferError::Refused { kind: self.kind, result, seq: None }));
                 } else if let Upload::Counting { retry_at, .. } = &mut self.state {
@@ -256,6 +263,7 @@ impl ItemUpload {
                 }
             }
             MissionResult::DENIED => self.restart(now),
+            MissionResult::ERROR if !self.config.is_ardupilot && self.restarts < RESTARTS => self.restart(now),
             // It has all items, and received the last one again.
             MissionResult::ERROR if self.config.is_ardupilot && all_sent => {
                 self.end(Ok(ItemsSent { acknowledged: false, plan_id: None }));

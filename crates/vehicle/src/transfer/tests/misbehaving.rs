@@ -232,6 +232,36 @@ fn check<T>(what: &str, end: End, result: &Result<T, TransferError>, took: Durat
     assert!(took <= Duration::from_secs(60), "{what}: {took:?}");
 }
 
+// A PX4 ends a transfer in which nothing comes for 5 s, answers what comes late with an error, and until then whatever
+// else is begun (v1.17.0, `MavlinkMissionManager`).
+#[test]
+fn a_px4_that_was_busy_or_gave_up_is_asked_again() {
+    let items = plain(6);
+    let config = TransferConfig { item_window: 1, ..TransferConfig::new(PLANE, STATION) };
+    let cases: [Twist; 2] = [
+        |m, n| replace_if(n == 0 && asked(m) == Some(3), m, answer(ERROR)),
+        |m, n| replace_if(n < 3 && asked(m) == Some(0), m, answer(ERROR)),
+    ];
+    for twist in cases {
+        let mut plane = MockPlane::new();
+        (plane.strict_order, plane.keeps_home) = (true, false);
+        let upload = PlanUpload::new(&config, PlanKind::Mission, items.clone(), MonoTime::ZERO);
+        let twisted = Twisted { plane, twist, count: 0, asks_for_integers: true };
+        let mut world = World::new(Running::new(upload), twisted, Faults::default(), 1);
+        let (result, _) = run(&mut world, LIMIT);
+        assert!(result.is_ok() && has(&world.plane.plane.plans[0], &items), "{:?}", result.err());
+        assert!(world.plane.count > 0);
+    }
+    let mut plane = MockPlane::new();
+    plane.store(PlanKind::Mission, &items);
+    let twist: Twist = |m, n| replace_if(n < 3 && is_count(m), m, answer(ERROR));
+    let download = PlanDownload::new(&config, PlanKind::Mission, MonoTime::ZERO);
+    let twisted = Twisted { plane, twist, count: 0, asks_for_integers: true };
+    let mut world = World::new(Running::new(download), twisted, Faults::default(), 1);
+    let (result, _) = run(&mut world, LIMIT);
+    assert!(has(&result.expect("read").items, &items));
+}
+
 // fault 16: 30 misbehaviours of ArduPilot's and PX4's kind at each step of reading and writing: each ends as it has to,
 // no success that is none
 #[test]
