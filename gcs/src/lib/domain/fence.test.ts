@@ -17,7 +17,7 @@ const circle = (inclusion: boolean, centre: LonLat, radius_m: number): FenceZone
 };
 const fence = (...zones: FenceZone[]) => ({ zones, return_point: null });
 
-it('allows a place inside of every zone to stay in and outside of every zone to stay out of', () => {
+it('forbids a place in a zone to stay out of, or in none of those to stay in', () => {
   // across the date line
   const [around, out] = [square(true, 1000), circle(false, at(90, 600), 100)];
   expect(zoneThatForbids(fence(), home)).toBeNull();
@@ -29,4 +29,8 @@ it('allows a place inside of every zone to stay in and outside of every zone to 
   expect(zoneThatForbids(fence(around, out), at(90, 510))).toBe(out);
   expect(zoneThatForbids(fence(circle(true, home, 500)), at(10, 501))).not.toBeNull();
   expect(zoneThatForbids(fence(square(false, 100)), home)).not.toBeNull();
+  // one of two to stay in: whether that is enough is not known
+  const other = circle(true, at(90, 5000), 500);
+  expect(zoneThatForbids(fence(around, other), home)).toBeNull();
+  expect(zoneThatForbids(fence(around, other), at(90, 2500))).toBe(around);
 });

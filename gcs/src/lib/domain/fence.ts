@@ -1,11 +1,15 @@
-// Whether a fence allows a place, by the rule of the core (`Fence::forbidden_by`).
+// Whether a fence surely forbids a place (`Fence::forbidden_by` of the core is the whole rule).
 import { distance_m } from './geo';
 import type { LonLat } from './lonlat';
 import type { Fence, FenceZone } from './plan';
 
-/** The first zone that forbids a place: one to stay in that it lies outside of, or one to stay out of that it lies in. */
+/**
+ * The first zone that forbids a place: one to stay out of that it lies in, or one to stay in where it lies in none of these. Whether
+ * it has to lie in all of them is the vehicle's to say (`FENCE_OPTIONS`, bit 1), which may not have been read.
+ */
 export function zoneThatForbids({ zones }: Fence, at: LonLat): FenceZone | null {
-  return zones.find((zone) => holds(zone, at) !== zone.inclusion) ?? null;
+  const isIncluded = zones.some((zone) => zone.inclusion && holds(zone, at));
+  return zones.find((zone) => (zone.inclusion ? !isIncluded : holds(zone, at))) ?? null;
 }
 
 function holds({ shape, points, radius_m }: FenceZone, at: LonLat): boolean {
