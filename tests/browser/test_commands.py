@@ -101,6 +101,16 @@ async def test_a_mission_is_flown_by_keyboard_alone(open_station: OpenStation, s
                 await station.see_accepted(command)
                 await keys.up("Enter")
             await station.see_mode("AUTO")
+            # A large change of height is held: Enter in its field sends nothing, however often.
+            height = fly.get_by_role("textbox", name=re.compile(re.escape(station.text("fly.height"))))
+            await height.fill("1000")
+            for _ in range(3):
+                await keys.press("Enter")
+            await station.two_frames()
+            assert await fly.get_by_label(station.text("answer.label"), exact=True).count() <= 2, (
+                "of arming and starting"
+            )
+            await expect(height).to_have_value("1000")
 
 
 async def tab_to(station: StationPage, wanted: Locator) -> None:
