@@ -16,6 +16,8 @@ from typing import Any, TypeAlias
 
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
+from vencejo.sim.params import float32
+
 __all__ = ["Decoder", "MavMessage", "Payload", "dialect", "frame", "payload_of", "source_version"]
 
 MavMessage: TypeAlias = Any
@@ -70,20 +72,24 @@ class _Packer:
                     flat.extend(value)
                 else:
                     flat.append(value)
-            return Payload(self.message_id, self.crc_extra, self.pack(*flat))
-        return Payload(self.message_id, self.crc_extra, self.pack(*values))
+            values = flat
+        try:
+            data = self.pack(*values)
+        except OverflowError:  # a number beyond a 32-bit float: infinite, as in the vehicle's arithmetic
+            data = self.pack(*(float32(value) if isinstance(value, float) else value for value in values))
+        return Payload(self.message_id, self.crc_extra, data)
 
 
 _packers: dict[type, _Packer] = {}
 
 
 def payload_of(message: MavMessage) -> Payload:
-    """Pack a message's fields.
+    """Pack a message's fields; a number beyond a 32-bit float becomes infinite.
 
     Raises
     ------
     struct.error
-        A field is out of its type's range.
+        An integer field is out of its type's range.
     """
     cls = type(message)
     packer = _packers.get(cls)
