@@ -533,6 +533,22 @@ def test_attitude_targets_and_local_offsets_count_in_guided_alone() -> None:
     assert throttle is None, "its bit says to ignore it"
 
 
+@pytest.mark.parametrize("z", [3.4e38, -3.4e38])
+def test_a_target_keeps_an_altitude_that_a_location_can_hold(z: float) -> None:
+    """An int32 of centimetres: the altitude stays finite however often it is raised."""
+    world, station = flying_world(mission())
+    world.planes[0].autopilot.set_mode(Mode.GUIDED)
+    raised = dialect.MAVLink_set_position_target_local_ned_message(0, 1, 1, 7, 0xDF8, 0, 0, z, *[0] * 8)
+    absolute = dialect.MAVLink_set_position_target_global_int_message(0, 1, 1, 0, 0xDF8, 0, 0, z, *[0] * 8)
+    turned = dialect.MAVLink_set_attitude_target_message(0, 1, 1, 0, [z] * 4, 0, 0, 0, abs(z))
+    for message in (raised, raised, absolute, integer(43001, 0, z=z), long(186, z, 0), turned):
+        station.send(message)
+        world.advance(0.2)
+        _, heard = ask(world, station, long(512, 87))
+        targets = [m.alt for m in heard if m.get_type() == "POSITION_TARGET_GLOBAL_INT"]
+        assert abs(targets[-1]) == pytest.approx(2**31 / 100)
+
+
 def test_reboot_turns_time_back_and_keeps_plan_and_parameters() -> None:
     world, station = settled_world()
     mission_with_landing(world, station)

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from vencejo.sim.hand import CARRY_HEIGHT_M, Hand
 
 from .auto.names import AT_ONCE, Cmd
-from .geo import wrap_pi
+from .geo import location_alt_m, wrap_pi
 from .interface import (
     Armed,
     FenceBreach,
@@ -166,7 +166,8 @@ class Autopilot(FlightLoop):
         """
         if not math.isfinite(alt_m) or frame not in (0, 3, 10):
             return MavResult.DENIED
-        self.nav.change_altitude(alt_m if frame == 0 else alt_m + self.home.alt_m, follows_ground=frame == 10)
+        amsl_m = location_alt_m(alt_m if frame == 0 else alt_m + self.home.alt_m)
+        self.nav.change_altitude(amsl_m, follows_ground=frame == 10)
         return MavResult.ACCEPTED
 
     def change_guided_altitude(self, alt_m: float, frame: int, rate_m_s: float) -> MavResult:
@@ -176,7 +177,7 @@ class Autopilot(FlightLoop):
         if not math.isfinite(alt_m) or frame not in (0, 3, 10):
             return MavResult.DENIED
         self._guided.hold_altitude(
-            alt_m if frame == 0 else alt_m + self.home.alt_m,
+            location_alt_m(alt_m if frame == 0 else alt_m + self.home.alt_m),
             follows_ground=frame == 10,
             rate_m_s=abs(rate_m_s) if math.isfinite(rate_m_s) else 0.0,
         )
@@ -192,7 +193,7 @@ class Autopilot(FlightLoop):
     def raise_target(self, metres: float) -> None:
         """Change the altitude of the point being flown to, in GUIDED."""
         if self.flight_mode is Mode.GUIDED and math.isfinite(metres):
-            alt_m = self.nav.next.alt_m + metres
+            alt_m = location_alt_m(self.nav.next.alt_m + metres)
             self.nav.next = self.nav.next.copy()
             self.nav.next.alt_m = alt_m
             self.say(Severity.INFO, f"Change alt to {alt_m - self.home.alt_m:.1f}")

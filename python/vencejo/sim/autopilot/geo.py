@@ -10,15 +10,21 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
-__all__ = ["LocalFrame", "Spot", "bearing_rad", "distance_m", "ground_distance_m", "wrap_pi"]
+__all__ = ["LocalFrame", "Spot", "bearing_rad", "distance_m", "ground_distance_m", "location_alt_m", "wrap_pi"]
 
 _A = 6_378_137.0
 _E2 = 6.694_379_990_14e-3
+_ALT_LIMIT_M = 2**31 / 100.0
 
 
 def wrap_pi(angle_rad: float) -> float:
     """An angle within −π to π."""
     return (angle_rad + math.pi) % math.tau - math.pi
+
+
+def location_alt_m(alt_m: float) -> float:
+    """An altitude limited to what ArduPilot's Location holds: 32 bits of centimetres."""
+    return max(-_ALT_LIMIT_M, min(_ALT_LIMIT_M, alt_m))
 
 
 @dataclass(slots=True)
