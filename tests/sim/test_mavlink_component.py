@@ -533,6 +533,15 @@ def test_attitude_targets_and_local_offsets_count_in_guided_alone() -> None:
     assert throttle is None, "its bit says to ignore it"
 
 
+@pytest.mark.parametrize("channel", [-1.0, 0.0, 17.0, 99.0])
+def test_a_stick_without_a_channel_moves_nothing(channel: float) -> None:
+    """RC_Channels::get_rcmap_channel_nonnull; the other sticks move theirs."""
+    world, station = settled_world()
+    station.send(dialect.MAVLink_param_set_message(1, 1, b"RCMAP_ROLL", channel, 2))
+    station.send(dialect.MAVLink_manual_control_message(1, 32767, 1000, 1000, 32767, 0))
+    assert double(world).calls == [("rc_input", {3: 2000})]
+
+
 @pytest.mark.parametrize("z", [3.4e38, -3.4e38])
 def test_a_target_keeps_an_altitude_that_a_location_can_hold(z: float) -> None:
     """An int32 of centimetres: the altitude stays finite however often it is raised."""

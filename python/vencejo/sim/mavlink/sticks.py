@@ -14,6 +14,7 @@ __all__ = ["StickMessages"]
 
 _IGNORED_CHANNEL = 65535
 _IGNORED_AXIS = 32767
+_CHANNELS = 16
 
 
 class Vehicle(Protocol):
@@ -40,7 +41,7 @@ class StickMessages:
         if not self._vehicle.station.is_station(peer.system):
             return
         channels: dict[int, int | None] = {}
-        for number in range(1, 17):
+        for number in range(1, _CHANNELS + 1):
             value = getattr(message, f"chan{number}_raw")
             if value == _IGNORED_CHANNEL or (number > 8 and value == 0):
                 continue
@@ -61,6 +62,8 @@ class StickMessages:
             if raw == _IGNORED_AXIS or not low <= raw <= 1000:
                 continue
             number = self._vehicle.params.integer(f"RCMAP_{axis}")
+            if not 1 <= number <= _CHANNELS:
+                continue
             least, most = self._vehicle.params.get(f"RC{number}_MIN"), self._vehicle.params.get(f"RC{number}_MAX")
             share = (raw - low) / (1000 - low)
             channels[number] = round(least + (most - least) * (1 - share if reverse else share))
