@@ -145,6 +145,13 @@ def test_internal_parameters_are_not_set() -> None:
     heard = listen(world, station, 0.1)
     told = outline(heard, {"STATUSTEXT": ("text",), "PARAM_ERROR": ("error",), "PARAM_VALUE": ("param_value",)})
     assert told == [("PARAM_ERROR", 3), ("PARAM_VALUE", 1.0), ("STATUSTEXT", "Param write denied (MIS_TOTAL)")]
+    store = world.planes[0].params
+    for name in (store.at(index).name for index in range(len(store))):
+        station.send(dialect.MAVLink_param_set_message(1, 1, name.encode(), store.get(name), 9))
+    denied = {m.param_id for m in listen(world, station, 0.1) if m.get_type() == "PARAM_ERROR"}
+    # AP_PARAM_FLAG_INTERNAL_USE_ONLY; the SIM_MAGn_DEVID do not have it.
+    barometers = {f"BARO{number}_{name}" for number in (1, 2, 3) for name in ("DEVID", "GND_PRESS")}
+    assert denied == {"MIS_TOTAL", "ARSPD_DEVID"} | barometers
 
 
 def send_fence(world: World, station: MemoryLink, *items: tuple[int, float, int, int]) -> int:
