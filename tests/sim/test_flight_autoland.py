@@ -40,7 +40,7 @@ def test_autoland_lands_at_home_in_the_direction_of_the_take_off() -> None:
 
 
 def test_autoland_is_refused_on_the_ground_and_without_a_direction() -> None:
-    """A refused mode loses a commanded airspeed, which Mode::enter resets first."""
+    """A refused mode loses what a station commanded in GUIDED, which Mode::enter resets first."""
     flight = make()
     assert flight.plane.set_mode(Mode.AUTOLAND) is MavResult.FAILED
     flight.run(0.1)
@@ -55,6 +55,20 @@ def test_autoland_is_refused_on_the_ground_and_without_a_direction() -> None:
     assert flight.texts[-2:] == ["Takeoff initial direction not set", "Flight mode change failed"]
     assert flight.plane.flight_mode is Mode.GUIDED
     assert flight.plane.energy.airspeed_m_s() == 22
+    plane = flight.plane
+    point = plane.nav.next
+    assert plane.change_guided_speed(15.0, 0.0) is MavResult.ACCEPTED
+    assert plane.change_guided_altitude(300.0, 3, 0.0) is MavResult.ACCEPTED
+    assert plane.change_heading(1, 45.0, 4.0) is MavResult.ACCEPTED
+    plane.force_attitude(0.3, 0.2, 0.9)
+    flight.run(1)
+    assert plane.set_mode(Mode.AUTOLAND) is MavResult.FAILED
+    assert plane.energy.airspeed_m_s() == 22
+    flight.run(30)
+    assert plane.nav.on_circle, "it circles its point"
+    assert plane.nav.next is point
+    assert plane.nav.target_alt_m == point.alt_m
+    assert plane.snapshot().throttle_pct < 90
 
 
 def test_autoland_climbs_first_when_asked() -> None:

@@ -338,10 +338,12 @@ class FlightLoop(Plane):
             why = "GCS entry disabled (FLTMODE_GCSBLOCK)"
             self.say(Severity.NOTICE, f"Mode change to {mode.full_name} denied, {why}")
             return False
+        # As Mode::enter, which resets these before the mode can refuse.
+        self.energy.new_airspeed_m_s = None
+        self._guided.forget()
+        self.failsafes.mode_changed()
         refusal = self._modes[mode].refusal()
         if refusal is not None:
-            # Mode::enter forgets the commanded airspeed before the mode can refuse.
-            self.energy.new_airspeed_m_s = None
             self.say(Severity.WARNING, refusal)
             self.say(Severity.WARNING, "Flight mode change failed")
             return False
@@ -350,10 +352,8 @@ class FlightLoop(Plane):
         self.mode = self._modes[mode]
         self.previous_mode, self.flight_mode = self.flight_mode, mode
         self.previous_mode_reason, self.mode_reason = self.mode_reason, reason
-        self.failsafes.mode_changed()
         self.energy.auto_throttle = self.mode.auto_throttle
         self.pilot.fly_level()
-        self.energy.new_airspeed_m_s = None
         self.nav.hold_course_rad = None
         if not self.is_flying:
             self.throttle_suppressed = self.mode.auto_throttle or not self.armed

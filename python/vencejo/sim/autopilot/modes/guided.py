@@ -38,11 +38,14 @@ class GuidedMode(FlightMode):
     def enter(self) -> None:
         """Enter the mode."""
         self.radius_m = 0.0
+        self.go_to(self._plane.here())
+
+    def forget(self) -> None:
+        """Forget the commanded heading, altitude, airspeed and attitude: at every change of mode, refused or not."""
         self.heading = None
         self._held = self._speed = None
         self._energy.guided_airspeed_m_s = None
         self._forced.clear()
-        self.go_to(self._plane.here())
 
     def go_to(self, spot: Spot) -> None:
         """Set a new target."""
@@ -104,10 +107,6 @@ class GuidedMode(FlightMode):
             self._energy.guided_airspeed_m_s = airspeed_m_s
         elif self._energy.guided_airspeed_m_s is None:
             self._energy.guided_airspeed_m_s = self._energy.airspeed_m_s()
-
-    def leave(self) -> None:
-        """Leave the mode."""
-        self._energy.guided_airspeed_m_s = None
 
     def adjust_altitude(self) -> None:
         """Set the target altitude, and move the target airspeed; 10 times a second."""
