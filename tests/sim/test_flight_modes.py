@@ -241,6 +241,20 @@ def test_guided_flies_an_attitude_for_three_seconds() -> None:
     assert flight.texts[-1] == f"Change alt to {before_m + 10.0:.1f}"
 
 
+@pytest.mark.parametrize("speed_m_s", [20.0, 50.0, 100.0])
+def test_a_dive_into_the_ground_ends_on_it(speed_m_s: float) -> None:
+    """JSBSim's integration diverges in such an impact, to NaN."""
+    flight = airborne()
+    body = flight.plane.body
+    lat_deg, lon_deg = body.lat_deg, body.lon_deg
+    body.place(lat_deg, lon_deg, 0.0, height_m=10.0, pitch_rad=math.radians(-85.0), speed_m_s=speed_m_s)
+    flight.plane.set_mode(Mode.MANUAL)
+    flight.run(10)
+    assert body.on_wheels
+    assert (body.lat_deg, body.lon_deg) == pytest.approx((lat_deg, lon_deg), abs=1e-3)
+    assert flight.plane.est.groundspeed_m_s < 1.0
+
+
 @pytest.mark.parametrize("mode", [Mode.AUTO, Mode.LOITER, Mode.CIRCLE, Mode.RTL, Mode.GUIDED])
 def test_the_altitude_can_be_changed_in_every_mode_that_navigates(mode: Mode) -> None:
     flight = airborne(mission(waypoint(0, 3000, 0, 60)))

@@ -26,6 +26,8 @@ _PSF = 47.880259
 _GEAR_HEIGHT_M = 0.112
 """Height of the centre of gravity above flat ground while the plane stands on its wheels."""
 _MOTOR_FULL_V = 16.8
+_RATE_LIMIT_RAD_S = 100.0
+"""A body rate that no flight reaches; beyond it the integration of an impact diverges."""
 
 
 class Dynamics:
@@ -206,7 +208,10 @@ class Dynamics:
         battery_v: float,
         wind_m_s: tuple[float, float, float],
     ) -> None:
-        """Advance by one step with surfaces −1 to 1 (right, up, right), throttle 0 to 1 and the local wind."""
+        """Advance by one step with surfaces −1 to 1 (right, up, right), throttle 0 to 1 and the local wind.
+
+        After an impact that the model cannot integrate, the plane stands on its wheels where it hit the ground.
+        """
         if self._held:
             return
         set_aileron, set_elevator, set_rudder, set_steer, set_throttle, set_north, set_east, set_down = self._set
@@ -218,8 +223,11 @@ class Dynamics:
         set_north(wind_m_s[0] / _FT)
         set_east(wind_m_s[1] / _FT)
         set_down(wind_m_s[2] / _FT)
+        lat_deg, lon_deg, yaw_rad = self.lat_deg, self.lon_deg, self.yaw_rad
         self._run()
         self._read()
+        if not math.hypot(self.p_rad_s, self.q_rad_s, self.r_rad_s) < _RATE_LIMIT_RAD_S:  # NaN included
+            self.place(lat_deg, lon_deg, yaw_rad)
 
     def hold(
         self,
