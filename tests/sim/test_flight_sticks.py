@@ -101,6 +101,19 @@ def test_a_vertical_landing_is_refused_over_and_over() -> None:
     assert 9 <= flight.texts.count("Q_ENABLE 0") <= 12
 
 
+@pytest.mark.parametrize("mode", [Mode.LOITER, Mode.CIRCLE])
+def test_loiter_alt_qland_keeps_the_circle_that_is_flown(mode: Mode) -> None:
+    """ModeLoiterAltQLand::_enter; CIRCLE is a bank, without a centre to keep."""
+    flight = airborne()
+    plane = flight.plane
+    plane.set_mode(mode)
+    flight.run(40)
+    centre = plane.nav.next if mode is Mode.LOITER else plane.here()
+    plane.set_mode(Mode.LOITER_ALT_QLAND)
+    assert (plane.nav.next.n_m, plane.nav.next.e_m) == (centre.n_m, centre.e_m)
+    assert plane.nav.next.alt_m - plane.home.alt_m == pytest.approx(15)
+
+
 @pytest.mark.parametrize(
     ("number", "text"),
     [

@@ -60,11 +60,11 @@ class LoiterAltQlandMode(LoiterMode):
     number = Mode.LOITER_ALT_QLAND
 
     def enter(self) -> None:
+        plane, nav = self._plane, self._nav
+        spot = nav.next.copy() if nav.on_circle else plane.here()  # a circle that is being flown is kept
         super().enter()
-        plane = self._plane
-        spot = plane.here()
-        spot.alt_m = plane.home.alt_m + _QRTL_ALT_M
-        self._nav.set_guided(spot)
+        spot.alt_m, spot.follows_ground = plane.home.alt_m + _QRTL_ALT_M, False
+        nav.set_guided(spot)
         self._try_to_land()
 
     def navigate(self) -> None:
