@@ -249,6 +249,9 @@ class DoubleAutopilot:
     def abort_landing(self, climb_to_m: float) -> MavResult:
         return self._called("abort_landing", climb_to_m)
 
+    def terminate(self, *, wanted: bool) -> MavResult:
+        return self._called("terminate", wanted)
+
     def rc_input(self, channels: Mapping[int, int | None]) -> None:
         self._called("rc_input", dict(channels))
 

@@ -92,7 +92,6 @@ def ask(world: World, station: MemoryLink, message: Any) -> tuple[int, list[Any]
         (long(181, 5, 1), 4),
         (long(183, 5, 1500), 0),
         (long(183, 33, 1500), 4),
-        (long(185), 4),
         (long(203), 0),
         (long(205, -10, 0, 0, 0, 0, 0, 2), 4),
         (long(209), 4),
@@ -120,7 +119,6 @@ def test_command_is_answered_as_arduplane_answers_it(message: Any, result: int) 
         (long(183, 1, 1500), (6, "ServoRelayEvent: Channel 1 is already in use")),
         (long(218), (6, "Invalid channel option (0)")),
         (long(3000, 3), (5, "VTOL not available")),
-        (long(185, 1), (6, "AFS not enabled, can't terminate the vehicle")),
     ],
     ids=str,
 )
@@ -129,6 +127,25 @@ def test_a_refused_command_is_explained_in_arduplanes_words(message: Any, text: 
     result, heard = ask(world, station, message)
     assert result == MavResult.FAILED
     assert text in [(m.severity, m.text) for m in heard if m.get_type() == "STATUSTEXT"]
+
+
+@pytest.mark.parametrize(
+    ("afs_enable", "p1", "result", "text"),
+    [
+        (0, 1, MavResult.FAILED, "AFS not enabled, can't terminate the vehicle"),
+        (0, 0, MavResult.FAILED, "AFS not enabled, can't terminate the vehicle"),
+        (1, 1, MavResult.FAILED, "Unable to terminate, termination is not configured"),
+        (1, 0, MavResult.ACCEPTED, "Aborting termination due to GCS request"),
+    ],
+)
+def test_a_termination_is_answered_by_what_is_configured(afs_enable: int, p1: int, result: int, text: str) -> None:
+    """AP_AdvancedFailsafe::gcs_terminate."""
+    world, station = flying_world(mission())
+    world.planes[0].params.set("AFS_ENABLE", afs_enable)
+    world.advance(0.1)
+    answer, heard = ask(world, station, long(185, p1))
+    assert answer == result
+    assert "".join(m.text for m in heard if m.get_type() == "STATUSTEXT") == text
 
 
 def test_an_unknown_frame_is_named() -> None:

@@ -253,6 +253,10 @@ class Autopilot(FlightLoop):
         """Abort the landing that is being flown; ``climb_to_m`` 0 leaves the altitude to the mission."""
         return MavResult.ACCEPTED if self.landing.request_go_around(climb_to_m) else MavResult.FAILED
 
+    def terminate(self, *, wanted: bool) -> MavResult:
+        """Terminate the flight or abort its termination, of which none is configured."""
+        return self.failsafes.terminate(wanted=wanted)
+
     # the world outside
 
     def rc_input(self, channels: Mapping[int, int | None]) -> None:

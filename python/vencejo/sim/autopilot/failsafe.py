@@ -10,7 +10,7 @@ from collections.abc import Callable
 from enum import Enum, IntEnum
 
 from .auto.mission import MissionRunner, RunState
-from .interface import Mode, Severity
+from .interface import MavResult, Mode, Severity
 from .landing import Landing
 from .plane import Plane
 
@@ -273,6 +273,17 @@ class Failsafes:
         by_itself = self._plane.flight_mode in (Mode.AUTO, Mode.AUTOLAND)
         return by_itself and (self._landing.active or self._mission.in_landing_sequence)
 
+    def terminate(self, *, wanted: bool) -> MavResult:
+        """Terminate the flight, or abort that (AP_AdvancedFailsafe::gcs_terminate); no termination is configured."""
+        if not int(self._plane.tune["AFS_ENABLE"]):
+            text, result = "AFS not enabled, can't terminate the vehicle", MavResult.FAILED
+        elif wanted:
+            text, result = "Unable to terminate, termination is not configured", MavResult.FAILED
+        else:
+            text, result = "Aborting termination due to GCS request", MavResult.ACCEPTED
+        self._plane.say(Severity.INFO, text)
+        return result
+
     # the battery
 
     def _check_battery(self) -> None:
@@ -312,9 +323,7 @@ class Failsafes:
     def _act_on_battery(self, action: int) -> None:
         plane, mission = self._plane, self._mission
         if action == _BatteryAction.TERMINATE:
-            is_enabled = int(plane.tune["AFS_ENABLE"]) != 0
-            why = "Unable to terminate, termination is not configured"
-            plane.say(Severity.INFO, why if is_enabled else "AFS not enabled, can't terminate the vehicle")
+            self.terminate(wanted=True)
             return
         lands = action in (_BatteryAction.LAND, _BatteryAction.QLAND, _BatteryAction.LOITER_QLAND)
         if self._landing.active or not (lands or action in (_BatteryAction.RTL, _BatteryAction.AUTOLAND_OR_RTL)):

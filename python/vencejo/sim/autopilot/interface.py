@@ -613,6 +613,10 @@ class AutopilotPort(Protocol):
         """DO_GO_AROUND: fly the mission's abort pattern, else climb to a height above home (0: the landing's own)."""
         ...
 
+    def terminate(self, *, wanted: bool) -> MavResult:
+        """DO_FLIGHTTERMINATION: terminate the flight, or abort that."""
+        ...
+
     # inputs from outside
 
     def rc_input(self, channels: Mapping[int, int | None]) -> None:

@@ -163,6 +163,7 @@ class CommandHandler:
             176: self._set_mode,
             178: self._change_speed,
             179: self._set_home,
+            185: lambda _peer, c: self._vehicle.autopilot.terminate(wanted=c.p1 > 0.5),
             186: self._change_altitude,
             191: self._go_around,
             192: self._reposition,

@@ -27,7 +27,6 @@ class Refusal(NamedTuple):
 
 _FAILED = Refusal(MavResult.FAILED)
 _DENIED = Refusal(MavResult.DENIED)
-_NO_AFS = Refusal(MavResult.FAILED, Severity.INFO, "AFS not enabled, can't terminate the vehicle")
 _NO_VTOL = Refusal(MavResult.FAILED, Severity.NOTICE, "VTOL not available")
 
 
@@ -69,7 +68,6 @@ _CHECKS: dict[int, Callable[[ParamStore, float], Refusal | None]] = {
     182: _relay,  # DO_REPEAT_RELAY
     183: _servo,  # DO_SET_SERVO
     184: _servo,  # DO_REPEAT_SERVO
-    185: lambda _params, p1: _NO_AFS if p1 > 0.5 else _FAILED,  # DO_FLIGHTTERMINATION
     204: _always(_FAILED),  # DO_MOUNT_CONFIGURE
     205: _without("MNT1_TYPE", "MNT2_TYPE"),  # DO_MOUNT_CONTROL
     209: _always(_FAILED),  # DO_MOTOR_TEST
