@@ -78,6 +78,31 @@ def test_autoland_climbs_first_when_asked() -> None:
     assert flight.run(60, lambda: flight.plane.alt_rel_home_m > 79)
 
 
+class Plateau:
+    """Terrain 30 m above home, everywhere."""
+
+    def __init__(self, home_alt_amsl_m: float) -> None:
+        self._alt_m = home_alt_amsl_m + 30.0
+
+    def height_m(self, _lat_deg: float, _lon_deg: float) -> float:
+        return self._alt_m
+
+    below_m = height_m
+
+
+@pytest.mark.parametrize(("terrain_follow", "above_m"), [(0, 0.0), (1, 30.0), (1 << 12, 30.0)])
+def test_autoland_counts_its_altitudes_from_the_terrain_when_asked(terrain_follow: int, above_m: float) -> None:
+    """TERRAIN_FOLLOW: all modes, or bit 12; the climb and the circle, not the point of the final approach."""
+    flight = airborne(params={"TERRAIN_FOLLOW": terrain_follow, "AUTOLAND_CLIMB": 60.0, "AUTOLAND_WP_ALT": 40.0})
+    plane = flight.plane
+    plane.ground = Plateau(plane.home.alt_m)
+    plane.set_mode(Mode.AUTOLAND)
+    assert plane.nav.next.alt_m - plane.home.alt_m == pytest.approx(60.0 + above_m + 10.0)
+    assert flight.run(300, flight.saying("Loiter to alt complete"))
+    assert plane.alt_rel_home_m == pytest.approx(40.0 + above_m, abs=6)
+    assert plane.nav.previous.alt_m - plane.home.alt_m == pytest.approx(40.0)
+
+
 @pytest.mark.parametrize("has_direction", [True, False])
 def test_failsafes_that_end_in_autoland(has_direction: bool) -> None:
     """FS_LONG_ACTN 5 (events.cpp): AUTOLAND, or RTL where that is refused."""

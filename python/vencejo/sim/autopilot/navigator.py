@@ -329,7 +329,7 @@ class Navigator:
         loiter.last_bearing_rad = bearing
         # Compared with the altitude of the circle, as in ArduPlane; the target altitude may still be on the slope to
         # it.
-        if is_on and abs(here.alt_m - self.next.alt_m) < 5.0:
+        if is_on and abs(self.above_next_m) < 5.0:
             loiter.reached_alt = True
             loiter.stuck = False
         elif not loiter.reached_alt and abs(loiter.turned_rad) >= loiter.next_lap_check_rad > 0.0:

@@ -217,6 +217,10 @@ class Plane:
             height_m = self.ground.height_m(*self.frame.to_earth(spot.n_m, spot.e_m))
         return None if height_m is None else height_m - self.home.alt_m
 
+    def follows_terrain(self, bit: int) -> bool:
+        """Whether TERRAIN_FOLLOW covers a mode, by its bit: that or all modes (Plane::terrain_enabled_in_mode)."""
+        return bool(int(self.tune["TERRAIN_FOLLOW"]) & (1 | 1 << bit))
+
     def alt_of(self, item: StoredItem) -> float:
         """Altitude of an item above mean sea level; above terrain it counts from home (:attr:`Spot.follows_ground`)."""
         return item.alt_m if item.frame == 0 else item.alt_m + self.home.alt_m

@@ -14,6 +14,8 @@ from .base import Controls, FlightMode
 
 __all__ = ["MODES"]
 
+_TERRAIN_BIT = 12
+"""Bit of TERRAIN_FOLLOW."""
 _CLIMB_MARGIN_M = 10.0
 """Added to the target of the first climb, so that it is exceeded (fast_climb_extra_alt)."""
 
@@ -54,12 +56,15 @@ class AutolandMode(FlightMode):
         self._centre = self._final.moved(course_rad + side_rad, self._radius_m * plane.est.eas_to_tas**2)
         self._centre.anticlockwise = is_left
         nav.next_crosstrack = True
-        missing_m = tune["AUTOLAND_CLIMB"] - plane.alt_rel_home_m
+        follows = plane.follows_terrain(_TERRAIN_BIT)
+        self._centre.follows_ground = follows
+        ground_m = (plane.ground_rel_home_m() or 0.0) if follows else 0.0
+        missing_m = tune["AUTOLAND_CLIMB"] + ground_m - plane.alt_rel_home_m
         climbs = tune["AUTOLAND_CLIMB"] > 0 and missing_m > 0.0
         self._leg = _Leg.CLIMB if climbs else _Leg.CIRCLE
         first = self._centre.copy()
         if climbs:
-            first.alt_m = here.alt_m + missing_m + _CLIMB_MARGIN_M
+            first.alt_m, first.follows_ground = here.alt_m + missing_m + _CLIMB_MARGIN_M, False
         self._fly_to(first)
 
     def leave(self) -> None:

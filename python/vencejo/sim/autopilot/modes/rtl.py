@@ -8,6 +8,9 @@ from .base import Controls, FlightMode
 
 __all__ = ["MODES"]
 
+_TERRAIN_BIT = 4
+"""Bit of TERRAIN_FOLLOW."""
+
 
 class RtlMode(FlightMode):
     """Returns to home or the nearest rally point, circles there, and lands by RTL_AUTOLAND."""
@@ -25,8 +28,7 @@ class RtlMode(FlightMode):
         nav = self._nav
         self._asked_for_landing = False
         spot = plane.return_spot()
-        # TERRAIN_FOLLOW bits: all modes, or RTL.
-        ground_m = plane.ground_rel_home_m(spot) if int(plane.tune["TERRAIN_FOLLOW"]) & (1 | 1 << 4) else None
+        ground_m = plane.ground_rel_home_m(spot) if plane.follows_terrain(_TERRAIN_BIT) else None
         if ground_m is not None:
             spot.alt_m, spot.follows_ground = spot.alt_m - ground_m, True
         nav.set_guided(spot)
