@@ -96,7 +96,6 @@ class Object:
 Shape: TypeAlias = "Plain | Bool | Text | Enum | Many | Struct | Object"
 
 INT: Final = Plain(4)
-_FLOAT: Final = Plain(4)
 _DOUBLE: Final = Plain(8)
 
 POSE: Final = Object("::jderobot::Pose3DData", (Plain(8 * 4),))

@@ -56,7 +56,6 @@ _FLYING_TICKS = 20
 _LANDED_M_S = 3.0
 _HOME_AGAIN_S = 6.0
 """Period at which home follows a disarmed plane, as recorded (Plane::one_second_loop, after more than 5 s)."""
-_EARTH_RADIUS_M = 6_371_008.8
 
 
 class FlightLoop(Plane):
