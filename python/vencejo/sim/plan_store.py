@@ -19,6 +19,7 @@ from vencejo.sim.params import float32
 
 __all__ = [
     "FENCE_MAX_ITEMS",
+    "FRAMES",
     "MISSION_MAX_ITEMS",
     "RALLY_MAX_ITEMS",
     "FenceShape",
@@ -200,8 +201,10 @@ _COMMANDS: dict[int, _Command] = {
     42703: _Command(p1="u16", p2="i16", p3="i8", p4="i16", x="i16"),  # NAV_ATTITUDE_TIME
 }
 
-_FOLDED_FRAMES = {0: 0, 2: 0, 5: 0, 3: 3, 6: 3, 10: 10, 11: 10}
-"""MAV_FRAME as stored: the ``_INT`` variants and MAV_FRAME_MISSION fold into absolute, relative, terrain."""
+FRAMES = {0: 0, 5: 0, 3: 3, 6: 3, 10: 10, 11: 10}
+"""The MAV_FRAME with an altitude: the ``_INT`` variants fold into absolute, relative, terrain."""
+_ITEM_FRAMES = FRAMES | {2: 0}
+"""Those of mission items: MAV_FRAME_MISSION is stored as absolute."""
 
 
 def has_position(command: int) -> bool:
@@ -289,7 +292,7 @@ def normalise(item: WireItem) -> WireItem | MissionResult:
         return refused
     if not math.isfinite(item.z) or abs(item.z) >= _ALT_LIMIT_M:
         return MissionResult.INVALID_PARAM7
-    frame = _FOLDED_FRAMES.get(item.frame)
+    frame = _ITEM_FRAMES.get(item.frame)
     if frame is None:
         return MissionResult.UNSUPPORTED_FRAME
     centimetres = math.trunc(float32(float32(item.z) * 100.0))
@@ -538,7 +541,7 @@ class RallyStore(_ListStore):
             return refused
         if not -32768 <= item.z <= 32767:
             return MissionResult.INVALID_PARAM7
-        frame = _FOLDED_FRAMES.get(item.frame) if item.frame != 2 else None
+        frame = FRAMES.get(item.frame)
         if frame is None:
             return MissionResult.UNSUPPORTED_FRAME
         stored = WireItem(

@@ -20,6 +20,7 @@ from vencejo.sim.autopilot.interface import (
 )
 from vencejo.sim.fence import FenceMonitor, FenceType
 from vencejo.sim.mavlink.codec import MavMessage, dialect
+from vencejo.sim.mavlink.guided import frame_of
 from vencejo.sim.mavlink.link import Peer
 from vencejo.sim.mavlink.payload import refusal
 from vencejo.sim.mavlink.streams import StreamSchedule
@@ -32,7 +33,6 @@ __all__ = ["Command", "CommandHandler", "Vehicle"]
 
 IN_PROGRESS = 5
 _FORCE = (2989.0, 21196.0)
-_FRAMES = {0: 0, 5: 0, 3: 3, 6: 3, 10: 10, 11: 10}
 _LOCAL_OFFSET_NED = 7
 _FASTEST_SHARE = 0.8
 """Highest message rate, as a share of the main loop's rate."""
@@ -260,7 +260,7 @@ class CommandHandler:
     def _reposition(self, _peer: Peer, command: Command) -> int:
         if abs(command.x) > 900_000_000 or abs(command.y) > 1_800_000_000:
             return MavResult.DENIED
-        frame = self._frame(command.frame)
+        frame = frame_of(command.frame, self._vehicle.say)
         if frame is None or not math.isfinite(command.z) or abs(command.z) > 80_000:
             return MavResult.DENIED
         if (command.x == 0 and command.y == 0) or (frame != 0 and int(command.z * 100.0) == 0):
@@ -297,20 +297,13 @@ class CommandHandler:
         return self._vehicle.autopilot.change_speed(_whole(command.p1), command.p2, command.p3)
 
     def _change_altitude(self, _peer: Peer, command: Command) -> int:
-        frame = self._frame(_whole(command.p2))
+        frame = frame_of(_whole(command.p2), self._vehicle.say)
         if frame is None or not math.isfinite(command.p1):
             return MavResult.DENIED
         return self._vehicle.autopilot.change_altitude(command.p1, frame)
 
     def _go_around(self, _peer: Peer, command: Command) -> int:
         return self._vehicle.autopilot.abort_landing(command.p1 if math.isfinite(command.p1) else 0.0)
-
-    def _frame(self, number: int) -> int | None:
-        """A frame with an altitude, its integer variant folded; other frames are announced."""
-        frame = _FRAMES.get(number)
-        if frame is None:
-            self._vehicle.say(Severity.INFO, f"Unknown mavlink coordinate frame {number}")
-        return frame
 
     def _guided(self) -> bool:
         return self._vehicle.autopilot.snapshot().mode is Mode.GUIDED
@@ -331,7 +324,7 @@ class CommandHandler:
             return MavResult.FAILED
         if command.z in (-1.0, 0.0):
             return MavResult.DENIED
-        frame = self._frame(command.frame)
+        frame = frame_of(command.frame, self._vehicle.say)
         if frame is None or not math.isfinite(command.z):
             return MavResult.DENIED
         rate_m_s = abs(command.p3) if math.isfinite(command.p3) else 0.0
@@ -371,7 +364,7 @@ class CommandHandler:
             return self._vehicle.autopilot.set_home(None, None, None)
         if command.p1 != 0:
             return MavResult.FAILED
-        frame = self._frame(command.frame)
+        frame = frame_of(command.frame, self._vehicle.say)
         if frame is None or not math.isfinite(command.z) or abs(command.z) > 80_000:
             return MavResult.DENIED
         if abs(command.x) > 900_000_000 or abs(command.y) > 1_800_000_000:

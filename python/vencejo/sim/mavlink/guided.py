@@ -3,21 +3,29 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Protocol
 
 from vencejo.sim.autopilot.interface import AutopilotPort, Mode, RepositionTarget, Severity
 from vencejo.sim.mavlink.codec import MavMessage, dialect
 from vencejo.sim.mavlink.link import Peer
 from vencejo.sim.mavlink.mission import item_from_message
-from vencejo.sim.plan_store import MissionResult, normalise, stored_item
+from vencejo.sim.plan_store import FRAMES, MissionResult, normalise, stored_item
 
-__all__ = ["GuidedMessages"]
+__all__ = ["GuidedMessages", "frame_of"]
 
-_FRAMES = {0: 0, 5: 0, 3: 3, 6: 3, 10: 10, 11: 10}
 _NO_ALTITUDE = 4
 """POSITION_TARGET_TYPEMASK_Z_IGNORE."""
 _NO_ROLL_RATE, _NO_PITCH_RATE, _NO_THROTTLE, _NO_ATTITUDE = 1, 2, 64, 128
 """Bits of ATTITUDE_TARGET_TYPEMASK."""
+
+
+def frame_of(number: int, say: Callable[[Severity, str], None]) -> int | None:
+    """A frame with an altitude, its integer variant folded; other frames are announced."""
+    frame = FRAMES.get(number)
+    if frame is None:
+        say(Severity.INFO, f"Unknown mavlink coordinate frame {number}")
+    return frame
 
 
 class Vehicle(Protocol):
@@ -65,9 +73,8 @@ class GuidedMessages:
         """SET_POSITION_TARGET_GLOBAL_INT: ArduPlane uses its altitude alone."""
         if not self._is_guided:
             return
-        frame = _FRAMES.get(message.coordinate_frame)
+        frame = frame_of(message.coordinate_frame, self._vehicle.say)
         if frame is None:
-            self._vehicle.say(Severity.INFO, f"Unknown mavlink coordinate frame {message.coordinate_frame}")
             self._vehicle.say(Severity.WARNING, "Invalid coord frame in SET_POSITION_TARGET_GLOBAL_INT")
         elif not message.type_mask & _NO_ALTITUDE and math.isfinite(message.alt):
             self._vehicle.autopilot.change_altitude(message.alt, frame)
