@@ -7,11 +7,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
+from vencejo.sim.autopilot.geo import EARTH_RADIUS_M
 from vencejo.sim.autopilot.interface import SimConfig
 
 __all__ = ["LinkSpec", "SimOptions", "parse_link"]
 
-_EARTH_RADIUS_M = 6_371_008.8
 _SPACING_M = 12.0
 """Distance between planes parked side by side."""
 
@@ -148,8 +148,8 @@ class SimOptions:
         """Configuration of plane ``number`` (from 0); the planes stand side by side, to the right of the first."""
         right = math.radians(self.heading_deg + 90.0)
         offset_m = number * _SPACING_M
-        lat_deg = self.home_lat_deg + math.degrees(offset_m * math.cos(right) / _EARTH_RADIUS_M)
-        circle_m = _EARTH_RADIUS_M * math.cos(math.radians(self.home_lat_deg))
+        lat_deg = self.home_lat_deg + math.degrees(offset_m * math.cos(right) / EARTH_RADIUS_M)
+        circle_m = EARTH_RADIUS_M * math.cos(math.radians(self.home_lat_deg))
         return SimConfig(
             home_lat_deg=lat_deg,
             home_lon_deg=self.home_lon_deg + math.degrees(offset_m * math.sin(right) / circle_m),

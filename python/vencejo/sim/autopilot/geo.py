@@ -10,10 +10,21 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
-__all__ = ["LocalFrame", "Spot", "bearing_rad", "distance_m", "ground_distance_m", "location_alt_m", "wrap_pi"]
+__all__ = [
+    "EARTH_RADIUS_M",
+    "LocalFrame",
+    "Spot",
+    "bearing_rad",
+    "distance_m",
+    "ground_distance_m",
+    "location_alt_m",
+    "wrap_pi",
+]
 
 _A = 6_378_137.0
 _E2 = 6.694_379_990_14e-3
+EARTH_RADIUS_M = 6_371_008.8
+"""Mean radius of the Earth (IUGG)."""
 _ALT_LIMIT_M = 2**31 / 100.0
 
 

@@ -7,15 +7,13 @@ from typing import TYPE_CHECKING
 
 from . import boot
 from .auto.mission import RunState
-from .geo import distance_m
+from .geo import EARTH_RADIUS_M, distance_m
 from .interface import LandedState, MissionState, Mode, Snapshot, SystemState
 
 if TYPE_CHECKING:
     from .loop import FlightLoop
 
 __all__ = ["take"]
-
-_EARTH_RADIUS_M = 6_371_008.8
 
 
 def take(plane: FlightLoop) -> Snapshot:
@@ -139,7 +137,7 @@ def _believed_place(plane: FlightLoop) -> tuple[float, float]:
     """Estimated latitude and longitude; before the first fix those of dead reckoning from 0, 0."""
     if plane.time_s >= boot.FIX_S:
         return plane.where()
-    drift_deg = math.degrees(boot.drift_m(plane.time_s) / _EARTH_RADIUS_M)
+    drift_deg = math.degrees(boot.drift_m(plane.time_s) / EARTH_RADIUS_M)
     return drift_deg * math.cos(plane.est.yaw_rad), drift_deg * math.sin(plane.est.yaw_rad)
 
 
