@@ -10,7 +10,7 @@ from collections.abc import Callable
 from enum import Enum, IntEnum
 
 from .auto.mission import MissionRunner, RunState
-from .interface import MavResult, Mode, Severity
+from .interface import BY_STICK, MavResult, Mode, Severity
 from .landing import Landing
 from .plane import Plane
 
@@ -20,9 +20,6 @@ RADIO_REASON = "radio failsafe"
 BATTERY_REASON = "battery failsafe"
 _LOST_S = 0.2
 """Duration of a lost signal or a throttle below THR_FS_VALUE that triggers the failsafe: ten readings at 50 Hz."""
-_BY_STICK = (
-    Mode.MANUAL, Mode.STABILIZE, Mode.ACRO, Mode.FBWA, Mode.AUTOTUNE, Mode.FBWB, Mode.CRUISE, Mode.TRAINING
-)  # fmt: skip
 _GOING_ON = (Mode.AUTO, Mode.AUTOLAND, Mode.AVOID_ADSB, Mode.GUIDED, Mode.LOITER)
 """Modes in which the short action "best guess" does nothing."""
 
@@ -208,7 +205,7 @@ class Failsafes:
         self._mode_before = mode = plane.flight_mode
         action = int(plane.tune["FS_SHORT_ACTN"])
         goes_on = mode in _GOING_ON and action == _ShortAction.BEST_GUESS
-        if mode in (*_BY_STICK, *_GOING_ON) and not goes_on and not self._lands_already():
+        if (mode in BY_STICK or mode in _GOING_ON) and not goes_on and not self._lands_already():
             other = {_ShortAction.GLIDE: Mode.FBWA, _ShortAction.FBWB: Mode.FBWB}
             self._change_mode(other.get(action, Mode.CIRCLE), RADIO_REASON)  # type: ignore[call-overload]
         if plane.flight_mode is mode:

@@ -15,6 +15,7 @@ from enum import Enum, IntEnum
 from typing import Literal, NamedTuple, Protocol, TypeAlias
 
 __all__ = [
+    "BY_STICK",
     "DT_S",
     "Armed",
     "AutopilotPort",
@@ -104,6 +105,12 @@ class Mode(IntEnum):
     def failing_checks(self) -> list[str]:
         """The failing pre-arm check of this mode (``Mode::pre_arm_checks``); empty when it may be armed in."""
         return [f"{self.full_name} mode not armable"] if self in (Mode.RTL, Mode.INITIALISING) else []
+
+
+BY_STICK = frozenset(
+    {Mode.MANUAL, Mode.STABILIZE, Mode.TRAINING, Mode.ACRO, Mode.FBWA, Mode.FBWB, Mode.CRUISE, Mode.AUTOTUNE}
+)
+"""The modes that are flown by stick."""
 
 
 class LandedState(IntEnum):

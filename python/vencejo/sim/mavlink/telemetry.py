@@ -11,7 +11,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from vencejo.sim.autopilot.interface import EkfFlag, Mode, Snapshot
+from vencejo.sim.autopilot.interface import BY_STICK, EkfFlag, Mode, Snapshot
 from vencejo.sim.fence import FenceStatus
 from vencejo.sim.mavlink.codec import MavMessage, dialect
 
@@ -120,9 +120,6 @@ def _us(s: Snapshot) -> int:
     return round(s.time_s * 1e6)
 
 
-_BY_STICK = (Mode.STABILIZE, Mode.TRAINING, Mode.ACRO, Mode.FBWA, Mode.AUTOTUNE, Mode.FBWB, Mode.CRUISE)
-
-
 def base_mode(s: Snapshot, *, stick_mixing: bool) -> int:
     """HEARTBEAT.base_mode: bits of MAV_MODE_FLAG."""
     bits = 1  # custom mode
@@ -132,7 +129,7 @@ def base_mode(s: Snapshot, *, stick_mixing: bool) -> int:
         bits |= 64
     else:
         bits |= 16
-        if s.mode not in _BY_STICK:
+        if s.mode not in BY_STICK:
             bits |= 8
     if s.mode is Mode.MANUAL:
         bits |= 16  # as recorded

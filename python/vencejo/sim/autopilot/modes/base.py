@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from vencejo.sim.autopilot.auto.commands import Commands
 from vencejo.sim.autopilot.auto.mission import MissionRunner
 from vencejo.sim.autopilot.energy import Energy
-from vencejo.sim.autopilot.interface import Mode
+from vencejo.sim.autopilot.interface import BY_STICK, Mode
 from vencejo.sim.autopilot.landing import Landing
 from vencejo.sim.autopilot.navigator import Navigator
 from vencejo.sim.autopilot.plane import Plane
@@ -38,14 +38,14 @@ class FlightMode:
     number: Mode
     auto_throttle = False
     """Whether the autopilot controls the throttle."""
-    stick = False
-    """Whether the mode is flown by stick."""
     navigates = False
     """Whether the autopilot navigates (ArduPlane's ``does_auto_navigation``)."""
     captures_direction = False
     """Whether AUTOLAND's direction may be taken in this mode (``allows_autoland_direction_capture``)."""
 
     def __init__(self, controls: Controls) -> None:
+        self.stick = self.number in BY_STICK
+        """Whether the mode is flown by stick."""
         self._plane = controls.plane
         self._nav = controls.nav
         self._mission = controls.mission

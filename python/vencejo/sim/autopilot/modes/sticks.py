@@ -24,7 +24,6 @@ class ManualMode(FlightMode):
     """The sticks move the surfaces directly."""
 
     number = Mode.MANUAL
-    stick = True
     captures_direction = True
 
     def update(self) -> None:
@@ -37,7 +36,6 @@ class StabilizeMode(FlightMode):
     """Levels with centred sticks; large deflections move the surfaces directly."""
 
     number = Mode.STABILIZE
-    stick = True
     captures_direction = True
 
     def update(self) -> None:
@@ -57,7 +55,6 @@ class TrainingMode(FlightMode):
     """The sticks move the surfaces directly, up to the limits of bank and pitch, which are held."""
 
     number = Mode.TRAINING
-    stick = True
     captures_direction = True
 
     def update(self) -> None:
@@ -83,7 +80,6 @@ class AcroMode(FlightMode):
     """
 
     number = Mode.ACRO
-    stick = True
     captures_direction = True
 
     def __init__(self, controls: Controls) -> None:
@@ -117,7 +113,6 @@ class FbwaMode(FlightMode):
     """The sticks demand bank and pitch, within limits."""
 
     number = Mode.FBWA
-    stick = True
     captures_direction = True
 
     def update(self) -> None:
@@ -139,7 +134,6 @@ class FbwbMode(FlightMode):
     """The sticks demand bank and climb rate, the throttle stick airspeed; altitude is held."""
 
     number = Mode.FBWB
-    stick = True
     auto_throttle = True
 
     def enter(self) -> None:
