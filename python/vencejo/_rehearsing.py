@@ -29,6 +29,7 @@ def a_plan(plan: object) -> Plan:
 
 
 def profile(airframe: Airframe | None, battery: Battery | None) -> dict[str, Any]:
+    """The airframe and battery, as the core takes them."""
     return {"airframe": airframe, "battery": battery}
 
 
@@ -50,7 +51,7 @@ def given(
         "wind": blowing(wind),
         "gust_m_s": within("gust_m_s", gust_m_s, 0.0, 20.0),
         "seed": int(within("seed", seed, 0, 2**64 - 1)),
-        "heading_deg": heading(heading_deg),
+        "heading_deg": None if heading_deg is None else within("heading_deg", heading_deg, -360.0, 360.0),
         "clearance_m": within("clearance_m", clearance_m, 0.0, 1_000.0),
     }
 
@@ -70,7 +71,3 @@ def blowing(wind: Wind | None) -> tuple[float, float]:
         within("wind.from_deg", wind.from_deg, -360.0, 360.0),
         within("wind.speed_m_s", wind.speed_m_s, 0.0, 60.0),
     )
-
-
-def heading(heading_deg: float | None) -> float | None:
-    return None if heading_deg is None else within("heading_deg", heading_deg, -360.0, 360.0)
