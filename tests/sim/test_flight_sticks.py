@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 
 import pytest
+from vencejo.sim.autopilot.geo import bearing_rad
 from vencejo.sim.autopilot.interface import MavResult, Mode
 
 from tests.sim.flying import Flight, airborne, make
@@ -99,6 +100,19 @@ def test_a_vertical_landing_is_refused_over_and_over() -> None:
     assert flight.plane.set_mode(Mode.LOITER_ALT_QLAND) is MavResult.ACCEPTED
     flight.run(1.0)
     assert 9 <= flight.texts.count("Q_ENABLE 0") <= 12
+
+
+@pytest.mark.parametrize("mode", [Mode.GUIDED, Mode.AVOID_ADSB, Mode.CRUISE])
+def test_the_guidance_is_reported_in_every_mode_that_has_one(mode: Mode) -> None:
+    """GCS_MAVLINK_Plane::send_nav_controller_output: not in those alone that navigate by themselves."""
+    flight = airborne()
+    flight.plane.set_mode(mode)
+    flight.run(10)
+    shot = flight.plane.snapshot()
+    bearing = math.degrees(bearing_rad(flight.plane.here(), flight.plane.nav.next))
+    assert shot.target_bearing_deg == pytest.approx(bearing, abs=3)
+    assert shot.nav_bearing_deg != 0.0
+    assert shot.xtrack_error_m != 0.0
 
 
 @pytest.mark.parametrize("mode", [Mode.LOITER, Mode.CIRCLE])

@@ -194,7 +194,7 @@ class FlightLoop(Plane):
         self._take_pictures()
         nav = self.nav
         nav.update_distance()
-        if self._navigates():
+        if self.mode.navigates and self.flight_mode is not Mode.CIRCLE:
             nav.count_turns()
         self._capture_direction()
         self.mode.navigate()
@@ -233,9 +233,6 @@ class FlightLoop(Plane):
         )
         if self.config.launch == "hand" and self._climbing_out():
             self.climbout.throw()
-
-    def _navigates(self) -> bool:
-        return self.mode.navigates and self.flight_mode is not Mode.CIRCLE
 
     def _climbing_out(self) -> bool:
         mode = self.mode

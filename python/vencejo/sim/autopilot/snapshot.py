@@ -27,7 +27,6 @@ def take(plane: FlightLoop) -> Snapshot:
     bank, pitch = plane.pilot.attitude_demand
     nav_bearing, target_bearing, _, xtrack, _ = plane.pilot.track
     nav = plane.nav
-    navigating = plane._navigates()
     airspeed_target = plane.pilot.energy_demand[1]
     here = plane.here()
     fix = plane.time_s >= boot.FIX_S
@@ -98,12 +97,12 @@ def take(plane: FlightLoop) -> Snapshot:
         battery_failsafe=int(plane.failsafes.battery),
         nav_roll_deg=math.degrees(bank),
         nav_pitch_deg=math.degrees(pitch),
-        nav_bearing_deg=math.degrees(nav_bearing) if navigating else 0.0,
-        target_bearing_deg=math.degrees(target_bearing) if navigating else 0.0,
+        nav_bearing_deg=math.degrees(nav_bearing),
+        target_bearing_deg=math.degrees(target_bearing),
         wp_distance_m=distance_m(here, nav.next),
         alt_error_m=nav.target_alt_m - est.alt_m if plane.mode.auto_throttle else 0.0,
         airspeed_error_m_s=airspeed_target - est.airspeed_m_s if airspeed_target > 0 else 0.0,
-        xtrack_error_m=xtrack if navigating else 0.0,
+        xtrack_error_m=xtrack,
         target_lat_deg=target_lat_lon[0],
         target_lon_deg=target_lat_lon[1],
         target_alt_amsl_m=None if target is None else target.alt_m,
