@@ -709,6 +709,31 @@ def test_no_message_brings_the_plane_down() -> None:
     assert world.planes[0].snapshot().gps_fix_type in (1, 6)
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_no_message_brings_a_flying_plane_down(seed: int) -> None:
+    """The real autopilot, with parameters and sticks out of every range while modes change."""
+    world, station = flying_world(mission(waypoint(0, 500, 0, 60), waypoint(0, 500, 500, 60)))
+    world.advance(12.0)
+    plane = world.planes[0]
+    for message in (long(400, 1, 21196), long(176, 1, Mode.TAKEOFF)):
+        assert ask(world, station, message)[0] == 0
+    world.advance(12.0)
+    chance = random.Random(seed)
+    kinds = [k for k in dialect.mavlink_map.values() if k.msgname in plane._handlers]
+    for _ in range(100):
+        for _ in range(10):
+            name = plane.params.at(chance.randrange(len(plane.params))).name.encode()
+            value = chance.choice((0.0, -1.0, 99.0, 1e-30, 3e38, -3e38, chance.uniform(-1e3, 1e3)))
+            station.send(dialect.MAVLink_param_set_message(1, 1, name, value, 9))
+        station.send(long(176, 1, chance.choice(list(Mode))))
+        station.send(dialect.MAVLink_manual_control_message(1, *(chance.choice((-1000, 500, 1000)) for _ in "xyzr"), 0))
+        for kind in kinds:
+            station.send(wild_message(chance, kind))
+        world.advance(0.1)
+        station.receive()
+    assert math.isfinite(plane.snapshot().alt_amsl_m)
+
+
 def test_the_current_item_is_announced_on_the_link_that_set_it() -> None:
     """MISSION_SET_CURRENT with the requested number, DO_SET_MISSION_CURRENT with the resulting item."""
     world, station = flying_world(
