@@ -432,6 +432,9 @@ import os, sys, warnings
 warnings.simplefilter("ignore")
 import vencejo
 from vencejo.serve import Server
+# Those that are closed come first, and keep nothing from those after them.
+with vencejo.Station(record=False) as closed_station, Server(closed_station, port=0) as closed_server:
+    closed_operator = closed_station.operator
 with vencejo.Station(record=False) as station, Server(station, port=0) as server:
     operator, child = station.operator, os.fork()
     if child == 0:
