@@ -7,6 +7,7 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use prost::Message;
 use serde_json::json;
+use tokio::time::{Instant, timeout_at};
 use zenoh::Session;
 use zenoh::bytes::ZBytes;
 use zenoh::qos::{CongestionControl, Priority};
@@ -202,15 +203,41 @@ pub(super) async fn ask(session: &Session, selector: &str, payload: Vec<u8>, wai
     ask_at(Priority::RealTime, session, selector, payload, wait).await
 }
 
-/// Queries, and waits for all replies: at most [`MAX_ANSWERED`], each no longer than a payload; surplus replies are
-/// dropped. Replies have the query's priority; below the highest several are batched, since single ones would mostly be
-/// dropped.
+/// Queries at the highest priority for the answer that `decides`. Once another one has come, this is waited for during
+/// `others_within` at most: a session that is dead answers never, and counts as a receiver until its lease ends.
+pub(super) async fn ask_for(
+    session: &Session,
+    selector: &str,
+    payload: Vec<u8>,
+    wait: Duration,
+    others_within: Duration,
+    decides: impl Fn(&[u8]) -> bool,
+) -> Replies {
+    let more = |answer: &[u8]| Some(if decides(answer) { Duration::ZERO } else { others_within });
+    gather(Priority::RealTime, session, selector, payload, wait, more).await
+}
+
+/// Queries, and waits for all replies. Replies have the query's priority; below the highest several are batched, since
+/// single ones would mostly be dropped.
 pub(super) async fn ask_at(
     priority: Priority,
     session: &Session,
     selector: &str,
     payload: Vec<u8>,
     wait: Duration,
+) -> Replies {
+    gather(priority, session, selector, payload, wait, |_| None).await
+}
+
+/// Queries, and gathers replies: at most [`MAX_ANSWERED`], each no longer than a payload; surplus replies are dropped.
+/// After each one, `more` says how long others are waited for at most; `None`: until all have come.
+async fn gather(
+    priority: Priority,
+    session: &Session,
+    selector: &str,
+    payload: Vec<u8>,
+    wait: Duration,
+    more: impl Fn(&[u8]) -> Option<Duration>,
 ) -> Replies {
     let get = session
         .get(selector)
@@ -222,13 +249,22 @@ pub(super) async fn ask_at(
         .express(priority == Priority::RealTime)
         .timeout(wait);
     let Ok(replies) = get.await else { return Replies::Nobody };
-    let mut answers = Vec::new();
-    while answers.len() < MAX_ANSWERED
-        && let Ok(reply) = replies.recv_async().await
-    {
+    let (mut answers, mut until) = (Vec::new(), None::<Instant>);
+    while answers.len() < MAX_ANSWERED {
+        let next = replies.recv_async();
+        let next = match until {
+            Some(until) => timeout_at(until, next).await.ok().and_then(Result::ok),
+            None => next.await.ok(),
+        };
+        let Some(reply) = next else { break };
         match reply.into_result() {
             Ok(sample) if sample.payload().len() > MAX_BYTES => {}
-            Ok(sample) => answers.push(sample.payload().to_bytes().into_owned()),
+            Ok(sample) => {
+                let answer = sample.payload().to_bytes().into_owned();
+                let at_most = more(&answer).map(|more| Instant::now() + more);
+                until = until.into_iter().chain(at_most).min();
+                answers.push(answer);
+            }
             Err(_) if answers.is_empty() => return Replies::Silence,
             Err(_) => break,
         }
@@ -301,6 +337,36 @@ mod tests {
     use crate::key::{Kind, Name, key_of, keys_of_all};
 
     const WAIT: Duration = Duration::from_secs(10);
+
+    #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+    async fn an_answer_is_not_held_back_by_another_receiver_that_is_silent() {
+        let at = "tcp/127.0.0.1:0".parse::<Endpoint>().expect("an address").with_port().expect("a port");
+        let router = open(Part::Router(&at, &[], None), None).await.expect("a router");
+        let (lively, silent) = (session_of_an_aircraft(&at).await, session_of_an_aircraft(&at).await);
+        let (lively, silent) = (lively.expect("an aircraft"), silent.expect("a session that is dead"));
+        let orders = lively.declare_queryable("order").complete(true).await.expect("declared");
+        let held = silent.declare_queryable("order").complete(true).await.expect("declared");
+        // What a session declares last is known last.
+        let tokens = router.liveliness().declare_subscriber("*").history(true).await.expect("declared");
+        let _lively = lively.liveliness().declare_token("lively").await.expect("declared");
+        let _silent = silent.liveliness().declare_token("silent").await.expect("declared");
+        for _ in 0..2 {
+            tokens.recv_async().await.expect("a token");
+        }
+        let mut kept = Vec::new();
+        for (others_within, decides) in [(Duration::ZERO, false), (WAIT * 10, true)] {
+            let asked = ask_for(&router, "order", vec![1], WAIT * 10, others_within, |_| decides);
+            let both = async {
+                kept.push(held.recv_async().await.expect("a query"));
+                reply(orders.recv_async().await.expect("a query"), "order".to_owned(), vec![vec![2]]);
+            };
+            let (heard, ()) = tokio::time::timeout(WAIT, async { tokio::join!(asked, both) }).await.expect("in time");
+            assert!(matches!(&heard, Replies::Answers(answers) if *answers == [[2]]), "{heard:?}");
+        }
+        for session in [lively, silent, router] {
+            session.close().await.expect("closed");
+        }
+    }
 
     #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
     async fn who_comes_late_to_a_large_fleet_is_told_of_all() {

@@ -159,7 +159,12 @@ impl FarAircraft {
             tokio::time::sleep(after).await;
             let was_present = self.known().is_present;
             let (session, key, signed, sent_at) = (fleet.session(), key.clone(), signed.clone(), fleet.station.now());
-            attempts.spawn(async move { (sent_at, network::ask(&session, &key, signed, ACT_PATIENCE).await) });
+            attempts.spawn(async move {
+                // The addressed boot alone gives no age: what it says decides.
+                let decides =
+                    |bytes: &[u8]| Answer::read(bytes).is_ok_and(|answer| answer.id == id && answer.boot_age_ms == 0);
+                (sent_at, network::ask_for(&session, &key, signed, ACT_PATIENCE, wait, decides).await)
+            });
             let (sent_at, heard) = first_answer(&mut attempts, sent_at, wait).await;
             let now = fleet.station.now();
             let heard_at = {
