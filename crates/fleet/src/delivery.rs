@@ -14,6 +14,8 @@ use crate::rivals::HELD_BACK;
 /// After how long without an answer the order is sent again, at least; the last again and again.
 const WAITS: [Duration; 4] =
     [Duration::from_millis(500), Duration::from_secs(1), Duration::from_secs(2), Duration::from_secs(4)];
+/// The slowest answer that counts for the way: a slower one waited for a network. Two thirds of the longest wait.
+const SLOWEST: Duration = Duration::from_millis(2_700);
 /// How long to wait when there was no receiver: the network reports that once more just after it has healed.
 pub const AGAIN_AFTER: Duration = Duration::from_millis(200);
 /// How long there may be no receiver.
@@ -54,6 +56,7 @@ pub struct RoundTrip(Duration);
 impl RoundTrip {
     /// An answer took this long.
     pub fn on_answer(&mut self, took: Duration) {
+        let took = took.min(SLOWEST);
         self.0 = took.max((self.0 * 7 + took) / 8);
     }
 
@@ -77,7 +80,7 @@ pub struct OrderDelivery {
 }
 
 impl OrderDelivery {
-    /// A delivery that is given up after `patience`.
+    /// A delivery that is given up after `patience`; zero: sent once, and waited for as long as any.
     pub fn new(patience: Duration, round_trip: RoundTrip, now: MonoTime) -> Self {
         Self { began: now, patience, late: round_trip.late(), attempts: 0, silent: false, sent_at: now }
     }
@@ -140,7 +143,10 @@ impl OrderDelivery {
         if !self.silent {
             self.sent_at = now + after;
         }
-        let wait = WAITS[(self.attempts as usize).min(WAITS.len() - 1)].max(self.late);
+        let longest = WAITS.len() - 1;
+        let wait = WAITS[(self.attempts as usize).min(longest)].max(self.late);
+        // Each renewal is sent once: it shows a way that has become slow.
+        let wait = if self.patience.is_zero() { WAITS[longest] } else { wait.min(self.patience) };
         self.attempts += 1;
         Step::Send { after, wait }
     }
@@ -207,6 +213,18 @@ mod tests {
         assert_eq!(wait(round_trip), WAITS[0], "it was another way");
         round_trip.on_answer(Duration::from_secs(60));
         assert_eq!(wait(round_trip), WAITS[3]);
+        (0..4).for_each(|_| round_trip.on_answer(Duration::from_millis(100)));
+        assert!(wait(round_trip) < Duration::from_millis(2_500), "a cut is no round trip");
+    }
+
+    #[test]
+    fn an_order_that_is_sent_once_is_waited_for_and_a_short_patience_is_kept() {
+        let mut slow = RoundTrip::default();
+        slow.on_answer(Duration::from_secs(15));
+        let start = |patience, round_trip| OrderDelivery::new(patience, round_trip, at(0)).start();
+        let send = |wait| Step::Send { after: Duration::ZERO, wait };
+        assert_eq!(start(Duration::ZERO, RoundTrip::default()), send(WAITS[3]));
+        assert_eq!(start(Duration::from_millis(500), slow), send(Duration::from_millis(500)));
     }
 
     fn of_boot(boot_age_ms: u64) -> Answer {
