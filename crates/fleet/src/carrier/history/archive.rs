@@ -57,6 +57,13 @@ fn merge(into: &mut Numbers, found: &Numbers) {
     }
 }
 
+/// Names in order, beginning behind the one that had its turn last.
+fn from_behind(mut names: Vec<Name>, last: Option<&Name>) -> Vec<Name> {
+    let behind = last.map_or(0, |last| names.partition_point(|name| name <= last));
+    names.rotate_left(behind);
+    names
+}
+
 /// One aircraft.
 struct Inventory {
     fill: Fill,
@@ -228,16 +235,19 @@ impl Archive {
         is_ours: impl Fn(&Name) -> bool,
         now: impl Fn() -> MonoTime + Clone + Send + 'static,
     ) {
-        let turn = Arc::new(Semaphore::new(1));
+        let (turn, mut last) = (Arc::new(Semaphore::new(1)), None);
         let mut tick = tokio::time::interval(TICK);
         tick.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
         let mut note_due = now() + NOTE_EVERY;
         loop {
             tick.tick().await;
-            for name in self.due(now()) {
+            for name in from_behind(self.due(now()), last.as_ref()) {
                 let turn = if is_ours(&name) { Some(turn.clone().try_acquire_owned()) } else { None };
                 let Ok(turn) = turn.transpose() else { continue };
                 let Some(question) = is_present(&name).then(|| self.question(&name, now())).flatten() else { continue };
+                if turn.is_some() {
+                    last = Some(name.clone());
+                }
                 let (archive, session, now) = (self.clone(), session(), now.clone());
                 tokio::spawn(async move {
                     let answer = ask(&session, &archive.org, &name, &question).await;
@@ -254,7 +264,7 @@ impl Archive {
         }
     }
 
-    /// Those of whom something may be to be asked.
+    /// Those of whom something may be to be asked, in order.
     fn due(&self, now: MonoTime) -> Vec<Name> {
         let is_due = |(_, kept): &(&Name, &Inventory)| kept.may_ask() && kept.fill.is_due(now);
         self.lock().iter().filter(is_due).map(|(name, _)| name.clone()).collect()
@@ -301,17 +311,15 @@ impl Archive {
     fn note(&self, most: usize) {
         let (mut texts, mut turn) = (Vec::new(), self.noted_last.lock().unwrap_or_else(PoisonError::into_inner));
         let mut all = self.lock();
-        // Those behind the last one first.
-        let is_behind = |name: &Name| turn.as_ref().is_some_and(|last| name > last);
-        let (behind, before): (Vec<_>, Vec<_>) = all.iter_mut().partition(|(name, _)| is_behind(name));
-        for (name, kept) in behind.into_iter().chain(before) {
-            kept.look(name);
+        for name in from_behind(all.keys().cloned().collect(), turn.as_ref()) {
+            let Some(kept) = all.get_mut(&name) else { continue };
+            kept.look(&name);
             if texts.len() == most || !kept.may_ask() {
                 continue;
             }
             if let Some(text) = kept.next_note() {
-                texts.push((self.path(name), text));
-                *turn = Some(name.clone());
+                texts.push((self.path(&name), text));
+                *turn = Some(name);
             }
         }
         drop(all);

@@ -22,6 +22,20 @@ fn what_is_noted_is_read_again() {
     }
 }
 
+#[test]
+fn each_aircraft_has_its_turn() {
+    let names: Vec<Name> = ["a", "b", "c"].map(|name| name.parse().expect("a name")).into();
+    let (mut last, mut had) = (None, Vec::new());
+    for _ in 0..6 {
+        let next = from_behind(names.clone(), last.as_ref()).remove(0);
+        had.push(next.to_string());
+        last = Some(next);
+    }
+    assert_eq!(had, ["a", "b", "c", "a", "b", "c"]);
+    let gone = "bb".parse().expect("a name");
+    assert_eq!(from_behind(names, Some(&gone))[0].as_str(), "c", "one that is not due any more");
+}
+
 /// How many aircraft are kept; more than files are open at a time when it is not set.
 const AIRCRAFT: &str = "VENCEJO_TEST_AIRCRAFT";
 
