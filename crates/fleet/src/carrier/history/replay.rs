@@ -16,7 +16,7 @@ use vencejo_vehicle::{Danger, Request, VehicleId};
 
 use super::shelf::Shelf;
 use crate::history::{Ranges, Record, Stream};
-use crate::payload::{Event, State};
+use crate::payload::{Event, Said, State};
 use crate::state_source::{Listener, StateUpdate};
 
 /// The pause between two boots; the real one is unknown.
@@ -90,7 +90,7 @@ impl Contents {
         Ok(Self { aircraft, streams, start_unix_ns, duration, skipped_bytes, timeline })
     }
 
-    /// The newest of each message before a place in the timeline, as one state.
+    /// The newest of each message before a place in the timeline, with its age at the last state there, as one state.
     fn before(&self, place: usize) -> Option<State> {
         let mut newest: Option<State> = None;
         for (_, shown) in &self.timeline[..place] {
@@ -98,9 +98,11 @@ impl Contents {
             let earlier = newest.take().filter(|earlier| earlier.boot == state.boot).unwrap_or_default();
             let mut merged = (**state).clone();
             merged.held = merged.held.or_else(|| earlier.held.clone());
+            let later_ms = u32::try_from(state.clock_ms.saturating_sub(earlier.clock_ms)).unwrap_or(u32::MAX);
             earlier
                 .said()
                 .filter(|said| !state.message_ids.contains(&said.message_id))
+                .map(|said| Said { age_ms: said.age_ms.saturating_add(later_ms), ..said })
                 .for_each(|said| merged.say(&said));
             newest = Some(merged);
         }
@@ -292,5 +294,30 @@ async fn play(
             }
         }
         start = *sought.borrow_and_update();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_value_from_before_the_place_has_its_age_there() {
+        let state = |clock_ms, message_id| {
+            let mut state = State { boot: 7, clock_ms, ..State::default() };
+            state.say(&Said { message_id, payload: vec![1], age_ms: 300 });
+            (clock_ms, Shown::State(Box::new(state)))
+        };
+        let contents = Contents {
+            aircraft: None,
+            streams: Vec::new(),
+            start_unix_ns: None,
+            duration: Duration::from_secs(600),
+            skipped_bytes: 0,
+            timeline: vec![state(0, 147), state(599_000, 74), state(600_000, 33)],
+        };
+        let before = contents.before(3).expect("states");
+        let ages: Vec<_> = before.said().map(|said| (said.message_id, said.age_ms)).collect();
+        assert_eq!(ages, [(33, 300), (74, 1_300), (147, 600_300)]);
     }
 }
