@@ -26,7 +26,7 @@ pub const ECHO_LOST: Duration = Duration::from_secs(3);
 const LATE: Duration = Duration::from_millis(500);
 /// Good echoes for this long raise the rate by a rung.
 const GOOD_FOR: Duration = Duration::from_secs(10);
-/// The fastest echo is taken over one to two times this: a new route to the router may be slower for good.
+/// How long the fastest echo counts, at least.
 const MEMORY: Duration = Duration::from_secs(30);
 /// Share of the uplink that samples may fill.
 const SHARE: f64 = 0.6;
@@ -56,6 +56,31 @@ impl Audience {
     }
 }
 
+/// The fastest answer of the last time, one to two times as long as `memory`: another way may be slower for good.
+#[derive(Debug, Clone)]
+pub(crate) struct Fastest {
+    memory: Duration,
+    /// Of the present stretch of `memory` and of the last one.
+    stretches: [Option<Duration>; 2],
+    began: MonoTime,
+}
+
+impl Fastest {
+    pub(crate) const fn new(memory: Duration, now: MonoTime) -> Self {
+        Self { memory, stretches: [None; 2], began: now }
+    }
+
+    /// An answer took this long; gives the fastest.
+    pub(crate) fn on_answer(&mut self, took: Duration, now: MonoTime) -> Duration {
+        if now.since(self.began) >= self.memory {
+            self.stretches = [None, self.stretches[0]];
+            self.began = now;
+        }
+        self.stretches[0] = Some(self.stretches[0].map_or(took, |fastest| fastest.min(took)));
+        self.stretches.into_iter().flatten().min().unwrap_or(took)
+    }
+}
+
 /// The rate of an aircraft's states.
 #[derive(Debug, Clone)]
 pub struct Budget {
@@ -63,9 +88,7 @@ pub struct Budget {
     /// The best rung that the uplink is believed to carry.
     rung: usize,
     good_since: Option<MonoTime>,
-    /// The fastest echo of the present and of the last stretch of [`MEMORY`].
-    fastest: [Option<Duration>; 2],
-    stretch_began: MonoTime,
+    fastest: Fastest,
     /// Size of samples, smoothed.
     sample_bytes: f64,
 }
@@ -74,18 +97,13 @@ impl Budget {
     /// For an uplink of `uplink_bit_s`, if known.
     pub fn new(uplink_bit_s: Option<f64>, now: MonoTime) -> Self {
         // The uplink's capacity is not known yet: begin at the list's rate.
-        Self { uplink_bit_s, rung: LISTED, good_since: None, fastest: [None; 2], stretch_began: now, sample_bytes: 0.0 }
+        let fastest = Fastest::new(MEMORY, now);
+        Self { uplink_bit_s, rung: LISTED, good_since: None, fastest, sample_bytes: 0.0 }
     }
 
     /// An echo came back after this time.
     pub fn on_echo(&mut self, took: Duration, now: MonoTime) {
-        if now.since(self.stretch_began) >= MEMORY {
-            self.fastest = [None, self.fastest[0]];
-            self.stretch_began = now;
-        }
-        self.fastest[0] = Some(self.fastest[0].map_or(took, |fastest| fastest.min(took)));
-        let fastest = self.fastest.into_iter().flatten().min().unwrap_or(took);
-        if took > LATE.max(fastest * 3) {
+        if took > LATE.max(self.fastest.on_answer(took, now) * 3) {
             self.step_down();
             return;
         }

@@ -10,6 +10,7 @@ use vencejo_proto::MonoTime;
 
 use super::ranges::Ranges;
 use super::record::{BadPiece, Index, MAX_PIECE_BYTES, Piece, Record, Stream, Wanted};
+use crate::budget::Fastest;
 use crate::payload::VERSION;
 
 /// How often it is asked what there is, where nothing is missing.
@@ -24,6 +25,8 @@ const FIRST_BYTES: u32 = 2 * 1024;
 const MORE_BYTES: u32 = 1024;
 /// A piece that takes so much longer than the fastest answer was too large.
 const LATE: Duration = Duration::from_millis(100);
+/// How long the fastest answer counts, at least. In that time there is an index, which is small whatever pieces are.
+const MEMORY: Duration = Duration::from_secs(60);
 /// The shortest rest between two questions.
 const REST: Duration = Duration::from_millis(20);
 /// How long an answer is waited for.
@@ -109,7 +112,7 @@ pub struct Fill {
     index_due: MonoTime,
     silences: u32,
     piece_bytes: u32,
-    fastest: Option<Duration>,
+    fastest: Fastest,
     /// Whether nothing was missing when that was looked at, and nothing came since that could change it.
     is_whole: bool,
 }
@@ -127,7 +130,7 @@ impl Fill {
             index_due: MonoTime::ZERO,
             silences: 0,
             piece_bytes: FIRST_BYTES,
-            fastest: None,
+            fastest: Fastest::new(MEMORY, MonoTime::ZERO),
             is_whole: false,
         }
     }
@@ -273,13 +276,12 @@ impl Fill {
             && numbers().zip(numbers().skip(1)).all(|(one, next)| one < next);
         let (true, Some(stream)) = (is_answer, Stream::of_code(wanted.stream)) else { return Err(BadPiece::Other) };
         let took = now.since(asked_at);
-        let fastest = self.fastest.map_or(took, |fastest| fastest.min(took));
+        let fastest = self.answered(took, now);
         self.piece_bytes = if took > (fastest * 2).max(fastest + LATE) {
             (self.piece_bytes / 2).max(LEAST_BYTES)
         } else {
             (self.piece_bytes + MORE_BYTES).min(MAX_PIECE_BYTES)
         };
-        self.answered(took, now);
         let new = piece.entries.iter().filter(|entry| self.take(piece.boot, stream, entry.number));
         let record = |entry: &super::record::Entry| Record {
             stream,
@@ -296,11 +298,12 @@ impl Fill {
         Ok(new)
     }
 
-    fn answered(&mut self, took: Duration, now: MonoTime) {
+    /// An answer came after this time; gives the fastest of late.
+    fn answered(&mut self, took: Duration, now: MonoTime) -> Duration {
         (self.asked, self.silences) = (None, 0);
-        self.fastest = Some(self.fastest.map_or(took, |fastest| fastest.min(took)));
         // As long as it took: half of the way is left to others.
         self.due = now + took.max(REST);
+        self.fastest.on_answer(took, now)
     }
 
     /// No answer came, or none that can be used.
@@ -310,7 +313,7 @@ impl Fill {
         self.due = now + (AGAIN_AFTER * (1 << self.silences.min(5))).min(AGAIN_AT_MOST);
         self.silences += 1;
         // The way there may be another one now.
-        self.fastest = None;
+        self.fastest = Fastest::new(MEMORY, now);
     }
 
     /// What is not in the archive, oldest number first.

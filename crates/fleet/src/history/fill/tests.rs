@@ -253,6 +253,34 @@ fn a_ten_minute_cut_is_filled_while_orders_keep_their_way() {
 }
 
 #[test]
+fn pieces_grow_again_on_a_way_that_is_slower_for_good() {
+    let mut board = Board { boot: 7, ..Board::default() };
+    let records = (1..=10_000).map(|number| (number, vec![number as u8; 1_000])).collect();
+    board.records.insert((7, Stream::State), records);
+    let (mut fill, mut now) = (Fill::new(BTreeMap::new()), MonoTime::ZERO);
+    let mut fill_until = |end_s: u64, took| {
+        let mut sizes = Vec::new();
+        while now < MonoTime::from_millis(end_s * 1_000) {
+            now += Duration::from_millis(5);
+            let Some(question) = fill.ask(now) else { continue };
+            now += took;
+            match question {
+                Question::Index(nonce) => assert!(fill.on_index(&board.index(nonce), now)),
+                Question::Piece(wanted) => {
+                    sizes.push(wanted.max_bytes);
+                    fill.on_piece(&board.piece(&wanted), now).expect("a piece");
+                }
+            }
+        }
+        sizes
+    };
+    assert!(fill_until(10, Duration::from_millis(40)).contains(&MAX_PIECE_BYTES));
+    let sizes = fill_until(150, Duration::from_millis(300));
+    assert!(sizes.contains(&LEAST_BYTES), "the pieces may have been too large");
+    assert_eq!(sizes.last(), Some(&MAX_PIECE_BYTES), "it is the way");
+}
+
+#[test]
 fn what_nobody_asked_for_or_what_was_changed_is_not_used() {
     let mut fill = Fill::new(BTreeMap::new());
     let now = MonoTime::from_millis(1);
