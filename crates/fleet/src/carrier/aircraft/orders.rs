@@ -89,7 +89,7 @@ impl Post<'_> {
             }
             Judged::UnderWay(id) => {
                 if let Some(under_way) = self.under_way.get_mut(&id) {
-                    under_way.queries.push(query);
+                    under_way.wait(query);
                 }
             }
             Judged::Execute(to_do) => {

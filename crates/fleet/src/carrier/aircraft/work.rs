@@ -11,6 +11,10 @@ use crate::carrier::checked::mission_errors;
 use crate::payload::Order;
 use crate::signature::PublicKey;
 
+/// Most queries that wait for an order. An order is sent again each four seconds, and each attempt is waited for during
+/// twenty: earlier ones have ended on the ground.
+const MAX_WAITING: usize = 6;
+
 /// The plan that a request reads, replaces or removes.
 pub(super) fn plan_of(request: &Request) -> Option<PlanKind> {
     match request {
@@ -39,6 +43,14 @@ impl UnderWay {
 
     pub(super) fn slot(&self) -> Slot {
         self.slot.clone()
+    }
+
+    /// The order was sent again.
+    pub(super) fn wait(&mut self, query: Query) {
+        if self.queries.len() == MAX_WAITING {
+            self.queries.remove(0);
+        }
+        self.queries.push(query);
     }
 
     /// Shares the request that was started for another order.
