@@ -455,3 +455,33 @@ impl Remote for FarAircraft {
         FarHeld { is_ours: holder.is_some() && own.is_some_and(|own| known.is_ours(&own)), holder }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use tokio::sync::oneshot;
+
+    use super::*;
+
+    #[tokio::test]
+    async fn an_answer_to_an_earlier_attempt_counts_and_its_end_does_not() {
+        let mut attempts = Attempts::new();
+        let attempt = |attempts: &mut Attempts, sent_at| {
+            let (end, ended) = oneshot::channel();
+            attempts.spawn(async move { (sent_at, ended.await.expect("it ends")) });
+            end
+        };
+        let [first, second, third] = [0, 500, 1_500].map(MonoTime::from_millis);
+        let end_first = attempt(&mut attempts, first);
+        let heard = first_answer(&mut attempts, first, Duration::ZERO).await;
+        assert!(matches!(heard, (_, Replies::Silence)), "{heard:?}");
+        let end_second = attempt(&mut attempts, second);
+        end_first.send(Replies::Answers(vec![vec![1]])).expect("awaited");
+        let (sent_at, heard) = first_answer(&mut attempts, second, ACT_PATIENCE).await;
+        assert!(sent_at == first && matches!(heard, Replies::Answers(_)), "{heard:?}");
+        let end_third = attempt(&mut attempts, third);
+        end_second.send(Replies::Nobody).expect("awaited");
+        end_third.send(Replies::Silence).expect("awaited");
+        let (sent_at, heard) = first_answer(&mut attempts, third, ACT_PATIENCE).await;
+        assert!(sent_at == third && matches!(heard, Replies::Silence), "{heard:?}");
+    }
+}
