@@ -34,6 +34,11 @@ impl Pace {
         self.taken = self.taken.saturating_add(1);
     }
 
+    /// It paused, whether or not [`Self::pause`] said so: a reader may go on for a while.
+    pub const fn on_paused(&mut self) {
+        self.paused = true;
+    }
+
     /// It is drained: how long to pause before waiting for the next item; zero when none was read since.
     pub fn pause(&mut self, now: Instant) -> Option<Duration> {
         let since = self.looked.replace(now).map(|looked| now.saturating_duration_since(looked));
@@ -70,5 +75,22 @@ mod tests {
         assert!(!reads(0, slow), "none came");
         reads(1, Duration::from_secs(3600));
         assert!(!reads(0, slow), "after a silence");
+    }
+
+    #[test]
+    fn a_reader_that_goes_on_with_pauses_is_not_slowed_down_by_a_gap() {
+        let (mut pace, mut now) = (Pace::new(Duration::from_millis(1)), Instant::now());
+        let mut read = |pace: &mut Pace, count: u32, since: Duration| {
+            now += since;
+            (0..count).for_each(|_| pace.on_taken());
+            pace.pause(now).is_some()
+        };
+        assert!((0..100).any(|_| read(&mut pace, 1, Duration::from_micros(100))));
+        assert!((0..100).all(|number| {
+            let count = if number % 2 == 0 { 10 } else { 0 };
+            let is_fast = read(&mut pace, count, Duration::from_millis(1));
+            pace.on_paused();
+            is_fast == (count > 0)
+        }));
     }
 }

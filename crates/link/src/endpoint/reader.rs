@@ -98,6 +98,7 @@ impl<L: Listener> Reader<L> {
         let (mut slow, mut swept) = (0, Instant::now());
         loop {
             std::thread::sleep(PAUSE);
+            self.pace.on_paused();
             while !self.read()? && !self.listener.is_closed() {}
             let now = Instant::now();
             slow = if self.pace.pause(now).is_some() { 0 } else { slow + 1 };
