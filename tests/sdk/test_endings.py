@@ -401,6 +401,7 @@ with vencejo.connect(sys.argv[1], record=False) as plane:
             lambda: messages.get(None),
             lambda: pending.wait(None),
             lambda: pending.wait_progress(0),
+            lambda: pending.on_done(lambda: None),
         ):
             try:
                 call()
@@ -408,6 +409,7 @@ with vencejo.connect(sys.argv[1], record=False) as plane:
                 assert "forked" in str(error), error
             else:
                 print("not refused", call, flush=True)
+        pending.cancel()
         plane.close()
         with vencejo.connect(sys.argv[1], record=False) as own:
             print("child", own.params["WP_RADIUS"], flush=True)

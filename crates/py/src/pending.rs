@@ -110,8 +110,11 @@ impl PyPending {
         Ok(progress.flatten().map(|progress| (progress.report, progress.done, progress.total)))
     }
 
-    /// Gives it up; it ends with `Cancelled`.
+    /// Gives it up; it ends with `Cancelled`. Nothing in another process, where it does not go on.
     fn cancel(&self, py: Python<'_>) {
+        if self.home != runtime::Home::here() {
+            return;
+        }
         runtime::detached(py, || match &self.inner {
             Inner::Request(pending, _) => pending.cancel(),
             Inner::Vehicle(pending, _) => pending.cancel(),
@@ -119,7 +122,8 @@ impl PyPending {
     }
 
     /// Calls a function once it has ended, in a thread of its own.
-    fn on_done(&self, callback: Py<PyAny>) {
+    fn on_done(&self, callback: Py<PyAny>) -> PyResult<()> {
+        self.home.check("operation")?;
         let ended: std::pin::Pin<Box<dyn Future<Output = ()> + Send>> = match &self.inner {
             Inner::Request(pending, _) => Box::pin(has_ended(pending.clone())),
             Inner::Vehicle(pending, _) => Box::pin(has_ended(pending.clone())),
@@ -134,6 +138,7 @@ impl PyPending {
                 });
             });
         });
+        Ok(())
     }
 }
 
