@@ -86,9 +86,9 @@ pub struct Flown {
     battery_unknown: Option<&'static str>,
 }
 
-/// An airframe as `vencejo.rehearsal.Airframe` has it.
-#[derive(FromPyObject)]
-pub struct GivenAirframe {
+/// An airframe, by the names of `vencejo.airframe.Airframe`.
+#[derive(FromPyObject, IntoPyObject)]
+pub struct AirframeFields {
     cruise_m_s: f64,
     drag_m_s2: f64,
     induced: f64,
@@ -106,6 +106,51 @@ pub struct GivenAirframe {
     ground_drag_m_s2: Option<f64>,
 }
 
+impl From<AirframeFields> for Airframe {
+    fn from(fields: AirframeFields) -> Self {
+        Self {
+            origin: Origin::Flight,
+            cruise_m_s: fields.cruise_m_s,
+            drag_m_s2: fields.drag_m_s2,
+            induced: fields.induced,
+            thrust_full_m_s2: fields.thrust_full_m_s2,
+            throttle_cruise: fields.throttle_cruise,
+            attack_rad: fields.attack_rad,
+            level_pitch_rad: fields.level_pitch_rad,
+            pitot: fields.pitot,
+            skid: fields.skid,
+            power_cruise_w: fields.power_cruise_w,
+            is_simulated: fields.is_simulated,
+            power_exponent: fields.power_exponent,
+            voltage_v: fields.voltage_v,
+            thrust_static_m_s2: fields.thrust_static_m_s2,
+            ground_drag_m_s2: fields.ground_drag_m_s2,
+        }
+    }
+}
+
+impl From<Airframe> for AirframeFields {
+    fn from(airframe: Airframe) -> Self {
+        Self {
+            cruise_m_s: airframe.cruise_m_s,
+            drag_m_s2: airframe.drag_m_s2,
+            induced: airframe.induced,
+            thrust_full_m_s2: airframe.thrust_full_m_s2,
+            throttle_cruise: airframe.throttle_cruise,
+            attack_rad: airframe.attack_rad,
+            level_pitch_rad: airframe.level_pitch_rad,
+            pitot: airframe.pitot,
+            skid: airframe.skid,
+            power_cruise_w: airframe.power_cruise_w,
+            is_simulated: airframe.is_simulated,
+            power_exponent: airframe.power_exponent,
+            voltage_v: airframe.voltage_v,
+            thrust_static_m_s2: airframe.thrust_static_m_s2,
+            ground_drag_m_s2: airframe.ground_drag_m_s2,
+        }
+    }
+}
+
 /// A battery as `vencejo.rehearsal.Battery` has it.
 #[derive(FromPyObject)]
 pub struct GivenBattery {
@@ -120,7 +165,7 @@ pub struct GivenBattery {
 #[derive(FromPyObject)]
 pub struct Profile {
     #[pyo3(item)]
-    airframe: Option<GivenAirframe>,
+    airframe: Option<AirframeFields>,
     #[pyo3(item)]
     battery: Option<GivenBattery>,
 }
@@ -131,24 +176,7 @@ impl Profile {
     /// # Errors
     /// `InvalidRequest` for a number out of its range.
     pub fn of(self, plane: Aircraft) -> PyResult<Aircraft> {
-        let airframe = self.airframe.map(|given| Airframe {
-            origin: Origin::Flight,
-            cruise_m_s: given.cruise_m_s,
-            drag_m_s2: given.drag_m_s2,
-            induced: given.induced,
-            thrust_full_m_s2: given.thrust_full_m_s2,
-            thrust_static_m_s2: given.thrust_static_m_s2,
-            ground_drag_m_s2: given.ground_drag_m_s2,
-            throttle_cruise: given.throttle_cruise,
-            attack_rad: given.attack_rad,
-            level_pitch_rad: given.level_pitch_rad,
-            pitot: given.pitot,
-            skid: given.skid,
-            power_cruise_w: given.power_cruise_w,
-            is_simulated: given.is_simulated,
-            power_exponent: given.power_exponent,
-            voltage_v: given.voltage_v,
-        });
+        let airframe = self.airframe.map(Airframe::from);
         let battery = self.battery.map(|given| BatterySettings {
             capacity_mah: given.capacity_mah,
             voltage_v: given.voltage_v,
@@ -418,30 +446,10 @@ pub fn what_follows(
     Some(found)
 }
 
-/// A learned airframe, by the names of `vencejo.airframe.Airframe`.
-#[derive(IntoPyObject)]
-struct LearnedAirframe {
-    cruise_m_s: f64,
-    drag_m_s2: f64,
-    induced: f64,
-    thrust_full_m_s2: f64,
-    throttle_cruise: f64,
-    attack_rad: f64,
-    level_pitch_rad: f64,
-    pitot: f64,
-    skid: f64,
-    power_cruise_w: Option<f64>,
-    is_simulated: bool,
-    power_exponent: f64,
-    voltage_v: Option<f64>,
-    thrust_static_m_s2: Option<f64>,
-    ground_drag_m_s2: Option<f64>,
-}
-
 /// A learned plane, by the names of `vencejo.airframe.Learned`.
 #[derive(IntoPyObject)]
 pub struct LearnedPlane {
-    airframe: LearnedAirframe,
+    airframe: AirframeFields,
     wind: LearnedWind,
     moments: usize,
     airspeed_error_m_s: f64,
@@ -456,24 +464,7 @@ struct LearnedWind {
 
 impl From<Learned> for LearnedPlane {
     fn from(learned: Learned) -> Self {
-        let frame = learned.airframe;
-        let airframe = LearnedAirframe {
-            cruise_m_s: frame.cruise_m_s,
-            drag_m_s2: frame.drag_m_s2,
-            induced: frame.induced,
-            thrust_full_m_s2: frame.thrust_full_m_s2,
-            throttle_cruise: frame.throttle_cruise,
-            attack_rad: frame.attack_rad,
-            level_pitch_rad: frame.level_pitch_rad,
-            pitot: frame.pitot,
-            skid: frame.skid,
-            power_cruise_w: frame.power_cruise_w,
-            is_simulated: frame.is_simulated,
-            power_exponent: frame.power_exponent,
-            voltage_v: frame.voltage_v,
-            thrust_static_m_s2: frame.thrust_static_m_s2,
-            ground_drag_m_s2: frame.ground_drag_m_s2,
-        };
+        let airframe = learned.airframe.into();
         let Wind { from_deg, speed_m_s } = learned.wind;
         let (moments, airspeed_error_m_s) = (learned.moments, learned.airspeed_error_m_s);
         Self { airframe, wind: LearnedWind { from_deg, speed_m_s }, moments, airspeed_error_m_s }
