@@ -97,6 +97,7 @@ class Fleet {
 
   /** Whether it was taken off the list, and has not been heard since. */
   isForgotten(id: number): boolean {
+    void this.#version;
     return this.#forgotten.has(id) && this.#forgotten.get(id) === this.#byId.get(id)?.heard_s;
   }
 
