@@ -138,11 +138,16 @@ impl Plane {
 
     /// Whether it was sent a message of this id since this was asked last.
     pub(in super::super) fn has_heard(&self, id: u32) -> bool {
+        self.heard().contains(&id)
+    }
+
+    /// The ids of the messages that it was sent since this was asked last.
+    pub(in super::super) fn heard(&self) -> Vec<u32> {
         let (mut decoder, mut buffer) = (FrameDecoder::new(), [0; 2048]);
         while let Ok(count) = self.0.try_recv(&mut buffer) {
             decoder.push_datagram(&buffer[..count]);
         }
-        std::iter::from_fn(|| decoder.next_frame()).any(|frame| frame.message_id() == id)
+        std::iter::from_fn(|| decoder.next_frame()).map(|frame| frame.message_id()).collect()
     }
 }
 
