@@ -59,6 +59,7 @@ CLASSES = {
     "Transfer.Unreached": vencejo.TransferError,
     "Transfer.Refused": vencejo.TransferError,
     "Transfer.NotAsSent": vencejo.PlanMismatch,
+    "Transfer.Rejected": vencejo.TransferError,
     "Transfer.Unverified": vencejo.TransferError,
     "Transfer.NotCleared": vencejo.TransferError,
     "Transfer.TooMany": vencejo.TransferError,

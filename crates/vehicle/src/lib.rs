@@ -57,6 +57,7 @@
 //! | [`streams`] | which messages are requested, and at which rate |
 //! | [`timesync`] | round trip; restarts by the clock |
 //! | `reach` | whether the vehicle hears us |
+//! | `events` | reasons of a PX4 that come as events |
 //! | `refusal` | reasons of refusals, and their remedies |
 //! | [`progress`] | progress in the mission |
 //! | `conduct` | whether it follows its mission, lands, or circles now |
@@ -79,6 +80,7 @@ mod danger;
 #[cfg(feature = "describe")]
 mod described;
 mod error;
+mod events;
 pub mod heartbeat;
 mod id;
 mod kind;

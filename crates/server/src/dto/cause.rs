@@ -398,6 +398,8 @@ causes! {
         /// Number of differences.
         differences: u64,
     } => CONFLICT, "The vehicle holds another plan",
+    /// The mission is on board, but the vehicle's own checks reject it; what they say is the problem's `reasons`.
+    MissionRejected => CONFLICT, "The vehicle does not fly this mission",
     /// A plan was sent but could not be read back: what the vehicle holds is unknown.
     Unverified {
         /// The plan concerned.

@@ -154,6 +154,9 @@ pub(super) fn from_transfer(error: &TransferError) -> Problem {
             let cause = Cause::PlanMismatch { plan: plan(kind), differences: differences.len() as u64 };
             return Problem::new(cause, error.to_string()).reasons(differences.iter().map(ToString::to_string));
         }
+        TransferError::Rejected { reasons } => {
+            return Problem::new(Cause::MissionRejected, error.to_string()).reasons(reasons.iter().cloned());
+        }
         TransferError::Unverified { kind, .. } => Cause::Unverified { plan: plan(kind) },
         TransferError::OnlyMission { kind, reason } => Cause::OnlyMission {
             plan: plan(kind),

@@ -80,6 +80,15 @@ pub enum TransferError {
         /// The differences, in order of item.
         differences: Vec<Difference>,
     },
+    /// The mission is on board as it was sent, but the vehicle's own checks reject it: it does not fly it (PX4).
+    #[error(
+        "the mission is on board as it was sent, but the vehicle's own checks reject it, and it does not fly it: {}",
+        why_rejected(reasons)
+    )]
+    Rejected {
+        /// What its checks say; empty where they did not tell.
+        reasons: Vec<String>,
+    },
     /// The plan was sent, but could not be read back: the plan on board is unknown.
     #[error("the {kind} was sent but could not be read back, so what the vehicle holds is unknown: {reason}")]
     Unverified {
@@ -214,6 +223,12 @@ fn at_item(seq: Option<MissionSeq>) -> String {
     seq.map_or_else(String::new, |seq| format!(" at item {seq}"))
 }
 
+fn why_rejected(reasons: &[String]) -> String {
+    const USUAL: &str = "it does not tell why (a take-off has to come first, a landing be no steeper than FW_LND_ANG, and all \
+                         of it lie inside the fence)";
+    if reasons.is_empty() { USUAL.to_owned() } else { reasons.join("; ") }
+}
+
 fn list(differences: &[Difference]) -> String {
     let shown: Vec<_> = differences.iter().take(DIFFERENCES_SHOWN).map(ToString::to_string).collect();
     let more = differences.len().saturating_sub(DIFFERENCES_SHOWN);
@@ -305,6 +320,7 @@ impl TransferError {
             Self::IntegerItemsIgnored,
             Self::Unreached { waited: Duration::from_millis(4_500) },
             Self::FtpAbsent { waited: Duration::from_secs(3) },
+            Self::Rejected { reasons: vec!["it has no landing (MIS_TKO_LAND_REQ)".into()] },
         ]
     }
 }
@@ -339,13 +355,14 @@ mod tests {
             TransferError::IntegerItemsIgnored => 18,
             TransferError::Unreached { .. } => 19,
             TransferError::FtpAbsent { .. } => 20,
+            TransferError::Rejected { .. } => 21,
         }
     }
 
     #[test]
     fn each_kind_has_an_example_and_says_something() {
         let examples = TransferError::examples();
-        assert_eq!(examples.iter().map(place).collect::<BTreeSet<_>>(), (0..=20).collect());
+        assert_eq!(examples.iter().map(place).collect::<BTreeSet<_>>(), (0..=21).collect());
         assert!(examples.iter().all(|error| !error.to_string().is_empty()));
     }
 }

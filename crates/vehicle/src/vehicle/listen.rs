@@ -188,6 +188,12 @@ impl Vehicle {
             Message::Dialect(MavMessage::MISSION_REQUEST_INT(_) | MavMessage::MISSION_REQUEST(_)) => {
                 self.on_asks(message, now);
             }
+            Message::Dialect(
+                MavMessage::EVENT(_) | MavMessage::CURRENT_EVENT_SEQUENCE(_) | MavMessage::RESPONSE_EVENT_ERROR(_),
+            ) => {
+                self.on_event_message(message, now);
+                return;
+            }
             Message::MissionAck(ack) => self.on_mission_ack(ack, now),
             Message::Dialect(MavMessage::PARAM_VALUE(told)) => {
                 if let Some(param_type) = ParamType::from_mav(told.param_type) {
@@ -237,11 +243,13 @@ impl Vehicle {
         if self.told.mode != Some(heartbeat.mode) {
             let from = self.told.mode.replace(heartbeat.mode);
             self.event(VehicleEvent::ModeChanged { from, to: heartbeat.mode });
+            self.events.on_mode(now);
         }
         self.tracker.on_mode(heartbeat.mode.follows_mission());
         if self.told.is_armed != Some(heartbeat.is_armed) {
             self.told.is_armed = Some(heartbeat.is_armed);
             self.event(VehicleEvent::ArmedChanged { is_armed: heartbeat.is_armed });
+            self.events.on_mode(now);
             let last = self.last_nav();
             if self.tracker.on_armed(heartbeat.is_armed, last).has_completed {
                 self.event(VehicleEvent::MissionComplete);
@@ -408,6 +416,7 @@ impl Vehicle {
         self.told = Told { mode: self.told.mode, is_armed: self.told.is_armed, ..Told::default() };
         self.tracker.reset();
         self.mission_ids = None;
+        self.events.reset();
         // It may come back with another firmware.
         self.shown_encodings = ShownEncodings::default();
         self.event(VehicleEvent::Rebooted);

@@ -60,6 +60,7 @@ use vencejo_proto::{Address, MavVersion, MonoTime};
 use crate::autopilot::AutopilotType;
 use crate::command::{CommandConfig, Commands};
 use crate::conduct::Conduct;
+use crate::events::Events;
 use crate::kind::VehicleKind;
 use crate::modes::{FlightMode, ModeFamily};
 use crate::plan_state::{PlanState, PlanStates};
@@ -165,6 +166,7 @@ pub struct Vehicle {
     protocol: MavVersion,
     telemetry: Telemetry,
     texts: StatusLog,
+    events: Events,
     boot: BootClock,
     timesync: TimeSync,
     reach: Reach,
@@ -215,6 +217,7 @@ impl Vehicle {
         Self {
             telemetry: Telemetry::new(),
             texts: StatusLog::default(),
+            events: Events::new(address),
             boot: BootClock::default(),
             timesync: TimeSync::new(our, address, now),
             reach: Reach::default(),
@@ -378,7 +381,8 @@ impl Vehicle {
         });
         let lanes = [&self.transfer, &self.param].into_iter().flatten().filter_map(|lane| lane.machine.deadline());
         let lost = (!self.is_lost).then(|| self.lost_at());
-        let machines = [self.commands.deadline(), self.streams.deadline(), self.texts.deadline()];
+        let machines =
+            [self.commands.deadline(), self.streams.deadline(), self.texts.deadline(), self.events.deadline()];
         let asked = self.speaks().then(|| [Some(self.timesync.deadline()), self.reach_deadline()]);
         [lost, self.on_board_deadline()]
             .into_iter()
@@ -514,6 +518,7 @@ impl Vehicle {
             let text = text.clone();
             self.event(VehicleEvent::Text(text));
         }
+        self.tell_checks(now);
         if self.speaks() {
             // A lost vehicle is asked too: its answer may be the first sign of life on a silent link.
             if let Some(request) = self.timesync.on_time(now) {

@@ -61,7 +61,10 @@ impl Vehicle {
                     Some(Err(self.refused(command, *result, now)))
                 }
                 State::Awaiting { command, until, .. } if now >= *until => Some(Err(self.not_confirmed(command, now))),
-                State::Judging { reply, until, .. } if now >= *until => Some(Ok(Reply::clone(reply))),
+                State::Judging { until, .. } if now >= *until => {
+                    self.end_judgement(index);
+                    continue;
+                }
                 _ => None,
             };
             match result {
@@ -145,13 +148,16 @@ impl Vehicle {
             texts.take_while(move |text| text.at >= moment).filter(|text| text.component == self.address.component)
         };
         let is_arming = command.effect == Effect::Armed(true);
+        let is_px4 = self.family() == Some(ModeFamily::Px4);
+        // It reports them again when it refuses.
+        let mode = if is_arming { self.telemetry.mode() } else { command.effect.mode() };
+        let failing = mode.filter(|_| is_px4).and_then(|mode| self.events.failing(mode));
         let mut found: Vec<&Text> =
             if is_arming { since(command.first_sent).filter(is_check).collect() } else { Vec::new() };
         if found.is_empty() {
             found = since(command.first_sent).filter(is_warning).collect();
         }
-        let is_px4 = self.family() == Some(ModeFamily::Px4);
-        if is_arming && (found.is_empty() || is_px4) {
+        if is_arming && failing.is_none() && (found.is_empty() || is_px4) {
             let age = now.as_duration().saturating_sub(PREARM_REPEATED);
             found.extend(since(MonoTime::from_origin(age)).filter(is_check));
         }
@@ -161,7 +167,12 @@ impl Vehicle {
                 reasons.push(text.text.clone());
             }
         }
-        if is_arming && is_px4 {
+        for (_, text) in failing.iter().flatten() {
+            if !reasons.contains(text) && reasons.len() < MAX_REASONS {
+                reasons.push(text.clone());
+            }
+        }
+        if is_arming && is_px4 && failing.is_none() {
             reasons.extend(self.lacks_mission());
         }
         reasons

@@ -16,9 +16,10 @@ use rand::{Rng, SeedableRng};
 use vencejo_flight::geodesy::{GeoPoint, direct};
 use vencejo_flight::plan::{Command, Home, Mission, MissionItem, PlanKind};
 use vencejo_proto::dialect::{
-    ATTITUDE_DATA, AUTOPILOT_VERSION_DATA, EXTENDED_SYS_STATE_DATA, GLOBAL_POSITION_INT_DATA, HOME_POSITION_DATA,
-    MISSION_COUNT_DATA, MISSION_CURRENT_DATA, MISSION_ITEM_REACHED_DATA, MavLandedState, MavMessage, MavParamType,
-    MavProtocolCapability, MissionState, PARAM_VALUE_DATA, SET_POSITION_TARGET_LOCAL_NED_DATA, TIMESYNC_DATA,
+    ATTITUDE_DATA, AUTOPILOT_VERSION_DATA, EVENT_DATA, EXTENDED_SYS_STATE_DATA, GLOBAL_POSITION_INT_DATA,
+    HOME_POSITION_DATA, MISSION_COUNT_DATA, MISSION_CURRENT_DATA, MISSION_ITEM_REACHED_DATA, MavLandedState,
+    MavMessage, MavParamType, MavProtocolCapability, MissionState, PARAM_VALUE_DATA,
+    SET_POSITION_TARGET_LOCAL_NED_DATA, TIMESYNC_DATA,
 };
 use vencejo_proto::param::{Param, ParamName, ParamType, ParamValue};
 use vencejo_proto::{
@@ -153,6 +154,9 @@ struct Plane {
     uid: u64,
     /// Answers to requests for its version that get lost, though they are acknowledged.
     loses: usize,
+    /// Those of a PX4, by their numbers, and how often it was asked for some.
+    events: Vec<EVENT_DATA>,
+    events_asked: usize,
 }
 
 impl Plane {
@@ -194,6 +198,8 @@ impl Plane {
             deaf_to_missions: false,
             uid: 0,
             loses: 0,
+            events: Vec::new(),
+            events_asked: 0,
         }
     }
 
@@ -416,6 +422,7 @@ impl Endpoint for Plane {
                     target_component: from.component.0,
                 })));
             }
+            Message::Dialect(MavMessage::REQUEST_EVENT(request)) => self.on_request_event(request),
             _ if self.deaf_to_missions => {}
             _ => self.services.receive(from, message, now),
         }

@@ -119,6 +119,8 @@ export const serverEn = {
   'problem.plan-refused.remedy': 'Look at the checks below; the item named may be one that it does not know.',
   'problem.plan-mismatch': 'The vehicle has another {plan} than was sent. Differences: {differences}.',
   'problem.plan-mismatch.remedy': 'Send it again. Do not fly before it is verified.',
+  'problem.mission-rejected': 'The mission is on the vehicle, but its own checks reject it: it does not fly it.',
+  'problem.mission-rejected.remedy': 'Mend the mission and send it again.',
   'problem.unverified': 'The {plan} was sent but could not be read back: what the vehicle has is unknown.',
   'problem.unverified.remedy': 'Read it, or send it again. Do not fly before it is verified.',
   'problem.only-mission': 'This vehicle takes missions only, no fence and no rally points.',

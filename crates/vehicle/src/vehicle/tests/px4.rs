@@ -2,10 +2,13 @@
 //! of an autopilot that is neither.
 
 use vencejo_flight::plan::{MavFrame, plan_changes};
-use vencejo_proto::dialect::MISSION_REQUEST_INT_DATA;
+use vencejo_proto::dialect::{
+    CURRENT_EVENT_SEQUENCE_DATA, MISSION_REQUEST_INT_DATA, MavEventCurrentSequenceFlags, REQUEST_EVENT_DATA,
+};
 use vencejo_proto::param::ParamEncoding;
 
 use super::*;
+use crate::transfer::TransferError;
 
 /// `MAV_AUTOPILOT_PX4`.
 const PX4: u8 = 12;
@@ -34,6 +37,50 @@ impl Plane {
             self.text(2, "Reposition is outside geofence");
         }
         0
+    }
+}
+
+/// Its events, as recorded of v1.17.0: their ids, and what its checks report of a mode without a mission.
+const NO_MISSION: u32 = 0x0105_c2d9;
+const TOO_STEEP: u32 = 0x0148_d925;
+const CORRECT_SLOPE: u32 = 0x01b0_9425;
+
+impl Plane {
+    fn event(&mut self, id: u32, log_levels: u8, arguments: &[u8]) {
+        let mut event = EVENT_DATA { id, sequence: self.events.len() as u16, log_levels, ..Default::default() };
+        event.arguments[..arguments.len()].copy_from_slice(arguments);
+        self.events.push(event.clone());
+        self.out.push_back(Message::Dialect(MavMessage::EVENT(event)));
+    }
+
+    fn check(&mut self, id: u32, level: u8, modes: u32, arguments: &[u8]) {
+        self.event(id, level, &[&modes.to_le_bytes()[..], &[20], arguments].concat());
+    }
+
+    /// Reports all checks that fail.
+    fn report_checks(&mut self, can_arm: u32, checks: &[(u32, u8, u32, &[u8])]) {
+        self.event(0x01a8_93e0, 0x88, &[&[0; 9][..], &can_arm.to_le_bytes(), &can_arm.to_le_bytes()].concat());
+        for (id, level, modes, arguments) in checks {
+            self.check(*id, *level, *modes, arguments);
+        }
+        self.event(0x011d_3727, 0x88, &[0; 13]);
+    }
+
+    pub(super) fn on_request_event(&mut self, request: &REQUEST_EVENT_DATA) {
+        self.events_asked += 1;
+        let asked = request.last_sequence.wrapping_sub(request.first_sequence);
+        for sequence in (0..=asked).map(|at| request.first_sequence.wrapping_add(at)) {
+            if let Some(event) = self.events.get(usize::from(sequence)) {
+                self.out.push_back(Message::Dialect(MavMessage::EVENT(event.clone())));
+            }
+        }
+    }
+
+    fn tell_newest_event(&mut self) {
+        let sequence = self.events.len().wrapping_sub(1) as u16;
+        let flags = MavEventCurrentSequenceFlags::empty();
+        let told = CURRENT_EVENT_SEQUENCE_DATA { sequence, flags };
+        self.out.push_back(Message::Dialect(MavMessage::CURRENT_EVENT_SEQUENCE(told)));
     }
 }
 
@@ -345,6 +392,14 @@ fn a_mission_that_its_checks_reject_is_not_told_as_sent() {
     let id = start(&mut new, upload());
     new.plane.text(2, REASON);
     assert!(end(&mut new, id, 10).expect_err("rejected").to_string().contains(REASON));
+    // The reason as an event alone, a moment after that.
+    let id = start(&mut world, upload());
+    wait(&mut world, 1_500);
+    world.plane.event(TOO_STEEP, 0x63, &[5, 0]);
+    world.plane.event(CORRECT_SLOPE, 0x63, &[0x13, 0, 0, 0, 0xf1, 3, 0, 0]);
+    let error = end(&mut world, id, 10).expect_err("rejected");
+    let VehicleError::Transfer(TransferError::Rejected { reasons }) = &error else { panic!("{error}") };
+    assert_eq!(reasons[0], "the landing is steeper than 5.0 degrees (FW_LND_ANG)");
     // One that tells nothing more of its mission is believed.
     let id = start(&mut world, upload());
     world.plane.is_streaming = false;
@@ -371,6 +426,52 @@ fn a_refusal_to_arm_names_what_it_said_before() {
             "mode AUTO_MISSION, and no mission on board that it can fly",
         ]
     );
+}
+
+// Why it does not arm comes as events alone; "No valid mission available" even as an information.
+#[test]
+fn what_keeps_it_from_arming_is_told_by_its_events() {
+    const MISSION_BIT: u32 = 1 << 3;
+    let texts =
+        |world: &Pair| -> Vec<String> { world.station.vehicle.texts().iter().map(|text| text.text.clone()).collect() };
+    let count = |world: &Pair, text: &str| texts(world).iter().filter(|told| *told == text).count();
+    let mut plane = px4();
+    (plane.mode, plane.is_armed) = (AUTO_MISSION, false);
+    plane.refuses = Some(vec!["Arming denied: Resolve system health failures"]);
+    plane.mission_state = MissionState::MISSION_STATE_NO_MISSION;
+    // Reported before it was connected. The compass is optional in this one.
+    let optional: (u32, u8, u32, &[u8]) = (0x0167_c97b, 0x44, u32::MAX, &[]);
+    plane.report_checks(!MISSION_BIT, &[optional, (NO_MISSION, 0x66, MISSION_BIT, &[])]);
+    plane.out.clear();
+    let mut world = World::new(Station::with(VehicleConfig::default()), plane, Faults::default(), 1);
+    wait(&mut world, 2_500);
+    world.plane.tell_newest_event();
+    wait(&mut world, 2_000);
+    const NONE: &str = "Preflight Fail: No mission on board that it can fly";
+    assert_eq!((world.plane.events_asked, count(&world, NONE)), (1, 1), "{:?}", texts(&world));
+    let Err(VehicleError::CommandRefused { reasons, .. }) = ask(&mut world, ARM) else { panic!("refused") };
+    assert_eq!(reasons, ["Arming denied: Resolve system health failures", NONE]);
+    // As long as it fails it is repeated, as an ArduPilot repeats its own.
+    wait(&mut world, 62_000);
+    assert_eq!(count(&world, NONE), 3);
+
+    // Another one begins to fail, of which a part is lost; its text is one with the event's, an unknown one is named.
+    let compass: (u32, u8, u32, &[u8]) = (crate::events::id("check_mag_not_calibrated"), 0x33, u32::MAX, &[2]);
+    world.plane.report_checks(0, &[compass, (0x0112_3456, 0x33, u32::MAX, &[])]);
+    world.plane.out.remove(1);
+    world.plane.text(2, "Preflight Fail: Compass 2 uncalibrated\t");
+    wait(&mut world, 2_000);
+    assert_eq!(world.plane.events_asked, 2);
+    assert_eq!(count(&world, "Preflight Fail: Compass 2 uncalibrated"), 1);
+    assert_eq!(count(&world, "Preflight Fail: a check that is not known here (event 0x01123456)"), 1);
+    // In a mode flown by stick the mission is not needed, and armed it is no matter.
+    world.plane.mode = AUTO_LOITER;
+    wait(&mut world, 1_500);
+    world.plane.report_checks(!MISSION_BIT, &[(NO_MISSION, 0x66, MISSION_BIT, &[])]);
+    wait(&mut world, 40_000);
+    assert_eq!(count(&world, NONE), 3);
+    world.plane.refuses = None;
+    assert_eq!(ask(&mut world, ARM), Ok(Reply::Done));
 }
 
 #[test]
