@@ -58,14 +58,12 @@ impl TimeSync {
 
     /// Reads a message. `None`: it is not for us.
     pub fn on_message(&mut self, message: &TIMESYNC_DATA, now: MonoTime) -> Option<TimeSyncEvent> {
-        let is_for_us = (message.target_system == 0 || message.target_system == self.our.system.0)
-            && (message.target_component == 0 || message.target_component == self.our.component.0);
-        if !is_for_us {
-            return None;
-        }
         if message.tc1 == 0 {
-            return Some(TimeSyncEvent::Answer(self.message(our_ns(now), message.ts1)));
+            let is_for_us = (message.target_system == 0 || message.target_system == self.our.system.0)
+                && (message.target_component == 0 || message.target_component == self.our.component.0);
+            return is_for_us.then(|| TimeSyncEvent::Answer(self.message(our_ns(now), message.ts1)));
         }
+        // Ours by its time alone: PX4 v1.17 leaves what was in its memory as the target (`mavlink_timesync.cpp`).
         let index = self.outstanding.iter().position(|sent_ns| *sent_ns == message.ts1)?;
         let sent_ns = self.outstanding[index];
         // Answers to older requests are obsolete.
@@ -182,6 +180,17 @@ mod tests {
         let second = data(sync.on_time(at(3_000)).expect("due"));
         let event = sync.on_message(&answer(&second, 1_500), at(3_010));
         assert!(matches!(event, Some(TimeSyncEvent::Measured { has_gone_back: true, .. })), "{event:?}");
+    }
+
+    #[test]
+    fn an_answer_is_ours_by_its_time_whatever_its_target() {
+        let mut sync = sync();
+        let request = data(sync.on_time(at(1_000)).expect("due"));
+        // As a PX4 answered.
+        let answer = TIMESYNC_DATA { target_system: 255, target_component: 255, ..answer(&request, 50_020) };
+        assert!(matches!(sync.on_message(&answer, at(1_040)), Some(TimeSyncEvent::Measured { .. })));
+        let other = TIMESYNC_DATA { ts1: request.ts1 + 1, ..answer };
+        assert_eq!(sync.on_message(&other, at(1_050)), None);
     }
 
     #[test]
