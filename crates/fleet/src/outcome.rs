@@ -3,7 +3,6 @@
 use std::time::Duration;
 
 use vencejo_flight::plan::{Difference, Field};
-use vencejo_proto::MissionSeq;
 use vencejo_proto::param::ParamName;
 use vencejo_station::StationError;
 use vencejo_vehicle::transfer::{MissionResult, TransferError};
@@ -70,9 +69,9 @@ pub struct Fault {
     /// `MAV_MISSION_RESULT`, items left, attempts, or a message's id.
     #[prost(uint32, tag = "4")]
     pub number: u32,
-    /// The item that was refused.
+    /// The item that was refused, counted from 1.
     #[prost(uint32, optional, tag = "5")]
-    pub seq: Option<u32>,
+    pub item: Option<u32>,
     /// In what the plan differs.
     #[prost(message, repeated, tag = "6")]
     pub differences: Vec<DifferenceTold>,
@@ -218,10 +217,10 @@ pub fn fault_of(error: &VehicleError) -> Option<Fault> {
         TransferError::Unverified { kind, .. } => {
             Fault { plan: kind.mission_type().into(), ..fault(FaultKind::Unverified) }
         }
-        TransferError::Refused { kind, result, seq } => Fault {
+        TransferError::Refused { kind, result, item } => Fault {
             plan: kind.mission_type().into(),
             number: result.0.into(),
-            seq: seq.map(|seq| seq.0.into()),
+            item: item.map(u32::from),
             ..fault(FaultKind::Refused)
         },
         TransferError::NotCleared { kind, count } => {
@@ -265,9 +264,9 @@ impl Fault {
             }
             FaultKind::Unverified => unverified(kind()?, waited),
             FaultKind::Refused => {
-                let seq = self.seq.map(u16::try_from).transpose().map_err(|_| BadPayload::Field("item"))?;
+                let item = self.item.map(u16::try_from).transpose().map_err(|_| BadPayload::Field("item"))?;
                 let result = u8::try_from(self.number).map_err(|_| BadPayload::Field("result"))?;
-                TransferError::Refused { kind: kind()?, result: MissionResult(result), seq: seq.map(MissionSeq) }
+                TransferError::Refused { kind: kind()?, result: MissionResult(result), item }
             }
             FaultKind::NotCleared => {
                 let count = u16::try_from(self.number).map_err(|_| BadPayload::Field("count"))?;

@@ -387,9 +387,9 @@ causes! {
         plan: PlanKind,
         /// Name of the `MAV_MISSION_RESULT` without `MAV_MISSION_`.
         result: String,
-        /// MAVLink sequence number of the item that was most likely refused; null when unknown.
+        /// The item that was most likely refused, counted from 1 (0 is the home of an ArduPilot's mission); null when unknown.
         #[schema(required = true)]
-        seq: Option<u16>,
+        item: Option<u16>,
     } => CONFLICT, "The vehicle refused the plan",
     /// The vehicle holds something other than what was sent; the differences are the problem's `reasons`.
     PlanMismatch {

@@ -145,10 +145,10 @@ pub(super) fn from_transfer(error: &TransferError) -> Problem {
         TransferError::NoProgress { step, attempts } => {
             Cause::NoProgress { step: (*step).to_owned(), attempts: *attempts }
         }
-        TransferError::Refused { kind, result, seq } => Cause::PlanRefused {
+        TransferError::Refused { kind, result, item } => Cause::PlanRefused {
             plan: plan(kind),
             result: result.name().trim_start_matches("MAV_MISSION_").to_owned(),
-            seq: seq.map(|seq| seq.0),
+            item: *item,
         },
         TransferError::NotAsSent { kind, differences } => {
             let cause = Cause::PlanMismatch { plan: plan(kind), differences: differences.len() as u64 };

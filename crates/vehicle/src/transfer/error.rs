@@ -6,7 +6,6 @@ use std::time::Duration;
 use thiserror::Error;
 use vencejo_flight::FlightError;
 use vencejo_flight::plan::{Difference, Field, PlanKind};
-use vencejo_proto::MissionSeq;
 use vencejo_proto::ftp::FtpError;
 use vencejo_proto::param::{ParamError, ParamName, ParamValue};
 
@@ -63,14 +62,15 @@ pub enum TransferError {
         attempts: u32,
     },
     /// The vehicle refused a plan.
-    #[error("the vehicle refused the {kind}{}: {result}", at_item(*seq))]
+    #[error("the vehicle refused the {kind}{}: {result}", at_item(*item))]
     Refused {
         /// Which plan.
         kind: PlanKind,
         /// Its `MAV_MISSION_RESULT`.
         result: MissionResult,
-        /// The item sent last, when items were sent: most likely the one it refused.
-        seq: Option<MissionSeq>,
+        /// The item sent last, counted from 1, when items were sent: most likely the one it refused. 0 is the home of an
+        /// ArduPilot's mission.
+        item: Option<u16>,
     },
     /// The vehicle's plan is not the one that was sent.
     #[error("the {kind} on board is not what was sent: {}; it was accepted, but do not fly it", list(differences))]
@@ -219,8 +219,8 @@ fn only_mission(kind: PlanKind, reason: NoPlanKinds) -> String {
     }
 }
 
-fn at_item(seq: Option<MissionSeq>) -> String {
-    seq.map_or_else(String::new, |seq| format!(" at item {seq}"))
+fn at_item(item: Option<u16>) -> String {
+    item.map_or_else(String::new, |item| format!(" at item {item}"))
 }
 
 fn why_rejected(reasons: &[String]) -> String {
@@ -301,7 +301,7 @@ impl TransferError {
         vec![
             Self::Timeout { step: "sending the mission", waited: Duration::from_secs(15) },
             Self::NoProgress { step: "sending the mission", attempts: 3 },
-            Self::Refused { kind, result: MissionResult::DENIED, seq: Some(MissionSeq(3)) },
+            Self::Refused { kind, result: MissionResult::DENIED, item: Some(3) },
             Self::NotAsSent { kind, differences: vec![difference] },
             Self::Unverified { kind, reason: Box::new(Self::Cancelled) },
             Self::NotCleared { kind, count: 3 },

@@ -433,7 +433,7 @@ impl Transfer for PlanClear {
                     MissionResult::DENIED if now.since(self.began) < SILENCE_LIMIT => *retry_at = now + DENIED_WAIT,
                     result => {
                         self.step =
-                            Clear::Over(Some(Err(TransferError::Refused { kind: self.kind, result, seq: None })));
+                            Clear::Over(Some(Err(TransferError::Refused { kind: self.kind, result, item: None })));
                     }
                 }
             }

@@ -92,6 +92,8 @@ impl Vehicle {
         let heartbeat = self.telemetry.heartbeat.filter(|heartbeat| is_since(heartbeat.at));
         let mission = self.telemetry.mission.filter(|mission| is_since(mission.at));
         let shown = |text: Option<String>| text.unwrap_or_else(|| "nothing".to_owned());
+        // Counted from 1, as everywhere: item 0 is the home of an ArduPilot.
+        let item = |seq: u16| format!("item {}", seq + 1 - self.first_seq());
         let armed = |is_armed: bool| if is_armed { "armed" } else { "disarmed" }.to_owned();
         let (wanted, observed) = match command.effect {
             Effect::Received(message_id) => return VehicleError::MessageNotReceived { message_id },
@@ -109,11 +111,11 @@ impl Vehicle {
                 (format!("mode {mode}"), shown(observed))
             }
             Effect::NotBefore(seq) | Effect::Current(seq) => {
-                (format!("item {seq}"), shown(mission.map(|m| format!("item {}", m.value.seq))))
+                (item(seq), shown(mission.map(|m| item(m.value.seq))))
             }
             Effect::AtBeginning(last) => {
-                let wanted = format!("the mission's beginning (item {last})");
-                (wanted, shown(mission.map(|m| format!("item {}", m.value.seq))))
+                let wanted = format!("the mission's beginning ({})", item(last));
+                (wanted, shown(mission.map(|m| item(m.value.seq))))
             }
             Effect::Acknowledged
             | Effect::Airborne

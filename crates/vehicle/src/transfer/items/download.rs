@@ -232,7 +232,7 @@ impl ItemDownload {
 
     fn on_ack(&mut self, result: MissionResult, now: MonoTime) {
         let kind = self.kind;
-        let refused = TransferError::Refused { kind, result, seq: None };
+        let refused = TransferError::Refused { kind, result, item: None };
         match (&mut self.state, result) {
             (Download::Over(_), _) | (_, MissionResult::ACCEPTED) => {}
             (_, MissionResult::ERROR) if self.config.is_ardupilot && self.errors.may_be_late() => {}

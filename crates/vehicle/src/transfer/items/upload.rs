@@ -2,7 +2,7 @@
 
 use vencejo_flight::plan::PlanKind;
 use vencejo_proto::dialect::{MISSION_COUNT_DATA, MavMessage};
-use vencejo_proto::{Address, Message, MissionItemInt, MissionSeq, MonoTime};
+use vencejo_proto::{Address, Message, MissionItemInt, MonoTime};
 
 use super::{LateErrors, Outbox, ack, mav_mission_type};
 use crate::transfer::float::to_float;
@@ -109,6 +109,12 @@ impl ItemUpload {
 
     fn count(&self) -> u16 {
         self.items.len() as u16
+    }
+
+    /// An item's number among those of the plan: an ArduPilot's mission begins with home.
+    fn number_of(&self, seq: u16) -> u16 {
+        let begins_with_home = self.config.is_ardupilot && self.kind == PlanKind::Mission;
+        seq.saturating_add(u16::from(!begins_with_home))
     }
 
     fn asked(&self) -> u16 {
@@ -237,7 +243,7 @@ impl ItemUpload {
     fn on_ack(&mut self, result: MissionResult, plan_id: Option<u32>, now: MonoTime) {
         let (counting, all_sent, last) = match self.state {
             Upload::Counting { .. } => (true, self.items.is_empty(), None),
-            Upload::Sending { asked, sent, .. } => (false, sent == self.count(), Some(MissionSeq(asked))),
+            Upload::Sending { asked, sent, .. } => (false, sent == self.count(), Some(self.number_of(asked))),
             Upload::Over(_) => return,
         };
         self.heard = now;
@@ -257,7 +263,7 @@ impl ItemUpload {
             // transfer, for 5 s at most.
             MissionResult::DENIED | MissionResult::ERROR if counting && self.may_be_busy(result) => {
                 if now.since(self.began) >= SILENCE_LIMIT {
-                    self.end(Err(TransferError::Refused { kind: self.kind, result, seq: None }));
+                    self.end(Err(TransferError::Refused { kind: self.kind, result, item: None }));
                 } else if let Upload::Counting { retry_at, .. } = &mut self.state {
                     *retry_at = now + DENIED_WAIT;
                 }
@@ -275,7 +281,7 @@ impl ItemUpload {
                     self.restart(now);
                 }
             }
-            result => self.end(Err(TransferError::Refused { kind: self.kind, result, seq: last })),
+            result => self.end(Err(TransferError::Refused { kind: self.kind, result, item: last })),
         }
     }
 

@@ -600,7 +600,7 @@ fn a_rival_that_uploads_is_waited_for_or_named() {
         world.inject(MonoTime::from_millis(second * 1000), false, RIVAL, &begin);
     }
     let (result, took) = run(&mut world, LIMIT);
-    assert!(matches!(result, Err(TransferError::Refused { seq: None, .. })), "{result:?}");
+    assert!(matches!(result, Err(TransferError::Refused { item: None, .. })), "{result:?}");
     assert!(took <= GONE, "{took:?}");
 }
 
@@ -645,8 +645,8 @@ fn an_item_that_the_vehicle_refuses_is_named_whatever_the_route() {
     for config in [by_ftp(ms(0), 1), by_items(ms(0))] {
         let mut world = uploading(&config, &items, Faults::default(), 1);
         let (result, _) = run(&mut world, LIMIT);
-        let Err(TransferError::Refused { result, seq, .. }) = result else { panic!("{result:?}") };
-        assert_eq!((result.0, seq.map(|seq| seq.0)), (3, Some(13)));
+        let Err(TransferError::Refused { result, item, .. }) = result else { panic!("{result:?}") };
+        assert_eq!((result.0, item), (3, Some(13)));
     }
 }
 

@@ -157,7 +157,7 @@ fn a_list_that_is_too_long_is_refused_as_recorded() {
     let items: Vec<_> = (0..10_000).map(|seq| MissionItemInt { seq, ..item }).collect();
     let upload = PlanUpload::new(&by_items(Duration::ZERO), PlanKind::Mission, items, MonoTime::ZERO);
     let (result, said) = replay(upload, &["mission-upload-too-many"]);
-    assert!(matches!(result, Err(TransferError::Refused { seq: None, result, .. }) if result.0 == 4), "{result:?}");
+    assert!(matches!(result, Err(TransferError::Refused { item: None, result, .. }) if result.0 == 4), "{result:?}");
     assert_eq!(said.iter().map(payload).collect::<Vec<_>>(), station_said("mission-upload-too-many"));
 }
 

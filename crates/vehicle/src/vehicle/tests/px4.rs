@@ -361,6 +361,11 @@ fn a_mission_is_verified_by_what_it_keeps() {
         plan_changes(&items, &Mission::from_wire(&read, false).expect("a mission").items, keeping).len()
     };
     assert_eq!(changes(&world), 0);
+    // It knows no turns; items are counted from 1.
+    let turns = [MissionItem::takeoff(40.3332, -3.799, 50.0, 0.0), MissionItem::loiter_turns(40.335, -3.8, 80.0, 2.0, 60.0)];
+    let error = ask(&mut world, send(&turns)).expect_err("unknown to it").to_string();
+    assert!(error.contains("at item 2"), "{error}");
+    ask(&mut world, send(&items)).expect("verified");
     // What it does use counts.
     world.plane.services.plans[0][2].params[1] = 31.0;
     assert_eq!(changes(&world), 1);
