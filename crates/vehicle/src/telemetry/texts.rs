@@ -14,6 +14,9 @@ const MAX_PARTIAL: usize = 8;
 const MAX_CHUNKS: usize = 16;
 /// How long to wait for a chunk before the text is released with a gap.
 pub const CHUNK_TIMEOUT: Duration = Duration::from_secs(1);
+/// The same of a text without a number (0), which may be whole. PX4 counts its texts from 0 (`MavlinkStatustextHandler`), and
+/// sends the chunks of one without a pause.
+const UNNUMBERED_TIMEOUT: Duration = Duration::from_millis(300);
 
 /// `MAV_SEVERITY`: 0 emergency, 1 alert, 2 critical, 3 error, 4 warning, 5 notice, 6 info, 7 debug.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -89,6 +92,11 @@ impl Partial {
         self.count.is_some_and(|count| self.chunks[..count].iter().all(Option::is_some))
     }
 
+    /// When it is released as it is.
+    fn until(&self) -> MonoTime {
+        self.since + if self.id == 0 { UNNUMBERED_TIMEOUT } else { CHUNK_TIMEOUT }
+    }
+
     fn into_text(self) -> Text {
         let last = self.chunks.iter().rposition(Option::is_some).map_or(0, |last| last + 1);
         let count = self.count.unwrap_or(last);
@@ -96,7 +104,7 @@ impl Partial {
         for chunk in &self.chunks[..count] {
             text.push_str(chunk.as_deref().unwrap_or("…"));
         }
-        if self.count.is_none() {
+        if self.count.is_none() && self.id != 0 {
             text.push('…');
         }
         Text { at: self.at, severity: self.severity, component: self.component, text }
@@ -118,10 +126,18 @@ impl StatusLog {
     pub fn push(&mut self, component: ComponentId, message: &StatusText, at: MonoTime, now: MonoTime) -> Option<&Text> {
         let severity = Severity(message.severity);
         let chunk = clean(&message.text);
-        if message.id == 0 {
-            return Some(self.keep(Text { at, severity, component, text: chunk }));
-        }
         let chunk_seq = usize::from(message.chunk_seq);
+        if message.id == 0 {
+            let begun = self.partial.iter().position(|it| it.component == component && it.id == 0);
+            let begins = chunk_seq == 0 && message.text.len() == StatusText::TEXT_LEN;
+            let goes_on = chunk_seq > 0 && begun.is_some();
+            if let Some(other) = begun.filter(|_| !goes_on).and_then(|index| self.partial.remove(index)) {
+                self.keep(other.into_text());
+            }
+            if !begins && !goes_on {
+                return Some(self.keep(Text { at, severity, component, text: chunk }));
+            }
+        }
         if chunk_seq >= MAX_CHUNKS {
             return None;
         }
@@ -158,17 +174,14 @@ impl StatusLog {
 
     /// Releases one text whose missing chunk did not come in time; call until `None`.
     pub fn release(&mut self, now: MonoTime) -> Option<&Text> {
-        let oldest = self.partial.front()?;
-        if now < oldest.since + CHUNK_TIMEOUT {
-            return None;
-        }
-        let text = self.partial.pop_front()?.into_text();
+        let index = self.partial.iter().position(|partial| now >= partial.until())?;
+        let text = self.partial.remove(index)?.into_text();
         Some(self.keep(text))
     }
 
     /// When [`Self::release`] is wanted.
     pub fn deadline(&self) -> Option<MonoTime> {
-        self.partial.front().map(|oldest| oldest.since + CHUNK_TIMEOUT)
+        self.partial.iter().map(Partial::until).min()
     }
 
     fn keep(&mut self, text: Text) -> &Text {
@@ -220,6 +233,26 @@ mod tests {
             assert_eq!(text.text, "Requested rate for message ID 30 too fast. Increase SCHED_LOOP_RATE");
             assert_eq!(log.deadline(), None);
         }
+    }
+
+    #[test]
+    fn chunks_without_a_number_join_in_their_order() {
+        let mut log = StatusLog::default();
+        let first = "Arming denied: Resolve system health failures firs";
+        assert!(log.push(AUTOPILOT, &chunk(0, 0, first), at(0), at(0)).is_none());
+        assert!(log.push(ComponentId(154), &chunk(0, 0, "gimbal"), at(1), at(1)).is_some());
+        let whole = log.push(AUTOPILOT, &chunk(0, 1, "t\t"), at(5), at(5)).expect("whole");
+        assert_eq!(whole.text, format!("{first}t"));
+        // It may be whole already; without its beginning a chunk stands alone.
+        log.push(AUTOPILOT, &chunk(0, 0, first), at(10), at(10));
+        assert_eq!(log.deadline(), Some(at(310)));
+        assert_eq!(log.release(at(310)).expect("released").text, first);
+        assert_eq!(log.push(AUTOPILOT, &chunk(0, 1, "t"), at(320), at(320)).expect("whole").text, "t");
+        // Another one follows.
+        log.push(AUTOPILOT, &chunk(0, 0, first), at(400), at(400));
+        log.push(AUTOPILOT, &chunk(0, 0, "Disarmed"), at(410), at(410));
+        let texts: Vec<_> = log.iter().rev().take(2).map(|text| text.text.as_str()).collect();
+        assert_eq!(texts, ["Disarmed", first]);
     }
 
     #[test]
