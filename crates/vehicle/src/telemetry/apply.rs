@@ -135,12 +135,13 @@ impl Telemetry {
                 Group::SysStatus
             }
             MavMessage::BATTERY_STATUS(m) => {
+                let is_px4 = self.autopilot_type().is_some_and(AutopilotType::is_px4);
                 let Some(slot) = self.batteries.get_mut(usize::from(m.id)) else {
                     debug_assert!(usize::from(m.id) >= MAX_BATTERIES);
                     check.invalid += 1;
                     return Some(Group::Battery);
                 };
-                let value = battery(m, check);
+                let value = battery(m, is_px4, check);
                 *slot = Some(sampled(value, now, check));
                 Group::Battery
             }
@@ -486,16 +487,18 @@ fn sys_status(m: &SYS_STATUS_DATA, is_px4: bool, check: &mut Check) -> SysStatus
         unhealthy_sensors: Sensors(used & !healthy),
         load_pct: check.scaled(m.load, u16::MAX, 10.0, PERCENT),
         voltage_v: check.scaled(m.voltage_battery, u16::MAX, 1e3, 0.0..=65.5).filter(|_| is_measured),
-        // A PX4 that does not measure it has −1 A, which is sent as such.
-        current_a: check
-            .scaled(m.current_battery, -1, 1e2, VELOCITY_M_S)
-            .filter(|_| !(is_px4 && m.current_battery == -100)),
+        current_a: current_a(m.current_battery, is_px4, check),
         battery_remaining_pct: check.scaled(m.battery_remaining, -1, 1.0, PERCENT),
         drop_rate_pct: check.scaled(m.drop_rate_comm, u16::MAX, 1e2, PERCENT),
     }
 }
 
-fn battery(m: &BATTERY_STATUS_DATA, check: &mut Check) -> Battery {
+/// A PX4 that does not measure it has −1 A, which is sent as such.
+fn current_a(raw: i16, is_px4: bool, check: &mut Check) -> Option<f64> {
+    check.scaled(raw, -1, 1e2, VELOCITY_M_S).filter(|_| !(is_px4 && raw == -100))
+}
+
+fn battery(m: &BATTERY_STATUS_DATA, is_px4: bool, check: &mut Check) -> Battery {
     let mut cells_v = [None; 14];
     let mut total_mv = 0u32;
     let mut reported = 0;
@@ -517,7 +520,7 @@ fn battery(m: &BATTERY_STATUS_DATA, check: &mut Check) -> Battery {
         id: m.id,
         voltage_v: (total_mv > 0).then(|| f64::from(total_mv) / 1000.0),
         cells_v,
-        current_a: check.scaled(m.current_battery, -1, 1e2, VELOCITY_M_S),
+        current_a: current_a(m.current_battery, is_px4, check),
         consumed_mah: check.scaled(m.current_consumed, -1, 1.0, 0.0..=1e9),
         consumed_j: consumed_hj.map(|hundred_j| hundred_j * 100.0),
         remaining_pct: check.scaled(m.battery_remaining, -1, 1.0, PERCENT),

@@ -542,6 +542,9 @@ fn a_px4_tells_whether_it_is_ready_to_arm_in_its_own_way() {
             }),
         );
         let status = told.sys_status.expect("status").value;
+        let battery = MavMessage::BATTERY_STATUS(BATTERY_STATUS_DATA { current_battery: -100, ..Default::default() });
+        let battery = apply_to(told, battery).batteries[0].expect("a battery").value;
+        assert_eq!(battery.current_a, status.current_a);
         (status.is_ready_to_arm, status.current_a)
     };
     assert_eq!(status(12, 50_348_095 | 1 << 28), (Some(true), None));
