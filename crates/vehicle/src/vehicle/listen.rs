@@ -14,6 +14,7 @@ use super::operation::State;
 use super::steps::Effect;
 use super::{Told, Vehicle};
 use crate::error::VehicleError;
+use crate::modes::ModeFamily;
 use crate::plan_state::{PlanState, Unknown};
 use crate::reach::Reach;
 use crate::request::{Output, Reply, VehicleEvent};
@@ -299,6 +300,7 @@ impl Vehicle {
         self.end_judging();
         let changes = self.tracker.on_current(&current);
         if let Some(seq) = changes.current {
+            self.told.reached = self.told.reached.filter(|reached| *reached != seq.0);
             self.event(VehicleEvent::CurrentItemChanged { seq });
         }
         if changes.has_completed {
@@ -319,6 +321,10 @@ impl Vehicle {
 
     pub(super) fn on_item_reached(&mut self) {
         let Some(seq) = self.telemetry.item_reached.map(|reached| reached.value) else { return };
+        // PX4 repeats each ten times, twice a second (`MavlinkMissionManager::send`).
+        if self.family() == Some(ModeFamily::Px4) && self.told.reached.replace(seq) == Some(seq) {
+            return;
+        }
         let (last, first, mission) = (self.last_nav(), self.first_seq(), self.mission().map(Arc::clone));
         let changes = self.tracker.on_reached(seq, last, mission.as_deref(), first);
         for seq in changes.passed.into_iter().chain([MissionSeq(seq)]) {

@@ -126,6 +126,8 @@ struct Told {
     is_armed: Option<bool>,
     landed: Option<LandedState>,
     home: Option<Home>,
+    /// The item that a PX4 reached last, until it is the current one again.
+    reached: Option<u16>,
 }
 
 /// Parameters of an ArduPlane's flight. `None`: not read. They are read without a request where plans are

@@ -110,9 +110,7 @@ impl Vehicle {
                 let observed = heartbeat.map(|h| format!("mode {}{}{target}", h.value.mode, without(h.value.mode)));
                 (format!("mode {mode}"), shown(observed))
             }
-            Effect::NotBefore(seq) | Effect::Current(seq) => {
-                (item(seq), shown(mission.map(|m| item(m.value.seq))))
-            }
+            Effect::NotBefore(seq) | Effect::Current(seq) => (item(seq), shown(mission.map(|m| item(m.value.seq)))),
             Effect::AtBeginning(last) => {
                 let wanted = format!("the mission's beginning ({})", item(last));
                 (wanted, shown(mission.map(|m| item(m.value.seq))))

@@ -362,7 +362,8 @@ fn a_mission_is_verified_by_what_it_keeps() {
     };
     assert_eq!(changes(&world), 0);
     // It knows no turns; items are counted from 1.
-    let turns = [MissionItem::takeoff(40.3332, -3.799, 50.0, 0.0), MissionItem::loiter_turns(40.335, -3.8, 80.0, 2.0, 60.0)];
+    let turns =
+        [MissionItem::takeoff(40.3332, -3.799, 50.0, 0.0), MissionItem::loiter_turns(40.335, -3.8, 80.0, 2.0, 60.0)];
     let error = ask(&mut world, send(&turns)).expect_err("unknown to it").to_string();
     assert!(error.contains("at item 2"), "{error}");
     ask(&mut world, send(&items)).expect("verified");
@@ -521,6 +522,31 @@ fn a_plane_takes_airspeeds_alone() {
     assert_eq!(ask(&mut world, change(SpeedKind::Airspeed)), Ok(Reply::Done));
     let error = ask(&mut world, change(SpeedKind::Groundspeed)).expect_err("not taken");
     assert!(matches!(error, VehicleError::InvalidValue { field: "kind", .. }), "{error}");
+}
+
+// It tells each ten times more within 5 s, while it flies to the next one.
+#[test]
+fn an_item_is_reached_once_each_time() {
+    let mut world = flying(VehicleConfig::default());
+    let mut fly = |seq: u16| {
+        world.plane.current = seq;
+        wait(&mut world, 1_000);
+        for _ in 0..11 {
+            let reached = MISSION_ITEM_REACHED_DATA { seq };
+            world.plane.out.push_back(Message::Dialect(MavMessage::MISSION_ITEM_REACHED(reached)));
+            world.plane.current = seq + 1;
+            wait(&mut world, 500);
+        }
+    };
+    // A jump leads back to it.
+    for seq in [1, 2, 1] {
+        fly(seq);
+    }
+    let told = world.station.events.iter().filter_map(|event| match event {
+        VehicleEvent::ItemReached { seq } => Some(seq.0),
+        _ => None,
+    });
+    assert_eq!(told.collect::<Vec<_>>(), [1, 2, 1]);
 }
 
 // It acknowledges both, and says nothing more.
