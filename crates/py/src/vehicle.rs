@@ -60,7 +60,7 @@ fn modes_for(act: &str) -> PyResult<Vec<&'static str>> {
 /// Names of the modes of a kind of vehicle.
 #[pyfunction]
 fn mode_names(mav_type: u8, autopilot: u8) -> Vec<&'static str> {
-    ModeFamily::of(autopilot, mav_type).modes().iter().map(|(_, name)| *name).collect()
+    ModeFamily::of(autopilot, mav_type).modes_of(mav_type).map(|(_, name)| name).collect()
 }
 
 /// The longest wait for news in one go.

@@ -53,6 +53,12 @@ impl ModeFamily {
         }
     }
 
+    /// Those of its modes that a vehicle of this type can be set to.
+    pub fn modes_of(self, mav_type: u8) -> impl Iterator<Item = (u32, &'static str)> {
+        let cannot = move |mode: u32| self == Self::Px4 && px4_cannot_be_set(mode, mav_type);
+        self.modes().iter().copied().filter(move |(mode, _)| !cannot(*mode))
+    }
+
     /// A mode by name: case, spaces, underscores and hyphens do not matter. `"mode 42"` and `"42"` are accepted as
     /// numbers.
     ///
@@ -362,6 +368,19 @@ const PX4: &[(u32, &str)] = &[
     (px4(10, 0), "TERMINATION"),
 ];
 
+/// Whether a PX4 (v1.17) refuses to be set to a mode: those of older versions, and those of other airframes. Whether there is
+/// one of an external component is not known.
+fn px4_cannot_be_set(mode: u32, mav_type: u8) -> bool {
+    let kind = VehicleKind::of(mav_type);
+    match mode {
+        _ if mode == px4(4, 1) || mode == px4(8, 0) || mode == px4(10, 0) => true,
+        _ if (px4(4, 11)..=px4(4, 18)).contains(&mode) && mode & 0xff_ffff == px4(4, 0) => true,
+        _ if mode == px4(4, 10) => kind != Some(VehicleKind::Vtol),
+        _ if [px4(3, 1), px4(3, 2), px4(4, 8), px4(4, 9)].contains(&mode) => kind == Some(VehicleKind::Plane),
+        _ => false,
+    }
+}
+
 /// The modes in which a PX4 that is armed on the ground stays there: those flown by stick, and AUTO_LOITER.
 const PX4_BY_STICK_OR_LOITER: &[u32] =
     &[px4(1, 0), px4(2, 0), px4(3, 0), px4(3, 2), px4(4, 3), px4(5, 0), px4(7, 0), px4(8, 0)];
@@ -401,6 +420,29 @@ mod tests {
             }
         }
         assert_eq!(checked, 26 + 26 + 27);
+    }
+
+    #[test]
+    fn modes_to_choose_from_are_those_of_the_airframe() {
+        let of = |mav_type| ModeFamily::Px4.modes_of(mav_type).map(|(_, name)| name).collect::<Vec<_>>();
+        assert_eq!(
+            of(1),
+            [
+                "MANUAL",
+                "ALTCTL",
+                "POSCTL",
+                "AUTO_TAKEOFF",
+                "AUTO_LOITER",
+                "AUTO_MISSION",
+                "AUTO_RTL",
+                "AUTO_LAND",
+                "ACRO",
+                "OFFBOARD",
+                "STABILIZED"
+            ]
+        );
+        assert!(of(2).contains(&"AUTO_PRECLAND") && of(22).contains(&"AUTO_VTOL_TAKEOFF"));
+        assert_eq!(ModeFamily::ArduPlane.modes_of(1).count(), ARDUPLANE.len());
     }
 
     #[test]

@@ -91,8 +91,9 @@ pub(crate) fn vehicle_state(vehicle: &VehicleHandle) -> dto::VehicleState {
     let (telemetry, now) = vehicle.telemetry();
     let state_of = |kind| plan_state(vehicle.plan_state(kind));
     let family = mode_family(vehicle);
+    let mav_type = telemetry.autopilot_type().map_or(0, |known| known.mav_type);
     let mode_names =
-        family.map_or_else(Vec::new, |family| family.modes().iter().map(|(_, name)| (*name).to_owned()).collect());
+        family.map_or_else(Vec::new, |family| family.modes_of(mav_type).map(|(_, name)| name.to_owned()).collect());
     dto::VehicleState {
         system_id: vehicle.id().number(),
         time_s: seconds(now),
