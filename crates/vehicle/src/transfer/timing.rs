@@ -2,6 +2,8 @@
 
 use std::time::Duration;
 
+/// Silence after which a PX4 has forgotten a transfer (`MAVLINK_MISSION_PROTOCOL_TIMEOUT_DEFAULT`).
+pub(super) const FORGOTTEN_AFTER: Duration = Duration::from_secs(5);
 /// Wait for an answer before asking again, when nothing is known of the link.
 /// <https://mavlink.io/en/services/mission.html>, "Timeouts and Retries": 1500 ms.
 pub(crate) const MESSAGE_TIMEOUT: Duration = Duration::from_millis(1500);

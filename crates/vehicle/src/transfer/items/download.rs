@@ -9,7 +9,8 @@ use vencejo_proto::{Address, Message, MissionItemInt, MonoTime};
 use super::{LateErrors, Outbox, ack, mav_mission_type};
 use crate::transfer::float::from_float;
 use crate::transfer::timing::{
-    DENIED_WAIT, INTEGERS_IGNORED_AFTER, MESSAGE_TIMEOUT, PROGRESS_LIMIT, RESTARTS, RoundTrip, SILENCE_LIMIT,
+    DENIED_WAIT, FORGOTTEN_AFTER, INTEGERS_IGNORED_AFTER, MESSAGE_TIMEOUT, PROGRESS_LIMIT, RESTARTS, RoundTrip,
+    SILENCE_LIMIT,
 };
 use crate::transfer::{ItemForm, MissionResult, Transfer, TransferConfig, TransferError, TransferOutput};
 
@@ -326,6 +327,10 @@ impl Transfer for ItemDownload {
                     && now >= reading.began + INTEGERS_IGNORED_AFTER =>
             {
                 self.end(Err(TransferError::IntegerItemsIgnored));
+            }
+            // It answers nothing more: from the beginning.
+            Download::Reading(_) if !self.config.is_ardupilot && waited >= FORGOTTEN_AFTER => {
+                self.restart(TransferError::Timeout { step: "MISSION_REQUEST_INT", waited }, now);
             }
             Download::Reading(_) => self.ask_again(now),
             Download::Over(_) => {}

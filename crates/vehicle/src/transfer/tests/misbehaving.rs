@@ -262,6 +262,45 @@ fn a_px4_that_was_busy_or_gave_up_is_asked_again() {
     assert!(has(&result.expect("read").items, &items));
 }
 
+/// A PX4 that gives up a transfer before its third item, and answers nothing more until a list is asked for anew.
+struct Forgetful {
+    plane: MockPlane,
+    lists: u32,
+}
+
+impl Endpoint for Forgetful {
+    fn receive(&mut self, from: Address, message: &Message, now: MonoTime) {
+        self.lists += u32::from(matches!(message, Message::Dialect(MavMessage::MISSION_REQUEST_LIST(_))));
+        if self.lists > 1 || asked(message).is_none_or(|seq| seq < 2) {
+            self.plane.receive(from, message, now);
+        }
+    }
+
+    fn tick(&mut self, now: MonoTime) {
+        self.plane.tick(now);
+    }
+
+    fn wakes_at(&self) -> Option<MonoTime> {
+        self.plane.wakes_at()
+    }
+
+    fn next_output(&mut self) -> Option<Message> {
+        self.plane.next_output()
+    }
+}
+
+#[test]
+fn a_px4_that_has_forgotten_a_reading_is_asked_anew() {
+    let items = plain(6);
+    let mut plane = MockPlane::new();
+    plane.store(PlanKind::Mission, &items);
+    let download = PlanDownload::new(&TransferConfig::new(PLANE, STATION), PlanKind::Mission, MonoTime::ZERO);
+    let mut world = World::new(Running::new(download), Forgetful { plane, lists: 0 }, Faults::default(), 1);
+    let (result, _) = run(&mut world, LIMIT);
+    assert!(has(&result.expect("read").items, &items));
+    assert_eq!(world.plane.lists, 2);
+}
+
 // fault 16: 30 misbehaviours of ArduPilot's and PX4's kind at each step of reading and writing: each ends as it has to,
 // no success that is none
 #[test]
