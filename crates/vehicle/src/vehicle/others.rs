@@ -11,6 +11,7 @@ use vencejo_proto::{Address, Message, MissionAck, MonoTime};
 
 use super::Vehicle;
 use super::board::Incoming;
+use crate::modes::ModeFamily;
 use crate::plan_record::{Doubt, Writer};
 use crate::plan_state::{PlanState, Unknown};
 use crate::telemetry::Severity;
@@ -199,6 +200,10 @@ impl Vehicle {
         }
         if self.transfer.as_ref().is_some_and(|lane| lane.is_about(PlanKind::Mission)) {
             // Our own upload changes it too.
+            return self.void(PlanKind::Mission);
+        }
+        if self.family() == Some(ModeFamily::Px4) {
+            // It stores a list beside the one that it has, and then changes over to it: there is no mixture.
             return self.void(PlanKind::Mission);
         }
         self.on_board.moving_until = Some(now + COUNT_REST);

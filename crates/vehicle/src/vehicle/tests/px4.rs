@@ -32,9 +32,13 @@ impl Plane {
         if !changes_mode {
             return 3;
         }
+        self.circle_px4("Reposition")
+    }
+
+    pub(super) fn circle_px4(&mut self, what: &str) -> u8 {
         self.mode = AUTO_LOITER;
         if self.is_outside_fence {
-            self.text(2, "Reposition is outside geofence");
+            self.text(2, &format!("{what} is outside geofence"));
         }
         0
     }
@@ -513,6 +517,19 @@ fn what_would_leave_the_mode_is_not_sent() {
         assert!(error.contains("AUTO_LOITER"), "{error}");
     }
     assert_eq!((world.plane.commands.len(), world.plane.ints.len()), before);
+}
+
+// It stores a list beside the other, and changes over.
+#[test]
+fn another_station_s_mission_is_no_mixture() {
+    let mut world = flying(unasked());
+    let now = world.now;
+    let vehicle = &mut world.station.vehicle;
+    for (total, mission_id) in [(3, 7), (5, 9), (0, 0)] {
+        let current = MISSION_CURRENT_DATA { total, mission_id, ..Default::default() };
+        vehicle.on_message(PLANE.component, &Message::Dialect(MavMessage::MISSION_CURRENT(current)), now);
+        assert!(!vehicle.plan_state(PlanKind::Mission).may_be_mixed(), "{total} items");
+    }
 }
 
 #[test]
