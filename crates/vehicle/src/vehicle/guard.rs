@@ -77,6 +77,15 @@ fn act_of_command(family: ModeFamily, command: Command, params: &[f32]) -> Optio
     }
 }
 
+fn starts_mission(message: &Message) -> bool {
+    let command = match message {
+        Message::CommandLong(long) => long.command,
+        Message::CommandInt(int) => int.command,
+        _ => return false,
+    };
+    matches!(Command(command), Command::MISSION_START | Command::DO_LAND_START)
+}
+
 fn act_of(family: ModeFamily, message: &Message) -> Option<Act> {
     match message {
         Message::CommandLong(long) => act_of_command(family, Command(long.command), &long.params),
@@ -95,6 +104,10 @@ impl Vehicle {
             return None;
         }
         match self.family() {
+            // A disarmed PX4 takes DO_LAND_START for MISSION_START, which arms it (`navigator_main.cpp`, `Commander.cpp`).
+            Some(ModeFamily::Px4) if starts_mission(message) && self.telemetry.is_armed() != Some(true) => {
+                Some(Act::Arm)
+            }
             Some(family) => act_of(family, message),
             // Before its first heartbeat: what it would be to any.
             None => ModeFamily::KNOWN.into_iter().find_map(|family| act_of(family, message)),

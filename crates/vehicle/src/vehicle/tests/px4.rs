@@ -8,7 +8,9 @@ use vencejo_proto::dialect::{
 use vencejo_proto::param::ParamEncoding;
 
 use super::*;
+use crate::command::CommandMessage;
 use crate::transfer::TransferError;
+use crate::vehicle::guard::Act;
 
 /// `MAV_AUTOPILOT_PX4`.
 const PX4: u8 = 12;
@@ -517,6 +519,20 @@ fn what_would_leave_the_mode_is_not_sent() {
         assert!(error.contains("AUTO_LOITER"), "{error}");
     }
     assert_eq!((world.plane.commands.len(), world.plane.ints.len()), before);
+}
+
+// It arms: a mission that may be a mixture would be flown.
+#[test]
+fn a_raw_start_of_its_mission_is_guarded_as_arming() {
+    let mut world = flying(unasked());
+    let act = |world: &Pair, command: Command| {
+        world.station.vehicle.act_of(&CommandMessage::long(PLANE, command, [0.0; 7]).to_message())
+    };
+    assert_eq!(act(&world, Command::DO_LAND_START), Some(Act::Jump));
+    world.plane.is_armed = false;
+    wait(&mut world, 1_500);
+    assert_eq!(act(&world, Command::DO_LAND_START), Some(Act::Arm));
+    assert_eq!(act(&world, Command::MISSION_START), Some(Act::Arm));
 }
 
 // It stores a list beside the other, and changes over.
