@@ -69,7 +69,8 @@ pub enum Request {
     },
     /// Flies to a position and circles there: MAV_CMD_DO_REPOSITION by COMMAND_INT. An ArduPlane from before
     /// COMMAND_INT gets MISSION_ITEM with `current` = 2 instead, which enters GUIDED by itself and knows neither radius
-    /// nor sense nor speed.
+    /// nor sense nor speed. A fixed wing with PX4 gets MAV_CMD_DO_ORBIT for a radius or sense of its own, and
+    /// MAV_CMD_DO_CHANGE_SPEED for a speed, which is an airspeed then.
     #[cfg_attr(feature = "describe", serde(rename = "goto"))]
     Reposition {
         /// WGS-84 latitude.

@@ -326,6 +326,10 @@ impl Context<'_> {
                 match guided.filter(|_| enters) {
                     Some(guided) => step.proved_by(Effect::Mode(guided)),
                     None if is_px4 => step.unless_objected(),
+                if is_px4 && self.autopilot()?.mav_type == FIXED_WING {
+                    let circle = (radius_m.is_some() || turn == Turn::CounterClockwise).then_some((radius, turn));
+                    return self.go_to_px4((lat_deg, lon_deg, alt_m), alt_frame, circle, speed_m_s);
+                }
                     None => step,
                 }
             }

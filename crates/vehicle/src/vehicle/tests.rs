@@ -361,6 +361,7 @@ impl Plane {
                 self.current = 9;
                 0
             }
+            Command::DO_ORBIT if self.autopilot == 12 => self.circle_px4("Orbit"),
             Command::NAV_TAKEOFF if self.autopilot == 12 => 0,
             Command::DO_CHANGE_SPEED | Command::DO_CHANGE_ALTITUDE | Command::DO_SET_HOME | Command::DO_GO_AROUND => 0,
             // Only in GUIDED; FAILED elsewhere.

@@ -6,8 +6,8 @@ use vencejo_flight::plan::Command;
 use vencejo_proto::dialect::{MavFrame, MavMessage, PositionTargetTypemask, SET_POSITION_TARGET_LOCAL_NED_DATA};
 use vencejo_proto::{CommandInt, Message, MissionItemFloat};
 
-use super::{Context, Effect, Step};
-use crate::choice::AltFrame;
+use super::{Context, Effect, REPOSITION_CHANGE_MODE, Step};
+use crate::choice::{AltFrame, Turn};
 use crate::command::CommandMessage;
 use crate::error::VehicleError;
 use crate::modes::{Action, FlightMode, ModeFamily};
@@ -64,6 +64,31 @@ impl Context<'_> {
             y: (lon_deg * 1e7).round() as i32,
             z,
         }))
+    }
+
+    /// Go-to of a fixed wing with PX4. Its DO_REPOSITION has no circle, which DO_ORBIT has, and a change to AUTO_LOITER drops
+    /// the speed of both; it is an airspeed (v1.17.0, `navigator_main.cpp`, `loiter.cpp`).
+    pub(super) fn go_to_px4(
+        &self,
+        (lat_deg, lon_deg, alt_m): (f64, f64, f64),
+        alt_frame: AltFrame,
+        circle: Option<(f32, Turn)>,
+        speed_m_s: Option<f64>,
+    ) -> Result<VecDeque<Step>, VehicleError> {
+        let (command, params) = match circle {
+            None => (Command::DO_REPOSITION, [-1.0, REPOSITION_CHANGE_MODE, 0.0, f32::NAN]),
+            Some((0.0, _)) => {
+                let expected = "a radius: a PX4 takes the sense of a circle with its radius alone";
+                return Err(invalid("radius_m", "missing", expected));
+            }
+            Some((radius, Turn::Clockwise)) => (Command::DO_ORBIT, [radius, f32::NAN, f32::NAN, f32::NAN]),
+            Some((radius, Turn::CounterClockwise)) => (Command::DO_ORBIT, [-radius, f32::NAN, f32::NAN, f32::NAN]),
+        };
+        let (alt_m, alt_frame) = self.as_counted(alt_m, alt_frame)?;
+        let message = self.at_position(command, alt_frame.mav_frame(), params, (lat_deg, lon_deg, alt_m))?;
+        let speed = |speed: f64| self.long(Command::DO_CHANGE_SPEED, [0.0, speed as f32, -1.0, 0.0, 0.0, 0.0, 0.0]);
+        let speed = speed_m_s.map(|speed_m_s| Step::command(speed(speed_m_s)));
+        Ok([Step::command(message).unless_objected()].into_iter().chain(speed).collect())
     }
 
     /// A mission item that ArduPlane takes as a guided target (`current` = 2) or altitude (3). All versions take

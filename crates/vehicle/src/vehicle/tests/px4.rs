@@ -521,6 +521,37 @@ fn what_would_leave_the_mode_is_not_sent() {
     assert_eq!((world.plane.commands.len(), world.plane.ints.len()), before);
 }
 
+// DO_REPOSITION has no circle, and the speed is lost with the change of mode (v1.17.0, `navigator_main.cpp`).
+#[test]
+fn a_circle_of_its_own_is_flown_by_an_orbit_and_the_speed_set_after_it() {
+    let mut world = flying(VehicleConfig::default());
+    let with = |radius_m, turn, speed_m_s| match go_to(80.0, AltFrame::RelHome) {
+        Request::Reposition { lat_deg, lon_deg, alt_m, alt_frame, change_mode, .. } => {
+            Request::Reposition { lat_deg, lon_deg, alt_m, alt_frame, radius_m, turn, speed_m_s, change_mode }
+        }
+        other => other,
+    };
+    for (radius_m, turn, command, radius) in [
+        (None, Turn::Clockwise, Command::DO_REPOSITION, -1.0),
+        (Some(150.0), Turn::Clockwise, Command::DO_ORBIT, 150.0),
+        (Some(150.0), Turn::CounterClockwise, Command::DO_ORBIT, -150.0),
+    ] {
+        assert_eq!(ask(&mut world, with(radius_m, turn, Some(14.0))), Ok(Reply::Done));
+        let sent = world.plane.ints.last().expect("a go-to");
+        assert_eq!((sent.command, sent.params[0], sent.z), (command.0, radius, 680.09));
+        let speed = world.plane.commands.last().expect("a speed");
+        assert_eq!((speed.command, speed.params[0], speed.params[1]), (Command::DO_CHANGE_SPEED.0, 0.0, 14.0));
+    }
+    let error = ask(&mut world, with(None, Turn::CounterClockwise, None)).expect_err("no radius");
+    assert!(matches!(error, VehicleError::InvalidValue { field: "radius_m", .. }), "{error}");
+    world.plane.is_outside_fence = true;
+    let Err(VehicleError::CommandRefused { reasons, .. }) = ask(&mut world, with(Some(80.0), Turn::Clockwise, None))
+    else {
+        panic!("outside")
+    };
+    assert_eq!(reasons, ["Orbit is outside geofence"]);
+}
+
 // It arms: a mission that may be a mixture would be flown.
 #[test]
 fn a_raw_start_of_its_mission_is_guarded_as_arming() {
