@@ -44,7 +44,7 @@ impl fmt::Display for RequestId {
 pub enum Request {
     /// Arms. Done when a HEARTBEAT shows it; refused with the vehicle's reasons when its checks fail.
     Arm {
-        /// In spite of the vehicle's own checks (magic number 21196).
+        /// In spite of the vehicle's own checks (magic number 21196). A PX4 runs them all the same.
         #[cfg_attr(feature = "describe", serde(default))]
         force: bool,
     },
@@ -168,7 +168,7 @@ pub enum Request {
     Land,
     /// Aborts a landing and climbs: MAV_CMD_DO_GO_AROUND.
     AbortLanding {
-        /// Height to climb to, metres above home, 1 to 10,000; the vehicle's own when absent.
+        /// Height to climb to, metres above home, 1 to 10,000; the vehicle's own when absent, as it has to be for a PX4.
         #[cfg_attr(feature = "describe", schema(minimum = 1, maximum = 10_000))]
         alt_rel_home_m: Option<f64>,
     },
@@ -292,7 +292,7 @@ pub enum Request {
         text: String,
     },
     /// Switches the fence on board on or off, until its parameters or a restart do: MAV_CMD_DO_FENCE_ENABLE. Done when
-    /// it is acknowledged; an ArduPlane without a fence refuses to switch it on.
+    /// it is acknowledged; an ArduPlane without a fence refuses to switch it on. A PX4 has parameter GF_ACTION instead.
     SwitchFence {
         /// Whether it is to be on.
         on: bool,

@@ -8,7 +8,7 @@ use vencejo_proto::{Message, MonoTime};
 use super::Vehicle;
 use super::operation::{Commanding, EFFECT_WITHIN, Op, Seen, State, WORD_WITHIN};
 use super::steps::{Effect, Fallback, Step};
-use crate::command::{CommandId, CommandOutcome, CommandOutput, CommandResult, Unanswered, WhenBusy};
+use crate::command::{CommandId, CommandMessage, CommandOutcome, CommandOutput, CommandResult, Unanswered, WhenBusy};
 use crate::error::VehicleError;
 use crate::modes::{FlightMode, ModeFamily};
 use crate::request::{Output, Reply, Request, RequestId};
@@ -174,6 +174,11 @@ impl Vehicle {
         }
         if is_arming && is_px4 && failing.is_none() {
             reasons.extend(self.lacks_mission());
+        }
+        let is_forced =
+            |message: &CommandMessage| matches!(message, CommandMessage::Long(long) if long.params[1] != 0.0);
+        if is_arming && is_px4 && is_forced(&command.message) {
+            reasons.push("a PX4 runs its checks also when it is to be armed by force".to_owned());
         }
         reasons
     }

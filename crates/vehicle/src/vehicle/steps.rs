@@ -418,6 +418,10 @@ impl Context<'_> {
                 }
                 return Ok(steps);
             }
+            Request::AbortLanding { alt_rel_home_m: Some(alt) } if self.family()? == ModeFamily::Px4 => {
+                let expected = "left out: a PX4 climbs to MIS_LND_ABRT_ALT above the landing point";
+                return Err(invalid("alt_rel_home_m", alt, expected));
+            }
             Request::MissionResume => {
                 let is_fresh = self.telemetry.mission.filter(|mission| mission.freshness(self.now) == Freshness::Fresh);
                 // A mission that is complete begins anew. One reported in AUTO is being flown, or was reported before
@@ -508,6 +512,10 @@ fn param_name(name: &str) -> Result<ParamName, VehicleError> {
     Ok(ParamName::new(name).map_err(crate::transfer::TransferError::from)?)
 }
 
+            Request::SwitchFence { .. } if self.family().ok() == Some(ModeFamily::Px4) => {
+                let expected = "parameter GF_ACTION, 0 for no action, by which a PX4 switches its fence";
+                return Err(invalid("the fence's switch", "a command", expected));
+            }
 /// Message ids have 24 bits, which a float holds exactly.
 fn message_number(MessageId(id): MessageId) -> Result<f32, VehicleError> {
     if id >= 1 << 24 {

@@ -552,6 +552,25 @@ fn a_circle_of_its_own_is_flown_by_an_orbit_and_the_speed_set_after_it() {
     assert_eq!(reasons, ["Orbit is outside geofence"]);
 }
 
+#[test]
+fn what_it_does_not_take_is_not_sent() {
+    let mut world = flying(VehicleConfig::default());
+    let before = world.plane.commands.len();
+    for (request, word) in [
+        (Request::SwitchFence { on: true }, "GF_ACTION"),
+        (Request::AbortLanding { alt_rel_home_m: Some(60.0) }, "MIS_LND_ABRT_ALT"),
+    ] {
+        let error = ask(&mut world, request).expect_err("not taken").to_string();
+        assert!(error.contains(word), "{error}");
+    }
+    assert_eq!(acts(&world, before), []);
+    world.plane.is_armed = false;
+    world.plane.refuses = Some(vec![]);
+    wait(&mut world, 1_500);
+    let error = ask(&mut world, Request::Arm { force: true }).expect_err("its checks fail").to_string();
+    assert!(error.contains("runs its checks also when it is to be armed by force"), "{error}");
+}
+
 // It arms: a mission that may be a mixture would be flown.
 #[test]
 fn a_raw_start_of_its_mission_is_guarded_as_arming() {
