@@ -198,8 +198,28 @@ impl Context<'_> {
         let preparation = self.preparation.ok_or_else(|| self.unheard())?;
         let note = Step::Note(Severity::INFO, format!("Preparing a flight: {preparation}"));
         let mode = preparation.mode.map(|mode| self.set_mode(mode));
+        let warning = self.note_on_height_control();
         let rewind = preparation.rewinds_mission.then(|| self.rewind());
-        Ok([note].into_iter().chain(mode).chain(rewind).collect())
+        Ok(warning.into_iter().chain([note]).chain(mode).chain(rewind).collect())
+    }
+
+    /// PX4 1.17 begins with the height control of a fixed wing at 0 m above the sea where it boots into a mode that flies by
+    /// itself, and lets it climb to the true height at FW_T_CLMB_R_SP (PX4 pull request 27670).
+    fn note_on_height_control(&self) -> Option<Step> {
+        const CLIMB_M_S: f64 = 3.0;
+        let is_px4_plane = self.autopilot().is_ok_and(|it| it.is_px4() && it.mav_type == FIXED_WING);
+        let version = self.telemetry.version?.value.flight_sw;
+        let time = self.telemetry.system_time?;
+        let on_for_s = f64::from(time.value.boot_ms) / 1e3 + self.now.since(time.at).as_secs_f64();
+        let alt_amsl_m = self.telemetry.position?.value.alt_amsl_m?;
+        let settled_s = alt_amsl_m / CLIMB_M_S;
+        let text = format!(
+            "Switched on {on_for_s:.0} s ago at {alt_amsl_m:.0} m above the sea: until {settled_s:.0} s the height control of PX4 \
+             1.17 may count from 0 m and sink after the take-off; wait {:.0} s",
+            settled_s - on_for_s
+        );
+        let is_early = is_px4_plane && (version.major, version.minor) == (1, 17) && on_for_s < settled_s;
+        is_early.then_some(Step::Note(Severity::WARNING, text))
     }
 
     /// A PX4 acknowledges every abort of a landing. It may land in AUTO_RTL too.

@@ -4,6 +4,7 @@
 use vencejo_flight::plan::{MavFrame, plan_changes};
 use vencejo_proto::dialect::{
     CURRENT_EVENT_SEQUENCE_DATA, MISSION_REQUEST_INT_DATA, MavEventCurrentSequenceFlags, REQUEST_EVENT_DATA,
+    SYSTEM_TIME_DATA,
 };
 use vencejo_proto::param::ParamEncoding;
 
@@ -596,6 +597,29 @@ fn another_station_s_mission_is_no_mixture() {
         vehicle.on_message(PLANE.component, &Message::Dialect(MavMessage::MISSION_CURRENT(current)), now);
         assert!(!vehicle.plan_state(PlanKind::Mission).may_be_mixed(), "{total} items");
     }
+}
+
+// Its height control may begin at 0 m and climb by 3 m/s (v1.17.0).
+#[test]
+fn a_flight_soon_after_it_was_switched_on_is_warned_of() {
+    let warned = |boot_ms, flight_sw_version| {
+        let mut plane = px4();
+        plane.is_armed = false;
+        let mut world = World::new(Station::with(VehicleConfig::default()), plane, Faults::default(), 1);
+        wait(&mut world, 3_000);
+        let now = world.now;
+        let version = AUTOPILOT_VERSION_DATA { flight_sw_version, ..Default::default() };
+        let time = SYSTEM_TIME_DATA { time_unix_usec: 0, time_boot_ms: boot_ms };
+        for told in [MavMessage::AUTOPILOT_VERSION(version), MavMessage::SYSTEM_TIME(time)] {
+            world.station.vehicle.on_beside(&Message::Dialect(told), now);
+        }
+        ask(&mut world, Request::PrepareFlight).expect("prepared");
+        world.station.vehicle.texts().iter().any(|text| text.text.contains("height control"))
+    };
+    const V1_17: u32 = 0x0111_00ff;
+    assert!(warned(60_000, V1_17));
+    assert!(!warned(201_000, V1_17), "600 m at 3 m/s");
+    assert!(!warned(60_000, 0x0112_00ff));
 }
 
 #[test]
