@@ -191,7 +191,7 @@ pub enum Request {
     #[cfg_attr(feature = "describe", serde(rename = "mission/pause"))]
     MissionPause,
     /// Goes on with the mission where it stands: mode AUTO. An ArduPlane that begins it anew (`MIS_RESTART` 1) is set
-    /// to where it stood.
+    /// to where it stood, and a PX4 that left it to return to the item that it left.
     #[cfg_attr(feature = "describe", serde(rename = "mission/resume"))]
     MissionResume,
     /// Makes an item the current one: MAV_CMD_DO_SET_MISSION_CURRENT, or MISSION_SET_CURRENT for an older vehicle.

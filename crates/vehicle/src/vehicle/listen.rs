@@ -12,9 +12,10 @@ use vencejo_proto::{Address, ComponentId, Message, MissionAck, MissionSeq, MonoT
 use super::lane::Written;
 use super::operation::State;
 use super::steps::Effect;
-use super::{Told, Vehicle};
+use super::{Interrupted, Told, Vehicle};
+use crate::conduct::leads_to_landing;
 use crate::error::VehicleError;
-use crate::modes::ModeFamily;
+use crate::modes::{Action, ModeFamily};
 use crate::plan_state::{PlanState, Unknown};
 use crate::reach::Reach;
 use crate::request::{Output, Reply, VehicleEvent};
@@ -25,6 +26,8 @@ use crate::transfer::TransferOutput;
 
 /// After we wrote a plan, messages about it may still be on their way.
 const TRANSFER_ECHO: Duration = Duration::from_secs(5);
+/// How long before the mode the landing may be shown as the current item; heartbeats come each second.
+const JUMPED_WITHIN: Duration = Duration::from_millis(2_500);
 /// Two restarts within this are one.
 const RESTART_ONCE: Duration = Duration::from_secs(3);
 
@@ -247,6 +250,7 @@ impl Vehicle {
             self.events.on_mode(now);
         }
         self.tracker.on_mode(heartbeat.mode.follows_mission());
+        self.note_interruption(now);
         if self.told.is_armed != Some(heartbeat.is_armed) {
             self.told.is_armed = Some(heartbeat.is_armed);
             self.event(VehicleEvent::ArmedChanged { is_armed: heartbeat.is_armed });
@@ -263,6 +267,32 @@ impl Vehicle {
             self.has_asked = true;
             self.streams.ask(&mut self.commands, now);
             self.pump(now);
+        }
+    }
+
+    /// Notes where a PX4 leaves its mission to return. The landing may become the current item just before the mode is shown.
+    fn note_interruption(&mut self, now: MonoTime) {
+        let (Some(mode), Some(current)) = (self.telemetry.mode(), self.telemetry.mission) else { return };
+        let is_flying = self.telemetry.is_armed() == Some(true);
+        if mode.family != ModeFamily::Px4 || !is_flying {
+            self.interrupted = Interrupted::default();
+            return;
+        }
+        let lands = self.mission().is_some_and(|mission| leads_to_landing(mission, usize::from(current.value.seq)));
+        let noted = &mut self.interrupted;
+        if mode.follows_mission() {
+            noted.left_at = None;
+            if lands {
+                noted.landing_since.get_or_insert(now);
+            } else {
+                (noted.flown, noted.landing_since) = (Some(current.value.seq), None);
+            }
+        } else if Action::ReturnToLaunch.mode(mode.family) == Some(mode) {
+            let has_jumped = noted.landing_since.is_none_or(|since| now.since(since) <= JUMPED_WITHIN);
+            noted.left_at = noted.left_at.or(noted.flown.filter(|_| has_jumped));
+            noted.flown = None;
+        } else {
+            noted.flown = None;
         }
     }
 
@@ -299,6 +329,7 @@ impl Vehicle {
         let Some(current) = self.telemetry.mission.map(|mission| mission.value) else { return };
         self.end_judging();
         let changes = self.tracker.on_current(&current);
+        self.note_interruption(now);
         if let Some(seq) = changes.current {
             self.told.reached = self.told.reached.filter(|reached| *reached != seq.0);
             self.event(VehicleEvent::CurrentItemChanged { seq });

@@ -130,6 +130,18 @@ struct Told {
     reached: Option<u16>,
 }
 
+/// The item of a PX4's mission that was flown when it left that to return: RTL_TYPE 1, the default of a fixed wing, makes the
+/// mission's landing the current item, and the mission would go on there.
+#[derive(Debug, Default)]
+struct Interrupted {
+    /// The last item before its landing, in the mode that flies it.
+    flown: Option<u16>,
+    /// Since when it flies the landing.
+    landing_since: Option<MonoTime>,
+    /// The item that the mission was left at.
+    left_at: Option<u16>,
+}
+
 /// Parameters of an ArduPlane's flight. `None`: not read. They are read without a request where plans are
 /// ([`VehicleConfig::reads_back`]), and updated by requests that read or set parameters and by what the vehicle tells of
 /// them.
@@ -200,6 +212,7 @@ pub struct Vehicle {
     param: Option<Lane>,
     ftp_sessions: FtpSessions,
     told: Told,
+    interrupted: Interrupted,
     has_asked: bool,
     /// Whether its owner has made a request.
     has_requested: bool,
@@ -242,6 +255,7 @@ impl Vehicle {
             param: None,
             ftp_sessions: FtpSessions::new(config.seed),
             told: Told::default(),
+            interrupted: Interrupted::default(),
             has_asked: false,
             has_requested: false,
             heard_at: now,
@@ -483,6 +497,7 @@ impl Vehicle {
             has_landing: self.mission().map(|mission| mission.items.iter().any(|item| item.command.is_landing())),
             lands: self.conduct().is_landing,
             is_complete: self.tracker.is_complete(),
+            left_at: self.interrupted.left_at,
             has_command_int: self.has_command_int(),
             now,
         }
@@ -504,6 +519,9 @@ impl Vehicle {
 
     fn tell_plan(&mut self, kind: PlanKind, state: PlanState) {
         if self.plans.set(kind, state) {
+            if kind == PlanKind::Mission {
+                self.interrupted = Interrupted::default();
+            }
             self.on_board.on_state(kind, state);
             self.event(VehicleEvent::PlanStateChanged { kind, state });
         }

@@ -41,6 +41,7 @@ fn steps_of(request: &Request, family: ModeFamily, mav_type: u8) -> Result<VecDe
         has_landing: None,
         lands: None,
         is_complete: false,
+        left_at: None,
         has_command_int: true,
         now: MonoTime::ZERO,
     };

@@ -56,6 +56,8 @@ pub(super) struct Context<'a> {
     pub lands: Option<bool>,
     /// Whether its mission is complete (`ProgressTracker::is_complete`).
     pub is_complete: bool,
+    /// The item at which a PX4 left its mission to return (`Interrupted::left_at`).
+    pub left_at: Option<u16>,
     /// Whether COMMAND_INT may be sent.
     pub has_command_int: bool,
     pub now: MonoTime,
@@ -196,9 +198,9 @@ impl Context<'_> {
             return Err(VehicleError::InTheAir { action: ACTION });
         }
         let preparation = self.preparation.ok_or_else(|| self.unheard())?;
+        let warning = self.note_on_height_control();
         let note = Step::Note(Severity::INFO, format!("Preparing a flight: {preparation}"));
         let mode = preparation.mode.map(|mode| self.set_mode(mode));
-        let warning = self.note_on_height_control();
         let rewind = preparation.rewinds_mission.then(|| self.rewind());
         Ok(warning.into_iter().chain([note]).chain(mode).chain(rewind).collect())
     }
@@ -324,6 +326,10 @@ impl Context<'_> {
                 if is_px4 && !change_mode {
                     self.require_mode(Action::Loiter.mode(family), PX4_LOITERS)?;
                 }
+                if is_px4 && self.autopilot()?.mav_type == FIXED_WING {
+                    let circle = (radius_m.is_some() || turn == Turn::CounterClockwise).then_some((radius, turn));
+                    return self.go_to_px4((lat_deg, lon_deg, alt_m), alt_frame, circle, speed_m_s);
+                }
                 // ArduPlane reads the sense from param 4, where others have a heading; PX4 from the sign of the radius.
                 let (radius, yaw) = match turn {
                     _ if is_plane => (radius, f32::from(u8::from(turn == Turn::CounterClockwise))),
@@ -346,10 +352,6 @@ impl Context<'_> {
                 match guided.filter(|_| enters) {
                     Some(guided) => step.proved_by(Effect::Mode(guided)),
                     None if is_px4 => step.unless_objected(),
-                if is_px4 && self.autopilot()?.mav_type == FIXED_WING {
-                    let circle = (radius_m.is_some() || turn == Turn::CounterClockwise).then_some((radius, turn));
-                    return self.go_to_px4((lat_deg, lon_deg, alt_m), alt_frame, circle, speed_m_s);
-                }
                     None => step,
                 }
             }
@@ -416,6 +418,10 @@ impl Context<'_> {
             Request::LoiterHere | Request::MissionPause => self.mode_for(Action::Loiter)?,
             Request::ReturnToLaunch => self.mode_for(Action::ReturnToLaunch)?,
             Request::Land => return self.land(),
+            Request::AbortLanding { alt_rel_home_m: Some(alt) } if self.family()? == ModeFamily::Px4 => {
+                let expected = "left out: a PX4 climbs to MIS_LND_ABRT_ALT above the landing point";
+                return Err(invalid("alt_rel_home_m", alt, expected));
+            }
             Request::AbortLanding { alt_rel_home_m } => {
                 let alt = match alt_rel_home_m {
                     Some(alt) => in_range("alt_rel_home_m", alt, 1.0..=10_000.0, "1 to 10,000 m above home")?,
@@ -438,10 +444,6 @@ impl Context<'_> {
                 }
                 return Ok(steps);
             }
-            Request::AbortLanding { alt_rel_home_m: Some(alt) } if self.family()? == ModeFamily::Px4 => {
-                let expected = "left out: a PX4 climbs to MIS_LND_ABRT_ALT above the landing point";
-                return Err(invalid("alt_rel_home_m", alt, expected));
-            }
             Request::MissionResume => {
                 let is_fresh = self.telemetry.mission.filter(|mission| mission.freshness(self.now) == Freshness::Fresh);
                 // A mission that is complete begins anew. One reported in AUTO is being flown, or was reported before
@@ -454,7 +456,8 @@ impl Context<'_> {
                 let interrupted = is_fresh.map(|mission| mission.value).filter(is_interrupted);
                 let mode = self.mode_for(Action::Mission)?;
                 let go_on = interrupted.and_then(|reported| self.go_on_from(reported.seq));
-                return Ok([mode].into_iter().chain(go_on).collect());
+                let back = self.left_at.map(|seq| self.set_current(seq));
+                return Ok([mode].into_iter().chain(go_on).chain(back).collect());
             }
             Request::SetCurrentItem { item } => self.set_current(self.seq_of("item", item)?),
             Request::SetHome { lat_deg, lon_deg, alt_amsl_m } => {
@@ -509,6 +512,10 @@ impl Context<'_> {
                 return Err(invalid("severity", severity.0, "0, an emergency, to 7, debug"));
             }
             Request::Note { severity, text } => Step::Note(severity, text.chars().take(MAX_NOTE).collect()),
+            Request::SwitchFence { .. } if self.family().ok() == Some(ModeFamily::Px4) => {
+                let expected = "parameter GF_ACTION, 0 for no action, by which a PX4 switches its fence";
+                return Err(invalid("the fence's switch", "a command", expected));
+            }
             Request::SwitchFence { on } => {
                 let on = f32::from(u8::from(on));
                 Step::command(self.long(Command::DO_FENCE_ENABLE, [on, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]))
@@ -532,10 +539,6 @@ fn param_name(name: &str) -> Result<ParamName, VehicleError> {
     Ok(ParamName::new(name).map_err(crate::transfer::TransferError::from)?)
 }
 
-            Request::SwitchFence { .. } if self.family().ok() == Some(ModeFamily::Px4) => {
-                let expected = "parameter GF_ACTION, 0 for no action, by which a PX4 switches its fence";
-                return Err(invalid("the fence's switch", "a command", expected));
-            }
 /// Message ids have 24 bits, which a float holds exactly.
 fn message_number(MessageId(id): MessageId) -> Result<f32, VehicleError> {
     if id >= 1 << 24 {

@@ -17,6 +17,8 @@ use crate::vehicle::guard::Act;
 const PX4: u8 = 12;
 /// AUTO.LOITER: main mode 4, sub mode 3.
 const AUTO_LOITER: u32 = (4 << 16) | (3 << 24);
+/// AUTO.RTL: main mode 4, sub mode 5.
+const AUTO_RTL: u32 = (4 << 16) | (5 << 24);
 /// AUTO.MISSION: main mode 4, sub mode 4.
 pub(super) const AUTO_MISSION: u32 = (4 << 16) | (4 << 24);
 
@@ -551,6 +553,43 @@ fn a_circle_of_its_own_is_flown_by_an_orbit_and_the_speed_set_after_it() {
         panic!("outside")
     };
     assert_eq!(reasons, ["Orbit is outside geofence"]);
+}
+
+// RTL_TYPE 1 makes the landing the current item, before the mode is shown or after.
+#[test]
+fn a_mission_left_to_return_goes_on_where_it_was_left() {
+    let waypoint = || MissionItem::waypoint(40.334, -3.803, 80.0);
+    let items = vec![
+        MissionItem::takeoff(40.3332, -3.799, 50.0, 0.0),
+        waypoint(),
+        waypoint(),
+        MissionItem::land_start(40.3332, -3.7912, 40.0),
+        waypoint(),
+        MissionItem::land(40.3332, -3.7978, 0.0),
+    ];
+    let upload = Request::UploadPlan { kind: PlanKind::Mission, items, home: None, despite_findings: false };
+    let mut world = flying(VehicleConfig::default());
+    ask(&mut world, upload).expect("uploaded");
+    let mut resumed = |from: u16, first_jumps: bool| {
+        (world.plane.mode, world.plane.current) = (AUTO_MISSION, from);
+        wait(&mut world, 6_000);
+        if first_jumps {
+            world.plane.current = 4;
+            wait(&mut world, 500);
+        }
+        world.plane.mode = AUTO_RTL;
+        wait(&mut world, 1_500);
+        world.plane.current = 4;
+        wait(&mut world, 3_000);
+        let before = world.plane.commands.len();
+        assert_eq!(ask(&mut world, Request::MissionResume), Ok(Reply::Done));
+        acts(&world, before)
+    };
+    let mission = (Command::DO_SET_MODE.0, 1.0, 4.0);
+    let back = (Command::DO_SET_MISSION_CURRENT.0, 2.0, 0.0);
+    assert_eq!(resumed(2, false), [mission, back]);
+    assert_eq!(resumed(2, true), [mission, back]);
+    assert_eq!(resumed(4, false), [mission], "on its landing already");
 }
 
 #[test]
