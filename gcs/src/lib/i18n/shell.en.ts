@@ -167,6 +167,7 @@ export const shellEn = {
   'fly.takeoff': 'Take off now',
   'fly.takeoffNeedsArmed': 'Without a mission: arm first. The plane climbs straight ahead and circles.',
   'fly.abortOnly': 'Only while the plane lands.',
+  'fly.onGround': 'It stands on the ground.',
   'fly.isLanding': 'The plane is landing: to land elsewhere or change its height, abort the landing first.',
   'fly.mayBeLanding':
     'Whether the plane is landing is not known: its mission was not read. Read it before changing its height or landing.',

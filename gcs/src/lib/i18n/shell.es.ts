@@ -169,6 +169,7 @@ export const shellEs: Record<keyof typeof shellEn, string> = {
   'fly.takeoff': 'Despegar ahora',
   'fly.takeoffNeedsArmed': 'Sin misión: arma primero. El avión asciende de frente y da vueltas.',
   'fly.abortOnly': 'Solo mientras el avión aterriza.',
+  'fly.onGround': 'Está en tierra.',
   'fly.isLanding':
     'El avión está aterrizando: para cambiar su altura o aterrizar de otro modo, aborta antes el aterrizaje.',
   'fly.mayBeLanding':
