@@ -141,7 +141,7 @@ class Vehicle(Closing, VehicleState):
     # Arming and modes ----------------------------------------------------------------------------------------------
 
     def arm(self, *, force: bool = False, confirm: Danger | None = None, despite_mixed_plan: bool = False) -> None:
-        """Arm; returns when the vehicle shows it. `force` skips its own checks (``confirm="force-arm"``).
+        """Arm; returns when the vehicle shows it. `force` skips its own checks (``confirm="force-arm"``), not those of a PX4.
 
         Raises
         ------
@@ -177,7 +177,7 @@ class Vehicle(Closing, VehicleState):
     def takeoff(self, *, alt_rel_home_m: float) -> None:
         """Take off and climb to an altitude above home. Does not arm.
 
-        An ArduPlane gets its take-off altitude and mode TAKEOFF: it begins to roll when it is armed.
+        An ArduPlane gets its take-off altitude and mode TAKEOFF: it begins to roll when it is armed. So does a PX4.
         """
         self._wait(self._ask("takeoff", alt_rel_home_m=alt_rel_home_m))
 
@@ -196,7 +196,8 @@ class Vehicle(Closing, VehicleState):
     ) -> None:
         """Fly to a position and circle there (mode GUIDED, of a PX4 AUTO_LOITER, entered unless `change_mode` is false).
 
-        Give the altitude once, in one of its three references.
+        Give the altitude once, in one of its three references. The speed is over ground, of a PX4 an airspeed; a PX4 takes
+        a sense with a radius only.
 
         Raises
         ------
@@ -309,7 +310,7 @@ class Vehicle(Closing, VehicleState):
         self._wait(self._ask("land", despite_mixed_plan=despite_mixed_plan))
 
     def abort_landing(self, *, alt_rel_home_m: float | None = None) -> None:
-        """Abort a landing and climb."""
+        """Abort a landing and climb; a PX4 to its own height, MIS_LND_ABRT_ALT."""
         self._wait(self._ask("abort-landing", alt_rel_home_m=alt_rel_home_m))
 
     def set_home(self, home: Home | None = None) -> None:
@@ -327,6 +328,8 @@ class Vehicle(Closing, VehicleState):
 
     def switch_fence(self, on: bool, *, confirm: Danger | None = None) -> None:
         """Switch the fence on board on or off (``confirm="fence-off"``), until a parameter or a restart changes it.
+
+        A PX4 has parameter GF_ACTION instead.
 
         Raises
         ------
