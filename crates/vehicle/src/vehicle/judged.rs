@@ -56,7 +56,8 @@ impl Vehicle {
 
     /// Tells what keeps it from being armed among its texts, where PX4 has not.
     pub(super) fn tell_checks(&mut self, now: MonoTime) {
-        let mode = self.telemetry.mode().filter(|_| self.telemetry.is_armed() == Some(false));
+        let stands = self.telemetry.is_armed() == Some(false) && !self.is_lost;
+        let mode = self.telemetry.mode().filter(|_| stands);
         for (severity, text) in self.events.to_tell(mode, now) {
             self.say(severity, text, now);
         }

@@ -110,6 +110,7 @@ impl Vehicle {
         if self.is_lost {
             self.is_lost = false;
             self.streams.on_regained(now);
+            self.events.on_mode(now);
             self.event(VehicleEvent::Regained);
             self.ask_who_it_is(now);
         }
