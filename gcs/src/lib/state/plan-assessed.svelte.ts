@@ -76,7 +76,10 @@ class PlanAssessed {
     clearTimeout(this.#oldTimer);
     this.#oldTimer = undefined;
     this.isRehearsalOld = false;
-    [this.findings, this.trip, this.rehearsal] = [told?.findings ?? [], told?.trip ?? null, told?.rehearsal ?? null];
+    this.findings = told?.findings ?? [];
+    // without items that would be the return from where the plane is
+    const flown = plan.isEmpty('mission') ? null : told;
+    [this.trip, this.rehearsal] = [flown?.trip ?? null, flown?.rehearsal ?? null];
   }
 
   /** Reads the vehicle's parameters, so that the rehearsal flies as it does. */

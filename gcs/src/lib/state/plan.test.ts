@@ -237,6 +237,12 @@ describe('the plan store', () => {
     answer?.({ findings: [], trip: null, rehearsal: next });
     await vi.waitFor(() => expect(planAssessed.rehearsal).toBe(next));
     expect(planAssessed.isRehearsalOld).toBe(false);
+    // rally points alone are not a flight, whatever the core makes of them
+    station.assess = () => Promise.resolve({ findings: [], trip: null, rehearsal });
+    plan.editAreas((areas) => ({ ...areas, rally: [{ ...AT, alt_m: 80, frame: 3 }] }));
+    plan.clear('mission');
+    await vi.waitFor(() => expect(planAssessed.checkState).toBe('done'));
+    expect(planAssessed.rehearsal).toBeNull();
     plan.clear();
     expect(planAssessed.rehearsal).toBeNull();
   });
