@@ -76,7 +76,9 @@ async def test_a_newcomer_draws_a_plan_before_there_is_a_plane(open_station: Ope
         draw = station.button("welcome.plan")
         await draw.click()
         await expect(draw, "nothing lies over what is drawn").to_have_count(0)
-        await expect(station.page.get_by_text(station.text("rehearsal.empty"), exact=True)).to_be_visible()
+        boxes = [station.page.get_by_role("region", name=station.text(key)) for key in ("rehearsal.box", "plan.profile")]
+        for box in boxes:
+            await expect(box, "there is nothing to show in it").to_have_count(0)
         left, top, right, bottom = await station.free_map()
         y = (top + bottom) / 2
         await station.page.mouse.click(left + 0.3 * (right - left), y)
@@ -90,6 +92,8 @@ async def test_a_newcomer_draws_a_plan_before_there_is_a_plane(open_station: Ope
         # A plan that is opened comes into view, wherever it lies.
         await open_file(station, DEMO)
         await expect(station.items).to_have_count(len(Plan.load(DEMO)))
+        for box in boxes:
+            await expect(box).to_be_visible()
         scale = await station.map_scale()
         left, top, right, bottom = await station.free_map()
         seen = [scale.pixel(item.lat_deg, item.lon_deg) for item in Plan.load(DEMO) if item.lat_deg and item.lon_deg]

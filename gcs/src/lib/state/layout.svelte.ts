@@ -37,10 +37,21 @@ function read(value: unknown): Open | null {
   };
 }
 
+/** Boxes over the map that fold to their names. */
+export type Box = 'rehearsal' | 'profile' | 'wind';
+
+function readFolds(value: unknown): Partial<Record<Box, boolean>> | null {
+  if (typeof value !== 'object' || value === null) return null;
+  const folds = value as Record<string, unknown>;
+  const known = (['rehearsal', 'profile', 'wind'] as const).filter((box) => typeof folds[box] === 'boolean');
+  return Object.fromEntries(known.map((box) => [box, folds[box] === true]));
+}
+
 const isLeft = (panel: Panel): panel is LeftPanel => (LEFT_PANELS as readonly string[]).includes(panel);
 
 class Layout {
   #open = $state.raw<Open>(load('layout', defaults, read));
+  #folds = $state.raw<Partial<Record<Box, boolean>>>(load('folds', {}, readFolds));
   width_px = $state(1280);
   height_px = $state(800);
   /** Whether there are vehicles enough for a list of them: its panel stays away until then. */
@@ -66,6 +77,16 @@ class Layout {
   isOpen(panel: Panel): boolean {
     if (this.isNarrow) return this.sheet === panel;
     return isLeft(panel) ? this.left.includes(panel) : this.right === panel;
+  }
+
+  /** Whether a box is folded: as it was chosen, else as `unchosen` says. */
+  isFolded(box: Box, unchosen = false): boolean {
+    return this.#folds[box] ?? unchosen;
+  }
+
+  fold(box: Box, isFolded: boolean): void {
+    this.#folds = { ...this.#folds, [box]: isFolded };
+    save('folds', this.#folds);
   }
 
   open(panel: Panel): void {
