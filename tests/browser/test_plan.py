@@ -249,6 +249,7 @@ async def follow_the_rehearsal(station: StationPage) -> None:
     await expect(told).to_contain_text(station.text("wind.calm"))
     calm = await told.inner_text()
     wind = station.page.get_by_role("slider", name=station.text("wind.handle"), exact=True)
+    await station.page.get_by_role("button", name=re.compile(station.text("wind.label"))).click()
     for key in ("PageUp", "ArrowRight"):
         await wind.press(key)
     await expect(wind).to_have_attribute("aria-valuetext", re.compile("^5.0 m/s .* 185°$"))

@@ -133,6 +133,8 @@ const KIND_BY_COMMAND: ReadonlyMap<number, EditableKind> = new Map(KINDS.map((ki
 export const kindOf = (item: PlanItem): ItemKind => KIND_BY_COMMAND.get(item.command) ?? 'other';
 /** Whether the editor has a kind for a MAV_CMD. */
 export const isKindCommand = (command: number): boolean => KIND_BY_COMMAND.has(command);
+/** Whether the vehicle circles there. */
+export const isLoiter = (item: PlanItem): boolean => kindOf(item).startsWith('loiter_');
 export const isPlacedKind = (kind: EditableKind): boolean => commandInfo(COMMAND[kind])?.has_position === true;
 
 /** Whether x, y and z of the item are latitude, longitude and height. */

@@ -1,4 +1,4 @@
-/** Keeping the plane in sight: how a view must change so that a plane near its edge stays on the map (SPEC G8). */
+/** What is seen of the map: keeping the plane in sight (SPEC G8), and fitting a plan between what lies over the map. */
 
 export interface Size {
   readonly width: number;
@@ -59,4 +59,62 @@ export function widenFactor(x: number, y: number, size: Size, insets: Insets): n
     Math.abs(y - centre.y) / ((free.height / 2) * SETTLED),
   );
   return Math.min(Math.max(needed, MIN_FACTOR), MAX_FACTOR);
+}
+
+/** Factor below which the view narrows again: as clearly as it widens. */
+const NARROWS_BELOW = 1 / 1.6;
+
+/**
+ * Factor by which a view that was widened may narrow towards the one before, which is `wanted` of it, with the plane at pixel
+ * (`x`, `y`) well inside; 1 while that is not worth a move.
+ */
+export function narrowFactor(x: number, y: number, size: Size, insets: Insets, wanted: number): number {
+  const free = freeBox(size, insets);
+  const centre = freeCentre(size, insets);
+  const needed = Math.max(
+    Math.abs(x - centre.x) / ((free.width / 2) * SETTLED),
+    Math.abs(y - centre.y) / ((free.height / 2) * SETTLED),
+  );
+  const factor = Math.max(needed, wanted);
+  return factor < NARROWS_BELOW ? factor : 1;
+}
+
+/** A part of the window, pixels from its top left. */
+export interface Rect {
+  readonly left: number;
+  readonly top: number;
+  readonly right: number;
+  readonly bottom: number;
+}
+
+/** A cover that would leave less than this part of the width or height to the plan is drawn over. */
+const LEAST_LEFT = 1 / 3;
+
+/**
+ * The insets that show a shape of this width and height as large as possible beside what covers the map: each cover is passed on its
+ * side or above or below it.
+ */
+export function insetsBeside(covers: readonly Rect[], shape: Size, size: Size, insets: Insets): Insets {
+  const free = freeBox(size, insets);
+  const cost = ({ top, right, bottom, left }: Insets): number => {
+    const [width, height] = [size.width - left - right, size.height - top - bottom];
+    if (width < free.width * LEAST_LEFT || height < free.height * LEAST_LEFT) return Infinity;
+    // of equals the one that leaves more
+    return Math.max(shape.width / width, shape.height / height) + 1e-9 / (width * height);
+  };
+  const reaches = ({ left, top, right, bottom }: Rect, all: Insets): boolean =>
+    left < size.width - all.right && right > all.left && top < size.height - all.bottom && bottom > all.top;
+  const best = (from: number, all: Insets): Insets => {
+    const cover = covers[from];
+    if (cover === undefined) return all;
+    if (!reaches(cover, all)) return best(from + 1, all);
+    const isLeft = (cover.left + cover.right) / 2 < free.x + free.width / 2;
+    const isUpper = (cover.top + cover.bottom) / 2 < free.y + free.height / 2;
+    const aside = isLeft ? { ...all, left: cover.right } : { ...all, right: size.width - cover.left };
+    const past = isUpper ? { ...all, top: cover.bottom } : { ...all, bottom: size.height - cover.top };
+    const choices = [aside, past].filter((one) => cost(one) < Infinity).map((one) => best(from + 1, one));
+    if (choices.length === 0) return best(from + 1, all);
+    return choices.reduce((a, b) => (cost(b) < cost(a) ? b : a));
+  };
+  return best(0, insets);
 }

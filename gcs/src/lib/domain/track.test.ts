@@ -1,6 +1,6 @@
 import { describe, expect, it } from 'vitest';
 import { destination } from './geo';
-import { freeCentre, widenFactor } from './sight';
+import { freeCentre, insetsBeside, narrowFactor, widenFactor } from './sight';
 import { Trail } from './track';
 
 const HOME = { lat_deg: 40.3332, lon_deg: -3.7978 };
@@ -99,5 +99,28 @@ describe('keeping in sight', () => {
       widenFactor(50, 50, { width: 100, height: 100 }, { top: 90, right: 90, bottom: 90, left: 90 }),
     ).toBeGreaterThanOrEqual(1);
     expect(widenFactor(Number.NaN, 0, size, none)).toBe(1);
+  });
+
+  it('narrows to the view that was chosen, or to what the plane still needs, where that is clearly less', () => {
+    expect(narrowFactor(500, 400, size, none, 0.25)).toBe(0.25);
+    expect(narrowFactor(575, 400, size, none, 0.125)).toBeCloseTo(0.25);
+    expect(narrowFactor(800, 400, size, none, 0.25)).toBe(1);
+    expect(narrowFactor(500, 400, size, none, 0.9)).toBe(1);
+    const factor = narrowFactor(575, 450, size, none, 0.1);
+    expect(widenFactor(500 + 75 / factor, 400 + 50 / factor, size, none)).toBe(1);
+  });
+
+  it('passes what covers the map on the side that leaves the plan larger', () => {
+    const dial = { left: 0, top: 600, right: 200, bottom: 800 };
+    const wide = { width: 4000, height: 1000 };
+    const high = { width: 1000, height: 4000 };
+    expect(insetsBeside([dial], wide, size, none)).toEqual({ ...none, bottom: 200 });
+    expect(insetsBeside([dial], high, size, none)).toEqual({ ...none, left: 200 });
+    // below a panel it covers nothing
+    expect(insetsBeside([dial], wide, size, { ...none, bottom: 200 })).toEqual({ ...none, bottom: 200 });
+    const buttons = { left: 940, top: 400, right: 1000, bottom: 800 };
+    expect(insetsBeside([dial, buttons], { width: 4000, height: 2400 }, size, none)).toEqual({ ...none, bottom: 200, right: 60 });
+    // one that would leave hardly anything is drawn over
+    expect(insetsBeside([{ left: 100, top: 100, right: 950, bottom: 780 }], wide, size, none)).toEqual(none);
   });
 });

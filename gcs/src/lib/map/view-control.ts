@@ -5,7 +5,7 @@ import { inAndOut, easeOut } from 'ol/easing';
 import { boundingExtent } from 'ol/extent';
 import { toLonLat } from 'ol/proj';
 import { type LonLat, wrap180_deg } from '$lib/domain/lonlat';
-import { freeCentre, type Insets, widenFactor } from '$lib/domain/sight';
+import { freeCentre, type Insets, insetsBeside, narrowFactor, type Rect, widenFactor } from '$lib/domain/sight';
 import { type Box, boxAround, boxCorners } from '$lib/domain/tiling';
 import { projection, type Projection, WORLD_M, type XY } from './frame';
 import { toXY } from './route-view';
@@ -19,10 +19,10 @@ export interface MapViewState {
 }
 
 const MAX_ZOOM = 21;
-/** The column of buttons at the map's edge. */
-const CONTROLS_PX = 48;
 /** How long the view is left alone after a move by hand. */
 const HANDS_OFF_MS = 4000;
+/** A view that was widened stays so until the plane has needed less of it for this long. */
+const NARROWS_AFTER_MS = 15_000;
 /** A plane farther off than this many windows is jumped to, not zoomed out to. */
 const JUMP_FACTOR = 12;
 
@@ -53,6 +53,12 @@ export class ViewControl {
   #end: (() => void) | null = null;
   #hasSeenPlane = false;
   #movedByHand_ms = -Infinity;
+  /** The resolution that somebody chose, while the view is wider to keep the plane in sight. */
+  #chosen: number | null = null;
+  /** Since when the plane has needed less than this wider view. */
+  #narrowable_ms: number | null = null;
+  /** What lies over the map beside the panels, pixels of it. */
+  covers: () => readonly Rect[] = () => [];
 
   constructor(map: OlMap) {
     this.#map = map;
@@ -77,6 +83,7 @@ export class ViewControl {
   setFollow(mode: FollowMode, at: LonLat | null): void {
     this.#follow = mode;
     this.#movedByHand_ms = -Infinity;
+    this.#chosen = null;
     if (at === null || mode === 'free') return;
     if (mode === 'sight') this.keepInSight(at);
     else this.#centreOn(at, 300);
@@ -85,6 +92,7 @@ export class ViewControl {
   /** Leaves the view alone for a while. */
   movedByHand(): void {
     this.#movedByHand_ms = performance.now();
+    this.#chosen = null;
   }
 
   zoomBy(steps: number): void {
@@ -113,7 +121,6 @@ export class ViewControl {
     if (places.length === 0) return;
     this.movedByHand();
     const [width = 0, height = 0] = this.#map.getSize() ?? [];
-    const { top, right, bottom, left } = this.insets;
     const edge = Math.min(60, width * 0.1, height * 0.1);
     // over the date line the shorter way is meant
     const box = boxAround(places);
@@ -121,10 +128,10 @@ export class ViewControl {
     const corners = boxCorners(box).map(toXY);
     const shift = this.#worldShift(corners[0]?.[0] ?? 0);
     const extent = boundingExtent(corners.map(([x, y]) => [x + shift, y]));
-    const fit: FitOptions = {
-      padding: [top + edge, right + edge + CONTROLS_PX, bottom + edge, left + edge],
-      maxZoom: 17,
-    };
+    const [west = 0, south = 0, east = 0, north = 0] = extent;
+    const shape = { width: east - west, height: north - south };
+    const { top, right, bottom, left } = insetsBeside(this.covers(), shape, { width, height }, this.insets);
+    const fit: FitOptions = { padding: [top + edge, right + edge, bottom + edge, left + edge], maxZoom: 17 };
     this.#endAnimation();
     const end = (): void => this.#view.fit(extent, fit);
     this.#end = end;
@@ -170,11 +177,28 @@ export class ViewControl {
     const isHeld = this.#view.getInteracting() || performance.now() - this.#movedByHand_ms < HANDS_OFF_MS;
     if (this.#view.getAnimating() || isHeld) return;
     const factor = widenFactor(x, y, { width, height }, this.insets);
-    if (factor === 1) return;
     if (factor > JUMP_FACTOR) {
       this.#centreOn(at, 0);
       return;
     }
+    if (factor > 1) {
+      this.#narrowable_ms = null;
+      this.#chosen ??= this.resolution;
+      this.#scaleBy(factor);
+      return;
+    }
+    if (this.#chosen === null) return;
+    const less = narrowFactor(x, y, { width, height }, this.insets, this.#chosen / this.resolution);
+    const now_ms = performance.now();
+    if (less === 1) this.#narrowable_ms = null;
+    else if ((this.#narrowable_ms ??= now_ms) <= now_ms - NARROWS_AFTER_MS) {
+      this.#narrowable_ms = null;
+      this.#scaleBy(less);
+    }
+  }
+
+  /** About the middle of what panels leave free. */
+  #scaleBy(factor: number): void {
     const anchor = this.#map.getCoordinateFromPixel(this.freeCentrePixel());
     const resolution = this.resolution * factor;
     this.#view.animate({ ...(anchor ? { anchor } : {}), resolution, duration: 500, easing: inAndOut });
