@@ -1,4 +1,5 @@
 import { beforeEach, expect, it } from 'vitest';
+import { emptyPlan, makeItem } from '$lib/domain/plan';
 import { areas } from './areas.svelte';
 import { plan } from './plan.svelte';
 import { canUndoStep, undoStep } from './undo-step';
@@ -43,4 +44,16 @@ it('undoes the corners of what is drawn before changes of the plan', () => {
   undoStep();
   undoStep();
   expect([areas.sketch.length, plan.draft.fence.zones.length, canUndoStep()]).toEqual([0, 0, true]);
+});
+
+it('drops what is half drawn with the fence that it was drawn for', () => {
+  const draw = () => [0, 1, 2].forEach((n) => areas.click(at(n)));
+  draw();
+  plan.clear('mission');
+  expect(areas.sketch.length).toBe(3);
+  plan.clear('fence');
+  expect(areas.sketch.length).toBe(0);
+  draw();
+  plan.replace({ ...emptyPlan(), items: [makeItem('waypoint', { at: at(0), alt_m: 80 })] });
+  expect(areas.sketch.length).toBe(0);
 });

@@ -145,3 +145,6 @@ class AreaStore implements ShapeEditor {
 }
 
 export const areas = new AreaStore();
+plan.whenReplaced((before) => {
+  if (plan.draft.fence !== before.fence) areas.cancelSketch();
+});

@@ -1,6 +1,7 @@
 // The plan between the editor and files, which the core reads and writes.
 import type { Plan, PlanFileFormat, PlanFileNote, PlanKind, Problem } from '$lib/api/types';
 import { isFenceEmpty } from '$lib/domain/area-edit';
+import { areas } from './areas.svelte';
 import { PLAN_PARTS } from './on-board.svelte';
 import { plan } from './plan.svelte';
 import { api, problemFrom } from './station.svelte';
@@ -45,10 +46,11 @@ class PlanFiles {
   #take(name: string, read: Plan): void {
     const { fence, rally } = read;
     if (read.items.length === 0 && !(isFenceEmpty(fence) && rally.length === 0)) {
-      plan.editAreas((areas) => ({
-        fence: isFenceEmpty(fence) ? areas.fence : fence,
-        rally: rally.length === 0 ? areas.rally : rally,
+      plan.editAreas((old) => ({
+        fence: isFenceEmpty(fence) ? old.fence : fence,
+        rally: rally.length === 0 ? old.rally : rally,
       }));
+      if (!isFenceEmpty(fence)) areas.cancelSketch();
     } else if (MISSION_ALONE.test(name)) {
       const { fence, rally } = plan.draft;
       plan.replace({ ...read, fence, rally: [...rally] });

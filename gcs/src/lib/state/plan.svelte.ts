@@ -58,6 +58,7 @@ class PlanStore {
   #generation = 0;
   #saveTimer: ReturnType<typeof setTimeout> | undefined;
   readonly #listeners: (() => void)[] = [];
+  readonly #onReplaced: ((before: Draft) => void)[] = [];
 
   /** Where heights count from: the vehicle's home, else the one that the plan names. */
   home = $derived.by<Home | null>(() => {
@@ -176,6 +177,15 @@ class PlanStore {
     this.#listeners.push(listener);
   }
 
+  /** Calls after the draft, or a part of it, was emptied or made another one: what was half drawn for the old one goes with it. */
+  whenReplaced(listener: (before: Draft) => void): void {
+    this.#onReplaced.push(listener);
+  }
+
+  #replaced(before: Draft): void {
+    for (const listener of this.#onReplaced) listener(before);
+  }
+
   /** Inserts on the leg that ends at item `toIndex`; gives the number of the new item. */
   insertOnLeg(toIndex: number, at: LonLat): number | null {
     return this.addWith((draft) => insertOnLeg(draft, toIndex, at, this.defaults), `insert-${this.draft.nextKey}`);
@@ -266,6 +276,7 @@ class PlanStore {
   /** Empties a part of the draft, or all of it; undo brings it back. */
   clear(part: PlanKind | 'all' = 'all'): void {
     const empty = emptyPlan();
+    const before = this.draft;
     this.#generation += 1;
     this.edit((draft) => {
       if (part === 'fence') return { ...draft, fence: empty.fence };
@@ -275,6 +286,7 @@ class PlanStore {
         : { ...draftOf(empty), nextKey: draft.nextKey };
     });
     this.selectKeys([]);
+    this.#replaced(before);
   }
 
   undo(): void {
@@ -294,12 +306,15 @@ class PlanStore {
 
   /** Replaces the draft by a plan found on a vehicle. Nothing is lost, so there is nothing to undo. */
   begin(draft: Draft): void {
+    const before = this.draft;
     this.#generation += 1;
     this.#set(historyOf(draft));
+    this.#replaced(before);
   }
 
   /** Replaces the draft by a plan; undo brings the old one back. */
   replace(plan: Plan): void {
+    const before = this.draft;
     this.#generation += 1;
     this.edit((draft) => {
       const next = draftOf(plan);
@@ -311,6 +326,7 @@ class PlanStore {
       };
     });
     this.selectKeys([]);
+    this.#replaced(before);
   }
 
   /** Adds items, and selects the last; gives its number. */

@@ -465,3 +465,6 @@ function readSettings(value: unknown): SurveySettings | null {
 }
 
 export const surveys = new SurveyStore();
+plan.whenReplaced((before) => {
+  if (plan.items !== before.items) surveys.cancelSketch();
+});
