@@ -2,9 +2,11 @@ import { describe, expect, it } from 'vitest';
 import { bearing_deg, between, circle, destination, distance_m, geodesicLine, offset_m } from './geo';
 import {
   formatDecimal,
+  formatAngle,
   formatDms,
   lonLat,
   type LonLat,
+  parseAngle,
   parseLonLat,
   rounded,
   wrap180_deg,
@@ -109,6 +111,12 @@ describe('positions', () => {
   it('writes what it reads', () => {
     expect(formatDecimal(MADRID)).toBe('40.3332000, -3.7978000');
     expect(formatDms(MADRID)).toBe('40°19′59.5″N 3°47′52.1″W');
+    expect(formatAngle(MADRID.lon_deg, 'lon', 4)).toMatch(/^3°47′52\.\d{4}″W$/);
+    for (const [axis, value_deg] of [['lat', -33.1234567] as const, ['lon', 179.9999999] as const]) {
+      expect(parseAngle(formatAngle(value_deg, axis, 4), axis)).toBeCloseTo(value_deg, 7);
+      expect(parseAngle(String(value_deg), axis)).toBe(value_deg);
+    }
+    expect(parseAngle('3°47′52″W', 'lat')).toBeNull();
     expect(formatDms({ lat_deg: -0.99999999, lon_deg: 0 })).toBe('1°00′00.0″S 0°00′00.0″E');
   });
 });

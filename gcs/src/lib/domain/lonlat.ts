@@ -45,16 +45,28 @@ export function formatDecimal(at: LonLat, digits = 7): string {
 
 /** `40°20′08.0″N 3°47′48.0″W`. */
 export function formatDms(at: LonLat): string {
-  return `${dms(at.lat_deg, 'N', 'S')} ${dms(at.lon_deg, 'E', 'W')}`;
+  return `${formatAngle(at.lat_deg, 'lat')} ${formatAngle(at.lon_deg, 'lon')}`;
 }
 
-function dms(value_deg: number, positive: string, negative: string): string {
-  const tenths = Math.round(Math.abs(value_deg) * 36_000);
-  const seconds = (tenths % 600) / 10;
-  const minutes = Math.floor(tenths / 600) % 60;
-  const degrees = Math.floor(tenths / 36_000);
+type Axis = 'lat' | 'lon';
+const LETTERS = { lat: ['N', 'S'], lon: ['E', 'W'] } as const;
+
+/** One of its angles, with so many decimals of a second: `40°20′08.0″N`. */
+export function formatAngle(value_deg: number, axis: Axis, digits = 1): string {
+  const parts = 10 ** digits;
+  const whole = Math.round(Math.abs(value_deg) * 3600 * parts);
+  const seconds = (whole % (60 * parts)) / parts;
+  const minutes = Math.floor(whole / (60 * parts)) % 60;
+  const degrees = Math.floor(whole / (3600 * parts));
   const pad = (text: string, length: number): string => text.padStart(length, '0');
-  return `${degrees}°${pad(String(minutes), 2)}′${pad(seconds.toFixed(1), 4)}″${value_deg < 0 ? negative : positive}`;
+  const letter = LETTERS[axis][value_deg < 0 ? 1 : 0];
+  return `${degrees}°${pad(String(minutes), 2)}′${pad(seconds.toFixed(digits), digits + 3)}″${letter}`;
+}
+
+/** Reads one angle as people write it, `40°20′08″N` or `40.3355`; `null` when it is none, or of the other axis. */
+export function parseAngle(text: string, axis: Axis): number | null {
+  const read = angle(text.trim().toUpperCase());
+  return read === null || (read.axis !== null && read.axis !== axis) ? null : read.value_deg;
 }
 
 /**
@@ -91,7 +103,7 @@ function split(text: string): [string, string] | null {
   return null;
 }
 
-function angle(text: string): { value_deg: number; axis: 'lat' | 'lon' | null } | null {
+function angle(text: string): { value_deg: number; axis: Axis | null } | null {
   const letter = text.match(/[NSEWO]/g) ?? [];
   if (letter.length > 1) return null;
   const match = text

@@ -119,7 +119,11 @@ describe('keeping in sight', () => {
     // below a panel it covers nothing
     expect(insetsBeside([dial], wide, size, { ...none, bottom: 200 })).toEqual({ ...none, bottom: 200 });
     const buttons = { left: 940, top: 400, right: 1000, bottom: 800 };
-    expect(insetsBeside([dial, buttons], { width: 4000, height: 2400 }, size, none)).toEqual({ ...none, bottom: 200, right: 60 });
+    expect(insetsBeside([dial, buttons], { width: 4000, height: 2400 }, size, none)).toEqual({
+      ...none,
+      bottom: 200,
+      right: 60,
+    });
     // one that would leave hardly anything is drawn over
     expect(insetsBeside([{ left: 100, top: 100, right: 950, bottom: 780 }], wide, size, none)).toEqual(none);
   });

@@ -1,5 +1,8 @@
 import { describe, expect, it } from 'vitest';
 import {
+  climbFigure,
+  climbSymbol,
+  editedNumber,
   formatDistance,
   formatDuration,
   formatHeight,
@@ -9,6 +12,8 @@ import {
   lengthTo_m,
   parseMeasure,
   parseNumber,
+  roundLength_m,
+  scaleStep_m,
   speedFrom_m_s,
   speedTo_m_s,
   type Units,
@@ -40,12 +45,42 @@ describe('units', () => {
     expect(formatDistance(3254, FEET, 'en')).toBe('1.76 nmi');
     expect(formatSpeed(12.34, SI, 'en')).toBe('12.3 m/s');
     expect(formatSpeed(12.34, FEET, 'en')).toBe('24 kt');
-    expect(formatScale(1000, SI, 'en')).toBe('1 km');
-    expect(formatScale(1500, SI, 'es')).toBe('1,5 km');
-    expect(formatScale(500, SI, 'en')).toBe('500 m');
-    expect(formatScale(3704, FEET, 'en')).toBe('2 nmi');
     expect(formatDuration(65)).toBe('1:05');
     expect(formatDuration(3729)).toBe('1:02:09');
+  });
+
+  it('has scales and choices that are round in the unit that is read', () => {
+    expect([70, 300, 1400].map((least_m) => scaleStep_m(least_m, SI))).toEqual([100, 500, 2000]);
+    const steps = [70, 300, 600, 900, 1400].map((least_m) => scaleStep_m(least_m, FEET));
+    expect(steps.map((step_m) => formatScale(step_m, step_m, FEET, 'en'))).toEqual([
+      '500 ft',
+      '1,000 ft',
+      '2,000 ft',
+      '0.5 nmi',
+      '1 nmi',
+    ]);
+    expect(formatScale(6 * 609.6, 609.6, FEET, 'es')).toBe('12.000 ft');
+    expect(formatScale(1500, 500, SI, 'es')).toBe('1,5 km');
+    expect(formatScale(500, 500, SI, 'en')).toBe('500 m');
+    expect([80, 200, 12].map((value_m) => Math.round(lengthFrom_m(roundLength_m(value_m, 'ft'), 'ft')))).toEqual([
+      250, 650, 40,
+    ]);
+    expect(roundLength_m(80, 'm')).toBe(80);
+  });
+
+  it('climbs in the unit of heights', () => {
+    expect([climbFigure(1.24, SI, 'es'), climbSymbol(SI)]).toEqual(['1,2', 'm/s']);
+    expect([climbFigure(1.24, FEET, 'es'), climbSymbol(FEET)]).toEqual(['240', 'ft/min']);
+    expect([climbFigure(-0.01, FEET, 'en'), climbFigure(10, FEET, 'en')]).toEqual(['0', '1970']);
+  });
+
+  it('writes numbers to edit with the separator of the language', () => {
+    expect([editedNumber(262.5, 2, 'es'), editedNumber(1476, 2, 'en'), editedNumber(-0.001, 1, 'en')]).toEqual([
+      '262,5',
+      '1476',
+      '0',
+    ]);
+    expect(parseNumber(editedNumber(-2.25, 2, 'es'))).toBe(-2.25);
   });
 
   it('reads what people type', () => {

@@ -1,5 +1,7 @@
 /** Units that people choose to read and type; everything inside the station is metres and metres per second. */
 
+import { niceStep } from './profile';
+
 export type LengthUnit = 'm' | 'ft';
 export type SpeedUnit = 'm_s' | 'kt' | 'km_h';
 
@@ -32,11 +34,12 @@ function formatter(
   locale: string | undefined,
   minimumFractionDigits: number,
   maximumFractionDigits: number,
+  useGrouping: 'auto' | false = 'auto',
 ): Intl.NumberFormat {
-  const key = `${locale} ${minimumFractionDigits} ${maximumFractionDigits}`;
+  const key = `${locale} ${minimumFractionDigits} ${maximumFractionDigits} ${useGrouping}`;
   let found = formatters.get(key);
   if (found === undefined) {
-    found = new Intl.NumberFormat(locale, { minimumFractionDigits, maximumFractionDigits });
+    found = new Intl.NumberFormat(locale, { minimumFractionDigits, maximumFractionDigits, useGrouping });
     formatters.set(key, found);
   }
   return found;
@@ -47,6 +50,10 @@ export function formatNumber(value: number, digits: number, locale?: string): st
   const text = formatter(locale, digits, digits).format(value);
   return /^[-−][0.,\s]*$/.test(text) ? text.slice(1) : text;
 }
+
+/** A number to be edited: no more digits than needed, at most `digits`, and none in groups. */
+export const editedNumber = (value: number, digits: number, locale?: string): string =>
+  formatter(locale, 0, digits, false).format(Number(value.toFixed(digits)) || 0);
 
 /** A height: `80 m`, `262 ft`. */
 export function formatHeight(value_m: number, units: Units, locale?: string, digits = 0): string {
@@ -62,13 +69,46 @@ export function formatDistance(value_m: number, units: Units, locale?: string): 
   return `${formatNumber(value, digits, locale)} ${units.length === 'm' ? 'km' : 'nmi'}`;
 }
 
-/** A distance on a scale, where values are round: `500 m`, `1 km`, `1.5 km`; with feet `500 ft`, `2 nmi`. */
-export function formatScale(value_m: number, units: Units, locale?: string): string {
-  const large_m = units.length === 'm' ? 1000 : M_PER_NMI;
-  const isLarge = Math.abs(value_m) >= large_m * 0.999;
-  const value = isLarge ? value_m / large_m : lengthFrom_m(value_m, units.length);
-  const symbol = isLarge ? (units.length === 'm' ? 'km' : 'nmi') : LENGTH_SYMBOL[units.length];
+/** From this distance on a scale in feet is one in nautical miles. */
+const NMI_SCALE_M = 0.5 * M_PER_NMI;
+/** Steps of a scale in feet are at most this long. */
+const FT_SCALE_M = 2000 * M_PER_FT;
+
+/** The smallest step of a scale that is not below `least_m`, round in the units in use: 500 m, 2 km; 2000 ft, 0.5 nmi. */
+export function scaleStep_m(least_m: number, units: Units): number {
+  if (units.length === 'm') return niceStep(least_m);
+  if (least_m <= FT_SCALE_M) return lengthTo_m(niceStep(lengthFrom_m(least_m, 'ft')), 'ft');
+  return Math.max(NMI_SCALE_M, niceStep(least_m / M_PER_NMI) * M_PER_NMI);
+}
+
+/** A distance on a scale with these steps: `500 m`, `1.5 km`; with feet `6000 ft`, `1.5 nmi`. */
+export function formatScale(value_m: number, step_m: number, units: Units, locale?: string): string {
+  const isFeet = units.length === 'ft';
+  const isLarge = isFeet ? step_m >= NMI_SCALE_M * 0.999 : Math.abs(value_m) >= 999;
+  const value = isLarge ? value_m / (isFeet ? M_PER_NMI : 1000) : lengthFrom_m(value_m, units.length);
+  const symbol = isLarge ? (isFeet ? 'nmi' : 'km') : LENGTH_SYMBOL[units.length];
   return `${formatter(locale, 0, isLarge ? 2 : 0).format(value)} ${symbol}`;
+}
+
+/** A length near one that was chosen in metres, as somebody who reads feet would choose it: 80 m is 250 ft. */
+export function roundLength_m(value_m: number, unit: LengthUnit): number {
+  if (unit === 'm') return value_m;
+  const value = lengthFrom_m(value_m, unit);
+  const step = value >= 100 ? 50 : 10;
+  return lengthTo_m(Math.round(value / step) * step, unit);
+}
+
+/** Climbing is read in the unit of heights: m/s, or feet per minute. */
+export const climbSymbol = ({ length }: Units): string => (length === 'm' ? 'm/s' : 'ft/min');
+export const climbFrom_m_s = (value_m_s: number, { length }: Units): number =>
+  length === 'm' ? value_m_s : lengthFrom_m(value_m_s, length) * 60;
+
+/** Climb without its unit: `1.2`; in feet per minute in tens. */
+export function climbFigure(value_m_s: number, units: Units, locale?: string): string {
+  const value = climbFrom_m_s(value_m_s, units);
+  return units.length === 'm'
+    ? formatNumber(value, 1, locale)
+    : formatter(locale, 0, 0, false).format(Math.round(value / 10) * 10 || 0);
 }
 
 /** A speed: `12.3 m/s`, `24 kt`. */

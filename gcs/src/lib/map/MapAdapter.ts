@@ -1,7 +1,6 @@
 // The map, behind one door: the rest of the app gives it plain values and hears what people do on it.
 import 'ol/ol.css';
 import OlMap from 'ol/Map';
-import ScaleLine from 'ol/control/ScaleLine';
 import DragPan from 'ol/interaction/DragPan';
 import KeyboardPan from 'ol/interaction/KeyboardPan';
 import KeyboardZoom from 'ol/interaction/KeyboardZoom';
@@ -27,6 +26,7 @@ import { RoutePainter, type RouteStatus, type RouteTexts } from './route-painter
 import { EMPTY_ROUTE, routeView, toLine, toXY } from './route-view';
 import { RulerPainter } from './ruler-painter';
 import { RunwayPainter } from './runway-painter';
+import { ScaleBar } from './scale-bar';
 import { type ShownSource, type SourceEvents, SourceLayers } from './sources/SourceLayers';
 import { handleInteraction, type Placing, PlacingPainter } from './sources/placing';
 import { SurveyPainter, type SurveyView } from './survey-painter';
@@ -43,8 +43,10 @@ interface MapEvents extends GestureEvents {
 }
 
 interface MapTexts extends RouteTexts, AreaTexts {
-  /** A round distance, for the grid. */
-  distance(value_m: number): string;
+  /** A distance on a scale with steps of that length, for the grid and the scale. */
+  distance(value_m: number, step_m: number): string;
+  /** The smallest round distance that is not below another. */
+  step_m(least_m: number): number;
   /** Length so far and bearing of the last piece. */
   ruler(length_m: number, bearing_deg: number): string;
   /** Where a survey begins. */
@@ -102,7 +104,7 @@ export class MapAdapter {
   readonly #fleetLayer = this.#layer(3.5, this.#fleet);
   readonly #planeLayer = this.#layer(4, this.#rehearsal.plane, this.#vehicles, this.#ruler);
   readonly #layers = [this.#groundLayer, this.#placingLayer, this.#planLayer, this.#fleetLayer, this.#planeLayer];
-  readonly #scale: ScaleLine;
+  readonly #scale = new ScaleBar();
   readonly #themeObserver: MutationObserver;
   #theme: Theme = readTheme();
   /** The vehicles' visible state and trail points at the last paint. */
@@ -115,7 +117,6 @@ export class MapAdapter {
 
   constructor({ target, events, view, sources, tiles }: MapOptions) {
     this.#target = target;
-    this.#scale = new ScaleLine({ units: 'metric', minWidth: 80, maxWidth: 160 });
     this.#map = new OlMap({
       target,
       view: viewAt(view ?? null),
@@ -296,13 +297,11 @@ export class MapAdapter {
     this.#areas.texts = texts;
     this.#survey.begin = texts.surveyBegin;
     this.#grid.formatDistance = texts.distance;
+    this.#grid.stepOf_m = texts.step_m;
+    this.#scale.setTexts(texts);
     this.#grid.letters = texts.letters;
     this.#ruler.format = texts.ruler;
     for (const layer of this.#layers) layer.touch();
-  }
-
-  setUnits(unit: 'm' | 'ft'): void {
-    this.#scale.setUnits(unit === 'm' ? 'metric' : 'nautical');
   }
 
   /** Base map and overlays, bottom to top; with `isFine` a dense screen gets the next finer tiles. */

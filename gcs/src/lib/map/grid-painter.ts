@@ -1,6 +1,5 @@
 // The grid: metres from home (or from a round position) when near, degrees when far.
 import { fromLonLat, toLonLat } from 'ol/proj';
-import { niceStep } from '$lib/domain/profile';
 import type { Frame, Painter, XY } from './frame';
 import { haloText } from './frame';
 
@@ -13,7 +12,9 @@ export class GridPainter implements Painter {
   /** Where metres count from. */
   origin: XY | null = null;
   /** Writes a distance: 1000 → "1 km". */
-  formatDistance: (value_m: number) => string = (value_m) => `${value_m} m`;
+  formatDistance: (value_m: number, step_m: number) => string = (value_m) => `${value_m} m`;
+  /** The smallest round distance that is not below another. */
+  stepOf_m: (least_m: number) => number = (least_m) => least_m;
   /** Letters of the four directions. */
   letters = { north: 'N', east: 'E', south: 'S', west: 'W' };
   isVisible = true;
@@ -23,7 +24,7 @@ export class GridPainter implements Painter {
     const [, lat_deg = 0] = toLonLat([...frame.centre]);
     // Mercator stretches by 1 / cos(latitude)
     const stretch = 1 / Math.max(Math.cos((lat_deg * Math.PI) / 180), 0.05);
-    const step_m = niceStep((SPACING_PX * frame.resolution) / stretch);
+    const step_m = this.stepOf_m((SPACING_PX * frame.resolution) / stretch);
     frame.context.font = `11px ${frame.theme.font}`;
     frame.context.strokeStyle = frame.theme.grid;
     frame.context.lineWidth = 1;
@@ -40,7 +41,7 @@ export class GridPainter implements Painter {
     const label = (value_m: number, plus: string, minus: string): string =>
       Math.abs(value_m) < step_m / 2
         ? '0'
-        : `${this.formatDistance(Math.abs(Math.round(value_m)))} ${value_m > 0 ? plus : minus}`;
+        : `${this.formatDistance(Math.abs(value_m), step_m)} ${value_m > 0 ? plus : minus}`;
     const step = step_m * scale;
     const xs = lines(frame.centre[0] - origin[0], (frame.size.width / 2) * frame.resolution, step);
     const ys = lines(frame.centre[1] - origin[1], (frame.size.height / 2) * frame.resolution, step);

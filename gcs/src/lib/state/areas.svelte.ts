@@ -15,7 +15,9 @@ import {
 } from '$lib/domain/area-edit';
 import type { LonLat } from '$lib/domain/lonlat';
 import type { FenceZone, RallyPoint, ReturnPoint } from '$lib/domain/plan';
+import { roundLength_m } from '$lib/domain/units';
 import { plan } from './plan.svelte';
+import { settings } from './settings.svelte';
 import type { ShapeEditor } from './shape-editor';
 
 /** What a click on the map makes while the fence is edited; "in" is stayed in, "out" is stayed out of. */
@@ -67,7 +69,8 @@ class AreaStore implements ShapeEditor {
       this.#corners = this.#tool === this.#polygonTool ? [...this.#corners, at] : [at];
       this.#polygonTool = this.#tool;
     } else if (this.#tool.endsWith('circle')) {
-      plan.editAreas((areas) => ({ ...areas, fence: addCircle(areas.fence, this.isInclusion, at, NEW_RADIUS_M) }));
+      const radius_m = roundLength_m(NEW_RADIUS_M, settings.units.length);
+      plan.editAreas((areas) => ({ ...areas, fence: addCircle(areas.fence, this.isInclusion, at, radius_m) }));
       this.selected = { kind: 'centre', zone: plan.draft.fence.zones.length - 1 };
       this.tool = 'select';
     } else {

@@ -24,7 +24,9 @@ import {
   setParam,
 } from '$lib/domain/plan-edit';
 import { readPlan } from '$lib/domain/plan-read';
+import { roundLength_m } from '$lib/domain/units';
 import { type End, NO_END } from '$lib/domain/way';
+import { settings } from './settings.svelte';
 import { api, problemFrom } from './station.svelte';
 import { load, save } from './stored';
 import { vehicles } from './vehicles.svelte';
@@ -34,8 +36,12 @@ export type PlanTool = EditableKind | 'select' | 'runway';
 
 const SAVE_MS = 300;
 
+/** Height of new items until one is chosen, metres. */
+const NEW_ALT_M = 80;
+
 interface Chosen {
-  readonly alt_m: number;
+  /** `null` until one is chosen. */
+  readonly alt_m: number | null;
   readonly frame: HeightFrame;
 }
 
@@ -43,7 +49,7 @@ class PlanStore {
   #history = $state.raw<History<Draft>>(historyOf(draftOf(load('draft', emptyPlan(), readPlan))));
   #selection = $state.raw<ReadonlySet<number>>(new Set());
   #isEditing = $state(false);
-  #chosen = $state.raw<Chosen>(load('plan-defaults', { alt_m: 80, frame: 'home' }, readChosen));
+  #chosen = $state.raw<Chosen>(load('plan-defaults', { alt_m: null, frame: 'home' }, readChosen));
   /** How the mission ends, from the core's last answer. */
   end = $state.raw<End>(NO_END);
   tool = $state<PlanTool>('waypoint');
@@ -114,10 +120,12 @@ class PlanStore {
   }
 
   get defaults(): EditDefaults {
-    return { ...this.#chosen, route: vehicles.route, end: this.end };
+    const { alt_m, frame } = this.#chosen;
+    const length = settings.units.length;
+    return { alt_m: alt_m ?? roundLength_m(NEW_ALT_M, length), frame, route: vehicles.route, end: this.end };
   }
 
-  setDefaults(change: Partial<Chosen>): void {
+  setDefaults(change: Partial<{ alt_m: number; frame: HeightFrame }>): void {
     this.#chosen = { ...this.#chosen, ...change };
     save('plan-defaults', this.#chosen);
   }
@@ -377,7 +385,7 @@ class PlanStore {
 function readChosen(value: unknown): Chosen | null {
   if (typeof value !== 'object' || value === null) return null;
   const { alt_m, frame } = value as Record<string, unknown>;
-  if (typeof alt_m !== 'number' || !Number.isFinite(alt_m)) return null;
+  if (alt_m !== null && (typeof alt_m !== 'number' || !Number.isFinite(alt_m))) return null;
   return { alt_m, frame: (['home', 'amsl', 'terrain'] as const).find((one) => one === frame) ?? 'home' };
 }
 

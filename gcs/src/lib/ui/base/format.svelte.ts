@@ -3,6 +3,8 @@ import { gpsFix } from '$lib/domain/core';
 import { formatPlace } from '$lib/domain/coordinates';
 import type { LonLat } from '$lib/domain/lonlat';
 import {
+  climbFigure,
+  climbSymbol,
   formatDistance,
   formatDuration,
   formatHeight,
@@ -34,6 +36,9 @@ export const height = (value_m: Maybe, digits = 0): string =>
   show(value_m, (value) => formatHeight(value, settings.units, settings.locale, digits));
 export const speed = (value_m_s: Maybe): string =>
   show(value_m_s, (value) => formatSpeed(value, settings.units, settings.locale));
+/** How fast it climbs: `1.2 m/s`, `240 ft/min`. */
+export const climb = (value_m_s: Maybe): string =>
+  show(value_m_s, (value) => `${climbFigure(value, settings.units, settings.locale)} ${climbSymbol(settings.units)}`);
 export const distance = (value_m: Maybe): string =>
   show(value_m, (value) => formatDistance(value, settings.units, settings.locale));
 export const windWord = ({ from_deg, speed_m_s }: Wind): string =>

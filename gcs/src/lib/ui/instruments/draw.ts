@@ -10,7 +10,7 @@ export interface Picture {
   /** In the units shown; null when not known. */
   airspeed: number | null;
   altitude: number | null;
-  climb: number | null;
+  climb_m_s: number | null;
   /** Whether airspeed and climb are old, and the altitude. */
   isHudOld: boolean;
   isPositionOld: boolean;
@@ -19,6 +19,8 @@ export interface Picture {
 export interface Words {
   speedUnit: string;
   lengthUnit: string;
+  /** Writes a climb without its unit. */
+  climb: (value_m_s: number) => string;
   north: string;
   east: string;
   south: string;
@@ -103,7 +105,7 @@ export function drawInstrument(
     colours,
   });
   context.globalAlpha = picture?.isHudOld ? FADED : 1;
-  drawClimb(context, width - tape_w, body_h, picture?.climb ?? null, words, colours);
+  drawClimb(context, width - tape_w, body_h, picture?.climb_m_s ?? null, words, colours);
   context.globalAlpha = isOld ? FADED : 1;
   drawHeading(context, 0, body_h, width, heading_h, picture?.heading_rad ?? null, words, colours);
   context.globalAlpha = 1;
@@ -303,7 +305,7 @@ function drawClimb(
   context: Context,
   x: number,
   height: number,
-  climb: number | null,
+  climb_m_s: number | null,
   words: Words,
   colours: Colours,
 ): void {
@@ -315,20 +317,22 @@ function drawClimb(
   context.strokeStyle = colours.text;
   context.fillStyle = colours.text;
   context.lineWidth = 1;
-  // Full deflection at 5 m/s, or 10 kt.
-  const full = words.speedUnit === 'm/s' ? 5 : words.speedUnit === 'kt' ? 10 : 20;
+  /** Full deflection: 5 m/s, or 1000 ft/min. */
+  const full_m_s = words.lengthUnit === 'ft' ? 5.08 : 5;
   const half = height / 2 - 22;
   for (const part of [-1, -0.6, -0.2, 0.2, 0.6, 1])
     line(context, x - width, cy - part * half, x - width + 5, cy - part * half);
   line(context, x - width, cy, x, cy);
-  if (climb !== null) {
-    const tip = cy - Math.max(-1, Math.min(1, climb / full)) * half;
+  if (climb_m_s !== null) {
+    const tip = cy - Math.max(-1, Math.min(1, climb_m_s / full_m_s)) * half;
     context.fillStyle = colours.accent;
     context.fillRect(x - width + 5, Math.min(cy, tip), width - 7, Math.abs(tip - cy));
     context.fillStyle = colours.text;
     context.font = `600 11px ${colours.font}`;
     context.textAlign = 'right';
-    const text = `${climb >= 0.05 ? '+' : climb <= -0.05 ? '−' : ''}${Math.abs(climb).toFixed(1)}`;
+    const figures = words.climb(Math.abs(climb_m_s));
+    const isStill = !/[1-9]/.test(figures);
+    const text = `${isStill ? '' : climb_m_s > 0 ? '+' : '−'}${figures}`;
     const text_w = context.measureText(text).width + 8;
     context.fillStyle = colours.tape;
     context.fillRect(x - text_w, height - 18, text_w, 18);
