@@ -7,9 +7,12 @@ import type {
   Operation,
   Plan,
   PlanKind,
+  PlanComparison,
   ServerMessage,
   Session,
+  VehicleState,
   VehicleSummary,
+  Way,
 } from '../../src/lib/api/types';
 import { fleetRow } from './fleet';
 import { home, mission, telemetryAt } from './flight';
@@ -173,12 +176,26 @@ const heldBack = () =>
 
 const planStates = () => ({ mission: scene === 'mixed' ? mixed : verified, fence: empty, rally: empty });
 
+/** Straight lines stay what they are: guesses. */
+const way = (items: number): Way => ({
+  stops: [],
+  jumps: [],
+  end: { item: items + 1, designed_item: null },
+  profile: { points: [], loiters: [], length_m: 0, ground: null },
+  is_ground_pending: false,
+});
+
+/** What is not answered here fails as it would on an older server, and not in what the page makes of it. */
+const notHere = () =>
+  json({ type: 'urn:vencejo:not-found', title: 'Not found', status: 404, detail: 'the mock has no answer' }, 404);
+
 async function answer(method: string, path: string, query: string, body: string): Promise<Response> {
   const ofMaps = await mapsAnswer(method, path, body, json);
   if (ofMaps !== null) return ofMaps;
   await new Promise((resolve) => setTimeout(resolve, 120));
   if (path.endsWith('/plan/compare')) {
-    return json({ mission: { hash: verified.hash, changes: [] }, fence: null, rally: null });
+    const same: PlanComparison = { mission: { hash: verified.hash, changes: [] }, fence: null, rally: null };
+    return json(same);
   }
   const plans = /^\/vehicles\/\d+\/plan\/(\w+)(\/read)?$/.exec(path);
   if (plans && method === 'GET') return json({ state: planStates()[plans[1] as PlanKind], plan });
@@ -189,18 +206,19 @@ async function answer(method: string, path: string, query: string, body: string)
   if (path === '/session') return json(session);
   if (path === '/links') return json([link()]);
   if (path === '/plan/check') return json([]);
+  if (path === '/plan/way') return json(way((JSON.parse(body) as { plan: Plan }).plan.items.length));
+  if (path.startsWith('/control/')) return json(session);
   if (/^\/vehicles\/\d+\/texts$/.test(path)) return json(texts);
   if (/^\/vehicles\/\d+$/.test(path)) {
     const { groups, progress } = toldAt(time_s(), { isArmed });
-    return json({
-      system_id: Number(path.split('/')[2]),
+    const state: Partial<VehicleState> = {
       time_s: time_s(),
       telemetry: groups,
       progress,
       plan_states: planStates(),
       mode_names: ['MANUAL', 'FBWA', 'FBWB', 'CRUISE', 'AUTO', 'RTL', 'LOITER', 'GUIDED', 'TAKEOFF', 'CIRCLE'],
-      link: link(),
-    });
+    };
+    return json({ ...summary(Number(path.split('/')[2])), ...state });
   }
   if (path.endsWith('/arm')) {
     if (scene === 'refused') return refusal();
@@ -208,6 +226,8 @@ async function answer(method: string, path: string, query: string, body: string)
     isArmed = true;
   }
   if (path.endsWith('/disarm')) isArmed = false;
+  // commands
+  if (method !== 'POST' || !/^\/vehicles\/\d+\/[\w/-]+$/.test(path)) return notHere();
   await new Promise((resolve) => setTimeout(resolve, 400));
   return json({});
 }
@@ -259,10 +279,7 @@ class MockSocket {
       return;
     }
     if (message.type === 'plan_way') {
-      // straight lines stay what they are: guesses
-      const profile = { points: [], loiters: [], length_m: 0, ground: null };
-      const end = { item: message.plan.items.length + 1, designed_item: null };
-      this.say({ type: 'way', seq: message.seq, stops: [], jumps: [], end, profile, is_ground_pending: false });
+      this.say({ type: 'way', seq: message.seq, ...way(message.plan.items.length) });
       return;
     }
     if (message.type === 'subscribe_roster') {
