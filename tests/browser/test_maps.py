@@ -228,6 +228,7 @@ async def test_a_source_that_fails_says_why_and_comes_back(
             for _ in range(2):
                 await station.button("map.zoomIn").click()
             await expect(notice(station)).to_contain_text("Test ground")
+            await notice(station).get_by_role("button", expanded=False).click()
             await expect(notice(station)).to_contain_text(why)
             panel = await open_maps(station)
             await expect(panel.get_by_text(why).first).to_be_visible()
