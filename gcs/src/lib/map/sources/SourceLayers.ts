@@ -1,5 +1,6 @@
 // The layers of the map's sources: every source comes as tiles of a grid, from our own server, and is warped where its
-// projection differs from the map's. Failed tiles are retried with growing delays; shown ones stay meanwhile.
+// projection differs from the map's. After a failure one tile is tried with growing delays, and once it comes all that failed are asked
+// for again; shown ones stay meanwhile.
 import type ImageTile from 'ol/ImageTile';
 import type OlMap from 'ol/Map';
 import type Tile from 'ol/Tile';
@@ -52,7 +53,7 @@ export interface SourceEvents {
   recovered?(id: string): void;
 }
 
-/** Waiting times before what failed is asked for again, seconds; the last goes on. */
+/** Waiting times before a failed tile is tried again, seconds; the last goes on. */
 const RETRY_S = [5, 10, 20, 40, 60] as const;
 /** A source is hidden when the map is coarser than its coarsest level by this factor: it would take thousands of tiles. */
 const COARSEST_FACTOR = 8;
@@ -72,8 +73,8 @@ interface Entry {
   readonly abort: AbortController;
   layer: TileLayer<TileImage> | null;
   hasFailed: boolean;
-  /** Failures since the last full reload. */
-  failures: number;
+  /** Addresses that failed since the last full reload. */
+  readonly failed: Set<string>;
   waiting: number;
   attempts: number;
   /** Count of full reloads. */
@@ -137,7 +138,7 @@ export class SourceLayers {
       abort: new AbortController(),
       layer: null,
       hasFailed: false,
-      failures: 0,
+      failed: new Set(),
       waiting: 0,
       attempts: 0,
       rounds: 0,
@@ -202,36 +203,54 @@ export class SourceLayers {
     if (answer.kind === 'none') end(tile, TileState.EMPTY);
     else if (answer.kind === 'failed') {
       end(tile, TileState.ERROR);
-      this.#failed(id, entry, answer.problem);
+      this.#failed(id, entry, address, answer.problem);
     } else {
       if (answer.isStale) this.#events.stale?.(id);
       const picture = await decode(answer.picture);
       if (picture !== null) tile.setImage(picture);
       else {
         end(tile, TileState.ERROR);
-        this.#failed(id, entry, ownFault('map-picture', `${answer.picture.type}, ${answer.picture.size} B`));
+        this.#failed(id, entry, address, ownFault('map-picture', `${answer.picture.type}, ${answer.picture.size} B`));
       }
     }
-    if (entry.waiting === 0 && entry.failures === 0 && entry.hasFailed && this.#entries.get(id) === entry) {
+    if (entry.waiting === 0 && entry.failed.size === 0 && entry.hasFailed && this.#entries.get(id) === entry) {
       entry.hasFailed = false;
       entry.attempts = 0;
       this.#events.recovered?.(id);
     }
   }
 
-  #failed(id: string, entry: Entry, problem: Problem): void {
+  #failed(id: string, entry: Entry, address: string, problem: Problem): void {
     if (this.#entries.get(id) !== entry) return;
     entry.hasFailed = true;
-    entry.failures += 1;
+    entry.failed.add(address);
     this.#events.failed?.(id, problem);
-    if (entry.timer !== undefined) return;
+    this.#tryLater(id, entry);
+  }
+
+  #tryLater(id: string, entry: Entry): void {
+    if (entry.timer !== undefined || this.#entries.get(id) !== entry) return;
     const wait_s = RETRY_S[Math.min(entry.attempts, RETRY_S.length - 1)] as number;
     entry.timer = setTimeout(() => {
       entry.timer = undefined;
       // not visible: fetched when it is shown again
-      if (document.hidden) this.#failed(id, entry, problem);
-      else this.#askAgain(id, entry);
+      if (document.hidden) this.#tryLater(id, entry);
+      else void this.#try(id, entry);
     }, wait_s * 1000);
+  }
+
+  /** One tile tells whether the source is there again; another one each time, for one alone may be missing for good. */
+  async #try(id: string, entry: Entry): Promise<void> {
+    const addresses = [...entry.failed];
+    const address = addresses[entry.attempts % addresses.length];
+    const answer = address === undefined ? null : await this.#load(id, address, entry.abort.signal);
+    // it was asked for meanwhile, or removed
+    if (answer?.kind === 'ended' || entry.timer !== undefined || this.#entries.get(id) !== entry) return;
+    if (answer?.kind === 'failed') {
+      entry.attempts += 1;
+      this.#events.failed?.(id, answer.problem);
+      this.#tryLater(id, entry);
+    } else this.#askAgain(id, entry);
   }
 
   #askAgain(id: string, entry: Entry): void {
@@ -239,7 +258,7 @@ export class SourceLayers {
     entry.timer = undefined;
     entry.attempts += 1;
     entry.rounds += 1;
-    entry.failures = 0;
+    entry.failed.clear();
     const source = entry.layer?.getSource();
     const shown = this.#stack.find((one) => one.id === id);
     if (!source || !shown) return;
