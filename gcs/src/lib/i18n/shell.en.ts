@@ -169,6 +169,8 @@ export const shellEn = {
   'fly.abortOnly': 'Only while the plane lands.',
   'fly.onGround': 'It stands on the ground.',
   'fly.isLanding': 'The plane is landing: to land elsewhere or change its height, abort the landing first.',
+  'fly.circlesLow':
+    'It is landing: Abort landing climbs; Pause and Loiter here circle here, low, after a steep turn in which it sinks.',
   'fly.mayBeLanding':
     'Whether the plane is landing is not known: its mission was not read. Read it before changing its height or landing.',
   'fly.heightInMission': 'In a mission it holds until the next item.',

@@ -172,6 +172,8 @@ export const shellEs: Record<keyof typeof shellEn, string> = {
   'fly.onGround': 'Está en tierra.',
   'fly.isLanding':
     'El avión está aterrizando: para cambiar su altura o aterrizar de otro modo, aborta antes el aterrizaje.',
+  'fly.circlesLow':
+    'Está aterrizando: «Abortar aterrizaje» sube; «Pausar» y «Esperar aquí» dan vueltas aquí, bajo, tras un viraje cerrado en el que pierde altura.',
   'fly.mayBeLanding':
     'No se sabe si el avión está aterrizando: su misión no se ha leído. Léela antes de cambiar su altura o de aterrizar.',
   'fly.heightInMission': 'En una misión vale hasta el punto siguiente.',
