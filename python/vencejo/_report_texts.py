@@ -51,7 +51,7 @@ TEXTS: Final[Mapping[str, tuple[str, str]]] = {
     "ending.not-rehearsed": ("Comes to an item that is not rehearsed", "Llega a un punto que no se ensaya"),
     "ending.too-long": ("Flies on after what was rehearsed", "Sigue volando después de lo ensayado"),
     "home-letter": ("H", "C"),
-    "key.track": ("flown", "volado"),
+    "key.track": ("rehearsed", "ensayado"),
     "key.route": ("planned", "planeado"),
     "key.inside": ("stay inside", "quedarse dentro"),
     "key.outside": ("stay outside", "quedarse fuera"),

@@ -7,6 +7,7 @@ import {
   formatDuration,
   formatHeight,
   formatScale,
+  formatSpan,
   formatSpeed,
   lengthFrom_m,
   lengthTo_m,
@@ -47,6 +48,7 @@ describe('units', () => {
     expect(formatSpeed(12.34, FEET, 'en')).toBe('24 kt');
     expect(formatDuration(65)).toBe('1:05');
     expect(formatDuration(3729)).toBe('1:02:09');
+    expect([formatSpan(245), formatSpan(76_975)]).toEqual(['4:05', '21 h 23 min']);
   });
 
   it('has scales and choices that are round in the unit that is read', () => {

@@ -126,6 +126,12 @@ export function formatDuration(value_s: number): string {
   return hours > 0 ? `${hours}:${String(minutes).padStart(2, '0')}:${seconds}` : `${minutes}:${seconds}`;
 }
 
+/** How long something takes, where seconds may not matter: `4:05`, `21 h 23 min`. */
+export function formatSpan(value_s: number): string {
+  const minutes = Math.round(value_s / 60);
+  return value_s < 3600 ? formatDuration(value_s) : `${Math.floor(minutes / 60)} h ${minutes % 60} min`;
+}
+
 /** Digits in groups: `1,500` is one and a half in Madrid and fifteen hundred in London, `1.500` the other way round. */
 const GROUPED = /^[-+−]?[1-9]\d{0,2}([.,]\d{3})+$/;
 

@@ -152,9 +152,9 @@ export const mapEs: Record<keyof typeof mapEn, string> = {
   'rehearsal.ending.grounded': 'No despega del suelo.',
   'rehearsal.ending.not-rehearsed': 'Después viene un punto que no se ensaya.',
   'rehearsal.ending.too-long': 'Sigue volando más de seis horas.',
-  'rehearsal.default': 'Volado como un ArduPlane de fábrica.',
+  'rehearsal.default': 'Volado con los parámetros por defecto de ArduPlane.',
   'rehearsal.unread':
-    'Volado como un ArduPlane de fábrica; lee los parámetros del vehículo para ensayar como vuela él.',
+    'Volado con los parámetros por defecto de ArduPlane; lee los del vehículo para volar con los suyos.',
   'rehearsal.read': 'Leer parámetros',
   'rehearsal.reached': '{time}, a {distance}',
   'rehearsal.missed': 'no lo alcanza: a {distance}',

@@ -45,8 +45,8 @@ export const mapsEn = {
 
   'maps.failing': '{name} cannot be loaded',
   'maps.failingStale': '{name}: an older copy is shown',
-  'maps.whyStale': 'Shown is what was kept.',
-  'maps.whyMissing': 'Not all of this place is kept.',
+  'maps.whyStale': 'Tiles from the cache are shown.',
+  'maps.whyMissing': 'Some tiles here are not in the cache.',
   'maps.retry': 'Try again',
   'maps.hide': 'Put aside',
   'maps.openPanel': 'Maps',
@@ -279,5 +279,5 @@ export const mapsEn = {
   'number.altTerrain': 'Above terrain, by the vehicle',
   'number.terrain': 'Terrain on board',
   'number.terrainBlocks': '{loaded} blocks, {pending} awaited',
-  'number.terrainUnknown': 'asks where no map knows the ground',
+  'number.terrainUnknown': 'needs elevation data that no map here has',
 } as const;

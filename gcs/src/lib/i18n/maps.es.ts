@@ -45,10 +45,10 @@ export const mapsEs: Record<keyof typeof mapsEn, string> = {
   'maps.file': 'Todas las fuentes están en {file}, en la estación; puedes editarlo a mano.',
   'maps.fileError': 'El fichero de fuentes tiene un fallo; se usa el último correcto.',
 
-  'maps.failing': '{name} no se puede cargar',
+  'maps.failing': 'No se puede cargar: {name}',
   'maps.failingStale': '{name}: se muestra una copia antigua',
-  'maps.whyStale': 'Se muestra lo que estaba guardado.',
-  'maps.whyMissing': 'De este lugar no está guardado todo.',
+  'maps.whyStale': 'Se muestran las teselas guardadas.',
+  'maps.whyMissing': 'Aquí faltan teselas en la memoria.',
   'maps.retry': 'Reintentar',
   'maps.hide': 'Apartar',
   'maps.openPanel': 'Mapas',
@@ -283,5 +283,5 @@ export const mapsEs: Record<keyof typeof mapsEn, string> = {
   'number.altTerrain': 'Sobre el terreno, según el vehículo',
   'number.terrain': 'Terreno a bordo',
   'number.terrainBlocks': '{loaded} bloques, faltan {pending}',
-  'number.terrainUnknown': 'pide un suelo que ningún mapa tuyo conoce',
+  'number.terrainUnknown': 'necesita datos de elevación que ningún mapa de aquí tiene',
 };

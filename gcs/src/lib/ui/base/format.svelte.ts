@@ -9,6 +9,7 @@ import {
   formatDuration,
   formatHeight,
   formatNumber,
+  formatSpan,
   formatSpeed,
   LENGTH_SYMBOL,
   SPEED_SYMBOL,
@@ -44,6 +45,7 @@ export const distance = (value_m: Maybe): string =>
 export const windWord = ({ from_deg, speed_m_s }: Wind): string =>
   speed_m_s === 0 ? t('wind.calm') : t('wind.value', { speed: speed(speed_m_s), bearing: bearing(from_deg) });
 export const duration = (value_s: Maybe): string => show(value_s, formatDuration);
+export const span = (value_s: Maybe): string => show(value_s, formatSpan);
 
 /** An age: tenths while young, then seconds, then minutes. */
 export const age = (value_s: Maybe): string =>
