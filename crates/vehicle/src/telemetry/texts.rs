@@ -122,7 +122,14 @@ impl StatusLog {
         self.total
     }
 
-    /// Reads a STATUSTEXT that was written at some moment and comes now. Returns the text when it is whole now.
+    /// The texts that were kept after the first `total`, oldest first.
+    pub fn after(&self, total: u64) -> impl Iterator<Item = &Text> {
+        let newer = usize::try_from(self.total.saturating_sub(total)).unwrap_or(usize::MAX);
+        self.texts.iter().skip(self.texts.len().saturating_sub(newer))
+    }
+
+    /// Reads a STATUSTEXT that was written at some moment and comes now. Returns the text when it is whole now; others that
+    /// it cuts short are kept before it.
     pub fn push(&mut self, component: ComponentId, message: &StatusText, at: MonoTime, now: MonoTime) -> Option<&Text> {
         let severity = Severity(message.severity);
         let chunk = clean(&message.text);
@@ -251,8 +258,8 @@ mod tests {
         // Another one follows.
         log.push(AUTOPILOT, &chunk(0, 0, first), at(400), at(400));
         log.push(AUTOPILOT, &chunk(0, 0, "Disarmed"), at(410), at(410));
-        let texts: Vec<_> = log.iter().rev().take(2).map(|text| text.text.as_str()).collect();
-        assert_eq!(texts, ["Disarmed", first]);
+        let texts: Vec<_> = log.after(log.total() - 2).map(|text| text.text.as_str()).collect();
+        assert_eq!(texts, [first, "Disarmed"]);
     }
 
     #[test]

@@ -236,8 +236,10 @@ impl Vehicle {
 
     /// A text written at an earlier time.
     pub(super) fn on_text_of(&mut self, from: ComponentId, text: &StatusText, at: MonoTime, now: MonoTime) {
-        if let Some(text) = self.texts.push(from, text, at, now) {
-            let text = text.clone();
+        let known = self.texts.total();
+        self.texts.push(from, text, at, now);
+        let new: Vec<_> = self.texts.after(known).cloned().collect();
+        for text in new {
             self.event(VehicleEvent::Text(text));
         }
     }
