@@ -123,7 +123,8 @@ export const serverEs: Record<keyof typeof serverEn, string> = {
   'problem.plan-refused.remedy': 'Mira las comprobaciones de abajo; puede que no conozca alguno de los puntos.',
   'problem.plan-mismatch': 'El vehículo tiene otra {plan} que la enviada. Diferencias: {differences}.',
   'problem.plan-mismatch.remedy': 'Envíala de nuevo. No vueles antes de que esté verificada.',
-  'problem.mission-rejected': 'La misión está en el vehículo, pero sus propias comprobaciones la rechazan: no la vuela.',
+  'problem.mission-rejected':
+    'La misión está en el vehículo, pero sus propias comprobaciones la rechazan: no la vuela.',
   'problem.mission-rejected.remedy': 'Corrige la misión y envíala de nuevo.',
   'problem.unverified': 'La {plan} se envió, pero no se pudo releer: no se sabe qué tiene el vehículo.',
   'problem.unverified.remedy': 'Léela o envíala de nuevo. No vueles antes de que esté verificada.',
