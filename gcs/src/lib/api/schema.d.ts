@@ -6626,7 +6626,7 @@ export interface components {
             late_s: number | null;
             /**
              * Format: double
-             * @description Altitude below the forecast, metres; negative when above it.
+             * @description Altitude below the forecast, metres; negative when above it. Null during take-off and fast changes of altitude.
              */
             low_m: number | null;
         };

@@ -1,6 +1,6 @@
 /** How people choose to have positions written. */
 
-import { formatDecimal, formatDms, type LonLat } from './lonlat';
+import { formatDecimal, formatDms, type LonLat, parseLonLat } from './lonlat';
 
 export const COORDINATES = ['decimal', 'dms', 'utm'] as const;
 export type CoordinateFormat = (typeof COORDINATES)[number];
@@ -40,6 +40,28 @@ export function formatUtm(at: LonLat, project: UtmProjection): string {
   const [east_m, north_m] = project(at, zone);
   const metres = (value_m: number): string => String(Math.round(value_m));
   return `${zone.zone}${zone.band} ${metres(east_m).padStart(6, '0')} ${metres(north_m).padStart(7, '0')}`;
+}
+
+/** Finds the position of easting and northing, metres, in a zone. */
+export type UtmUnprojection = (
+  east_m: number,
+  north_m: number,
+  zone: Pick<UtmZone, 'zone' | 'isNorth'>,
+) => LonLat | null;
+
+/**
+ * Reads a position as people write it (`parseLonLat`), or in UTM: `30T 432412 4465123`. The letter is the band, so `30S` is north of
+ * the equator. `null` for other text.
+ */
+export function parsePlace(text: string, unproject: UtmUnprojection): LonLat | null {
+  const utm = /^(\d{1,2})\s*([C-HJ-NP-X])[\s,]+(\d{6}(?:\.\d+)?)(?:\s*M?E)?[\s,]+(\d{1,8}(?:\.\d+)?)(?:\s*M?N)?$/i.exec(
+    text.trim(),
+  );
+  if (utm === null) return parseLonLat(text);
+  const [, zone, band = '', east_m, north_m] = utm;
+  const number = Number(zone);
+  if (number < 1 || number > 60) return null;
+  return unproject(Number(east_m), Number(north_m), { zone: number, isNorth: band.toUpperCase() >= 'N' });
 }
 
 export function formatPlace(at: LonLat, format: CoordinateFormat, project: UtmProjection): string {

@@ -1,6 +1,6 @@
 import { expect, it } from 'vitest';
-import { formatPlace, formatUtm, utmZone } from '$lib/domain/coordinates';
-import { projectUtm } from './utm';
+import { formatPlace, formatUtm, parsePlace, utmZone } from '$lib/domain/coordinates';
+import { projectUtm, unprojectUtm } from './utm';
 
 it('knows zones and bands, with the exceptions in the north', () => {
   const zone = (lat_deg: number, lon_deg: number) => {
@@ -30,4 +30,21 @@ it('writes a position as chosen, and in degrees where UTM ends', () => {
   expect(formatPlace(at, 'decimal', projectUtm)).toBe('40.333200, -3.797800');
   expect(formatPlace(at, 'dms', projectUtm)).toBe('40°19′59.5″N 3°47′52.1″W');
   expect(formatPlace({ lat_deg: 88, lon_deg: 0 }, 'utm', projectUtm)).toBe('88.000000, 0.000000');
+});
+
+it('reads a position in degrees or UTM', () => {
+  for (const at of [
+    { lat_deg: 40.3332, lon_deg: -3.7978 },
+    { lat_deg: -33.86, lon_deg: 151.21 },
+  ]) {
+    for (const format of ['decimal', 'dms', 'utm'] as const) {
+      const read = parsePlace(formatPlace(at, format, projectUtm), unprojectUtm);
+      expect(read?.lat_deg, format).toBeCloseTo(at.lat_deg, 4);
+      expect(read?.lon_deg, format).toBeCloseTo(at.lon_deg, 4);
+    }
+  }
+  expect(parsePlace('40.33, -3.79', unprojectUtm)).toEqual({ lat_deg: 40.33, lon_deg: -3.79 });
+  for (const text of ['', 'Madrid', '61T 432412 4465123', '30I 432412 4465123', '30T 4324', '40,33']) {
+    expect(parsePlace(text, unprojectUtm), text).toBeNull();
+  }
 });

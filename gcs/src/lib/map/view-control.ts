@@ -19,6 +19,8 @@ export interface MapViewState {
 }
 
 const MAX_ZOOM = 21;
+/** Of a place that is gone to: some kilometres. */
+const PLACE_ZOOM = 14;
 /** How long the view is left alone after a move by hand. */
 const HANDS_OFF_MS = 4000;
 /** A view that was widened stays so until the plane has needed less of it for this long. */
@@ -114,6 +116,14 @@ export class ViewControl {
   centreOn(at: LonLat): void {
     this.movedByHand();
     this.#centreOn(at, 300);
+  }
+
+  /** Looks at a place that may be far away: near enough to see what is there. */
+  goTo(at: LonLat): void {
+    this.movedByHand();
+    this.#endAnimation();
+    this.#view.setZoom(Math.max(this.#view.getZoom() ?? 0, PLACE_ZOOM));
+    this.#centreOn(at, 0);
   }
 
   /** Shows all of these positions in what panels leave free. */

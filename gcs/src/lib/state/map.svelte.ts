@@ -31,6 +31,8 @@ function read(value: unknown): Look | null {
 class MapLook {
   #look = $state<Look>(load('map', defaults, read));
   tool = $state<MapTool>('none');
+  /** Whether a place to look at is being typed. */
+  isGoingTo = $state(false);
   ruler = $state.raw<readonly LonLat[]>([]);
   /** Where the pointer is. */
   pointer = $state.raw<LonLat | null>(null);

@@ -9,6 +9,8 @@ export interface MapActs {
   readonly visibleBox: () => Box | null;
   /** Moves the map so that a position is in its middle. */
   readonly show: (at: LonLat) => void;
+  /** Looks at a place that may be far away. */
+  readonly goTo: (at: LonLat) => void;
   /** Brings positions into sight. */
   readonly fit: (positions: readonly LonLat[]) => void;
   /** Asks for the tiles of a source again. */
@@ -19,6 +21,7 @@ const NO_MAP: MapActs = {
   centre: () => null,
   visibleBox: () => null,
   show: () => undefined,
+  goTo: () => undefined,
   fit: () => undefined,
   retryTiles: () => undefined,
 };
@@ -38,6 +41,7 @@ class TheMap implements MapActs {
   centre = (): LonLat | null => this.#acts.centre();
   visibleBox = (): Box | null => this.#acts.visibleBox();
   show = (at: LonLat): void => this.#acts.show(at);
+  goTo = (at: LonLat): void => this.#acts.goTo(at);
   fit = (positions: readonly LonLat[]): void => this.#acts.fit(positions);
   retryTiles = (source: string): void => this.#acts.retryTiles(source);
 }

@@ -3,6 +3,7 @@ import { t } from '$lib/i18n/index.svelte';
 import { cameras } from '$lib/state/camera.svelte';
 import { help } from '$lib/state/help.svelte';
 import { layout, type Panel } from '$lib/state/layout.svelte';
+import { mapLook } from '$lib/state/map.svelte';
 import { settings } from '$lib/state/settings.svelte';
 import { station } from '$lib/state/station.svelte';
 import { vehicles } from '$lib/state/vehicles.svelte';
@@ -30,6 +31,7 @@ export const SHORTCUTS: readonly Shortcut[] = [
   panel('m', 'messages'),
   panel('l', 'maps'),
   panel(',', 'settings'),
+  { key: 'g', shown: 'G', text: () => t('goTo.title'), run: () => (mapLook.isGoingTo = true) },
   { key: 'c', shown: 'C', text: () => t('key.camera'), run: () => cameras.toggle() },
   {
     key: 'v',
