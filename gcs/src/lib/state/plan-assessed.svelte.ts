@@ -23,6 +23,8 @@ class PlanAssessed {
   isRehearsalOld = $state(false);
   checkState = $state<'none' | 'checking' | 'done' | 'unavailable'>('none');
   isReadingParams = $state(false);
+  /** The vehicle whose parameters were read last, and when: what is shown of one of them may be old. */
+  paramsRead = $state.raw<{ readonly vehicle: number; readonly at: Date } | null>(null);
   #isAsking = false;
   #asksAgain = false;
   #oldTimer: ReturnType<typeof setTimeout> | undefined;
@@ -90,6 +92,7 @@ class PlanAssessed {
     this.isReadingParams = true;
     try {
       await operations.finish(await api.readParams(vehicle.systemId));
+      this.paramsRead = { vehicle: vehicle.systemId, at: new Date() };
       this.assess();
     } catch (error) {
       plan.problem = problemFrom(error);
