@@ -2,7 +2,7 @@
 
 use vencejo_flight::geodesy::GeoPoint;
 use vencejo_flight::progress::Circled;
-use vencejo_flight::rehearsal::{Ending, Expected, battery_left_pct, expected_at, expected_before_leaving};
+use vencejo_flight::rehearsal::{Ending, Expected, battery_left_pct, expected_at, expected_before_leaving, low_m};
 use vencejo_station::VehicleHandle;
 
 use crate::dto::{Beginning, ExpectedTrack, FlightNow, Outlook, RehearsedFlight};
@@ -41,10 +41,12 @@ pub(crate) fn outlook(vehicle: &VehicleHandle, ahead: &RehearsedFlight, begun: &
             .and_then(|(item, since_s)| expected_before_leaving(&track, index(item), leaves_s(ahead, item)?, since_s)),
         Circled::Unknown => None,
     };
+    let height_m = position.and_then(|at| at.alt_rel_home_m);
+    let climb_m_s = position.and_then(|at| at.velocity_down_m_s).map(|down_m_s| -down_m_s);
     let battery_pct = || battery_left_pct(begun.now.battery_pct?, now.battery_pct?, since_s?, ahead.ends_s);
     Ok(Outlook {
         late_s: expected.zip(since_s).map(|(expected, since_s)| since_s - expected.time_s),
-        low_m: expected.zip(position.and_then(|at| at.alt_rel_home_m)).map(|(expected, m)| expected.height_m - m),
+        low_m: expected.zip(height_m).and_then(|(expected, m)| low_m(&track, &expected, m, climb_m_s)),
         battery_pct: battery_pct(),
     })
 }

@@ -5,6 +5,10 @@ use crate::geodesy::{GeoPoint, LocalFrame};
 /// Distance from the expected track beyond which the plane is off it, so that delay and height are not compared,
 /// metres.
 const ASTRAY_M: f64 = 150.0;
+/// Climbing or sinking faster than this is a change of height that was asked for, not a deviation, metres per second.
+const CHANGING_M_S: f64 = 2.0;
+/// Below this the plane is on the ground or has just left it, metres above home.
+const NEAR_GROUND_M: f64 = 10.0;
 /// Part of the battery that must be used before its rate says anything, per cent.
 const LEAST_USED_PCT: f64 = 2.0;
 
@@ -67,6 +71,24 @@ pub fn expected_before_leaving(track: &[Expected], index: usize, left_s: f64, si
     let part = ((time_s - from.time_s) / (to.time_s - from.time_s).max(1e-9)).clamp(0.0, 1.0);
     let height_m = from.height_m + (to.height_m - from.height_m) * part;
     Some(Expected { time_s, point: from.point, height_m, index: Some(index) })
+}
+
+/// How far the plane at `height_m` above home is below what was expected of this moment, metres; negative above it.
+/// `None` in the take-off, where the height was expected to change fast, and while the plane climbs or sinks fast
+/// towards it: there a second too early or late is many metres. `climb_m_s` is upward.
+pub fn low_m(track: &[Expected], expected: &Expected, height_m: f64, climb_m_s: Option<f64>) -> Option<f64> {
+    let rate_m_s =
+        |pair: &[Expected]| (pair[1].height_m - pair[0].height_m) / (pair[1].time_s - pair[0].time_s).max(1e-9);
+    let is_takeoff = track.first().is_some_and(|first| first.height_m < NEAR_GROUND_M) && {
+        let level = |pair: &&[Expected]| pair[0].height_m > NEAR_GROUND_M && rate_m_s(pair) < CHANGING_M_S;
+        track.windows(2).find(level).is_none_or(|pair| expected.time_s < pair[0].time_s)
+    };
+    let mut pairs = track.windows(2);
+    let is_changing =
+        pairs.find(|pair| expected.time_s <= pair[1].time_s).is_some_and(|pair| rate_m_s(pair).abs() > CHANGING_M_S);
+    let low_m = expected.height_m - height_m;
+    let is_nearing = climb_m_s.is_some_and(|climb_m_s| climb_m_s * low_m.signum() > CHANGING_M_S);
+    (!is_takeoff && !is_changing && !is_nearing).then_some(low_m)
 }
 
 /// What will be left of a battery in `left_s` when it goes on as in the `since_s` in which it went from `before_pct` to
@@ -137,6 +159,29 @@ mod tests {
         let again = |since_s| expected_before_leaving(&twice, 1, 10.0, since_s).unwrap().time_s;
         assert_eq!((again(65.0), again(215.0)), (60.0, 220.0));
         assert_eq!(expected_before_leaving(&[], 1, 0.0, 0.0), None);
+    }
+
+    #[test]
+    fn heights_are_compared_where_they_do_not_change_fast() {
+        let moment = |time_s, height_m| Expected { time_s, point: at(40.0, -3.0), height_m, index: Some(0) };
+        let flight: Vec<Expected> =
+            [(0.0, 0.0), (8.0, 0.0), (20.0, 60.0), (40.0, 62.0), (60.0, 112.0), (90.0, 112.0), (150.0, 30.0)]
+                .map(|(time_s, height_m)| moment(time_s, height_m))
+                .to_vec();
+        let low = |time_s, expected_m, height_m, climb_m_s| {
+            low_m(&flight, &moment(time_s, expected_m), height_m, Some(climb_m_s))
+        };
+        assert_eq!((low(5.0, 0.0, 53.0, 5.0), low(15.0, 35.0, 53.0, 0.0)), (None, None), "in the take-off");
+        assert_eq!(low(30.0, 61.0, 53.0, 0.0), Some(8.0));
+        assert_eq!(low(50.0, 87.0, 60.0, 0.0), None, "in a climb that was expected");
+        assert_eq!((low(70.0, 112.0, 90.0, 4.0), low(70.0, 112.0, 140.0, -4.0)), (None, None), "on its way there");
+        assert_eq!(
+            (low(70.0, 112.0, 90.0, -4.0), low(70.0, 112.0, 140.0, 4.0)),
+            (Some(22.0), Some(-28.0)),
+            "away from it"
+        );
+        assert_eq!(low(120.0, 71.0, 60.0, -1.4), Some(11.0), "on an approach");
+        assert_eq!(low_m(&flight[4..], &moment(65.0, 112.0), 100.0, None), Some(12.0));
     }
 
     #[test]

@@ -55,7 +55,7 @@ pub use airframe::{Airframe, Origin};
 pub use battery::{Battery, BatteryLack, BatteryLeft, BatterySettings};
 pub use course::Ground;
 pub use doing::Doing;
-pub use expected::{Expected, battery_left_pct, expected_at, expected_before_leaving};
+pub use expected::{Expected, battery_left_pct, expected_at, expected_before_leaving, low_m};
 pub use failsafe::{BatteryAction, Failsafes, Reaction, Trigger};
 pub use fly::{Conditions, Start, rehearse};
 pub use glide::glide_range;

@@ -339,7 +339,7 @@ pub struct Outlook {
     /// Delay; negative when early.
     #[schema(required = true)]
     pub late_s: Option<f64>,
-    /// Altitude below the forecast, metres; negative when above it.
+    /// Altitude below the forecast, metres; negative when above it. Null during take-off and fast changes of altitude.
     #[schema(required = true)]
     pub low_m: Option<f64>,
     /// Expected charge at the end of `ahead` if consumption continues as since the beginning; null until 2 % have been
