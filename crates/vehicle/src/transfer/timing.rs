@@ -91,6 +91,9 @@ pub(crate) const PARAM_TIMEOUT: Duration = Duration::from_millis(500);
 const MIN_TIMEOUT: Duration = Duration::from_millis(60);
 /// Longest wait before asking again on an unknown link.
 const MAX_UNKNOWN: Duration = Duration::from_millis(4000);
+/// Longest wait before asking again where answers do not take longer than that: half of [`SILENCE_LIMIT`], so that a
+/// lost request is repeated before the vehicle counts as gone.
+const MAX_TIMEOUT: Duration = Duration::from_millis(5000);
 /// Least allowance for variation: two turns of the main loop.
 const MIN_VARIATION: Duration = Duration::from_millis(40);
 
@@ -132,18 +135,23 @@ impl RoundTrip {
         self.backoff = (self.backoff + 1).min(6);
     }
 
+    /// How long to wait for the answer to a first request.
+    pub(crate) fn first_timeout(&self) -> Duration {
+        self.estimate.map_or(self.unknown, |(smoothed, variation)| {
+            (smoothed + (variation * 4).max(MIN_VARIATION)).max(MIN_TIMEOUT)
+        })
+    }
+
     /// How long to wait for an answer now.
     pub(crate) fn timeout(&self) -> Duration {
-        let (base, most) = match self.estimate {
-            None => (self.unknown, MAX_UNKNOWN),
-            Some((smoothed, variation)) => {
-                let base = (smoothed + (variation * 4).max(MIN_VARIATION)).max(MIN_TIMEOUT);
-                // With a known round trip a much longer wait is useless: a late answer was lost. And a PX4 gives a
-                // transfer up in which nothing was asked for 5 s.
-                (base, (base * 4).clamp(2 * ITEM_TIMEOUT, base.max(MESSAGE_TIMEOUT)))
-            }
+        let first = self.first_timeout();
+        let most = match self.estimate {
+            None => MAX_UNKNOWN,
+            // Four times the usual: enough to measure a link whose delay has doubled. Longer waits cost more where the
+            // answer was lost than they gain where it is late.
+            Some(_) => (first * 4).clamp(2 * ITEM_TIMEOUT, first.max(MAX_TIMEOUT)),
         };
-        (base * (1 << self.backoff)).min(most)
+        (first * (1 << self.backoff)).min(most)
     }
 
     /// Shortest round trip seen.
@@ -171,9 +179,19 @@ mod tests {
         assert_eq!(near.timeout(), MIN_TIMEOUT);
         let mut slow = RoundTrip::new(Some(ms(2000)), MESSAGE_TIMEOUT);
         assert_eq!(slow.timeout(), ms(4000));
+        slow.timed_out();
+        assert_eq!(slow.timeout(), MAX_TIMEOUT, "a lost request is repeated before the vehicle counts as gone");
+        let mut far = RoundTrip::new(Some(ms(1000)), MESSAGE_TIMEOUT);
         for _ in 0..40 {
-            slow.timed_out();
+            far.timed_out();
         }
-        assert_eq!(slow.timeout(), ms(4000), "three of them lost are less than a PX4 waits");
+        assert_eq!(far.timeout(), MAX_TIMEOUT);
+        // An answer that takes twice as long comes within the second wait.
+        for least in [5, 100, 400, 1600, 2200] {
+            let mut settled = RoundTrip::new(None, MESSAGE_TIMEOUT);
+            (0..100).for_each(|_| settled.sample(ms(least)));
+            settled.timed_out();
+            assert!(settled.timeout() > 2 * ms(least), "{least} ms: {:?}", settled.timeout());
+        }
     }
 }

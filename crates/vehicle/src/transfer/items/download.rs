@@ -1,6 +1,7 @@
 //! Reading a plan item by item.
 
 use std::collections::VecDeque;
+use std::time::Duration;
 
 use vencejo_flight::plan::{MAX_ITEMS, PlanKind};
 use vencejo_proto::dialect::{MISSION_REQUEST_DATA, MISSION_REQUEST_INT_DATA, MISSION_REQUEST_LIST_DATA, MavMessage};
@@ -174,9 +175,20 @@ impl ItemDownload {
         }
     }
 
+    /// How long to wait for an item. A PX4 ends a transfer in which nothing was asked for 5 s: three requests are to
+    /// come in that time, so that two may be lost.
+    fn item_timeout(&self) -> Duration {
+        let timeout = self.round_trip.timeout();
+        if self.config.is_ardupilot {
+            timeout
+        } else {
+            timeout.min(self.round_trip.first_timeout().max(MESSAGE_TIMEOUT))
+        }
+    }
+
     /// Requests late and overtaken items again.
     fn ask_again(&mut self, now: MonoTime) {
-        let timeout = self.round_trip.timeout();
+        let timeout = self.item_timeout();
         let Download::Reading(reading) = &mut self.state else { return };
         let mut late = false;
         let mut again = Vec::new();
@@ -342,7 +354,7 @@ impl Transfer for ItemDownload {
         match &self.state {
             Download::Listing { retry_at, .. } => Some((*retry_at).min(limit)),
             Download::Reading(reading) => {
-                let timeout = self.round_trip.timeout();
+                let timeout = self.item_timeout();
                 let late = reading.asked.iter().map(|asked| asked.at + timeout).min();
                 let gone = (self.heard + SILENCE_LIMIT).min(limit);
                 Some(late.map_or(gone, |late| late.min(gone)))

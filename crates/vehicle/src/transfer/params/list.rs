@@ -51,12 +51,19 @@ struct Messages {
     asked_at: MonoTime,
     /// When a new value last came.
     progressed: MonoTime,
-    /// Indexes requested singly, and when.
-    reads: BTreeMap<u16, MonoTime>,
+    /// Indexes requested singly.
+    reads: BTreeMap<u16, Asked>,
     /// Where to look for the next gap.
     cursor: u16,
     is_filling: bool,
     round_trip: RoundTrip,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Asked {
+    at: MonoTime,
+    /// Asked for twice: the answer may be to either request, and tells no round trip (Karn's algorithm).
+    again: bool,
 }
 
 impl ParamList {
@@ -157,8 +164,8 @@ impl ParamList {
             }
             messages.count = Some(count);
         }
-        if let Some(asked) = messages.reads.remove(&index) {
-            messages.round_trip.sample(now.since(asked));
+        if let Some(asked) = messages.reads.remove(&index).filter(|asked| !asked.again) {
+            messages.round_trip.sample(now.since(asked.at));
         }
         let heard = Heard::of(value);
         if let Some(Heard { raw, param_type, .. }) = heard {
@@ -192,7 +199,7 @@ impl ParamList {
             let index = messages.cursor % count;
             messages.cursor = (index + 1) % count;
             if !messages.params.contains_key(&index) && !messages.reads.contains_key(&index) {
-                messages.reads.insert(index, now);
+                messages.reads.insert(index, Asked { at: now, again: false });
                 self.out.push_back(request_read(&self.config, None, index as i16));
             }
         }
@@ -219,8 +226,8 @@ impl Messages {
     /// When to ask again: for the whole list while nothing has come, else for what is missing.
     fn retry_at(&self) -> MonoTime {
         let timeout = self.round_trip.timeout();
-        match self.reads.values().min() {
-            Some(oldest) => *oldest + timeout,
+        match self.reads.values().map(|asked| asked.at).min() {
+            Some(oldest) => oldest + timeout,
             None if self.params.is_empty() => self.asked_at + timeout.max(MESSAGE_TIMEOUT),
             // The stream has stopped. ArduPilot sends it with a third of the line, so parts may be far apart.
             None => self.progressed + (2 * ITEM_TIMEOUT).max(timeout),
@@ -277,9 +284,13 @@ impl Transfer for ParamList {
             return;
         }
         let timeout = messages.round_trip.timeout();
-        let before = messages.reads.len();
-        messages.reads.retain(|_, at| now < *at + timeout);
-        if messages.reads.len() < before {
+        let mut late = false;
+        for (index, asked) in messages.reads.iter_mut().filter(|(_, asked)| now >= asked.at + timeout) {
+            *asked = Asked { at: now, again: true };
+            self.out.push_back(request_read(&self.config, None, *index as i16));
+            late = true;
+        }
+        if late {
             messages.round_trip.timed_out();
         }
         messages.is_filling = true;
