@@ -66,6 +66,8 @@ pub(crate) struct Faults {
     pub blackouts: Vec<(MonoTime, MonoTime)>,
     /// Nothing passes any more after so many frames of the station.
     pub cut_after: Option<usize>,
+    /// The time from one end to the other after so many frames of the station.
+    pub slower_after: Option<(usize, Duration)>,
     /// Bytes per second, where the line is thin; what waits is queued.
     pub bytes_per_s: Option<f64>,
 }
@@ -82,6 +84,7 @@ impl Default for Faults {
             is_deaf: false,
             blackouts: Vec::new(),
             cut_after: None,
+            slower_after: None,
             bytes_per_s: None,
         }
     }
@@ -174,10 +177,12 @@ impl<S: Endpoint, P: Endpoint> World<S, P> {
         if cut || dark || self.faults.is_deaf && to == Side::Plane || self.rng.random_bool(self.faults.loss) {
             return;
         }
+        let slower = self.faults.slower_after.filter(|(frames, _)| self.station_frames > *frames);
+        let delay = slower.map_or(self.faults.delay, |(_, delay)| delay);
         let copies = if self.rng.random_bool(self.faults.duplicates) { self.faults.copies } else { 1 };
         for _ in 0..copies {
             let jitter = self.faults.jitter.mul_f64(self.rng.random());
-            let mut at = leaves + self.faults.delay + jitter;
+            let mut at = leaves + delay + jitter;
             if self.rng.random_bool(self.faults.reorder) {
                 at += Duration::from_millis(self.rng.random_range(1..60));
             } else {

@@ -17,6 +17,7 @@
 
 mod pace;
 mod read;
+mod requests;
 mod write;
 
 pub use read::FtpGet;
@@ -332,10 +333,16 @@ impl Session {
         }
     }
 
+    /// When a vehicle that has answered nothing has no MAVFTP. Where the link is slow, its first answer may take longer
+    /// than was measured.
+    fn absent_at(&self) -> MonoTime {
+        self.began + FTP_ABSENT_AFTER.max(self.round_trip.first_timeout() * 3)
+    }
+
     /// Advances time; `Event::Opened` when the open was requested anew.
     fn on_time(&mut self, now: MonoTime) -> Event {
         let waited = now.since(self.progressed);
-        if !self.was_heard && now.since(self.began) >= FTP_ABSENT_AFTER {
+        if !self.was_heard && now >= self.absent_at() {
             return Event::Failed(TransferError::FtpAbsent { waited });
         }
         if waited >= SILENCE_LIMIT {
@@ -367,7 +374,7 @@ impl Session {
 
     fn deadline(&self) -> MonoTime {
         let gone = self.progressed + SILENCE_LIMIT;
-        let gone = if self.was_heard { gone } else { gone.min(self.began + FTP_ABSENT_AFTER) };
+        let gone = if self.was_heard { gone } else { gone.min(self.absent_at()) };
         match self.opening {
             Opening::Asked { retry_at, .. } | Opening::Busy { retry_at } | Opening::Closing { retry_at } => {
                 gone.min(retry_at)

@@ -1,6 +1,5 @@
 //! Reading a file over MAVFTP: a burst, then the gaps left by losses.
 
-use std::collections::VecDeque;
 use std::fmt;
 use std::time::Duration;
 
@@ -8,6 +7,7 @@ use vencejo_proto::ftp::{FTP_MAX_DATA, FtpError, FtpOpcode, FtpPayload};
 use vencejo_proto::{Address, Message, MonoTime};
 
 use super::pace::Pace;
+use super::requests::{Answered, Requests};
 use super::{Event, Session};
 use crate::transfer::{Transfer, TransferConfig, TransferError, TransferOutput};
 
@@ -46,8 +46,9 @@ pub(crate) struct FileRead {
     burst: Burst,
     /// Number of the burst's request; its parts count on from there.
     burst_sequence: u16,
-    /// Reads on the way, in the order of sending.
-    sent: VecDeque<Sent>,
+    /// Bursts of which no part has come yet.
+    awaited: Vec<AwaitedBurst>,
+    requests: Requests,
     pace: Pace,
     result: Option<Result<Vec<u8>, TransferError>>,
     is_over: bool,
@@ -66,10 +67,19 @@ enum Burst {
 }
 
 #[derive(Debug, Clone, Copy)]
-struct Sent {
+struct AwaitedBurst {
     sequence: u16,
-    chunk: usize,
+    offset: u32,
     at: MonoTime,
+}
+
+impl AwaitedBurst {
+    /// Whether a part is of this burst: both its number and its place count on from those of the request. (By the number
+    /// alone it may be of a burst that was asked for shortly before.)
+    fn has(&self, part: &FtpPayload) -> bool {
+        let nth = u32::from(part.sequence.wrapping_sub(self.sequence).wrapping_sub(1));
+        part.offset.wrapping_sub(self.offset) == nth * CHUNK as u32
+    }
 }
 
 impl fmt::Debug for FileRead {
@@ -79,7 +89,7 @@ impl fmt::Debug for FileRead {
             .field("have", &self.have)
             .field("end", &self.end)
             .field("burst", &self.burst)
-            .field("sent", &self.sent)
+            .field("requests", &self.requests)
             .finish_non_exhaustive()
     }
 }
@@ -105,7 +115,8 @@ impl FileRead {
             end: None,
             burst: Burst::Off,
             burst_sequence: 0,
-            sent: VecDeque::new(),
+            awaited: Vec::new(),
+            requests: Requests::new(config.is_ardupilot),
             pace: Pace::new(config.is_ardupilot),
             result: None,
             is_over: false,
@@ -154,28 +165,29 @@ impl FileRead {
         let known = self.has.iter().rposition(|has| *has).map_or(0, |last| last + 1);
         let chunks = self.chunks();
         let tail = chunks.map_or(usize::MAX, |chunks| chunks.saturating_sub(known));
-        if bursts && self.sent.is_empty() && (known == 0 || chunks.is_some() && tail >= BURST_WORTH) && tail > 0 {
+        if bursts && self.requests.len() == 0 && (known == 0 || chunks.is_some() && tail >= BURST_WORTH) && tail > 0 {
             let offset = (known * CHUNK) as u32;
             self.burst_sequence = self.session.send(|id, sequence| {
                 FtpPayload::read_request(FtpOpcode::BURST_READ_FILE, id, sequence, offset, CHUNK as u8)
             });
+            self.awaited.push(AwaitedBurst { sequence: self.burst_sequence, offset, at: now });
             self.burst = Burst::Asked { at: now };
             return;
         }
         // Without a known end, one more behind what is there finds it.
         let last = chunks.unwrap_or(known + 1);
         for chunk in 0..last {
-            if self.has(chunk) || self.sent.iter().any(|sent| sent.chunk == chunk) {
+            if self.has(chunk) || self.requests.has(chunk) {
                 continue;
             }
-            if !self.pace.may_send(self.sent.len(), &self.session.round_trip, now) {
+            if !self.pace.may_send(self.requests.len(), &self.session.round_trip, now) {
                 break;
             }
             let offset = (chunk * CHUNK) as u32;
             let sequence = self
                 .session
                 .send(|id, sequence| FtpPayload::read_request(FtpOpcode::READ_FILE, id, sequence, offset, CHUNK as u8));
-            self.sent.push_back(Sent { sequence, chunk, at: now });
+            self.requests.sent(sequence, chunk, now);
             self.pace.sent(now);
         }
     }
@@ -183,8 +195,7 @@ impl FileRead {
     /// Whether anything is missing that is not asked for.
     fn wants_more(&self) -> bool {
         let last = self.chunks().unwrap_or(self.has.len() + 1);
-        let missing = (0..last).filter(|chunk| !self.has(*chunk)).count();
-        missing > self.sent.len()
+        (0..last).any(|chunk| !self.has(chunk) && !self.requests.has(chunk))
     }
 
     fn forget_all(&mut self) {
@@ -192,7 +203,8 @@ impl FileRead {
         self.has.clear();
         self.have = 0;
         self.end = None;
-        self.sent.clear();
+        self.requests.clear();
+        self.awaited.clear();
         self.burst = Burst::Off;
     }
 
@@ -275,14 +287,15 @@ impl FileRead {
     fn on_answer(&mut self, answer: &FtpPayload, now: MonoTime) {
         match (answer.req_opcode, answer.error()) {
             (FtpOpcode::BURST_READ_FILE, None) => {
+                if let Some(place) = self.awaited.iter().position(|burst| burst.has(answer)) {
+                    self.session.round_trip.sample(now.since(self.awaited[place].at));
+                    self.awaited.drain(..=place);
+                }
                 self.burst = match self.burst {
                     Burst::Runs { last, apart } => {
                         Burst::Runs { last: now, apart: apart * 7 / 8 + now.since(last) / 8 }
                     }
-                    Burst::Asked { at } => {
-                        self.session.round_trip.sample(now.since(at));
-                        Burst::Runs { last: now, apart: Duration::ZERO }
-                    }
+                    Burst::Asked { .. } => Burst::Runs { last: now, apart: Duration::ZERO },
                     other => other,
                 };
                 if answer.burst_complete {
@@ -291,11 +304,10 @@ impl FileRead {
                 self.store(answer.offset, &answer.data, now);
             }
             (FtpOpcode::READ_FILE, None) => {
-                let Some(sent) = self.take_sent(answer) else { return };
-                if answer.offset as usize == sent.chunk * CHUNK {
-                    let took = now.since(sent.at);
-                    self.session.round_trip.sample(took);
-                    self.pace.answered(took, self.sent.len(), &self.session.round_trip);
+                let Some(Answered { chunk, round_trip, .. }) = self.requests.answered(answer, now) else { return };
+                if answer.offset as usize == chunk * CHUNK {
+                    self.session.round_trip.sample(round_trip);
+                    self.pace.answered(round_trip, self.requests.len(), &self.session.round_trip);
                     self.store(answer.offset, &answer.data, now);
                 }
             }
@@ -316,10 +328,10 @@ impl FileRead {
                 _ => self.on_refused(error, now),
             },
             (FtpOpcode::READ_FILE, Some(error)) => {
-                let Some(sent) = self.take_sent(answer) else { return };
+                let Some(Answered { chunk, .. }) = self.requests.answered(answer, now) else { return };
                 match error.code {
                     FtpError::END_OF_FILE if self.end.is_none() => {
-                        self.end = Some(sent.chunk * CHUNK);
+                        self.end = Some(chunk * CHUNK);
                         self.finish_when_whole();
                     }
                     // The file became shorter.
@@ -329,19 +341,6 @@ impl FileRead {
             }
             _ => {}
         }
-    }
-
-    fn take_sent(&mut self, answer: &FtpPayload) -> Option<Sent> {
-        let request = answer.sequence.wrapping_sub(1);
-        let place = self.sent.iter().position(|sent| sent.sequence == request)?;
-        // Requests are worked off in order: those sent before this one were lost.
-        let sent = self.sent[place];
-        if self.session.config.is_ardupilot {
-            self.sent.drain(..=place);
-        } else {
-            self.sent.remove(place);
-        }
-        Some(sent)
     }
 
     fn on_refused(&mut self, error: FtpError, now: MonoTime) {
@@ -399,7 +398,7 @@ impl Transfer for FileRead {
         if event == Event::Opened {
             // The open goes out again, and what follows it too.
             self.burst = if let Burst::Unknown = self.burst { Burst::Unknown } else { Burst::Off };
-            self.sent.clear();
+            self.requests.clear();
         }
         self.handle(event, now);
         if self.is_over {
@@ -412,10 +411,8 @@ impl Transfer for FileRead {
             self.burst = Burst::Off;
         }
         let timeout = self.session.round_trip.timeout();
-        let late = self.sent.iter().take_while(|sent| now >= sent.at + timeout).count();
-        if late > 0 {
+        if !self.requests.give_up(timeout, now).is_empty() {
             self.session.round_trip.timed_out();
-            self.sent.drain(..late);
         }
         self.pump(now);
     }
@@ -429,12 +426,12 @@ impl Transfer for FileRead {
             at = at.min(patience);
         } else if self.session.may_follow()
             && self.wants_more()
-            && let Some(next) = self.pace.next_at(self.sent.len(), &self.session.round_trip)
+            && let Some(next) = self.pace.next_at(self.requests.len(), &self.session.round_trip)
         {
             at = at.min(next);
         }
-        if let Some(oldest) = self.sent.front() {
-            at = at.min(oldest.at + self.session.round_trip.timeout());
+        if let Some(oldest) = self.requests.oldest() {
+            at = at.min(oldest + self.session.round_trip.timeout());
         }
         Some(at)
     }

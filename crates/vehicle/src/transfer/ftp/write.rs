@@ -1,11 +1,13 @@
 //! Writing a file over MAVFTP, with many writes in flight.
 
 use std::collections::VecDeque;
+use std::time::Duration;
 
 use vencejo_proto::ftp::{FTP_MAX_DATA, FtpError, FtpOpcode, FtpPayload};
 use vencejo_proto::{Address, Message, MonoTime};
 
 use super::pace::Pace;
+use super::requests::{Answered, Requests};
 use super::{Event, Session, abandon};
 use crate::transfer::{Transfer, TransferConfig, TransferError, TransferOutput};
 
@@ -21,19 +23,10 @@ pub(crate) struct FileWrite {
     written: usize,
     /// Chunks to be sent, in order.
     waiting: VecDeque<usize>,
-    /// Writes on the way, in the order of sending.
-    sent: VecDeque<Sent>,
+    requests: Requests,
     pace: Pace,
     result: Option<Result<u8, TransferError>>,
     is_over: bool,
-}
-
-#[derive(Debug, Clone, Copy)]
-struct Sent {
-    sequence: u16,
-    chunk: usize,
-    at: MonoTime,
-    again: bool,
 }
 
 impl FileWrite {
@@ -62,7 +55,7 @@ impl FileWrite {
             file,
             chunks,
             written: 0,
-            sent: VecDeque::new(),
+            requests: Requests::new(config.is_ardupilot),
             pace: Pace::new(config.is_ardupilot),
             result: None,
             is_over: false,
@@ -79,7 +72,7 @@ impl FileWrite {
 
     /// Requests on the way, the open among them.
     fn on_the_way(&self) -> usize {
-        self.sent.len() + usize::from(!self.session.is_open())
+        self.requests.len() + usize::from(!self.session.is_open())
     }
 
     /// Sends requests as the pace allows.
@@ -92,30 +85,29 @@ impl FileWrite {
             if self.is_written[chunk] {
                 continue;
             }
-            let again = self.sent.iter().any(|sent| sent.chunk == chunk);
-            self.send(chunk, again, now);
+            self.send(chunk, now);
         }
     }
 
-    fn send(&mut self, chunk: usize, again: bool, now: MonoTime) {
+    fn send(&mut self, chunk: usize, now: MonoTime) {
         let (start, end) = self.chunks[chunk];
         let data = &self.file[start..end];
         let sequence = self
             .session
             .send(|id, sequence| FtpPayload::request(FtpOpcode::WRITE_FILE, id, sequence, start as u32, data));
-        self.sent.push_back(Sent { sequence, chunk, at: now, again });
+        self.requests.sent(sequence, chunk, now);
         self.pace.sent(now);
     }
 
     /// Everything that is not written yet waits to be sent again.
     fn take_back_all(&mut self) {
-        self.sent.clear();
         self.waiting = (0..self.chunks.len()).filter(|chunk| !self.is_written[*chunk]).collect();
     }
 
     fn restart(&mut self, now: MonoTime) {
         self.is_written.fill(false);
         self.written = 0;
+        self.requests.clear();
         self.take_back_all();
         match self.session.restart(now) {
             Ok(()) => self.pace.sent(now),
@@ -127,24 +119,16 @@ impl FileWrite {
         if answer.req_opcode != FtpOpcode::WRITE_FILE {
             return;
         }
-        let request = answer.sequence.wrapping_sub(1);
-        let Some(place) = self.sent.iter().position(|sent| sent.sequence == request) else { return };
-        let Sent { chunk, at, again, .. } = self.sent[place];
+        let Some(Answered { chunk, round_trip, overtaken }) = self.requests.answered(answer, now) else { return };
+        overtaken.into_iter().rev().for_each(|chunk| self.waiting.push_front(chunk));
         match answer.error() {
+            // ArduPilot reports where it wrote; an answer with another offset is not trusted.
+            None if self.session.config.is_ardupilot && answer.offset != self.chunks[chunk].0 as u32 => {
+                self.waiting.push_front(chunk);
+            }
             None => {
-                // ArduPilot reports where it wrote; an answer with another offset is not trusted.
-                if self.session.config.is_ardupilot && answer.offset != self.chunks[chunk].0 as u32 {
-                    return;
-                }
-                if !again {
-                    let took = now.since(at);
-                    self.session.round_trip.sample(took);
-                    self.pace.answered(took, self.sent.len(), &self.session.round_trip);
-                }
-                // Requests are worked off in order: those sent before this one were lost.
-                for lost in self.sent.drain(..=place).filter(|lost| lost.chunk != chunk) {
-                    self.waiting.push_front(lost.chunk);
-                }
+                self.session.round_trip.sample(round_trip);
+                self.pace.answered(round_trip, self.requests.len(), &self.session.round_trip);
                 if !std::mem::replace(&mut self.is_written[chunk], true) {
                     self.written += 1;
                     self.session.progress(now);
@@ -157,7 +141,6 @@ impl FileWrite {
                 }
             }
             Some(error) => {
-                self.sent.remove(place);
                 self.waiting.push_front(chunk);
                 match error.code {
                     FtpError::FILE_NOT_FOUND | FtpError::INVALID_SESSION | FtpError::FAIL => {
@@ -184,7 +167,10 @@ impl FileWrite {
     fn handle(&mut self, event: Event, now: MonoTime) {
         match event {
             Event::None | Event::Opened => {}
-            Event::Busy => self.take_back_all(),
+            Event::Busy => {
+                self.requests.clear();
+                self.take_back_all();
+            }
             Event::Restart => self.restart(now),
             Event::Answer(answer) => self.on_answer(&answer, now),
             Event::Failed(error) => self.end(Err(error)),
@@ -211,17 +197,16 @@ impl Transfer for FileWrite {
         let event = self.session.on_time(now);
         if event == Event::Opened {
             // The open goes out again: what went out behind it has gone with it, or is answered all the same.
+            self.requests.give_up(Duration::ZERO, now);
             self.take_back_all();
             self.pace.sent(now);
         }
         self.handle(event, now);
         let timeout = self.session.round_trip.timeout();
-        let late = self.sent.iter().take_while(|sent| now >= sent.at + timeout).count();
-        if late > 0 && !self.is_over {
+        let late = self.requests.give_up(timeout, now);
+        if !late.is_empty() && !self.is_over {
             self.session.round_trip.timed_out();
-            for lost in self.sent.drain(..late).rev() {
-                self.waiting.push_front(lost.chunk);
-            }
+            late.into_iter().rev().for_each(|chunk| self.waiting.push_front(chunk));
         }
         self.pump(now);
     }
@@ -231,8 +216,8 @@ impl Transfer for FileWrite {
             return None;
         }
         let mut at = self.session.deadline();
-        if let Some(oldest) = self.sent.front() {
-            at = at.min(oldest.at + self.session.round_trip.timeout());
+        if let Some(oldest) = self.requests.oldest() {
+            at = at.min(oldest + self.session.round_trip.timeout());
         }
         if !self.waiting.is_empty()
             && self.session.may_follow()

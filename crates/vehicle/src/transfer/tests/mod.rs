@@ -4,6 +4,7 @@ mod floats;
 mod hostile;
 mod lossy;
 mod misbehaving;
+mod slower;
 mod speed;
 mod transcripts;
 
