@@ -61,6 +61,11 @@ pub(crate) const INTEGERS_IGNORED: u32 = 3;
 /// Wait before asking again when another station is uploading.
 pub(crate) const DENIED_WAIT: Duration = Duration::from_millis(1000);
 
+/// Wait before asking a PX4 again that is in another upload. It ends one in which nothing came for 5 s
+/// (`MAVLINK_MISSION_PROTOCOL_TIMEOUT_DEFAULT`), and each MISSION_COUNT that it refuses meanwhile counts
+/// (v1.17.0, `MavlinkMissionManager::handle_mission_count`): who asks sooner keeps it busy. A little more, for jitter.
+pub(crate) const BUSY_WAIT: Duration = Duration::from_millis(5500);
+
 /// A vehicle that announces MAVFTP but answers nothing for this long has it switched off (`BRD_OPTIONS`).
 pub(crate) const FTP_ABSENT_AFTER: Duration = Duration::from_secs(3);
 

@@ -30,6 +30,7 @@ pub(crate) struct ItemDownload {
     form: ItemForm,
     state: Download,
     heard: MonoTime,
+    /// When the present attempt began.
     began: MonoTime,
     /// When it last progressed.
     progressed: MonoTime,
@@ -110,6 +111,7 @@ impl ItemDownload {
 
     fn restart(&mut self, error: TransferError, now: MonoTime) {
         self.restarts += 1;
+        self.began = now;
         if self.restarts > RESTARTS {
             self.end(Err(error));
         } else {

@@ -7,8 +7,8 @@ use vencejo_proto::{Address, Message, MissionItemInt, MonoTime};
 use super::{LateErrors, Outbox, ack, mav_mission_type};
 use crate::transfer::float::to_float;
 use crate::transfer::timing::{
-    DENIED_WAIT, DUPLICATE_WINDOW, INTEGERS_IGNORED, ITEM_TIMEOUT, MESSAGE_TIMEOUT, PROGRESS_LIMIT, REQUEST_REPEAT,
-    RESTARTS, RoundTrip, SILENCE_LIMIT, STALL_LIMIT,
+    BUSY_WAIT, DENIED_WAIT, DUPLICATE_WINDOW, INTEGERS_IGNORED, ITEM_TIMEOUT, MESSAGE_TIMEOUT, PROGRESS_LIMIT,
+    REQUEST_REPEAT, RESTARTS, RoundTrip, SILENCE_LIMIT, STALL_LIMIT,
 };
 use crate::transfer::{ItemForm, MissionResult, Transfer, TransferConfig, TransferError, TransferOutput};
 
@@ -35,7 +35,8 @@ pub(crate) struct ItemUpload {
     state: Upload,
     /// When a message of this transfer last came, or when it began.
     heard: MonoTime,
-    began: MonoTime,
+    /// When the present attempt began to ask by MISSION_COUNT.
+    counting_since: MonoTime,
     /// When it last progressed, and the furthest item.
     progressed: MonoTime,
     furthest: u16,
@@ -90,7 +91,7 @@ impl ItemUpload {
             form,
             state: Upload::Over(None),
             heard: now,
-            began: now,
+            counting_since: now,
             progressed: now,
             furthest: 0,
             insisted: 0,
@@ -139,11 +140,26 @@ impl ItemUpload {
 
     fn restart(&mut self, now: MonoTime) {
         self.restarts += 1;
-        self.furthest = 0;
+        (self.furthest, self.counting_since) = (0, now);
         if self.restarts > RESTARTS {
-            self.end(Err(TransferError::NoProgress { step: "sending a plan item by item", attempts: self.restarts }));
+            self.give_up(self.restarts);
         } else {
             self.send_count(1, now);
+        }
+    }
+
+    /// Ends an upload in which the vehicle may still wait for an item; a PX4 would refuse the next one meanwhile.
+    fn give_up(&mut self, attempts: u32) {
+        self.out.push_back(TransferOutput::Send(ack(&self.config, self.kind, MissionResult::OPERATION_CANCELLED)));
+        self.end(Err(TransferError::NoProgress { step: "sending a plan item by item", attempts }));
+    }
+
+    /// The vehicle is in another transfer: the count is repeated when that may have ended.
+    fn on_busy(&mut self, result: MissionResult, now: MonoTime) {
+        if now.since(self.counting_since) >= SILENCE_LIMIT {
+            self.end(Err(TransferError::Refused { kind: self.kind, result, seq: None }));
+        } else if let Upload::Counting { retry_at, .. } = &mut self.state {
+            *retry_at = now + if result == MissionResult::ERROR { BUSY_WAIT } else { DENIED_WAIT };
         }
     }
 
@@ -259,14 +275,10 @@ impl ItemUpload {
                 Upload::Sending { .. } => self.restart(now),
                 _ => {}
             },
-            // A PX4 that gave up waiting for an item answers the late one so, and the count while it waits in another
-            // transfer, for 5 s at most.
+            // A PX4 answers so to the count while it is in another transfer, and to each copy of an item that comes when
+            // it has given up waiting for that.
             MissionResult::DENIED | MissionResult::ERROR if counting && self.may_be_busy(result) => {
-                if now.since(self.began) >= SILENCE_LIMIT {
-                    self.end(Err(TransferError::Refused { kind: self.kind, result, item: None }));
-                } else if let Upload::Counting { retry_at, .. } = &mut self.state {
-                    *retry_at = now + DENIED_WAIT;
-                }
+                self.on_busy(result, now);
             }
             MissionResult::DENIED => self.restart(now),
             MissionResult::ERROR if !self.config.is_ardupilot && self.restarts < RESTARTS => self.restart(now),
@@ -330,8 +342,7 @@ impl Transfer for ItemUpload {
             return;
         }
         if now >= self.progressed + PROGRESS_LIMIT {
-            let attempts = self.restarts + 1;
-            return self.end(Err(TransferError::NoProgress { step: "sending a plan item by item", attempts }));
+            return self.give_up(self.restarts + 1);
         }
         match self.state {
             Upload::Counting { tries, .. } => {

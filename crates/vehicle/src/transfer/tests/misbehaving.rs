@@ -232,6 +232,97 @@ fn check<T>(what: &str, end: End, result: &Result<T, TransferError>, took: Durat
     assert!(took <= Duration::from_secs(60), "{what}: {took:?}");
 }
 
+/// A PX4 in which another upload was abandoned: it refuses MISSION_COUNT until nothing has come for 5 s, a count that it
+/// refuses included.
+struct InAbandonedUpload {
+    plane: Twisted,
+    until: MonoTime,
+    refusals: Vec<Message>,
+}
+
+impl InAbandonedUpload {
+    const TIMEOUT: Duration = Duration::from_secs(5);
+
+    fn new(twist: Twist) -> Self {
+        let mut plane = MockPlane::new();
+        (plane.strict_order, plane.keeps_home) = (true, false);
+        let plane = Twisted { plane, twist, count: 0, asks_for_integers: true };
+        Self { plane, until: MonoTime::ZERO + Self::TIMEOUT, refusals: Vec::new() }
+    }
+}
+
+impl Endpoint for InAbandonedUpload {
+    fn receive(&mut self, from: Address, message: &Message, now: MonoTime) {
+        if is_count(message) && now < self.until {
+            self.until = now + Self::TIMEOUT;
+            self.refusals.push(answer(ERROR));
+        } else {
+            self.plane.receive(from, message, now);
+        }
+    }
+
+    fn tick(&mut self, now: MonoTime) {
+        self.plane.tick(now);
+    }
+
+    fn wakes_at(&self) -> Option<MonoTime> {
+        self.plane.wakes_at()
+    }
+
+    fn next_output(&mut self) -> Option<Message> {
+        self.refusals.pop().or_else(|| self.plane.next_output())
+    }
+}
+
+/// A PX4 to which item by item is sent over a link with this round trip.
+fn px4(round_trip: Duration) -> TransferConfig {
+    TransferConfig { round_trip: Some(round_trip), item_window: 1, ..TransferConfig::new(PLANE, STATION) }
+}
+
+// v1.17.0, `MavlinkMissionManager::handle_mission_count`.
+#[test]
+fn a_px4_in_an_abandoned_upload_is_left_alone_until_it_ends() {
+    let items = plain(6);
+    for round_trip in [Duration::ZERO, Duration::from_millis(600)] {
+        let upload = PlanUpload::new(&px4(round_trip), PlanKind::Mission, items.clone(), MonoTime::ZERO);
+        let plane = InAbandonedUpload::new(|_, _| Said::AsItIs);
+        let mut world = World::new(Running::new(upload), plane, Faults::round_trip(round_trip), 1);
+        let (result, took) = run(&mut world, LIMIT);
+        assert!(result.is_ok() && has(&world.plane.plane.plane.plans[0], &items), "{:?}", result.err());
+        assert!(took <= Duration::from_secs(15), "{took:?}");
+    }
+    // What ends without success frees it for the next.
+    let upload = PlanUpload::new(&px4(Duration::ZERO), PlanKind::Mission, items, MonoTime::ZERO);
+    let plane = InAbandonedUpload::new(|message, _| drop_if(asked(message) == Some(1)));
+    let mut world = World::new(Running::new(upload), plane, Faults::default(), 1);
+    world.log = Some(Vec::new());
+    let (result, _) = run(&mut world, LIMIT);
+    assert!(matches!(result, Err(TransferError::NoProgress { .. })), "{:?}", result.err());
+    let last = world.log.as_ref().and_then(|log| log.last()).map(|(_, message)| message);
+    assert!(matches!(last, Some(Message::MissionAck(MissionAck { result: 15, .. }))), "{last:?}");
+}
+
+// It answers each copy of an item, or of a request, that comes when it has given up waiting.
+#[test]
+fn refusals_of_what_came_late_are_not_taken_for_a_busy_vehicle() {
+    let (items, second) = (plain(20), Duration::from_secs(1));
+    let late = |at_ms: u64| MonoTime::from_millis(at_ms);
+    let upload = PlanUpload::new(&px4(second), PlanKind::Mission, items.clone(), MonoTime::ZERO);
+    let mut plane = MockPlane::new();
+    (plane.strict_order, plane.keeps_home) = (true, false);
+    let mut world = World::new(Running::new(upload), plane, Faults::round_trip(second), 1);
+    (0..3).for_each(|copy| world.inject(late(12_000 + 100 * copy), true, PLANE, &answer(ERROR)));
+    let (result, _) = run(&mut world, LIMIT);
+    assert!(result.is_ok() && has(&world.plane.plans[0], &items), "{:?}", result.err());
+
+    let mut plane = MockPlane::new();
+    plane.store(PlanKind::Mission, &items);
+    let download = PlanDownload::new(&px4(second), PlanKind::Mission, MonoTime::ZERO);
+    let mut world = World::new(Running::new(download), plane, Faults::round_trip(second), 1);
+    (0..3).for_each(|copy| world.inject(late(12_000 + 100 * copy), true, PLANE, &answer(ERROR)));
+    assert!(has(&run(&mut world, LIMIT).0.expect("read").items, &items));
+}
+
 // A PX4 ends a transfer in which nothing comes for 5 s, answers what comes late with an error, and until then whatever
 // else is begun (v1.17.0, `MavlinkMissionManager`).
 #[test]
