@@ -28,6 +28,8 @@ pub(super) struct Written {
     pub at: MonoTime,
     /// The id that the vehicle gave the plan.
     pub plan_id: Option<u32>,
+    /// Whether it failed: what was sent may become the plan later, when the vehicle closes the file.
+    pub is_unfinished: bool,
 }
 
 /// A transfer and the request that it serves.

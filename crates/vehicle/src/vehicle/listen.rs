@@ -28,6 +28,9 @@ use crate::transfer::TransferOutput;
 const TRANSFER_ECHO: Duration = Duration::from_secs(5);
 /// How long before the mode the landing may be shown as the current item; heartbeats come each second.
 const JUMPED_WITHIN: Duration = Duration::from_millis(2_500);
+/// A plan file that an upload left open has been closed by then: ArduPilot closes a session that is idle for 20 s
+/// (`GCS_FTP.h`), and up to 4.7 it does so when another file is opened.
+const FILE_LEFT_OPEN: Duration = Duration::from_secs(30);
 /// Two restarts within this are one.
 const RESTART_ONCE: Duration = Duration::from_secs(3);
 
@@ -392,11 +395,21 @@ impl Vehicle {
     pub(super) fn told_changed(&mut self, kind: PlanKind, now: MonoTime) {
         let is_moving = self.transfer.as_ref().is_some_and(|lane| lane.is_about(kind));
         if is_moving || !self.is_echo(kind, now) {
-            self.void(kind);
+            self.void(kind, now);
         }
     }
 
-    pub(super) fn void(&mut self, kind: PlanKind) {
+    /// Why a plan that has changed is unknown: an upload of ours that failed may have become the plan since.
+    pub(super) fn why_changed(&self, kind: PlanKind, now: MonoTime) -> Unknown {
+        let is_ours = |written: Written| written.is_unfinished && now < written.at + FILE_LEFT_OPEN;
+        if self.written[kind as usize].is_some_and(is_ours) {
+            Unknown::TransferFailed
+        } else {
+            Unknown::ChangedElsewhere
+        }
+    }
+
+    pub(super) fn void(&mut self, kind: PlanKind, now: MonoTime) {
         if let Some(lane) = &mut self.transfer
             && lane.is_about(kind)
         {
@@ -406,7 +419,7 @@ impl Vehicle {
         }
         let is_settled = !matches!(self.plans.get(kind), PlanState::Unknown(_) | PlanState::Differs { .. });
         if is_settled {
-            self.set_plan(kind, PlanState::Unknown(Unknown::ChangedElsewhere));
+            self.set_plan(kind, PlanState::Unknown(self.why_changed(kind, now)));
         }
     }
 
@@ -438,7 +451,7 @@ impl Vehicle {
 
     /// Our last writing of a plan, while what is said of the plan may be about that.
     pub(super) fn echo(&self, kind: PlanKind, now: MonoTime) -> Option<Written> {
-        self.written[kind as usize].filter(|written| now < written.at + TRANSFER_ECHO)
+        self.written[kind as usize].filter(|written| !written.is_unfinished && now < written.at + TRANSFER_ECHO)
     }
 
     pub(super) fn on_restart(&mut self, since: MonoTime, now: MonoTime) {

@@ -200,15 +200,19 @@ impl Vehicle {
         }
         if self.transfer.as_ref().is_some_and(|lane| lane.is_about(PlanKind::Mission)) {
             // Our own upload changes it too.
-            return self.void(PlanKind::Mission);
+            return self.void(PlanKind::Mission, now);
         }
         if self.family() == Some(ModeFamily::Px4) {
             // It stores a list beside the one that it has, and then changes over to it: there is no mixture.
-            return self.void(PlanKind::Mission);
+            return self.void(PlanKind::Mission, now);
         }
         self.on_board.moving_until = Some(now + COUNT_REST);
         if self.on_board.doubt.is_none() {
-            self.set_plan(PlanKind::Mission, PlanState::Unknown(Unknown::SentElsewhere));
+            let moving = match self.why_changed(PlanKind::Mission, now) {
+                Unknown::ChangedElsewhere => Unknown::SentElsewhere,
+                ours => ours,
+            };
+            self.set_plan(PlanKind::Mission, PlanState::Unknown(moving));
         }
     }
 
@@ -233,7 +237,7 @@ impl Vehicle {
     pub(super) fn changed_elsewhere(&mut self, kind: PlanKind, others: Others, now: MonoTime) {
         self.written[kind as usize] = None;
         if !self.beside_ours(kind, others, now) {
-            self.void(kind);
+            self.void(kind, now);
         }
     }
 

@@ -179,7 +179,8 @@ impl Vehicle {
         let (writes, plan_id) = (lane.machine.writes_plan(), lane.machine.plan_id());
         let written = lane.plan_before.filter(|_| writes);
         if let Some(before) = &written {
-            self.written[before.kind as usize] = Some(Written { at: now, plan_id });
+            let is_unfinished = result.is_err() && !matches!(result, Err(TransferError::OnlyMission { .. }));
+            self.written[before.kind as usize] = Some(Written { at: now, plan_id, is_unfinished });
         }
         let own = self.on_board_own(lane.id).map(|what| (what, result.as_ref().err().cloned()));
         let result = match result {
@@ -304,7 +305,7 @@ impl Vehicle {
         let state = match kind {
             // An upload that goes on says so in the plan's state.
             _ if changed && self.plans.get(kind).may_be_mixed() => self.plans.get(kind),
-            _ if changed => PlanState::Unknown(Unknown::ChangedElsewhere),
+            _ if changed => PlanState::Unknown(self.why_changed(kind, now)),
             PlanKind::Mission if is_ours => {
                 self.on_board.end_doubt();
                 read

@@ -111,7 +111,10 @@ impl FileWrite {
         self.take_back_all();
         match self.session.restart(now) {
             Ok(()) => self.pace.sent(now),
-            Err(error) => self.end(Err(error)),
+            Err(error) => {
+                self.leave();
+                self.end(Err(error));
+            }
         }
     }
 
@@ -173,7 +176,13 @@ impl FileWrite {
             }
             Event::Restart => self.restart(now),
             Event::Answer(answer) => self.on_answer(&answer, now),
-            Event::Failed(error) => self.end(Err(error)),
+            Event::Failed(error) => {
+                // Unless it was refused, the file may be open, and what is on the way may complete it.
+                if !matches!(error, TransferError::Ftp { .. } | TransferError::FtpBusy { .. }) {
+                    self.leave();
+                }
+                self.end(Err(error));
+            }
         }
     }
 }

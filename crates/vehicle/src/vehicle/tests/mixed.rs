@@ -561,6 +561,37 @@ fn a_damaged_record_is_a_doubt_that_an_upload_ends_and_a_reading_does_not() {
     assert!(record.doubt.is_none() && record.verified.is_some_and(|(count, _)| count == 8), "{record:?}");
 }
 
+// ArduPlane takes a file that was left open when its session has been idle for 20 s.
+#[test]
+fn what_our_failed_upload_leaves_behind_is_not_said_to_be_another_stations() {
+    let is_of_another = |event: &VehicleEvent| {
+        let VehicleEvent::PlanStateChanged { state, .. } = event else { return false };
+        matches!(state, PlanState::Unknown(Unknown::ChangedElsewhere | Unknown::SentElsewhere))
+    };
+    let mut taken_late = 0;
+    // The link is lost after each frame of the upload in turn.
+    for frames in 0.. {
+        let mut plane = Plane::new();
+        plane.services = MockPlane::with_several_sessions();
+        let mut world = World::new(Station::with(reading()), plane, Faults::default(), 1);
+        wait(&mut world, 2_000);
+        ask(&mut world, send(route(8, 0.0))).expect("a mission");
+        wait(&mut world, 6_000);
+        world.faults.cut_after = Some(world.station_frames + frames);
+        if ask(&mut world, send(route(12, 0.03))).is_ok() {
+            break;
+        }
+        assert_eq!(state(&world), PlanState::Unknown(Unknown::TransferFailed), "{frames}");
+        world.faults.cut_after = None;
+        let changes = world.plane.services.changes;
+        wait(&mut world, 40_000);
+        assert!(!world.station.events.iter().any(is_of_another), "{frames}: {:?}", world.station.events);
+        assert!(matches!(state(&world), PlanState::Verified { count: 8 | 12, .. }), "{frames}: {}", state(&world));
+        taken_late += usize::from(world.plane.services.changes > changes);
+    }
+    assert!(taken_late > 0, "the file that was left open was taken");
+}
+
 fn from_rival(world: &mut Pair, message: &Message) {
     let at = world.now + Duration::from_millis(5);
     for to_station in [true, false] {
