@@ -306,6 +306,11 @@ class Vehicle(Closing, VehicleState):
         An ArduPlane finds the landing by its DO_LAND_START. One without that mark, in a mission that was read, is flown
         from its last leg, in AUTO. Nothing is sent to a plane that flies its landing already; a PX4 whose mission has
         none is refused. It is refused while the mission may be mixed, see `arm`.
+
+        Raises
+        ------
+        NotPossibleNow
+            For a disarmed plane, and for a PX4 plane on the ground: it would land, or take off, as soon as it is armed.
         """
         self._wait(self._ask("land", despite_mixed_plan=despite_mixed_plan))
 

@@ -25,7 +25,6 @@ DOORS: dict[str, Callable[[vencejo.Vehicle], Any]] = {
     "start in it": lambda plane: plane.start_mission(from_item=2),
     "resume": lambda plane: plane.resume_mission(),
     "jump": lambda plane: plane.set_current_item(2),
-    "land": lambda plane: plane.land(),
     "command": lambda plane: plane.command("COMPONENT_ARM_DISARM", 1.0, 21196.0, confirm="force-arm"),
     "command by COMMAND_INT": lambda plane: plane.command_int("MISSION_START", frame=0),
     "raw COMMAND_LONG": lambda plane: plane.send_message("COMMAND_LONG", command=400, param1=1.0),
@@ -58,6 +57,8 @@ def test_a_doubt_outlives_the_program_and_a_damaged_record_is_one(tmp_path: Path
             assert_held_back(mock, plane, "upload has not ended")
             plane.arm(despite_mixed_plan=True)
             assert plane.telemetry.is_armed
+            with pytest.raises(vencejo.NotPossibleNow, match="despite_mixed_plan"):
+                plane.land()
             assert any("arming by override, although" in text.text for text in plane.texts), plane.texts
             plane.disarm(confirm="disarm-in-flight")  # it does not report whether it is on the ground
         (record,) = (Path(os.environ["VENCEJO_DATA"]) / "missions").iterdir()

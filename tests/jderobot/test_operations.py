@@ -181,7 +181,10 @@ def test_every_operation_from_python(client: Client) -> None:
     assert "did you mean" in call.refused(precise.InvalidRequest, "Control", "setMode", 0, "AUTOO").what.lower()
     assert call("Control", "arm", 0) is None
     assert call("Telemetry", "getNavigation", 0).isArmed is True
+    no_landing = call.refused(precise.CommandRefused, "Control", "land", 0)
+    assert (no_landing.command, no_landing.result) == ("DO_LAND_START", "FAILED")
     assert call("Control", "disarm", 0) is None
+    call.refused(precise.InvalidRequest, "Control", "land", 0)
     assert call("Control", "goTo", 0, LAT + 0.001, LON, 60.0, True) is None
     assert call("Telemetry", "getNavigation", 0).mode == "GUIDED"
     assert call("Control", "flyCourse", 0, 90.0, 5.0) is None
@@ -198,8 +201,6 @@ def test_every_operation_from_python(client: Client) -> None:
     assert call("Control", "returnToLaunch", 0) is None
     assert call("Control", "takeoff", 0, 60.0) is None
     assert call("Telemetry", "getNavigation", 0).mode == "TAKEOFF"
-    no_landing = call.refused(precise.CommandRefused, "Control", "land", 0)
-    assert (no_landing.command, no_landing.result) == ("DO_LAND_START", "FAILED")
     call.refused(precise.VencejoException, "Control", "abortLanding", 0)
     assert call("Control", "command", 0, 410, []) == 0, "GET_HOME_POSITION"
     assert call.refused(precise.CommandRefused, "Control", "command", 0, 31_000, [1.0]).result == "UNSUPPORTED"

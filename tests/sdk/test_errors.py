@@ -46,6 +46,7 @@ CLASSES = {
     "Vehicle.PlanUnknown": vencejo.NotPossibleNow,
     "Vehicle.Armed": vencejo.NotPossibleNow,
     "Vehicle.InTheAir": vencejo.NotPossibleNow,
+    "Vehicle.NotFlying": vencejo.NotPossibleNow,
     "Vehicle.Landing": vencejo.NotPossibleNow,
     "Vehicle.HomeUnknown": vencejo.NotPossibleNow,
     "Vehicle.TooOld": vencejo.InvalidRequest,

@@ -139,6 +139,7 @@ fn from_vehicle(error: &VehicleError) -> PyErr {
         | VehicleError::HomeUnknown
         | VehicleError::Armed { .. }
         | VehicleError::InTheAir { .. }
+        | VehicleError::NotFlying { .. }
         | VehicleError::Landing { .. } => raise("NotPossibleNow", error),
         VehicleError::NotHeard { .. } | VehicleError::Rebooted => raise("VehicleLost", error),
         VehicleError::Cancelled => raise("Cancelled", error),

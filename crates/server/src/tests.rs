@@ -410,7 +410,6 @@ async fn a_mission_that_may_be_mixed_is_flown_only_by_name() {
         ("mission/start", None),
         ("mission/resume", None),
         ("mission/current", Some(json!({"item": 2}))),
-        ("land", None),
         ("command/long", Some(json!({"command": "COMPONENT_ARM_DISARM", "params": [1]}))),
         ("command/int", Some(json!({"command": "MISSION_START", "frame": 0, "params": [], "x": 0, "y": 0, "z": 0}))),
         ("messages", raw("COMMAND_LONG", arming.clone())),

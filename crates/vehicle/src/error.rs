@@ -118,6 +118,14 @@ pub enum VehicleError {
         /// What was wanted.
         action: &'static str,
     },
+    /// Only possible in flight.
+    #[error("the vehicle is not flying: {consequence}; take off before {action}")]
+    NotFlying {
+        /// What was wanted.
+        action: &'static str,
+        /// What the vehicle would do.
+        consequence: &'static str,
+    },
     /// An ArduPlane that lands, or may land, is not sent what would make it flare in the air or turn away near the
     /// ground. [`crate::Request::AbortLanding`], which climbs first, and a change of mode are possible all the same.
     #[error(
@@ -225,6 +233,7 @@ impl VehicleError {
             Self::PlanUnknown { kind: PlanKind::Mission, state: PlanState::Unknown(Unknown::TransferFailed) },
             Self::Armed { action: "restarting" },
             Self::InTheAir { action: "preparing a flight" },
+            Self::NotFlying { action: "landing", consequence: "it would arm and take off" },
             Self::Landing { action: "jumping in the mission", consequence: "it would turn away", is_known: true },
             Self::HomeUnknown,
             Self::NotHeard { age: Duration::from_secs(6) },
@@ -267,13 +276,14 @@ mod tests {
             VehicleError::TooOld { .. } => 18,
             VehicleError::InTheAir { .. } => 19,
             VehicleError::Landing { .. } => 20,
+            VehicleError::NotFlying { .. } => 21,
         }
     }
 
     #[test]
     fn each_kind_has_an_example_and_says_something() {
         let examples = VehicleError::examples();
-        assert_eq!(examples.iter().map(place).collect::<BTreeSet<_>>(), (0..=20).collect());
+        assert_eq!(examples.iter().map(place).collect::<BTreeSet<_>>(), (0..=21).collect());
         assert!(examples.iter().all(|error| !error.to_string().is_empty()));
     }
 }

@@ -164,7 +164,8 @@ pub enum Request {
     ReturnToLaunch,
     /// Lands. A fixed wing, and any ArduPlane: jumps to the landing sequence of its mission (MAV_CMD_DO_LAND_START), an
     /// ArduPlane in AUTO to the beginning of a landing that is known to have no such mark; nothing is sent to one that
-    /// flies its landing already, because it would begin it anew and turn away without climbing. Others: mode LAND.
+    /// flies its landing already, because it would begin it anew and turn away without climbing. Refused while it is
+    /// disarmed, and for a PX4 on the ground. Others: mode LAND.
     Land,
     /// Aborts a landing and climbs: MAV_CMD_DO_GO_AROUND.
     AbortLanding {

@@ -347,6 +347,11 @@ causes! {
         /// The action, in English.
         action: String,
     } => CONFLICT, "The vehicle is in the air",
+    /// The action requires a vehicle in flight.
+    NotFlying {
+        /// The action, in English.
+        action: String,
+    } => CONFLICT, "The vehicle is not flying",
     /// The vehicle is landing, or may be landing in a mission that was not read.
     Landing {
         /// The action that is not possible meanwhile, in English.

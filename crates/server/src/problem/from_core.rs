@@ -113,6 +113,7 @@ pub(super) fn from_vehicle(error: &VehicleError) -> Problem {
         VehicleError::TooOld { what, .. } => Cause::TooOld { what: (*what).to_owned() },
         VehicleError::Armed { action } => Cause::Armed { action: (*action).to_owned() },
         VehicleError::InTheAir { action } => Cause::InTheAir { action: (*action).to_owned() },
+        VehicleError::NotFlying { action, .. } => Cause::NotFlying { action: (*action).to_owned() },
         VehicleError::Landing { action, is_known, .. } => {
             Cause::Landing { action: (*action).to_owned(), is_known: *is_known }
         }

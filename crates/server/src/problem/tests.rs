@@ -126,6 +126,7 @@ fn statuses_are_those_of_the_contract() {
         ("Vehicle.PlanUnknown", 409),
         ("Vehicle.Armed", 409),
         ("Vehicle.InTheAir", 409),
+        ("Vehicle.NotFlying", 409),
         ("Vehicle.Landing", 409),
         ("Vehicle.NotHeard", 504),
         ("Transfer.Timeout", 504),

@@ -260,15 +260,21 @@ impl Context<'_> {
         if family != ModeFamily::ArduPlane && !is_px4_plane {
             return Ok([self.mode_for(Action::Land)?].into());
         }
+        // ArduPlane jumps to the landing and changes to AUTO, armed or not (`MAV_CMD_DO_LAND_START`).
+        let not_flying = |consequence| VehicleError::NotFlying { action: "landing", consequence };
+        let is_armed = self.telemetry.is_armed();
+        if is_armed == Some(false) && !is_px4_plane {
+            return Err(not_flying("it would fly the landing of its mission as soon as it is armed"));
+        }
         let follows_mission = self.telemetry.mode().is_some_and(FlightMode::follows_mission);
         // In AUTO_LAND it may still be sent to the landing of its mission.
         if self.is_landing && (follows_mission || !is_px4_plane) {
             return Ok([Step::Note(Severity::INFO, "It is landing already: nothing was sent".to_owned())].into());
         }
-        let is_flying = self.telemetry.is_armed() == Some(true) && self.telemetry.is_on_ground() != Some(true);
+        let is_flying = is_armed == Some(true) && self.telemetry.is_on_ground() != Some(true);
         if is_px4_plane && !is_flying {
             // It takes DO_LAND_START for MISSION_START, which arms (v1.17.0, `navigator_main.cpp`, `Commander.cpp`).
-            return Err(invalid("the plane", "on the ground or not armed", "in the air: a PX4 would arm and take off"));
+            return Err(not_flying("it would arm and take off"));
         }
         if is_px4_plane && self.has_landing == Some(false) {
             return Err(invalid(
@@ -278,10 +284,8 @@ impl Context<'_> {
                  AUTO_LAND, which brings it down in circles where it is",
             ));
         }
-        let is_disarmed = self.telemetry.is_armed() == Some(false);
-        if let Some(seq) = self.unmarked_landing.filter(|_| family == ModeFamily::ArduPlane && !is_disarmed) {
-            // DO_LAND_START, by which ArduPlane finds a landing, would be refused. So it is while disarmed, when AUTO
-            // would fly the landing as soon as it is armed.
+        if let Some(seq) = self.unmarked_landing.filter(|_| family == ModeFamily::ArduPlane) {
+            // DO_LAND_START, by which ArduPlane finds a landing, would be refused.
             let steps = [self.set_current(seq), self.mode_for(Action::Mission)?];
             return Ok(steps.into_iter().chain(self.go_on_from(seq)).collect());
         }

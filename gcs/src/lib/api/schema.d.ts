@@ -1486,7 +1486,8 @@ export interface paths {
         /**
          * Lands. A fixed wing, and any ArduPlane: jumps to the landing sequence of its mission (MAV_CMD_DO_LAND_START), an
          *     ArduPlane in AUTO to the beginning of a landing that is known to have no such mark; nothing is sent to one that
-         *     flies its landing already, because it would begin it anew and turn away without climbing. Others: mode LAND.
+         *     flies its landing already, because it would begin it anew and turn away without climbing. Refused while it is
+         *     disarmed, and for a PX4 on the ground. Others: mode LAND.
          */
         post: operations["land"];
         delete?: never;
@@ -2931,6 +2932,11 @@ export interface components {
             action: string;
             /** @enum {string} */
             code: "in-the-air";
+        } | {
+            /** @description The action, in English. */
+            action: string;
+            /** @enum {string} */
+            code: "not-flying";
         } | {
             /** @description The action that is not possible meanwhile, in English. */
             action: string;

@@ -101,6 +101,7 @@ export const serverEn = {
   'problem.too-old.remedy': 'Update the autopilot.',
   'problem.armed': 'That is only possible while the vehicle is disarmed.',
   'problem.in-the-air': 'That is only possible on the ground.',
+  'problem.not-flying': 'That is only possible in flight.',
   'problem.landing': 'The vehicle is landing, or may be: this could make it crash.',
   'problem.landing.remedy': 'Abort the landing first; if its mission was not read, read it.',
   'problem.home-unknown': 'Home is needed for that, and not known yet.',

@@ -105,6 +105,7 @@ export const serverEs: Record<keyof typeof serverEn, string> = {
   'problem.too-old.remedy': 'Actualiza el autopiloto.',
   'problem.armed': 'Eso solo se puede hacer con el vehículo desarmado.',
   'problem.in-the-air': 'Eso solo se puede hacer en tierra.',
+  'problem.not-flying': 'Eso solo se puede hacer en vuelo.',
   'problem.landing': 'El vehículo está aterrizando, o puede estarlo: esto podría estrellarlo.',
   'problem.landing.remedy': 'Aborta antes el aterrizaje; si no se ha leído su misión, léela.',
   'problem.home-unknown': 'Para eso hace falta casa, que aún no se conoce.',

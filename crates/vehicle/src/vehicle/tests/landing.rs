@@ -241,6 +241,21 @@ fn auto_is_entered_when_a_mission_runs() {
     assert_eq!(ask(&mut world, mode("AUTO")), Ok(Reply::Done));
 }
 
+// ArduPlane changes to AUTO at the landing also while it is disarmed, and flies it when it is armed.
+#[test]
+fn a_disarmed_plane_is_not_sent_to_its_landing() {
+    for mut world in [in_auto(2), unmarked(2)] {
+        (world.plane.is_armed, world.plane.mode) = (false, 0);
+        world.plane.landed = MavLandedState::MAV_LANDED_STATE_ON_GROUND;
+        wait(&mut world, 1_500);
+        let before = world.plane.commands.len();
+        let error = ask(&mut world, Request::Land).expect_err("refused");
+        assert!(matches!(error, VehicleError::NotFlying { action: "landing", .. }), "{error}");
+        let sent = |command: Command| world.plane.commands[before..].iter().any(|long| long.command == command.0);
+        assert!(world.plane.mode == 0 && !sent(Command::DO_LAND_START) && !sent(Command::DO_SET_MISSION_CURRENT));
+    }
+}
+
 #[test]
 fn a_landing_without_its_mark_is_flown_from_its_last_leg() {
     let mut world = unmarked(2);
@@ -248,13 +263,6 @@ fn a_landing_without_its_mark_is_flown_from_its_last_leg() {
     assert_eq!(ask(&mut world, Request::Land), Ok(Reply::Done));
     assert_eq!((world.plane.mode, world.plane.current), (AUTO, 3));
     assert_eq!(count(&world, Command::DO_LAND_START), 0, "it would be refused");
-    // Disarmed it is, and the mode stays.
-    let mut on_ground = unmarked(2);
-    (on_ground.plane.is_armed, on_ground.plane.mode) = (false, 0);
-    on_ground.plane.landed = MavLandedState::MAV_LANDED_STATE_ON_GROUND;
-    wait(&mut on_ground, 1_500);
-    let _refused = ask(&mut on_ground, Request::Land);
-    assert_eq!((on_ground.plane.mode, count(&on_ground, Command::DO_LAND_START)), (0, 1));
     // On final nothing is sent.
     fly(&mut world, AUTO, 5);
     let before = count(&world, Command::DO_SET_MISSION_CURRENT);

@@ -73,7 +73,6 @@ fn acts() -> (Vec<Request>, Vec<Message>) {
         Request::MissionStart { from_item: Some(2) },
         Request::MissionResume,
         Request::SetCurrentItem { item: 2 },
-        Request::Land,
     ];
     let mut messages = vec![
         Message::Dialect(MavMessage::SET_MODE(SET_MODE_DATA {
@@ -622,6 +621,13 @@ fn a_half_upload_of_another_station_blocks_and_its_end_unblocks() {
     assert_eq!(state(&world), PlanState::Unknown(Unknown::SentElsewhere));
     let now = world.now;
     assert_blocked(&mut world.station.vehicle, now, "it begins");
+    world.plane.is_armed = true;
+    wait(&mut world, 1_500);
+    assert!(
+        matches!(ask(&mut world, Request::Land), Err(VehicleError::PlanUnknown { .. })),
+        "nor is it flown to its landing"
+    );
+    world.plane.is_armed = false;
     for item in &wire[..5] {
         from_rival(&mut world, &Message::MissionItemInt(*item));
     }
