@@ -8,6 +8,7 @@ const acts = (): MapActs => ({
   visibleBox: vi.fn(() => box),
   show: vi.fn(),
   fit: vi.fn(),
+  goTo: vi.fn(),
   retryTiles: vi.fn(),
 });
 

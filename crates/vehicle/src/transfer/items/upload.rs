@@ -157,7 +157,7 @@ impl ItemUpload {
     /// The vehicle is in another transfer: the count is repeated when that may have ended.
     fn on_busy(&mut self, result: MissionResult, now: MonoTime) {
         if now.since(self.counting_since) >= SILENCE_LIMIT {
-            self.end(Err(TransferError::Refused { kind: self.kind, result, seq: None }));
+            self.end(Err(TransferError::Refused { kind: self.kind, result, item: None }));
         } else if let Upload::Counting { retry_at, .. } = &mut self.state {
             *retry_at = now + if result == MissionResult::ERROR { BUSY_WAIT } else { DENIED_WAIT };
         }
