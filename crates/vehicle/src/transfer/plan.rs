@@ -53,7 +53,7 @@ pub struct PlanUpload {
 
 #[derive(Debug)]
 enum Step {
-    SendFile(FileWrite),
+    SendFile(Box<FileWrite>),
     SendItems(ItemUpload),
     /// The upload is kept when its final MISSION_ACK did not come: the vehicle may still ask for an item.
     ReadBack(Box<ReadBack>, Option<ItemUpload>),
@@ -137,7 +137,8 @@ impl PlanUpload {
             PlanRoute::Ftp => {
                 // Whole items in each write: a lost one leaves an item of zeros, and ArduPilot refuses the file.
                 let file = encode_plan_file(self.kind.mission_type(), &self.items);
-                Step::SendFile(FileWrite::new(&self.config, path(self.kind), file, PLAN_FILE_ITEM_LEN, 10, now))
+                let write = FileWrite::new(&self.config, path(self.kind), file, PLAN_FILE_ITEM_LEN, 10, now);
+                Step::SendFile(Box::new(write))
             }
         };
         self.advance(now);
