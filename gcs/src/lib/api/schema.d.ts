@@ -1448,7 +1448,8 @@ export interface paths {
         /**
          * Flies to a position and circles there: MAV_CMD_DO_REPOSITION by COMMAND_INT. An ArduPlane from before
          *     COMMAND_INT gets MISSION_ITEM with `current` = 2 instead, which enters GUIDED by itself and knows neither radius
-         *     nor sense nor speed.
+         *     nor sense nor speed. A fixed wing with PX4 gets MAV_CMD_DO_ORBIT for a radius or sense of its own, and
+         *     MAV_CMD_DO_CHANGE_SPEED for a speed, which is an airspeed then.
          */
         post: operations["goto"];
         delete?: never;
@@ -1619,7 +1620,7 @@ export interface paths {
         put?: never;
         /**
          * Goes on with the mission where it stands: mode AUTO. An ArduPlane that begins it anew (`MIS_RESTART` 1) is set
-         *     to where it stood.
+         *     to where it stood, and a PX4 that left it to return to the item that it left.
          */
         post: operations["mission_resume"];
         delete?: never;
@@ -2032,7 +2033,7 @@ export interface paths {
         put?: never;
         /**
          * Switches the fence on board on or off, until its parameters or a restart do: MAV_CMD_DO_FENCE_ENABLE. Done when
-         *     it is acknowledged; an ArduPlane without a fence refuses to switch it on.
+         *     it is acknowledged; an ArduPlane without a fence refuses to switch it on. A PX4 has parameter GF_ACTION instead.
          */
         post: operations["switch_fence"];
         delete?: never;
@@ -2984,15 +2985,15 @@ export interface components {
         } | {
             /** @enum {string} */
             code: "plan-refused";
+            /**
+             * Format: int32
+             * @description The item that was most likely refused, counted from 1 (0 is the home of an ArduPilot's mission); null when unknown.
+             */
+            item: number | null;
             /** @description The plan concerned. */
             plan: components["schemas"]["PlanKind"];
             /** @description Name of the `MAV_MISSION_RESULT` without `MAV_MISSION_`. */
             result: string;
-            /**
-             * Format: int32
-             * @description MAVLink sequence number of the item that was most likely refused; null when unknown.
-             */
-            seq: number | null;
         } | {
             /** @enum {string} */
             code: "plan-mismatch";
@@ -3003,6 +3004,9 @@ export interface components {
             differences: number;
             /** @description The plan concerned. */
             plan: components["schemas"]["PlanKind"];
+        } | {
+            /** @enum {string} */
+            code: "mission-rejected";
         } | {
             /** @enum {string} */
             code: "unverified";
@@ -11560,7 +11564,7 @@ export interface operations {
                 "application/json": {
                     /**
                      * Format: double
-                     * @description Height to climb to, metres above home, 1 to 10,000; the vehicle's own when absent.
+                     * @description Height to climb to, metres above home, 1 to 10,000; the vehicle's own when absent, as it has to be for a PX4.
                      */
                     alt_rel_home_m?: number | null;
                 };
@@ -11648,7 +11652,7 @@ export interface operations {
         requestBody?: {
             content: {
                 "application/json": {
-                    /** @description In spite of the vehicle's own checks (magic number 21196). */
+                    /** @description In spite of the vehicle's own checks (magic number 21196). A PX4 runs them all the same. */
                     force?: boolean;
                 };
             };
