@@ -7,8 +7,11 @@ type LeftPanel = (typeof LEFT_PANELS)[number];
 type RightPanel = (typeof RIGHT_PANELS)[number];
 export type Panel = LeftPanel | RightPanel;
 
+/** Widths count for text of the usual size: with larger text a window holds as much as a narrower one. */
 /** Below this width one panel at a time opens, as a sheet from the bottom. */
 const NARROW_PX = 900;
+/** Below this height boxes begin folded. */
+const LOW_PX = 600;
 /** Below this width one dock at a time opens. */
 const TIGHT_PX = 1180;
 
@@ -47,6 +50,12 @@ function readFolds(value: unknown): Partial<Record<Box, boolean>> | null {
   return Object.fromEntries(known.map((box) => [box, folds[box] === true]));
 }
 
+/** How large text is, with 16 px as 1: people set it in their browser. */
+function textScale(): number {
+  const root = globalThis.document?.documentElement;
+  return root === undefined ? 1 : parseFloat(getComputedStyle(root).fontSize) / 16 || 1;
+}
+
 const isLeft = (panel: Panel): panel is LeftPanel => (LEFT_PANELS as readonly string[]).includes(panel);
 
 class Layout {
@@ -61,9 +70,16 @@ class Layout {
   /** Width of the map's buttons, at its right edge. */
   controlsWidth_px = $state(0);
 
-  isNarrow = $derived(this.width_px < NARROW_PX);
+  /** Read again with the size of the window, which a zoom changes. */
+  #scale = $derived.by(() => (this.width_px > 0 ? textScale() : 1));
+  /** Whether text is so large that lines of it must be able to wrap everywhere. */
+  hasLargeText = $derived(this.#scale >= 1.2);
+  #roomy_px = $derived(this.width_px / this.#scale);
+  /** A sheet with boxes below it would leave nothing of its panel. */
+  isLow = $derived(this.height_px / this.#scale < LOW_PX);
+  isNarrow = $derived(this.#roomy_px < NARROW_PX);
   /** Between two docks no map would be left to work on: the right one covers the left one meanwhile. */
-  #isTight = $derived(!this.isNarrow && this.width_px < TIGHT_PX);
+  #isTight = $derived(!this.isNarrow && this.#roomy_px < TIGHT_PX);
   left = $derived<readonly LeftPanel[]>(
     this.isNarrow || (this.#isTight && this.#there(this.#open.right) !== null) ? [] : this.#open.left,
   );
