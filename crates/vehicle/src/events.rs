@@ -272,7 +272,7 @@ impl Events {
 
     /// What is to be told now of the checks that keep it from being armed in this mode, the present one of a disarmed
     /// vehicle: what has begun to fail, and what fails still after a while.
-    pub fn due_to_tell(&mut self, mode: Option<FlightMode>, now: MonoTime) -> Vec<(Severity, String)> {
+    pub fn due_texts(&mut self, mode: Option<FlightMode>, now: MonoTime) -> Vec<(Severity, String)> {
         if self.tell_at.is_none_or(|at| now < at) {
             return Vec::new();
         }
@@ -285,7 +285,7 @@ impl Events {
         news
     }
 
-    /// When [`Self::due_to_tell`] is wanted.
+    /// When [`Self::due_texts`] is wanted.
     pub fn deadline(&self) -> Option<MonoTime> {
         self.tell_at
     }

@@ -58,7 +58,7 @@ impl Vehicle {
     pub(super) fn tell_checks(&mut self, now: MonoTime) {
         let stands = self.telemetry.is_armed() == Some(false) && !self.is_lost;
         let mode = self.telemetry.mode().filter(|_| stands);
-        for (severity, text) in self.events.due_to_tell(mode, now) {
+        for (severity, text) in self.events.due_texts(mode, now) {
             self.say(severity, text, now);
         }
     }

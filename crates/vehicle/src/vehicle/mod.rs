@@ -14,6 +14,7 @@
 //! | `onboard` | the doubt whether a mission is mixed, reading back |
 //! | `others` | changes of plans by other stations, also during our own transfers |
 //! | `guard` | messages refused while the mission may be mixed |
+//! | `judged` | a PX4's own checks: of arming, and of a mission that it has stored |
 //! | `landing` | messages refused while an ArduPlane lands |
 //! | `target` | whether the plane's target is that of its plan |
 //! | `lane` | the running transfer |

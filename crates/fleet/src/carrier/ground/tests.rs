@@ -194,7 +194,10 @@ async fn of_two_computers_that_speak_as_one_aircraft_the_first_stays_under_contr
     flying.hears(HEARTBEAT).await;
     assert_eq!((first.status().holder.is_some(), second.status().holder), (true, None));
     let heard = bench.heard();
-    assert!(!heard.contains(&COMMAND_LONG) && !heard.contains(&HEARTBEAT), "it is not the one that is shown: {heard:?}");
+    assert!(
+        !heard.contains(&COMMAND_LONG) && !heard.contains(&HEARTBEAT),
+        "it is not the one that is shown: {heard:?}"
+    );
     for (station, aircraft) in [(&one, &first), (&other, &second)] {
         aircraft.close().await;
         station.close().await;
