@@ -42,11 +42,11 @@ it('says that an address inside the network was not asked, and by which setting 
 
 it('says that a copy is shown, or that there is none of all, and never both', () => {
   const offline = problem({ code: 'source-offline', service, problem: 'x', retry_s: 5, why: 'refused' });
-  expect(keptWords({ problem: offline, isStale: true })).toBe('Shown is what was kept.');
-  expect(keptWords({ problem: offline, isStale: false })).toBe('Not all of this place is kept.');
+  expect(keptWords({ problem: offline, isStale: true })).toBe('Tiles from the cache are shown.');
+  expect(keptWords({ problem: offline, isStale: false })).toBe('Some tiles here are not in the cache.');
   const status = { type: 'source-offline', title: 'offline', status: 0, detail: '' };
   expect(`${faultWords(status).text} ${keptWords({ problem: status, isStale: true })}`).toBe(
-    'The source is not reached. Shown is what was kept.',
+    'The source is not reached. Tiles from the cache are shown.',
   );
   const failed = problem({ code: 'source-failed', service, status: 500, problem: 'x' });
   expect(keptWords({ problem: failed, isStale: false })).toBe('');
