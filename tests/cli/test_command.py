@@ -405,14 +405,12 @@ def test_replay_to_a_station() -> None:
         assert first in recorded, "untouched"
 
 
-def test_a_replay_begins_when_its_links_are_up_and_ends_when_the_last_frame_has_left(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    file = CAPTURES / "mission-upload-items.tlog"
-    frames = summarize(file).frames
-    # What each look at the link shows: it comes up, and when the recording has ended its last frame is still to leave.
-    looks = iter([("connecting", 0), ("up", 0), ("up", frames - 1), ("up", frames - 1), ("up", frames)])
-    states = []
+def scripted_links(
+    monkeypatch: pytest.MonkeyPatch, *looks: tuple[str, int], detail: str | None = None
+) -> list[tuple[str, bool]]:
+    """A station whose one link shows this state and these frames sent at each look; the looks taken."""
+    left = iter(looks)
+    states: list[tuple[str, bool]] = []
 
     class Scripted:
         def __init__(self, **_: Any) -> None:
@@ -429,11 +427,31 @@ def test_a_replay_begins_when_its_links_are_up_and_ends_when_the_last_frame_has_
 
         @property
         def links(self) -> list[Any]:
-            state, sent = next(looks)
+            state, sent = next(left)
             states.append((state, self.played))
-            return [SimpleNamespace(id=0, address="udpout:there", state=state, frames_sent=sent)]
+            return [SimpleNamespace(id=0, address="udpout:there", state=state, detail=detail, frames_sent=sent)]
 
     monkeypatch.setattr(vencejo, "Station", Scripted)
+    return states
+
+
+def test_a_replay_to_a_link_that_does_not_open_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys.modules[_watch_recording.__module__], "UP_WITHIN_S", 0.0)
+    scripted_links(monkeypatch, ("connecting", 0), detail="connection refused")
+    result = run("replay", str(CAPTURES / "mission-upload-items.tlog"), "--to", "udpout:there")
+    assert result.exit_code == 1
+    assert "udpout:there is not open: connection refused\n" in result.stderr
+    assert "nothing could be sent to udpout:there" in result.stderr
+
+
+def test_a_replay_begins_when_its_links_are_up_and_ends_when_the_last_frame_has_left(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    file = CAPTURES / "mission-upload-items.tlog"
+    frames = summarize(file).frames
+    # It comes up, and when the recording has ended its last frame is still to leave.
+    looks = [("connecting", 0), ("up", 0), ("up", frames - 1), ("up", frames - 1), ("up", frames)]
+    states = scripted_links(monkeypatch, *looks)
     told = json.loads(run("replay", str(file), "--to", "udpout:there", "--json").stdout)
     assert told["sent"] == {"udpout:there": frames}
     assert states[:3] == [("connecting", False), ("up", False), ("up", True)]

@@ -226,9 +226,17 @@ def _play(file: Path, to: list[str], speed: float, frames: int, *, json: bool) -
             station.open_link(address, forward=True)
         # What is played before they are up goes nowhere; one that never comes keeps nobody waiting.
         deadline = time.monotonic() + UP_WITHIN_S
+        reasons: dict[int, str] = {}
         for _ in _every(0.02):
-            if all(info.state == "up" for info in station.links) or time.monotonic() >= deadline:
+            missing = [info for info in station.links if info.state != "up"]
+            for info in missing:
+                if info.detail is not None and info.id not in reasons:
+                    reasons[info.id] = f"{info.address} is not open: {clean(info.detail)}"
+                    say(reasons[info.id])
+            if not missing or time.monotonic() >= deadline:
                 break
+        if len(missing) == len(to):
+            raise Failed(f"nothing could be sent to {', '.join(info.address for info in missing)}")
         played = station.open_link(f"tlog:{os.fspath(file)}?speed={speed:g}")
         with progress_bar(f"Playing {file.name}", quiet=json) as bar:
             for _ in _every(0.1):
