@@ -81,7 +81,7 @@ def exported() -> Iterator[str]:
 def command_page() -> str:
     """Return the help of every command, as shown by a terminal of 100 columns."""
     import typer
-    from vencejo.cli import app
+    from vencejo.cli.commands import app
 
     root: Any = typer.main.get_command(app)
     parts = ["# The command", "Written by each command's `--help`."]

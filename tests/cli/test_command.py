@@ -22,7 +22,8 @@ import typer
 import vencejo
 import vencejo.errors
 from typer.testing import CliRunner, Result
-from vencejo.cli import app, common
+from vencejo.cli import common
+from vencejo.cli.commands import app
 from vencejo.cli.common import EXIT_CODES, Exit, clean, describe_error
 from vencejo.cli.demo import demo_mission
 from vencejo.cli.map_areas import _wanted
@@ -108,6 +109,21 @@ def test_alone_it_shows_help() -> None:
     assert result.exit_code == 0
     assert "Usage: vencejo" in result.output
     assert "Exit codes" in result.output
+
+
+def test_ctrl_c_while_it_starts_shows_no_traceback() -> None:
+    program = """
+import os, signal, sys
+class Interrupting:
+    def find_spec(self, name, *_):
+        if name == "typer":
+            os.kill(os.getpid(), signal.SIGINT)
+sys.meta_path.insert(0, Interrupting())
+from vencejo.cli import main
+main()
+"""
+    ended = subprocess.run([sys.executable, "-c", program], capture_output=True, timeout=60, check=False)
+    assert (ended.returncode, ended.stderr) == (130, b"")
 
 
 def test_version() -> None:

@@ -16,7 +16,7 @@ from typing import Any
 
 import pytest
 from typer.testing import CliRunner
-from vencejo.cli import app
+from vencejo.cli.commands import app
 from vencejo.cli.common import Failed
 from vencejo.cli.demo import camera_options, has_desktop
 

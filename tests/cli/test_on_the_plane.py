@@ -14,7 +14,7 @@ import pytest
 import vencejo
 from typer.testing import CliRunner, Result
 from vencejo import MissionItem, Plan
-from vencejo.cli import app
+from vencejo.cli.commands import app
 
 from tests.support import HOME, simulated_plane, wait_for
 

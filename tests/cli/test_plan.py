@@ -13,7 +13,7 @@ import pytest
 from typer.testing import CliRunner, Result
 from vencejo import Fence, FileFormatError, GeoPoint, Home, MissionItem, Plan, Polygon, RallyPoint
 from vencejo._report_texts import TEXTS, Texts
-from vencejo.cli import app
+from vencejo.cli.commands import app
 from vencejo.cli.demo import demo_mission
 from vencejo.findings import Finding
 from vencejo.landing import Wind

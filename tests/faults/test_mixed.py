@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 import vencejo
 from typer.testing import CliRunner
-from vencejo.cli import app
+from vencejo.cli.commands import app
 
 from tests.faults.mock import MockPlane
 from tests.faults.test_transfers import mission

@@ -13,7 +13,7 @@ from typing import Any
 
 import pytest
 from typer.testing import CliRunner, Result
-from vencejo.cli import app
+from vencejo.cli.commands import app
 from vencejo.enrolment import Organisation, check_board, check_ground, join, member
 from vencejo.errors import InvalidRequest, LinkError, NotPossibleNow, VencejoError
 from vencejo.fleet import Fleet, has_fleet

@@ -12,7 +12,7 @@ import pytest
 from rosbags.typesys import Stores
 from typer.testing import CliRunner
 from vencejo import Plan, Station, Vehicle, _native
-from vencejo.cli import app
+from vencejo.cli.commands import app
 from vencejo.cli.common import Exit
 from vencejo.errors import InvalidRequest, LinkError
 from vencejo.fleet import has_fleet

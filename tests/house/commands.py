@@ -8,7 +8,7 @@ import shlex
 from typing import Any
 
 import typer
-from vencejo.cli import app
+from vencejo.cli.commands import app
 from vencejo.sim.__main__ import _parser as sim_parser
 
 USAGE_FAULT: Any = typer.BadParameter.__mro__[1]

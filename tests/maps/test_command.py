@@ -20,7 +20,7 @@ import cv2
 import numpy as np
 import pytest
 from typer.testing import CliRunner, Result
-from vencejo.cli import app
+from vencejo.cli.commands import app
 from vencejo.cli.map_areas import size
 
 from tests.server.client import WebSocket, serving

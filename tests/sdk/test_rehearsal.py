@@ -17,7 +17,7 @@ import pytest
 import vencejo
 from typer.testing import CliRunner
 from vencejo import Home, MissionItem, Plan
-from vencejo.cli import app
+from vencejo.cli.commands import app
 from vencejo.landing import Wind
 from vencejo.params import load_params
 from vencejo.recording import summarize

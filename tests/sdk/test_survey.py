@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 from vencejo import Fence, GeoPoint, Home, InvalidRequest, MissionItem, Plan, Polygon
-from vencejo.cli import app
+from vencejo.cli.commands import app
 from vencejo.landing import Wind
 from vencejo.plan import ComplexItem
 from vencejo.plan import MissionItem as Item
