@@ -171,6 +171,8 @@ def test_planes_on_links_of_their_own() -> None:
         for system, link in enumerate(sim.links, start=1):
             with closing(Station(parse_link(link).port)) as station:
                 assert station.wait("HEARTBEAT").get_srcSystem() == system
+    with pytest.raises(ValueError, match="plane 3 would be on port 65536, ports end at 65535"):
+        SimOptions(links=("tcp:127.0.0.1:65534",), planes=3, ports="consecutive")
 
 
 def test_datagrams_to_a_station_that_comes_late() -> None:

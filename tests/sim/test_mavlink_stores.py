@@ -164,7 +164,7 @@ def test_values_are_converted_as_the_vehicle_does() -> None:
     assert params.at(0).type is ParamType.INT16
     before = params.revision
     for wrong in (math.nan, math.inf, 1e39):
-        with pytest.raises(ParamValueError):
+        with pytest.raises(ParamValueError, match="should be a finite 32-bit float"):
             params.set("FS_LONG_TIMEOUT", wrong)
     with pytest.raises(KeyError):
         params.set("NOT_A_PARAM", 1)

@@ -12,6 +12,7 @@ from vencejo.sim.autopilot.interface import SimConfig
 
 __all__ = ["LinkSpec", "SimOptions", "parse_link"]
 
+_LAST_PORT = 65535
 _SPACING_M = 12.0
 """Distance between planes parked side by side."""
 
@@ -50,7 +51,7 @@ def parse_link(text: str) -> LinkSpec:
     host, _, port = rest.rpartition(":")
     host = host.removeprefix("//")
     kinds: dict[str, Literal["tcp", "udpout"]] = {"tcp": "tcp", "tcpin": "tcp", "udpout": "udpout"}
-    if kind not in kinds or not host or not port.isdecimal() or int(port) > 65535:
+    if kind not in kinds or not host or not port.isdecimal() or int(port) > _LAST_PORT:
         raise ValueError(
             f"link {text!r}: write tcp:HOST:PORT for a server (port 0 takes a free one) or udpout:HOST:PORT"
         )
@@ -142,7 +143,11 @@ class SimOptions:
         if not self.speedup > 0:
             raise ValueError(f"speedup is {self.speedup!r}, should be above 0")
         for link in self.links:
-            parse_link(link)
+            last = parse_link(link).shifted(self.planes - 1).port
+            if self.ports == "consecutive" and last > _LAST_PORT:
+                raise ValueError(
+                    f"link {link!r}: plane {self.planes} would be on port {last}, ports end at {_LAST_PORT}"
+                )
 
     def plane(self, number: int) -> SimConfig:
         """Configuration of plane ``number`` (from 0); the planes stand side by side, to the right of the first."""

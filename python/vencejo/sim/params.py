@@ -67,10 +67,10 @@ def float32(value: float) -> float:
         return math.copysign(math.inf, value)
 
 
-def _convert(value: float, kind: ParamType) -> float:
+def _convert(name: str, value: float, kind: ParamType) -> float:
     """The value as stored by the vehicle: integers are truncated and limited to their range."""
     if not math.isfinite(float32(value)):
-        raise ParamValueError(f"{value!r} is not a finite 32-bit float")
+        raise ParamValueError(f"{name} is {value!r}, should be a finite 32-bit float")
     if kind is ParamType.REAL32:
         return float32(value)
     low, high = _LIMITS[kind]
@@ -103,7 +103,7 @@ class ParamStore:
             self._index[name] = len(self._names)
             self._names.append(name)
             self._types.append(kind)
-            self._values.append(_convert(value, kind))
+            self._values.append(_convert(name, value, kind))
         self._defaults = tuple(self._values)
         self._saved: dict[int, float] = {}
         """Saved values of the parameters whose present value is not saved, by index."""
@@ -190,7 +190,7 @@ class ParamStore:
             self._put(index, self._saved.pop(index))
 
     def _put(self, index: int, value: float) -> None:
-        stored = _convert(value, self._types[index])
+        stored = _convert(self._names[index], value, self._types[index])
         if stored != self._values[index]:
             self._values[index] = stored
             self._revision += 1
