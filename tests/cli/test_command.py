@@ -404,6 +404,14 @@ def test_what_is_no_recording(tmp_path: Path) -> None:
     assert "holds no MAVLink frame" in result.stderr
 
 
+@pytest.mark.skipif(not Path("/dev/zero").exists(), reason="Linux has it")
+def test_an_endless_key_file_is_read_to_its_limit(tmp_path: Path) -> None:
+    for words in (["signing", "new-key", "k"], ["fleet", "init", "acme", "--ca-cert", "/dev/null"]):
+        option = "--file" if words[0] == "signing" else "--ca-key"
+        result = run(*words, option, "/dev/zero", VENCEJO_DATA=str(tmp_path))
+        assert (result.exit_code, "/dev/zero: it has more than" in result.stderr) == (1, True), result.output
+
+
 def test_replay_to_a_station() -> None:
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as station:
         station.bind(("127.0.0.1", 0))

@@ -18,7 +18,7 @@ pub fn key_of_file(path: &Path) -> Result<Signer, FleetError> {
         let made = vencejo_store::create(path, format!("{seed}\n").as_bytes(), Access::Owner);
         made.map_err(|error| bad(error.to_string()))?;
     }
-    let text = std::fs::read_to_string(path).map_err(|error| bad(error.to_string()))?;
+    let text = vencejo_store::read_small_text(path).map_err(|error| bad(error.to_string()))?;
     let seed = text.trim().parse::<PublicKey>();
     // The secret is not shown, wrong or not.
     let seed = seed.map_err(|_| bad("it holds no key; move it away, and a new one is made".to_owned()))?;

@@ -315,7 +315,10 @@ async fn load_tls(config: &ServerConfig) -> Result<Option<RustlsConfig>, ServerE
     let Some((certificate, key)) = &config.tls else { return Ok(None) };
     // The binary has only this provider. An error means that it is already installed.
     let _ = rustls::crypto::ring::default_provider().install_default();
-    let loaded = RustlsConfig::from_pem_file(certificate, key).await;
+    let loaded = match (vencejo_store::read_small(certificate), vencejo_store::read_small(key)) {
+        (Ok(certificate), Ok(key)) => RustlsConfig::from_pem(certificate, key).await,
+        (Err(reason), _) | (_, Err(reason)) => Err(reason),
+    };
     loaded.map(Some).map_err(|reason| ServerError::Tls { certificate: certificate.clone(), key: key.clone(), reason })
 }
 

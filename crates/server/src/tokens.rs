@@ -122,7 +122,7 @@ impl Tokens {
     }
 
     fn load(path: &Path) -> io::Result<Self> {
-        let bytes = std::fs::read(path)?;
+        let bytes = vencejo_store::read_small(path)?;
         restrict(path)?;
         let broken = |error| io::Error::new(io::ErrorKind::InvalidData, error);
         let tokens: Self = serde_json::from_slice(&bytes).map_err(broken)?;

@@ -350,7 +350,7 @@ impl Vault {
     fn read_book(&self) -> Result<(Book, Option<(SystemTime, u64)>), SigningError> {
         let path = self.keys_path();
         let failed = |error: &dyn ToString| Self::failed(&path, error.to_string());
-        let text = match std::fs::read(&path) {
+        let text = match vencejo_store::read_small(&path) {
             Ok(text) => text,
             // A folder that is a file holds no keys either.
             Err(error) if matches!(error.kind(), io::ErrorKind::NotFound | io::ErrorKind::NotADirectory) => {
@@ -443,7 +443,7 @@ impl Vault {
 
     fn read_times(&self, hub: &Hub) -> BTreeMap<u32, u64> {
         let path = self.times_path();
-        match std::fs::read(&path) {
+        match vencejo_store::read_small(&path) {
             Ok(text) => serde_json::from_slice(&text).unwrap_or_else(|error| {
                 tracing::error!(%error, path = %path.display(), "the times of the signing keys cannot be read; this machine's clock is trusted");
                 let now = SigningTime::from_unix_us(hub.clock().unix_us()).ticks();

@@ -6,12 +6,14 @@
 //! | module | owns |
 //! |---|---|
 //! | [`whole`] | writing a file as a whole: beside, forced to the disk, renamed, the folder forced too |
+//! | [`small`] | reading a key, a certificate or the like up to a limit |
 //! | [`lock`] | the right to read, change and write a file, among all processes |
 //! | [`space`] | how much of the disk stays free, and who has to stop first |
 //!
 //! All calls block; whoever has a runtime makes them off its threads.
 
 pub mod lock;
+pub mod small;
 pub mod space;
 pub mod whole;
 
@@ -19,5 +21,6 @@ pub mod whole;
 mod testing;
 
 pub use lock::Lock;
+pub use small::{read_small, read_small_text};
 pub use space::{BadFloors, Class, Floors, LowSpace, Space, free_bytes};
 pub use whole::{Access, create, install, make_folder, set_aside, sync_folder, try_folder, write};

@@ -122,6 +122,7 @@ def init(
 
     Example: vencejo fleet init acme --host ground.example.org
     """
+    from vencejo._files import read_small
     from vencejo.enrolment import Organisation
 
     if (ca_cert is None) != (ca_key is None):
@@ -129,8 +130,8 @@ def init(
     organisation = Organisation(org)
     made, new = organisation.init(
         hosts=host,
-        ca_certificate=None if ca_cert is None else ca_cert.read_text(encoding="ascii", errors="replace"),
-        ca_key=None if ca_key is None else ca_key.read_text(encoding="ascii", errors="replace"),
+        ca_certificate=None if ca_cert is None else read_small(ca_cert).decode("ascii", errors="replace"),
+        ca_key=None if ca_key is None else read_small(ca_key).decode("ascii", errors="replace"),
     )
     if json:
         put_json({"org": org, "made": made, "new_hosts": new, "folder": str(organisation.folder)})

@@ -137,7 +137,9 @@ def _ask_passphrase() -> str:
 
 
 def _read_key(file: Path) -> bytes:
-    data = file.read_bytes()
+    from vencejo._files import read_small
+
+    data = read_small(file)
     if len(data) == 32:
         return data
     try:

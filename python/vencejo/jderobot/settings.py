@@ -17,6 +17,7 @@ from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any, Final, Literal, TypeAlias
 
+from vencejo._files import read_small
 from vencejo.errors import InvalidRequest
 from vencejo.jderobot.runtime import Dialect
 
@@ -350,7 +351,7 @@ def _flat(table: Mapping[str, Any], prefix: str = "") -> Iterable[tuple[str, str
 def _text(path: Path) -> str:
     with contextlib.suppress(UnicodeDecodeError):
         try:
-            return path.read_text(encoding="utf-8")
+            return read_small(path).decode()
         except OSError as error:
             raise InvalidRequest(f"{path}: {error.strerror or error}") from error
     raise InvalidRequest(f"{path}: it is not a text file")

@@ -70,7 +70,7 @@ impl Membership {
     /// [`FleetError::File`].
     pub fn read(file: &Path) -> Result<Option<Self>, FleetError> {
         let bad = |problem: String| FleetError::File { path: file.display().to_string(), problem };
-        let text = match std::fs::read_to_string(file) {
+        let text = match vencejo_store::read_small_text(file) {
             Ok(text) => text,
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
             Err(error) => return Err(bad(error.to_string())),
@@ -339,7 +339,7 @@ pub async fn join(token: &str, file: &Path, operator: Option<PublicKey>) -> Resu
         let bad = |error: io::Error| FleetError::File { path: path.display().to_string(), problem: error.to_string() };
         // Stored before it is used, so that a lost answer can be requested again with the same key.
         vencejo_store::create(&path, new_key()?.as_bytes(), Access::Owner).map_err(bad)?;
-        std::fs::read_to_string(&path).map_err(bad)
+        vencejo_store::read_small_text(&path).map_err(bad)
     })
     .await?;
     let fingerprint: [u8; 32] =

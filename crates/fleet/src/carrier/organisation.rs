@@ -126,7 +126,7 @@ impl Organisation {
 
     pub(super) fn read(&self, file: &str) -> Result<String, FleetError> {
         let path = self.path(file);
-        std::fs::read_to_string(&path)
+        vencejo_store::read_small_text(&path)
             .map_err(|error| FleetError::File { path: path.display().to_string(), problem: error.to_string() })
     }
 

@@ -1,7 +1,6 @@
 //! Where a router of ROS 2 is, how it is reached, and what keeps us from it.
 
 use std::fmt;
-use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -23,8 +22,6 @@ const CONNECT: Duration = Duration::from_secs(3);
 const SILENT: Duration = Duration::from_millis(500);
 /// The largest `ROS_DOMAIN_ID`.
 const MAX_DOMAIN: u32 = 232;
-/// Bytes of a file with certificates at most.
-const MAX_FILE: u64 = 1 << 20;
 /// What a doctor calls it when nobody is there that speaks Zenoh.
 const NO_ROUTER: &str = "no-router";
 
@@ -143,10 +140,7 @@ fn of_file(file: &Path, problem: impl fmt::Display) -> FleetError {
 }
 
 fn read(file: &Path) -> Result<String, FleetError> {
-    let mut text = String::new();
-    let opened = std::fs::File::open(file).and_then(|opened| opened.take(MAX_FILE).read_to_string(&mut text));
-    opened.map_err(|error| of_file(file, format!("it cannot be read: {error}")))?;
-    Ok(text)
+    vencejo_store::read_small_text(file).map_err(|error| of_file(file, format!("it cannot be read: {error}")))
 }
 
 /// A certificate with its key, which belong together.
