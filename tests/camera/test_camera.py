@@ -162,7 +162,7 @@ def test_reasons_say_what_to_do(server: MjpegServer, tmp_path: Path) -> None:
         ("http://127.0.0.1:9/", "127.0.0.1"),
         ("rtsp://127.0.0.1:9/live", "refused"),
         (str(tmp_path / "nothing.mp4"), "is not there"),
-        (str(tmp_path), "is a folder"),
+        (str(tmp_path), "is not a file"),
         ("a" * 300 + ".mp4", "File name too long"),
         (str(broken), "no video"),
         ("/dev/video-none", "plugged in"),

@@ -404,12 +404,34 @@ def test_what_is_no_recording(tmp_path: Path) -> None:
     assert "holds no MAVLink frame" in result.stderr
 
 
+def test_what_is_there_and_no_file_is_not_said_to_be_missing(tmp_path: Path) -> None:
+    assert run("replay", str(tmp_path)).stderr == f"Error: {tmp_path}: it is not a file\n"
+    empty = tmp_path / "flight.mcap"
+    empty.write_bytes(b"\x89MCAP0\r\n")
+    result = run("replay", str(empty))
+    assert (result.exit_code, "holds no record of an aircraft" in result.stderr) == (1, True), result.output
+
+
 @pytest.mark.skipif(not Path("/dev/zero").exists(), reason="Linux has it")
 def test_an_endless_key_file_is_read_to_its_limit(tmp_path: Path) -> None:
     for words in (["signing", "new-key", "k"], ["fleet", "init", "acme", "--ca-cert", "/dev/null"]):
         option = "--file" if words[0] == "signing" else "--ca-key"
         result = run(*words, option, "/dev/zero", VENCEJO_DATA=str(tmp_path))
         assert (result.exit_code, "/dev/zero: it has more than" in result.stderr) == (1, True), result.output
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="Linux has it")
+def test_a_full_disk_below_the_output_is_told() -> None:
+    with Path("/dev/full").open("w") as full:
+        code = "from vencejo.cli import main; main()"
+        ended = subprocess.run(
+            [sys.executable, "-c", code, "links", "--json"],
+            stdout=full,
+            stderr=subprocess.PIPE,
+            timeout=60,
+            check=False,
+        )
+    assert (ended.returncode, ended.stderr.decode()) == (1, "Error: the output: No space left on device\n")
 
 
 def test_replay_to_a_station() -> None:

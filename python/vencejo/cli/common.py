@@ -9,6 +9,7 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import enum
+import errno
 import functools
 import inspect
 import io
@@ -133,6 +134,8 @@ def describe_error(error: Exception) -> tuple[Exit, str]:
     if isinstance(error, OSError):
         name = f"{error.filename}: " if error.filename is not None else ""
         return Exit.FAILED, f"{name}{error.strerror or error}"
+        if not name and error.errno == errno.ENOSPC:
+            name = "the output: "  # what is written to files here has their names
     return Exit.FAILED, f"internal error, please report it with the output of --debug: {type(error).__name__}: {error}"
 
 
@@ -368,6 +371,12 @@ def told_when_long(text: str) -> Iterator[None]:
 
 
 def require_plan_name(file: Path) -> None:
+def require_file(file: Path) -> None:
+    """Refuse what is not there, and what is no file, such as a folder or a device."""
+    if not file.is_file():
+        raise Failed(f"{file}: " + ("it is not a file" if file.exists() else "there is no such file"))
+
+
     """Refuse a file name whose ending is not a plan format, before anything is done."""
     from vencejo.plan import PLAN_ENDINGS
 

@@ -74,6 +74,8 @@ def replay_history(file: Path, *, speed: float, start_s: float, port: int, serve
     from vencejo.history import contents
 
     found = contents(file)
+    if not found.streams:
+        raise Failed(f"{file} holds no record of an aircraft")
     if serve:
         _serve(file, speed=speed, start_s=start_s, port=port, json=json)
     elif json:

@@ -22,6 +22,7 @@ from vencejo.cli.common import (
     duration,
     progress_bar,
     put_json,
+    require_file,
     say,
     size,
     stderr,
@@ -182,8 +183,7 @@ def replay(
 
     Example: vencejo replay plane7_2026-11-25T08-00-00Z.mcap --serve --speed 4
     """
-    if not file.is_file():
-        raise Failed(f"{file}: there is no such file")
+    require_file(file)
     if file.suffix == ".mcap":
         if to:
             raise Failed("an .mcap file has no frames to send: show it with --serve", Exit.USAGE)

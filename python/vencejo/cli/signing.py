@@ -172,6 +172,7 @@ def forget_key(name: NameArgument, yes: YesOption = False) -> None:
         raise Failed("nothing was changed")
     with _keys() as station:
         station.forget_signing_key(name)
+    print(f"The key '{name}' is deleted.")
 
 
 @signing_app.command()
@@ -185,6 +186,7 @@ def use(
     """
     with _keys() as station:
         station.use_signing_key(system, None if name == "none" else name)
+    print(f"Vehicle {system} has no key here." if name == "none" else f"Vehicle {system} has the key '{name}' here.")
 
 
 @signing_app.command()

@@ -66,7 +66,7 @@ def require_file(address: SourceAddress) -> Path:
         path = Path(address.location).expanduser()
         if path.is_file():
             return path
-        what = "is a folder" if path.is_dir() else "is not there"
+        what = "is not a file" if path.exists() else "is not there"
     except (OSError, RuntimeError) as error:  # a name that is too long, or of nobody's home
         what = f"cannot be read ({getattr(error, 'strerror', None) or error})"
     raise CameraError(f"{address.shown[:200]} {what}; give the path of a video file")
