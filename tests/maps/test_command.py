@@ -82,7 +82,7 @@ def _folder(tmp_path: Path) -> Path:
     return folder
 
 
-HERE = ("--set", "local_network=true")
+HERE = ("--local-network",)
 """The service of these tests is on this machine, which a source has to say."""
 
 
@@ -119,7 +119,7 @@ def test_a_source_is_added_tried_and_removed(tiles: Tiles, folder: Path) -> None
 
 def test_a_source_that_fails_says_why(tiles: Tiles, folder: Path) -> None:
     result = run("add", f"{tiles.url}/none/{{z}}/{{x}}/{{y}}", *HERE, "--id", "broken", folder=folder)
-    assert result.exit_code == 0
+    assert result.exit_code == 1
     assert "out of order" in result.stdout
     tried = run("test", "--json", folder=folder)
     assert tried.exit_code == 1
@@ -148,6 +148,13 @@ def test_a_source_that_fails_says_why(tiles: Tiles, folder: Path) -> None:
     assert (wrong.exit_code, "is not a folder" in wrong.stderr) == (2, True)
     refused = run("add", f"{tiles.url}/{{z}}/{{x}}/{{y}}", *HERE, "--set", "opacity=7", folder=folder)
     assert (refused.exit_code, "opacity" in refused.stderr) == (1, True)
+    # What to do is told as a command.
+    for args, said in [
+        (("layers", f"{tiles.url}/wms"), "--local-network"),
+        (("remove", "nowhere", "--yes"), "`vencejo maps list` lists them"),
+    ]:
+        refused = run(*args, folder=folder)
+        assert (refused.exit_code, said in refused.stderr) == (1, True), refused.stderr
 
 
 def test_presets_and_files(folder: Path) -> None:

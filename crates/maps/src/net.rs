@@ -285,7 +285,7 @@ fn forbidden(host: &str, ip: IpAddr) -> Forbidden {
         format!(
             "{who} an address inside this network, where this source is not configured to be; if the service is in your network, \
              say so: tick \"The service is in this local network\" in the source's settings, or set local_network = true in \
-             sources.toml (on the command line: --set local_network=true)"
+             sources.toml (on the command line: --local-network)"
         )
     };
     Forbidden { is_permissible, reason }
@@ -545,7 +545,8 @@ fn content_range(text: &str) -> Option<(u64, u64, u64)> {
 
 /// Host and port of an address: paths and queries may hold secrets.
 pub fn shown(url: &Url) -> String {
-    let host = url.host_str().unwrap_or("?");
+    // `file:` and the like have no host.
+    let Some(host) = url.host_str() else { return format!("{}:", url.scheme()) };
     url.port().map_or_else(|| host.to_owned(), |port| format!("{host}:{port}"))
 }
 

@@ -25,6 +25,12 @@ PATIENCE_S: Final = 120.0
 """How long an answer may take: some make the station ask a slow map service."""
 PIECE: Final = 1 << 20
 
+COMMANDS: Final = {
+    "GET /api/v1/maps/sources": "`vencejo maps list`",
+    "POST /api/v1/maps/capabilities": "`vencejo maps layers`",
+}
+"""The commands that do what the server names as a remedy."""
+
 StationOption = Annotated[
     str | None,
     typer.Option(
@@ -62,9 +68,12 @@ class MapService:
     ----------
     url : str
         Where the station is: scheme, host and port.
+    name : str
+        What it is to a person.
     """
 
     url: str
+    name: str
     _cookie: str | None = field(default=None, repr=False)
 
     def open(self, token: str | None) -> None:
@@ -147,7 +156,7 @@ class MapService:
         try:
             connection.connect()
             connection.sock.settimeout(PATIENCE_S)
-            with told_when_long(f"The station at {self.url} has not answered yet"):
+            with told_when_long(f"Still waiting for {self.name}"):
                 try:
                     connection.request(method, target, body, headers)
                 except (BrokenPipeError, ConnectionResetError):
@@ -190,7 +199,7 @@ class MapService:
 
     def _silent(self, error: Exception) -> Failed:
         reason = getattr(error, "strerror", None) or str(error) or type(error).__name__
-        return Failed(f"the station at {self.url} does not answer: {reason}")
+        return Failed(f"{self.name} does not answer: {reason}")
 
     def _no_vencejo(self) -> Failed:
         return Failed(f"what answers at {self.url} is no Vencejo")
@@ -205,7 +214,10 @@ def _failure(status: int, body: bytes) -> Failed:
         return Failed(f"the station answers with {status}; is a Vencejo there?")
     if status == 401:
         remedy = "give the token that `vencejo serve` shows, with --token or in VENCEJO_TOKEN"
-    return Failed(f"{text}; {remedy}" if remedy else text)
+    told = f"{text}; {remedy}" if remedy else text
+    for route, command in COMMANDS.items():
+        told = told.replace(route, command)
+    return Failed(told)
 
 
 def quoted(text: str) -> str:
@@ -235,11 +247,13 @@ def map_service(station: str | None, token: str | None, folder: Path | None) -> 
             server = stack.enter_context(Server(alone, port=0, tokens=True, maps_folder=folder))
             tokens = server.tokens
             url, token = server.url, None if tokens is None else tokens.operator
+            name = "the maps of this machine"
         else:
             if folder is not None:
                 raise Failed("--maps is for this machine's folder; with --station it is the station's", Exit.USAGE)
             url = station if "://" in station else f"http://{station}"
-        service = MapService(url)
+            name = f"the station at {url}"
+        service = MapService(url, name)
         service.open(token)
         stack.callback(service.close)
         yield service

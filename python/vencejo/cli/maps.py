@@ -22,6 +22,9 @@ maps_app = typer.Typer(
 )
 maps_app.add_typer(areas_app, name="area")
 
+LocalNetworkOption = Annotated[
+    bool, typer.Option("--local-network", help="The service is on this machine or in its network.")
+]
 IdArgument = Annotated[str, typer.Argument(metavar="ID", help="Id of a source, as `vencejo maps list` shows them.")]
 
 
@@ -93,9 +96,7 @@ def layers(
     url: Annotated[str, typer.Argument(metavar="URL", help="Address of a WMS or WMTS.")],
     wmts: Annotated[bool, typer.Option("--wmts", help="It is a WMTS.")] = False,
     key: Annotated[str | None, typer.Option("--key", help="Your key, where the address has {key}.")] = None,
-    local_network: Annotated[
-        bool, typer.Option("--local-network", help="The service is on this machine or in its network.")
-    ] = False,
+    local_network: LocalNetworkOption = False,
     station: StationOption = None,
     token: TokenOption = None,
     maps: FolderOption = None,
@@ -153,12 +154,13 @@ def add(
         ),
     ] = None,
     overlay: Annotated[bool, typer.Option("--overlay", help="Show it over the base map.")] = False,
+    local_network: LocalNetworkOption = False,
     station: StationOption = None,
     token: TokenOption = None,
     maps: FolderOption = None,
     json: JsonOption = False,
 ) -> None:
-    """Add a source, and try it.
+    """Add a source, and try it. Ends with 1 when that failed; the source is kept.
 
     A file is copied into the maps folder. What a source of the same id was before is replaced; its key stays.
 
@@ -178,6 +180,8 @@ def add(
             settings["name"] = name
         if overlay:
             settings["role"] = "overlay"
+        if local_network:
+            settings["local_network"] = True
         if key is not None:
             settings["key"] = key
         settings.update(_fields(set_ or []))
@@ -190,6 +194,8 @@ def add(
         put_json(result)
     else:
         print(_tried(result))
+    if not result["ok"]:
+        raise typer.Exit(Exit.FAILED)
 
 
 @maps_app.command()
