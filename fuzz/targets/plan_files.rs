@@ -3,7 +3,7 @@
 
 use libfuzzer_sys::fuzz_target;
 use vencejo_flight::formats::{
-    NoteCode, PlanFormat, PlanSettings, complex_parts, read_plan, read_plan_json, read_waypoints, survey_of,
+    NoteCode, PlanFile, PlanFormat, PlanSettings, complex_parts, read_plan, read_plan_json, read_waypoints, survey_of,
     write_plan, write_plan_json, write_waypoints,
 };
 use vencejo_flight::plan::Plan;
@@ -27,8 +27,9 @@ fuzz_target!(|data: &[u8]| {
             };
             let again = read_plan(&written.bytes, None).expect("what was written is read");
             assert_eq!(again.plan, file.plan);
-            // The plan's missing altitudes are noted again.
-            assert!(again.notes.iter().all(|note| note.code == NoteCode::HeightsMissing), "{:?}", again.notes);
+            // The plan's missing altitudes and items are noted again.
+            let is_again = |code| matches!(code, NoteCode::HeightsMissing | NoteCode::ItemsElsewhere);
+            assert!(again.notes.iter().all(|note| is_again(note.code)), "{:?}", again.notes);
         }
     }
     if let Ok(file) = quick(|| read_plan_json(data)) {
@@ -42,13 +43,13 @@ fuzz_target!(|data: &[u8]| {
             assert_eq!(again.plan.mission.items.len(), file.plan.mission.items.len());
         }
     }
-    if let Ok(plan) = quick(|| read_waypoints(data)) {
+    if let Ok(PlanFile { plan, .. }) = quick(|| read_waypoints(data)) {
         let (items, zones, points) = (plan.mission.items.len(), plan.fence.zones.len(), plan.rally.points.len());
         let Ok(text) = write_waypoints(&plan) else {
             assert!(items == 0 && !plan.fence.is_empty() && points > 0, "a plan of one list is written");
             return;
         };
-        let again = read_waypoints(text.as_bytes()).expect("what was written is read");
+        let again = read_waypoints(text.as_bytes()).expect("what was written is read").plan;
         // A read file may have several lists; a written one has one.
         let kept = if items > 0 { (items, 0, 0) } else { (0, zones, points) };
         assert_eq!((again.mission.items.len(), again.fence.zones.len(), again.rally.points.len()), kept);

@@ -91,7 +91,7 @@ fn the_recorded_mission_is_accepted() {
         6 0 3 16 0 0 0 0 40.3332 -3.7883725 80 1\n7 0 3 18 1 0 80 1 40.330505 -3.7907294 80 1\n\
         8 0 3 178 0 14 -1 0 0 0 0 1\n9 0 3 189 0 0 0 0 40.3323016 -3.7871941 60 1\n\
         10 0 3 16 0 0 0 0 40.3332 -3.7901401 40 1\n11 0 3 21 0 0 0 1 40.3332 -3.7970929 0 1\n";
-    let plan = crate::formats::read_waypoints(flown.as_bytes()).unwrap();
+    let plan = crate::formats::read_waypoints(flown.as_bytes()).unwrap().plan;
     assert_eq!(check_plan(&plan, &context()), []);
 }
 

@@ -66,7 +66,7 @@ pub fn read_plan(bytes: &[u8], file_name: Option<&str>) -> Result<PlanFile> {
             "gpx" => (gpx::read_gpx(&root, &mut notes)?, PlanFormat::Gpx),
             other => return Err(unknown(file_name, &format!("it is XML of another kind (<{}>)", text::shown(other)))),
         },
-        Content::Text(text) if is_waypoints(text) => (read_waypoints(bytes)?, PlanFormat::Waypoints),
+        Content::Text(text) if is_waypoints(text) => return read_waypoints(bytes),
         Content::Text(text) => match point_list_of(text) {
             Some(PointList::Fence) => (Plan { fence: read_fence_points(text)?, ..Plan::default() }, PlanFormat::Points),
             Some(PointList::Rally) => {

@@ -43,6 +43,12 @@ codes! {
     TracksLeftOut = "tracks-left-out": "tracks beside the route were left out",
     /// Read: a file of ours that another program has saved without some of its items.
     ItemsMissing = "items-missing": "items that the plan had when it was written are no longer in the file",
+    /// Read: rows whose index is not that of the row before plus 1.
+    ItemsRenumbered = "items-renumbered":
+        "indices of the file are not in sequence; its items were numbered anew, in the order of the rows",
+    /// Read: complex items without their items.
+    ItemsElsewhere = "items-elsewhere":
+        "complex items are of a kind that only their program can lay out, and stand as USER_1, which no vehicle takes; send the plan from QGroundControl to a vehicle or a simulator, read it back there and save that",
     /// Read: several lines in one file.
     LinesJoined = "lines-joined": "lines were joined to one mission, in the order of the file",
     /// Read: areas that do not say whether to stay inside.

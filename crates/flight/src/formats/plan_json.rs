@@ -16,6 +16,7 @@ use vencejo_proto::MissionSeq;
 
 use crate::error::{FlightError, Plain, Result};
 use crate::formats::json::{Node, ROOT, check_size, join, parse, plain};
+use crate::formats::notes::{NoteCode, Notes};
 use crate::formats::plan_file::{ComplexItem, PlanFile, PlanFormat, PlanSettings, PlannedFor};
 use crate::formats::text::{shown, text_of, too_many};
 use crate::geodesy::GeoPoint;
@@ -94,7 +95,8 @@ pub(super) fn read_plan_value(value: &Value) -> Result<PlanFile> {
             _ => Err(node.wrong_kind("a speed from 0 to 1000 m/s")),
         }
     };
-    let (mission, complex_items) = read_mission(&mission_node)?;
+    let mut notes = Notes::default();
+    let (mission, complex_items) = read_mission(&mission_node, &mut notes)?;
     let planned_for = PlannedFor {
         cruise_speed_m_s: speed("cruiseSpeed")?,
         hover_speed_m_s: speed("hoverSpeed")?,
@@ -107,7 +109,7 @@ pub(super) fn read_plan_value(value: &Value) -> Result<PlanFile> {
         fence: root.member("geoFence")?.map_or(Ok(Fence::default()), |node| read_fence(&node))?,
         rally: root.member("rallyPoints")?.map_or(Ok(Rally::default()), |node| read_rally(&node))?,
     };
-    Ok(PlanFile { plan, settings, format: PlanFormat::QgcPlan, notes: Vec::new() })
+    Ok(PlanFile { plan, settings, format: PlanFormat::QgcPlan, notes: notes.into_vec() })
 }
 
 /// Items while they are gathered, with what `DO_JUMP` needs.
@@ -119,9 +121,11 @@ struct Items {
     /// Places of `DO_JUMP` items in `items`, with their JSON path.
     jumps: Vec<(usize, String)>,
     complex: Vec<ComplexItem>,
+    /// How many complex items have a placeholder.
+    elsewhere: usize,
 }
 
-fn read_mission(node: &Node<'_>) -> Result<(Mission, Vec<ComplexItem>)> {
+fn read_mission(node: &Node<'_>, notes: &mut Notes) -> Result<(Mission, Vec<ComplexItem>)> {
     if let Some(complex) = node.member("complexItems")?
         && complex.list()?.len() > 0
     {
@@ -147,7 +151,8 @@ fn read_mission(node: &Node<'_>) -> Result<(Mission, Vec<ComplexItem>)> {
     };
     let mut found = Items::default();
     read_items(&node.required("items")?, &mut found)?;
-    let Items { mut items, seq_of_id, jumps, complex } = found;
+    let Items { mut items, seq_of_id, jumps, complex, elsewhere } = found;
+    notes.add(NoteCode::ItemsElsewhere, elsewhere);
     let items_there = 1.0..=items.len() as f64;
     for (place, path) in jumps {
         let Some(target) = items[place].params[0].as_mut() else { continue };
@@ -264,7 +269,10 @@ fn read_complex(node: &Node<'_>, found: &mut Items) -> Result<()> {
             let transects = node.member("TransectStyleComplexItem")?;
             match transects.map_or(Ok(None), |transects| transects.member("Items"))? {
                 Some(items) if items.list()?.len() > 0 => read_items(&items, found)?,
-                _ => found.items.push(MissionItem::action(ELSEWHERE, [f64::from(digest(node.value)), 0.0, 0.0, 0.0])),
+                _ => {
+                    found.items.push(MissionItem::action(ELSEWHERE, [f64::from(digest(node.value)), 0.0, 0.0, 0.0]));
+                    found.elsewhere += 1;
+                }
             }
         }
     }

@@ -172,6 +172,7 @@ fn what_only_qgroundcontrol_can_work_out_is_kept_and_not_sent() {
         [simple(22, 1, "12,0,0,0,40.3,-3.8,50"), STRUCTURE.to_owned(), old, simple(20, 2, "0,0,0,0,0,0,0"), empty];
     let file = read(&plan_with(&items.join(","))).unwrap();
     assert_eq!(file.plan.mission.items.len(), 5);
+    assert_eq!(file.notes, [Note { code: NoteCode::ItemsElsewhere, count: 3 }]);
     let findings = check_plan(&file.plan, &CheckContext::default());
     let is_told = |number| {
         findings

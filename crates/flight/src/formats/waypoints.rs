@@ -12,6 +12,8 @@
 use std::fmt::Write as _;
 
 use crate::error::{FlightError, Plain, Result};
+use crate::formats::notes::{NoteCode, Notes};
+use crate::formats::plan_file::{PlanFile, PlanFormat, PlanSettings};
 use crate::formats::text::{number, shown, text_of, too_many};
 use crate::plan::{Category, Command, Fence, Home, MavFrame, Mission, MissionItem, Plan, PlanKind, Rally};
 
@@ -43,11 +45,11 @@ struct Row {
 /// skipped. The altitude frame of each item is kept. "NaN" in parameters 1 to 4 means unset. The first line is home
 /// when its index is 0 and it is a waypoint; home is unknown if that line is not in frame 0 (mean sea level). The order
 /// of the lines counts; a `DO_JUMP` goes to the line with the index that it names, though numbers between may be
-/// missing.
+/// missing. A note tells where the items are not numbered in sequence.
 ///
 /// # Errors
 /// [`FlightError::BadLine`] with the line and what to do; [`FlightError::BadFile`] when it is not a text file.
-pub fn read_waypoints(bytes: &[u8]) -> Result<Plan> {
+pub fn read_waypoints(bytes: &[u8]) -> Result<PlanFile> {
     let mut lines = text_of(bytes)?
         .lines()
         .enumerate()
@@ -77,8 +79,12 @@ pub fn read_waypoints(bytes: &[u8]) -> Result<Plan> {
 
     let mut rows: Vec<Row> = Vec::new();
     let mut home: Option<MissionItem> = None;
+    let mut notes = Notes::default();
+    let mut previous = None;
     for (place, (line, text)) in lines.enumerate() {
         let row = read_row(line, text, may_have_home && place == 0).map_err(|problem| bad(line, problem))?;
+        let is_next = previous.replace(row.index).is_none_or(|previous| row.index == previous + 1);
+        notes.add(NoteCode::ItemsRenumbered, usize::from(!is_next));
         if may_have_home && place == 0 && row.index == 0 && row.item.command == Command::NAV_WAYPOINT {
             home = Some(row.item);
             continue;
@@ -104,7 +110,7 @@ pub fn read_waypoints(bytes: &[u8]) -> Result<Plan> {
     }
     plan.fence = Fence::from_items(&fence.items).map_err(|error| fence.at_its_line(error))?;
     plan.rally = Rally::from_items(&rally.items).map_err(|error| rally.at_its_line(error))?;
-    Ok(plan)
+    Ok(PlanFile { plan, settings: PlanSettings::default(), format: PlanFormat::Waypoints, notes: notes.into_vec() })
 }
 
 /// The items of a fence or rally list, and their lines.
@@ -325,14 +331,14 @@ pub(crate) mod tests {
 
     #[test]
     fn a_mission_is_read() {
-        let mission = read_waypoints(SAMPLE.as_bytes()).unwrap().mission;
+        let mission = read_waypoints(SAMPLE.as_bytes()).unwrap().plan.mission;
         assert_eq!(mission.home, Some(Home { lat_deg: 40.3332, lon_deg: -3.7978, alt_amsl_m: 600.0 }));
         assert_eq!(mission.items.len(), 3);
         assert_eq!(mission.items[0], MissionItem::takeoff(40.3332, -3.801_335_2, 60.0, 12.0));
         assert_eq!(mission.items[1].frame, MavFrame::GlobalTerrainAlt);
         // Home's height has to count from the sea.
         let relative = SAMPLE.replacen("0\t1\t0\t16", "0\t1\t3\t16", 1);
-        let mission = read_waypoints(relative.as_bytes()).unwrap().mission;
+        let mission = read_waypoints(relative.as_bytes()).unwrap().plan.mission;
         assert_eq!((mission.home, mission.items.len()), (None, 3));
         assert_eq!(mission.items[1].params[3], None);
         assert_eq!(mission.items[2].command, Command::DO_CHANGE_SPEED);
@@ -348,6 +354,25 @@ pub(crate) mod tests {
         for variant in [crlf, spaces, comments, bom] {
             assert_eq!(read_waypoints(variant.as_bytes()).unwrap(), expected);
         }
+    }
+
+    #[test]
+    fn a_jump_goes_to_the_index_that_it_names_and_a_break_in_the_indices_is_noted() {
+        let rows = |indices: [u16; 4], command: &str| {
+            let mut text = "QGC WPL 110\n0 1 0 16 0 0 0 0 40 -3 600 1\n".to_owned();
+            for (place, index) in indices.into_iter().enumerate() {
+                let _ = writeln!(text, "{index} 0 3 16 0 0 0 0 40.{place} -3 50 1");
+            }
+            let _ = writeln!(text, "{} 0 3 {command} 1", indices[3] + 1);
+            let file = read_waypoints(text.as_bytes()).unwrap();
+            let notes: Vec<_> = file.notes.iter().map(|note| (note.code, note.count)).collect();
+            (file.plan.mission.items[4].params[0], notes)
+        };
+        let jump = "177 4 2 0 0 0 0 0";
+        assert_eq!(rows([1, 2, 3, 4], jump), (Some(4.0), vec![]));
+        assert_eq!(rows([1, 2, 4, 5], jump), (Some(3.0), vec![(NoteCode::ItemsRenumbered, 1)]));
+        // in disorder, but no jump asks for an index
+        assert_eq!(rows([7, 3, 3, 4], "20 0 0 0 0 0 0 0").1, [(NoteCode::ItemsRenumbered, 3)]);
     }
 
     #[test]
@@ -428,7 +453,7 @@ pub(crate) mod tests {
         #[test]
         fn a_mission_survives_the_file(mission in missions()) {
             let plan = Plan::from_mission(mission);
-            prop_assert_eq!(read_waypoints(write_waypoints(&plan).unwrap().as_bytes()).unwrap(), plan);
+            prop_assert_eq!(read_waypoints(write_waypoints(&plan).unwrap().as_bytes()).unwrap().plan, plan);
         }
 
         #[test]
@@ -450,11 +475,11 @@ pub(crate) mod tests {
                 let index = if is_numbered { place + first } else { usize::from(index) };
                 let _ = writeln!(text, "{index} 0 3 {command} {param} 0 0 NaN {lat} -3 50 1");
             }
-            if let Ok(Plan { mission, fence, rally }) = read_waypoints(text.as_bytes()) {
+            if let Ok(Plan { mission, fence, rally }) = read_waypoints(text.as_bytes()).map(|file| file.plan) {
                 // one file for each list
                 let home = Plan::from_mission(Mission { home: mission.home, items: Vec::new() });
                 for part in [Plan::from_mission(mission), Plan { fence, ..home.clone() }, Plan { rally, ..home.clone() }] {
-                    let again = read_waypoints(write_waypoints(&part).unwrap().as_bytes()).unwrap();
+                    let again = read_waypoints(write_waypoints(&part).unwrap().as_bytes()).unwrap().plan;
                     prop_assert_eq!(again.fence, part.fence);
                     prop_assert_eq!(again.rally, part.rally);
                     prop_assert_eq!(again.mission.items.len(), part.mission.items.len());

@@ -16,6 +16,10 @@ export const filesEn = {
   'note.points-left-out': 'Points beside the route were left out ({count}).',
   'note.tracks-left-out': 'Tracks beside the route were left out ({count}).',
   'note.items-missing': 'Items that the plan had when it was written are no longer in the file ({count}).',
+  'note.items-renumbered':
+    'Indices of the file are not in sequence; its items were numbered anew, in the order of the rows ({count}).',
+  'note.items-elsewhere':
+    'Complex items are of a kind that only their program can lay out, and stand as USER_1, which no vehicle takes. Send the plan from QGroundControl to a vehicle or a simulator, read it back there and save that ({count}).',
   'note.lines-joined': 'Lines were joined to one mission, in the order of the file ({count}).',
   'note.areas-taken-as-fence': 'Areas were taken as zones to stay inside ({count}).',
   'note.holes-taken-as-fence': 'Holes in areas were taken as zones to stay outside ({count}).',

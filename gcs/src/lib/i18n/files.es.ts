@@ -18,6 +18,10 @@ export const filesEs: Record<keyof typeof filesEn, string> = {
   'note.points-left-out': 'Se han dejado fuera los puntos que no son de la ruta ({count}).',
   'note.tracks-left-out': 'Se han dejado fuera las trazas que no son la ruta ({count}).',
   'note.items-missing': 'Hay puntos que el plan tenía al escribirlo y que ya no están en el fichero ({count}).',
+  'note.items-renumbered':
+    'Los índices del fichero no son correlativos; los puntos se han numerado de nuevo, en el orden de las filas ({count}).',
+  'note.items-elsewhere':
+    'Hay elementos complejos que solo su programa sabe trazar; quedan como USER_1, que ningún vehículo acepta. Envía el plan desde QGroundControl a un vehículo o un simulador, léelo allí de nuevo y guarda eso ({count}).',
   'note.lines-joined': 'Las líneas se han unido en una misión, en el orden del fichero ({count}).',
   'note.areas-taken-as-fence': 'Las áreas se han tomado como zonas en las que quedarse dentro ({count}).',
   'note.holes-taken-as-fence': 'Los huecos de las áreas se han tomado como zonas en las que no entrar ({count}).',
