@@ -140,9 +140,16 @@ const MAX_DEPTH: usize = 64;
 /// [`FlightError::BadJson`] for what is no JSON, [`FlightError::BadFile`] for what would take too much memory.
 pub(super) fn parse(text: &str) -> Result<Value> {
     check_size(text)?;
-    serde_json::from_str(text).map_err(|error| FlightError::BadJson {
-        path: format!("line {}, column {}", error.line(), error.column()),
-        problem: format!("is not JSON ({error}); the file is damaged or cut short, save the plan again"),
+    serde_json::from_str(text).map_err(|error| {
+        let todo = if error.is_eof() {
+            "the file is cut short, save the plan again"
+        } else {
+            "correct it, or save the plan again"
+        };
+        FlightError::BadJson {
+            path: format!("line {}, column {}", error.line(), error.column()),
+            problem: format!("is not JSON ({error}); {todo}"),
+        }
     })
 }
 

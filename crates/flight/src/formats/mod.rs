@@ -105,8 +105,10 @@ fn content_of(bytes: &[u8]) -> Result<Content<'_>> {
     let inner = unpacked.as_deref().unwrap_or(bytes);
     let start = inner.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(inner).trim_ascii_start();
     if is_zipped || (start.starts_with(b"<") && !inner.contains(&0)) {
-        let root = xml::Element::parse(inner)
-            .map_err(|problem| FlightError::BadFile(format!("the file cannot be read: {problem}; save it again")))?;
+        let root = xml::Element::parse(inner).map_err(|problem| {
+            let todo = if problem.starts_with(xml::TOO_LARGE) { "split it" } else { "save it again" };
+            FlightError::BadFile(format!("the file cannot be read: {problem}; {todo}"))
+        })?;
         return Ok(Content::Xml { root, is_zipped });
     }
     let text = text_of(bytes)?;
@@ -231,7 +233,11 @@ mod tests {
     fn what_is_no_plan_is_refused_with_a_way_out() {
         let utf16: Vec<u8> = "QGC WPL 110".encode_utf16().flat_map(u16::to_le_bytes).collect();
         let large = vec![b' '; MAX_FILE_BYTES + 1];
-        let cases: [(&[u8], &str); 8] = [
+        let points = format!("<gpx><trk><trkseg>{}</trkseg></trk></gpx>", "<trkpt lat='1' lon='2'/>".repeat(100_001));
+        let cases: [(&[u8], &str); 11] = [
+            (points.as_bytes(), "more than 200000 attributes; split it"),
+            (b"{\"version\": 1e400}", "number out of range at line 1 column 17); correct it"),
+            (b"{\"version\": 1", "cut short"),
             (b"", "empty"),
             (b" \r\n\t", "empty"),
             (&utf16, "UTF-16"),

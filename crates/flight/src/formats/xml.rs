@@ -16,6 +16,9 @@ const MAX_PARTS: usize = 5 * MAX_ELEMENTS;
 const MAX_ATTRIBUTES: usize = 2000;
 const MAX_ATTRIBUTES_IN_ALL: usize = 200_000;
 
+/// How the faults of a document that is too large begin.
+pub(super) const TOO_LARGE: &str = "the document has more than";
+
 /// An element, by its local name: prefixes differ between services, meanings do not.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Element {
@@ -36,7 +39,7 @@ impl Element {
     /// The fault, as a sentence.
     pub fn parse(bytes: &[u8]) -> Result<Self, String> {
         if bytes.len() > MAX_BYTES {
-            return Err(format!("the document has more than {MAX_BYTES} bytes"));
+            return Err(format!("{TOO_LARGE} {MAX_BYTES} bytes"));
         }
         let text = decode(bytes);
         let mut reader = Reader::from_str(&text);
@@ -45,18 +48,18 @@ impl Element {
         loop {
             parts += 1;
             if parts > MAX_PARTS {
-                return Err(format!("the document has more than {MAX_PARTS} tags, texts and entities"));
+                return Err(format!("{TOO_LARGE} {MAX_PARTS} tags, texts and entities"));
             }
             let event = reader.read_event().map_err(|error| format!("no XML: {error}"))?;
             if attributes > MAX_ATTRIBUTES_IN_ALL {
-                return Err(format!("the document has more than {MAX_ATTRIBUTES_IN_ALL} attributes"));
+                return Err(format!("{TOO_LARGE} {MAX_ATTRIBUTES_IN_ALL} attributes"));
             }
             let top = open.last_mut().ok_or("no XML: an element too many ends")?;
             match event {
                 Event::Start(start) => {
                     count += 1;
                     if count > MAX_ELEMENTS {
-                        return Err(format!("the document has more than {MAX_ELEMENTS} elements"));
+                        return Err(format!("{TOO_LARGE} {MAX_ELEMENTS} elements"));
                     }
                     if open.len() > MAX_DEPTH {
                         return Err(format!("the document is more than {MAX_DEPTH} elements deep"));
@@ -68,7 +71,7 @@ impl Element {
                 Event::Empty(start) => {
                     count += 1;
                     if count > MAX_ELEMENTS {
-                        return Err(format!("the document has more than {MAX_ELEMENTS} elements"));
+                        return Err(format!("{TOO_LARGE} {MAX_ELEMENTS} elements"));
                     }
                     let element = element(&start);
                     attributes += element.attributes.len();
