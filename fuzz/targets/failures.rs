@@ -28,7 +28,7 @@ fuzz_target!(|data: &[u8]| {
     let ground = plans::ground(what & 7);
     let ground = ground.as_ref().map(|ground| ground as &Ground<'_>);
     let conditions = Conditions { start, ground, longest_s: plans::longest_s(what), ..Conditions::new(&plane, air) };
-    let Some(found) = what_ifs(&plan, &conditions, Trigger::ALL, &moments) else { return };
+    let Ok(found) = what_ifs(&plan, &conditions, Trigger::ALL, &moments) else { return };
     for one in &found {
         one.flown.iter().for_each(check);
         let times = one.decisions.iter().map(|decision| decision.time_s);

@@ -36,10 +36,10 @@ fuzz_target!(|data: &[u8]| {
     let ground = plans::ground(what & 7);
     let ground = ground.as_ref().map(|ground| ground as &vencejo_flight::rehearsal::Ground<'_>);
     let conditions = Conditions { start, ground, longest_s: plans::longest_s(what), ..Conditions::new(&plane, air) };
-    let Some(flown) = rehearse(&plan, &conditions) else { return };
+    let Ok(flown) = rehearse(&plan, &conditions) else { return };
     check(&flown);
     match what >> 3 & 7 {
-        0 => assert_eq!(rehearse(&plan, &conditions).as_ref(), Some(&flown), "flown again it is the same"),
+        0 => assert_eq!(rehearse(&plan, &conditions).as_ref(), Ok(&flown), "flown again it is the same"),
         1 => {
             let flights = (1..4).filter_map(|seed| fly_once(&plan, &conditions, &Doubts::default(), &flown, seed));
             let mut flights: Vec<_> = flights.collect();
@@ -86,7 +86,7 @@ fn consume(plan: &vencejo_flight::plan::Plan, conditions: &Conditions<'_>, flown
     }
     let samples = &flown.track[..flown.track.len().min(2_000)];
     let tracks = [0.0, 7.5].map(|starts_s| track_of(samples, starts_s, 600.0));
-    for conflict in conflicts(&tracks, &Limits::default()) {
+    for conflict in conflicts(&tracks, &Limits::default(), &|| true) {
         let numbers = [conflict.begins_s, conflict.ends_s, conflict.horizontal_m, conflict.vertical_m];
         assert!(numbers.iter().all(|number| number.is_finite()), "{conflict:?}");
         assert!(conflict.begins_s <= conflict.ends_s, "{conflict:?}");

@@ -5,7 +5,7 @@ use libfuzzer_sys::fuzz_target;
 use vencejo_flight::formats::{survey_item, survey_of};
 use vencejo_flight::geodesy::GeoPoint;
 use vencejo_flight::landing::Wind;
-use vencejo_flight::rehearsal::{Air, Aircraft};
+use vencejo_flight::rehearsal::{Air, Aircraft, Conditions};
 use vencejo_flight::survey::{CAMERAS, Camera, SurveyOptions, SurveyShape, design_survey, rehearse_survey};
 
 mod wild;
@@ -70,7 +70,7 @@ fuzz_target!(|data: &[u8]| {
     assert_eq!((same, again), (laid.shape.clone(), SurveyOptions { home_amsl_m: again.home_amsl_m, ..options }));
     if what & 128 == 128 {
         let air = Air::from(options.wind.unwrap_or(Wind { from_deg: 0.0, speed_m_s: 0.0 }));
-        let (_, coverage) = rehearse_survey(&laid, &plane, air, None, None).expect("it has places");
+        let (_, coverage) = rehearse_survey(&laid, &Conditions::new(&plane, air)).expect("it has places");
         let parts = [coverage.covered, coverage.overlapped];
         assert!(parts.into_iter().flatten().all(|part| (0.0..=1.0).contains(&part)), "{parts:?}");
     }

@@ -294,7 +294,8 @@ class VehicleState:
         Raises
         ------
         InvalidRequest
-            When neither the vehicle nor the plan has a home, and for a number out of its range.
+            When neither the vehicle nor the plan has a home, when an item has no latitude or longitude, and for a number
+            out of its range.
         """
         from vencejo._rehearsing import a_plan, blowing, profile, within
         from vencejo.rehearsal import Rehearsal
@@ -306,8 +307,6 @@ class VehicleState:
             ground,
             within("clearance_m", clearance_m, 0.0, 1_000.0),
         )
-        if flown is None:
-            raise InvalidRequest("a rehearsal begins at home: neither the vehicle nor the plan has one")
         return Rehearsal._from_native(flown)
 
     def learned(self) -> Learned | None:
@@ -355,8 +354,7 @@ class VehicleState:
             ground,
         )
         if found is None:
-            lacks = "it is not known to fly, and how" if plan is None else "neither the vehicle nor the plan has a home"
-            raise InvalidRequest(f"nothing can be rehearsed: {lacks}")
+            raise InvalidRequest("nothing can be rehearsed: it is not known to fly, and how")
         return tuple(WhatIf._from_native(one) for one in found)
 
     def _require_sound(self, plan: Plan) -> None:

@@ -405,7 +405,7 @@ fn flown(direction: &Direction, landing: &Landing, options: &LandingOptions, con
         let line = inverse(direction.point, place);
         line.distance_m * wrap_180_deg(line.bearing_start_deg - landing.course_deg).to_radians().cos()
     };
-    rehearsed.map_or(
+    rehearsed.ok().map_or(
         Flown { ending: Ending::NotRehearsed, touch_down_m: None, rest_m: None, duration_s: 0.0 },
         |rehearsed| Flown {
             ending: rehearsed.ending,

@@ -247,19 +247,9 @@ impl<'a> Check<'a> {
             return;
         }
         let about = Some((index, item));
-        // DO_SET_HOME takes the plane's own position when parameter 1 is 1, else the one that is given.
-        let is_home_elsewhere = item.command == Command::DO_SET_HOME && item.param(1) != Some(1.0);
-        // 0/0 at height 0 ends the pointing at a place, in any frame (`Location::initialised` in ArduPlane's
-        // commands_logic.cpp); at another height it is a place like others.
-        let is_roi = matches!(item.command, Command::DO_SET_ROI | Command::DO_SET_ROI_LOCATION);
-        let ends_roi = is_roi && item.alt_m().is_none_or(|alt_m| alt_m == 0.0);
-        let must_lie_somewhere = is_home_elsewhere || !ends_roi && !item.command.may_stay_in_place();
-        let must_be_told = must_lie_somewhere || item.command == Command::DO_SET_ROI_LOCATION;
-        let (has_lat, has_lon) = (item.lat_deg().is_some(), item.lon_deg().is_some());
-        // Where the place may be left out, half a position is an error: the other half would be sent as 0°.
-        if must_be_told && !(has_lat && has_lon) || has_lat != has_lon {
+        if item.lacks_place() {
             self.error(about, FindingKind::MissingPosition { missing: Missing::Place });
-        } else if must_lie_somewhere && (item.lat_deg(), item.lon_deg()) == (Some(0.0), Some(0.0)) {
+        } else if item.must_lie_somewhere() && (item.lat_deg(), item.lon_deg()) == (Some(0.0), Some(0.0)) {
             // ArduPlane puts the position where it is then for 0/0 (`Plane::set_next_WP`): to land or lower a payload
             // there can be meant, to fly there cannot.
             let is_here = item.command.is_landing() || item.command == Command::NAV_PAYLOAD_PLACE;

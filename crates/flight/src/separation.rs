@@ -1,7 +1,7 @@
 //! Conflicts between planned flights: tracks as places with times, compared piece by piece.
 
 use crate::geodesy::{GeoPoint, wrap_180_deg};
-use crate::rehearsal::Sample;
+use crate::rehearsal::{IsWanted, Sample};
 
 /// Metres of a degree of latitude, for small differences (mean radius of the earth, IUGG 1980).
 const M_PER_DEG: f64 = 111_195.0;
@@ -78,22 +78,29 @@ pub fn track_of(samples: &[Sample], starts_s: f64, home_amsl_m: f64) -> Vec<Plac
 
 /// Where any two of these tracks, each in the order of its times, come too near to each other, earliest first. Between
 /// two of its places a plane flies straight at one speed. A pair that separates and comes near again is reported each
-/// time.
-pub fn conflicts(tracks: &[Vec<Place>], limits: &Limits) -> Vec<Conflict> {
+/// time. Incomplete once the outcome is not wanted any more.
+pub fn conflicts(tracks: &[Vec<Place>], limits: &Limits, is_wanted: IsWanted<'_>) -> Vec<Conflict> {
     let mut found = Vec::new();
     for (first, one) in tracks.iter().enumerate() {
         for (second, other) in tracks.iter().enumerate().skip(first + 1) {
-            of_pair([first, second], one, other, limits, &mut found);
+            found.extend(of_pair([first, second], one, other, limits, is_wanted));
         }
     }
     found.sort_by(|one, other| one.begins_s.total_cmp(&other.begins_s));
     found
 }
 
-fn of_pair(tracks: [usize; 2], one: &[Place], other: &[Place], limits: &Limits, found: &mut Vec<Conflict>) {
+fn of_pair(
+    tracks: [usize; 2],
+    one: &[Place],
+    other: &[Place],
+    limits: &Limits,
+    is_wanted: IsWanted<'_>,
+) -> Vec<Conflict> {
+    let mut found = Vec::new();
     let mut open: Option<Conflict> = None;
     let mut from = 0;
-    for leg in one.windows(2) {
+    for leg in one.windows(2).take_while(|_| is_wanted()) {
         // Times only go on: what the other left behind before this leg is behind for all that follow.
         while other.get(from + 1).is_some_and(|end| end.time_s < leg[0].time_s - limits.window_s) {
             from += 1;
@@ -117,6 +124,7 @@ fn of_pair(tracks: [usize; 2], one: &[Place], other: &[Place], limits: &Limits, 
         }
     }
     found.extend(open);
+    found
 }
 
 fn joined(one: Conflict, other: Conflict) -> Conflict {
@@ -302,6 +310,10 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+
+    fn conflicts(tracks: &[Vec<Place>], limits: &Limits) -> Vec<Conflict> {
+        super::conflicts(tracks, limits, &|| true)
+    }
     use crate::geodesy::{direct, distance_m};
 
     const HOME: (f64, f64) = (40.3332, -3.7978);

@@ -161,11 +161,12 @@ fn landing_alternatives(
     let (site, options) = (site.site()?, asked.options()?);
     let home = home.map(home_from_tuple);
     let map = ground::around(ground.as_ref(), &site.surroundings(), home)?;
-    let found = runtime::interruptible(py, move |_| {
+    let found = runtime::interruptible(py, move |is_wanted| {
         let below = |point| map.height_m(point);
         let plane = Aircraft::from_ardupilot(asked.get());
         let air = Air::of(options.wind.unwrap_or_default(), asked.get());
-        alternatives(site, &options, &Conditions { home, ground: Some(&below), ..Conditions::new(&plane, air) })
+        let conditions = Conditions { home, ground: Some(&below), is_wanted, ..Conditions::new(&plane, air) };
+        alternatives(site, &options, &conditions)
     })?;
     Ok(found
         .map_err(refused)?

@@ -5,10 +5,11 @@ use std::path::PathBuf;
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use vencejo_flight::rehearsal::IsWanted;
 use vencejo_station::summarize_recording as summarize;
 
 use crate::errors;
-use crate::runtime::{self, IsWanted, WhileWanted};
+use crate::runtime::{self, WhileWanted};
 
 /// Adds the functions of this module.
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {

@@ -10,8 +10,8 @@ use vencejo_flight::checks::{CheckContext, Finding, Inspection, fixes, rehearse_
 use vencejo_flight::landing::Wind;
 use vencejo_flight::plan::Plan;
 use vencejo_flight::rehearsal::{
-    Air, Aircraft, Airframe, BatteryLack, BatterySettings, Conditions, Doubts, Learned, Origin, Range, Rehearsal,
-    Sample, Start, Trigger, WhatIf, glide_range, what_ifs,
+    Air, Aircraft, Airframe, BatteryLack, BatterySettings, Conditions, Doubts, Learned, NotRehearsed, Origin, Range,
+    Rehearsal, Sample, Start, Trigger, WhatIf, glide_range, what_ifs,
 };
 use vencejo_proto::SystemId;
 use vencejo_station::{Runs, recorded_flight};
@@ -19,7 +19,7 @@ use vencejo_station::{Runs, recorded_flight};
 use crate::errors;
 use crate::ground;
 use crate::plan::{FigureTuple, FindingTuple, PlanTuple, figures, findings, plan_from_tuple, plan_to_tuple};
-use crate::runtime::{self, IsWanted, WhileWanted};
+use crate::runtime::{self, WhileWanted};
 
 /// Adds what this module has.
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
@@ -226,30 +226,35 @@ impl Given {
     }
 }
 
-/// Asks something of a plan and its conditions, with home's altitude above sea level and the clearance to keep, m.
+/// Asks something of a plan and its conditions, with the clearance to keep, m.
 ///
 /// # Errors
-/// `InvalidRequest` without a home on Earth; what a signal handler of Python raises meanwhile.
+/// `InvalidRequest` for a plan that is not rehearsed; what a signal handler of Python raises meanwhile.
 fn ask<T: Send + 'static>(
     py: Python<'_>,
     plan: PlanTuple,
     given: Given,
     ground: Option<&Bound<'_, PyAny>>,
-    question: impl FnOnce(&Plan, &Conditions<'_>, (f64, f64), IsWanted<'_>) -> Option<T> + Send + 'static,
+    question: impl FnOnce(&Plan, &Conditions<'_>, f64) -> Result<T, NotRehearsed> + Send + 'static,
 ) -> PyResult<T> {
     let plan = plan_from_tuple(plan)?;
-    let Some(home) = plan.mission.home else {
-        return Err(errors::raise("InvalidRequest", "a rehearsal begins at home: the plan has none"));
-    };
     let map = ground::around(ground, &plan, None)?;
     let (start, clearance_m) = (Start::Ground { heading_deg: given.heading_deg }, given.clearance_m);
     let (plane, air) = given.plane_and_air()?;
     runtime::interruptible(py, move |is_wanted| {
         let below = |point| map.height_m(point);
-        let conditions = Conditions { start, ground: Some(&below), ..Conditions::new(&plane, air) };
-        question(&plan, &conditions, (home.alt_amsl_m, clearance_m), is_wanted)
+        let conditions = Conditions { start, ground: Some(&below), is_wanted, ..Conditions::new(&plane, air) };
+        question(&plan, &conditions, clearance_m)
     })?
-    .ok_or_else(|| errors::raise("InvalidRequest", "the plan's home is not a position on Earth"))
+    .map_err(|why| errors::raise("InvalidRequest", why))
+}
+
+/// Altitude of the home that a plan is rehearsed from, m above mean sea level.
+///
+/// # Errors
+/// [`NotRehearsed::NoHome`].
+fn home_amsl_m(plan: &Plan, conditions: &Conditions<'_>) -> Result<f64, NotRehearsed> {
+    conditions.home.or(plan.mission.home).map(|home| home.alt_amsl_m).ok_or(NotRehearsed::NoHome)
 }
 
 /// The finding, what the change does, its figures, it in English, and the plan with it.
@@ -269,12 +274,12 @@ fn plan_fixes(
 ) -> PyResult<Vec<FixTuple>> {
     let plan = plan_from_tuple(plan)?;
     let map = ground::around(ground.as_ref(), &plan, None)?;
-    runtime::interruptible(py, move |_| {
+    runtime::interruptible(py, move |is_wanted| {
         let below = |point| map.height_m(point);
         let get = |name: &str| parameters.get(name).copied();
         let plane = Aircraft::from_ardupilot(get);
         let air = Air::of(Wind { from_deg: wind.0, speed_m_s: wind.1 }, get);
-        let conditions = Some(Conditions { ground: Some(&below), ..Conditions::new(&plane, air) });
+        let conditions = Some(Conditions { ground: Some(&below), is_wanted, ..Conditions::new(&plane, air) });
         let finds_landing = get("RTL_AUTOLAND").map(|value| value > 0.0);
         let context = CheckContext { on_ground, finds_landing, ..CheckContext::default() };
         let found = fixes(&plan, &Inspection { context, conditions, clearance_m });
@@ -291,7 +296,8 @@ fn plan_fixes(
 #[pyfunction]
 #[pyo3(signature = (plan, given, ground))]
 fn rehearse(py: Python<'_>, plan: PlanTuple, given: Given, ground: Option<Bound<'_, PyAny>>) -> PyResult<Flown> {
-    ask(py, plan, given, ground.as_ref(), |plan, conditions, (home_amsl_m, clearance_m), _| {
+    ask(py, plan, given, ground.as_ref(), |plan, conditions, clearance_m| {
+        let home_amsl_m = home_amsl_m(plan, conditions)?;
         rehearse_and_check(plan, conditions, clearance_m).map(|(flown, found)| Flown::new(&flown, found, home_amsl_m))
     })
 }
@@ -346,13 +352,14 @@ fn rehearse_many(
 ) -> PyResult<Spread> {
     let (wind_speed_m_s, wind_from_deg, gust_m_s, thrust, drag, power) = doubts;
     let doubts = Doubts { wind_speed_m_s, wind_from_deg, gust_m_s, thrust, drag, power };
-    ask(py, plan, given, ground.as_ref(), move |plan, conditions, (home_amsl_m, clearance_m), is_wanted| {
+    ask(py, plan, given, ground.as_ref(), move |plan, conditions, clearance_m| {
+        let home_amsl_m = home_amsl_m(plan, conditions)?;
         let (expected, found) = rehearse_and_check(plan, conditions, clearance_m)?;
         let runs = Runs { count: runs, seed, spared: 0 };
-        let spread = vencejo_station::rehearse_many(plan, conditions, &doubts, expected, &runs, is_wanted)?;
+        let spread = vencejo_station::rehearse_many(plan, conditions, &doubts, expected, &runs)?;
         let breadth =
             |time_s, across: Range, height: Range| Breadth { time_s, across_m: across.into(), height_m: height.into() };
-        Some(Spread {
+        Ok(Spread {
             expected: Flown::new(&spread.expected, found, home_amsl_m),
             runs: spread.runs,
             endings: spread.endings.into_iter().map(|(ending, count)| (ending.as_str(), count)).collect(),
@@ -396,8 +403,8 @@ fn what_if(
     moments: Vec<f64>,
 ) -> PyResult<Vec<Followed>> {
     let triggers = triggers_named(&triggers)?;
-    ask(py, plan, given, ground.as_ref(), move |plan, conditions, _, is_wanted| {
-        what_follows(plan, conditions, &triggers, &moments, is_wanted)
+    ask(py, plan, given, ground.as_ref(), move |plan, conditions, _| {
+        what_follows(plan, conditions, &triggers, &moments)
     })
 }
 
@@ -412,18 +419,17 @@ pub fn triggers_named(names: &[String]) -> PyResult<Vec<Trigger>> {
     names.iter().map(named).collect()
 }
 
-/// Moments that are flown to before it is asked whether the others are still wanted.
-const MOMENTS_AT_ONCE: usize = 32;
-
-/// What follows; `None` without a home.
+/// What follows.
+///
+/// # Errors
+/// [`NotRehearsed`].
 pub fn what_follows(
     plan: &Plan,
     conditions: &Conditions<'_>,
     triggers: &[Trigger],
     moments: &[f64],
-    is_wanted: IsWanted<'_>,
-) -> Option<Vec<Followed>> {
-    let home_amsl_m = conditions.home.or(plan.mission.home)?.alt_amsl_m;
+) -> Result<Vec<Followed>, NotRehearsed> {
+    let home_amsl_m = home_amsl_m(plan, conditions)?;
     let followed = |found: &WhatIf| Followed {
         trigger: found.trigger.as_str(),
         at: Moment::new(&found.at, home_amsl_m),
@@ -436,14 +442,7 @@ pub fn what_follows(
             .map(|point| (point.lat_deg(), point.lon_deg()))
             .collect(),
     };
-    let mut found = Vec::new();
-    // A few at a time, although each begins at home, so that it ends soon once nobody waits.
-    for moments in moments.chunks(MOMENTS_AT_ONCE) {
-        if is_wanted() {
-            found.extend(what_ifs(plan, conditions, triggers, moments)?.iter().map(followed));
-        }
-    }
-    Some(found)
+    Ok(what_ifs(plan, conditions, triggers, moments)?.iter().map(followed).collect())
 }
 
 /// A learned plane, by the names of `vencejo.airframe.Learned`.

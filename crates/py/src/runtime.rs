@@ -10,6 +10,8 @@ use std::time::{Duration, Instant};
 use pyo3::prelude::*;
 use tokio::runtime::{Builder, Handle, Runtime};
 
+use vencejo_flight::rehearsal::IsWanted;
+
 use crate::errors;
 
 /// How long Python's signal handlers wait for their turn at most while something native is waited for.
@@ -148,9 +150,6 @@ pub fn attached<T>(run: impl FnOnce(Python<'_>) -> T) -> T {
     let _returning = Returning::begin();
     Python::attach(run)
 }
-
-/// Whether the value is still waited for.
-pub type IsWanted<'a> = &'a (dyn Fn() -> bool + Sync);
 
 /// Runs something long on a thread of its own, and lets Ctrl-C in: its exception is raised at once. The thread then ends
 /// when it next asks whether its value is wanted, or when it is done.

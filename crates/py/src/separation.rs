@@ -39,7 +39,7 @@ fn separation_conflicts(
     };
     let tracks = tracks.into_iter().map(|track| track.into_iter().map(place).collect::<PyResult<Vec<_>>>());
     let tracks = tracks.collect::<PyResult<Vec<_>>>()?;
-    runtime::interruptible(py, move |_| conflicts(&tracks, &limits).iter().map(tuple).collect())
+    runtime::interruptible(py, move |is_wanted| conflicts(&tracks, &limits, is_wanted).iter().map(tuple).collect())
 }
 
 fn tuple(found: &Conflict) -> ConflictTuple {

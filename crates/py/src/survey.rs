@@ -8,7 +8,7 @@ use vencejo_flight::formats::{self, ComplexItem, survey_item};
 use vencejo_flight::geodesy::GeoPoint;
 use vencejo_flight::landing::Wind;
 use vencejo_flight::plan::{Home, Mission, Plan};
-use vencejo_flight::rehearsal::{Air, Aircraft};
+use vencejo_flight::rehearsal::{Air, Aircraft, Conditions};
 use vencejo_flight::survey::{
     CAMERAS, Camera, Coverage, Survey, SurveyOptions, SurveyShape, design_survey as design, rehearse_survey,
 };
@@ -196,13 +196,13 @@ fn design_survey(
         coming_from: asked.coming_from.map(point).transpose()?,
         max_items: asked.max_items,
     };
-    let laid_out = runtime::interruptible(py, move |_| {
+    let laid_out = runtime::interruptible(py, move |is_wanted| {
         let get = |name: &str| parameters.get(name).copied();
         let plane = Aircraft::from_ardupilot(get);
         let survey = design(&shape, &options, &plane).map_err(|error| error.to_string())?;
         let air = Air::of(options.wind.unwrap_or_default(), get);
-        let (flown, coverage) =
-            rehearse_survey(&survey, &plane, air, home, None).ok_or("the survey has no place to begin at")?;
+        let conditions = Conditions { home, is_wanted, ..Conditions::new(&plane, air) };
+        let (flown, coverage) = rehearse_survey(&survey, &conditions).ok_or("the survey has no place to begin at")?;
         Ok(laid(&survey, &coverage, flown.duration_s))
     });
     laid_out?.map_err(|problem: String| errors::raise("InvalidRequest", problem))

@@ -4,9 +4,10 @@ use std::time::Duration;
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use vencejo_flight::checks::rehearse_and_check;
 use vencejo_flight::landing::Wind;
 use vencejo_flight::plan::{Change, Mission, Plan, PlanKind};
-use vencejo_flight::rehearsal::{Air, Aircraft, Conditions};
+use vencejo_flight::rehearsal::{Air, Aircraft, Conditions, NotRehearsed};
 use vencejo_proto::{Address, CommandInt, CommandLong, Message, SystemId};
 use vencejo_station::{SigningChange, StationError, VehicleHandle};
 use vencejo_vehicle::modes::{Action, ModeFamily};
@@ -356,17 +357,20 @@ impl PyVehicle {
         profile: Profile,
         ground: Option<Bound<'_, PyAny>>,
         clearance_m: f64,
-    ) -> PyResult<Option<Flown>> {
+    ) -> PyResult<Flown> {
         let plan = plan_from_tuple(plan)?;
-        let flies_in = self.flies_in(wind, profile)?;
-        let map = ground::around(ground.as_ref(), &plan, self.vehicle.home())?;
-        let vehicle = self.vehicle.clone();
-        runtime::interruptible(py, move |_| {
+        let (plane, air) = self.flies_in(wind, profile)?;
+        let home = self.vehicle.home();
+        let map = ground::around(ground.as_ref(), &plan, home)?;
+        runtime::interruptible(py, move |is_wanted| {
             let below = |point| map.height_m(point);
-            let home_amsl_m = vehicle.home().or(plan.mission.home)?.alt_amsl_m;
-            let (flown, found) = vehicle.rehearse(&plan, &flies_in, Some(&below), clearance_m)?;
-            Some(Flown::new(&flown, found, home_amsl_m))
-        })
+            let home = home.or(plan.mission.home).ok_or(NotRehearsed::NoHome)?;
+            let conditions =
+                Conditions { home: Some(home), ground: Some(&below), is_wanted, ..Conditions::new(&plane, air) };
+            let (flown, found) = rehearse_and_check(&plan, &conditions, clearance_m)?;
+            Ok(Flown::new(&flown, found, home.alt_amsl_m))
+        })?
+        .map_err(|why: NotRehearsed| invalid(why))
     }
 
     /// The airframe learned from its flight; `None` while there is too little data.
@@ -374,7 +378,7 @@ impl PyVehicle {
         runtime::detached(py, || self.vehicle.learned()).map(LearnedPlane::from)
     }
 
-    /// At moments of a plan, or from now on; `None` where no home is known, or it is not known to be in the air.
+    /// At moments of a plan, or from now on; `None` where it is not known to be in the air.
     fn what_if(
         &self,
         py: Python<'_>,
@@ -396,10 +400,12 @@ impl PyVehicle {
         let map = ground::around(ground.as_ref(), &plan, home)?;
         runtime::interruptible(py, move |is_wanted| {
             let below = |point| map.height_m(point);
-            let conditions = Conditions { home, ground: Some(&below), ..Conditions::new(&plane, air) };
+            let conditions = Conditions { home, ground: Some(&below), is_wanted, ..Conditions::new(&plane, air) };
             let conditions = Conditions { start: start.unwrap_or(conditions.start), ..conditions };
-            rehearsal::what_follows(&plan, &conditions, &triggers, &moments, is_wanted)
-        })
+            rehearsal::what_follows(&plan, &conditions, &triggers, &moments)
+        })?
+        .map(Some)
+        .map_err(invalid)
     }
 
     fn upload(&self, py: Python<'_>, kind: &str, plan: PlanTuple, despite_findings: bool) -> PyResult<PyPending> {

@@ -11,7 +11,7 @@ use vencejo_flight::plan::{self, Mission};
 use vencejo_flight::profile::profile as height_profile;
 use vencejo_flight::progress::{Circled, ProgressOptions, trip};
 use vencejo_flight::rehearsal::{
-    self, Air, Aircraft, Conditions, Learned, Range, Sample, Start, Trigger, glide_range, what_ifs,
+    self, Air, Aircraft, Conditions, Learned, NotRehearsed, Range, Sample, Start, Trigger, glide_range, what_ifs,
 };
 use vencejo_flight::way::{Way, way};
 use vencejo_station::{Runs, VehicleHandle, rehearse_many};
@@ -56,7 +56,7 @@ pub(crate) fn assess(
     let known = vehicle.as_ref().and_then(|vehicle| vehicle.trip(&plan.mission));
     let trip = known.unwrap_or_else(|| trip(&plan.mission, Some(any.airspeed_m_s), &ProgressOptions::default()));
     let rehearsal = match rehearse_in {
-        Some(wind) => rehearsed(app, vehicle.as_ref(), &plan, wind, clearance_m, profile)?,
+        Some(wind) => rehearsed(app, vehicle.as_ref(), &plan, wind, clearance_m, profile)?.ok(),
         None => None,
     };
     let findings = match &rehearsal {
@@ -103,7 +103,7 @@ pub(crate) async fn rehearsal(app: &App, asked: &RehearsalRequest) -> Result<Reh
     app.wait_for_ground(&plan, vehicle.as_ref().and_then(VehicleHandle::home)).await;
     let wind = asked.wind.unwrap_or_default();
     let (app, clearance_m, profile) = (app.clone(), asked.clearance_m, asked.profile.clone());
-    in_turn(move || rehearsed(&app, vehicle.as_ref(), &plan, wind, clearance_m, &profile)).await?.ok_or_else(no_home)
+    in_turn(move || rehearsed(&app, vehicle.as_ref(), &plan, wind, clearance_m, &profile)).await?.map_err(not_rehearsed)
 }
 
 /// Finds changes that resolve findings of a plan, over the terrain of the maps, which is loaded first.
@@ -146,7 +146,7 @@ fn rehearsed(
     wind: Wind,
     clearance_m: Option<f64>,
     profile: &PlaneProfile,
-) -> Result<Option<Rehearsal>, Problem> {
+) -> Result<Result<Rehearsal, NotRehearsed>, Problem> {
     let flies_in = flies_in(vehicle, wind, profile)?;
     let clearance_m = clearance(clearance_m)?;
     let (map, is_pending) = app.ground_around(plan, vehicle.and_then(VehicleHandle::home));
@@ -159,12 +159,15 @@ fn rehearsed(
         }
     };
     let knows_parameters = vehicle.is_some_and(VehicleHandle::knows_how_it_flies);
-    let Some((flown, findings)) = flown else { return Ok(None) };
+    let (flown, findings) = match flown {
+        Ok(flown) => flown,
+        Err(why) => return Ok(Err(why)),
+    };
     let mission = &plan.mission;
     let drawn_profile = height_profile(mission, &way_of(vehicle, mission), &|_| None, clearance_m);
     let moments = flown.thinned(DRAWN_WITHIN_M);
     let along_m = along(&moments, &flown.passages, &drawn_profile);
-    Ok(Some(Rehearsal {
+    Ok(Ok(Rehearsal {
         lowest: lowest(mission, &moments, &along_m, clearance_m),
         along_m: along_m.into_iter().map(|along_m| rounded(along_m, 1)).collect(),
         is_ground_pending: is_pending,
@@ -272,18 +275,18 @@ fn what_if_over_known(app: &App, asked: &WhatIfRequest) -> Result<WhatIfs, Probl
     // Each trigger once, however often the request names it.
     let is_asked = |trigger: &Trigger| asked.triggers.as_ref().is_none_or(|asked| asked.contains(trigger));
     let triggers: Vec<Trigger> = Trigger::ALL.iter().copied().filter(is_asked).collect();
-    let found = what_ifs(&plan, &conditions, &triggers, &[at_s]).ok_or_else(no_home)?;
+    let found = what_ifs(&plan, &conditions, &triggers, &[at_s]).map_err(not_rehearsed)?;
     let at = found.first().map(|first| first.at);
     let ahead = match asked.at_s {
         None if matches!(conditions.start, Start::Air { doing, .. } if doing.is_open()) => None,
-        None => rehearsal::rehearse(&plan, &conditions).as_ref().map(part),
+        None => rehearsal::rehearse(&plan, &conditions).ok().as_ref().map(part),
         Some(_) => None,
     };
     let flying = vehicle.as_ref().filter(|_| asked.at_s.is_none());
     let beside = flying.zip(ahead.as_ref()).zip(asked.begun.as_ref());
     let outlook = beside.map(|((vehicle, ahead), begun)| followed::outlook(vehicle, ahead, begun)).transpose()?;
     let is_circle_known = !matches!(conditions.start, Start::Air { circled: Circled::Unknown, .. });
-    let range = at.and_then(|at| glide_range(&plan, &conditions, &at)).unwrap_or_default();
+    let range = at.and_then(|at| glide_range(&plan, &conditions, &at).ok()).unwrap_or_default();
     Ok(WhatIfs {
         at_s: at.map_or(at_s, |at| rounded(at.time_s, 1)),
         at: at.map(|at| place(at.point)),
@@ -385,12 +388,13 @@ pub(crate) async fn spread(
     let (map, _) = app.ground_around(&plan, home);
     alone(move || {
         let ground = |point| map.height_m(point);
-        let conditions = Conditions { home, ground: Some(&ground), ..Conditions::new(&plane, air) };
-        let expected = rehearsal::rehearse(&plan, &conditions).ok_or_else(no_home)?;
+        let conditions =
+            Conditions { home, ground: Some(&ground), is_wanted: &is_wanted, ..Conditions::new(&plane, air) };
+        let expected = rehearsal::rehearse(&plan, &conditions).map_err(not_rehearsed)?;
         // One processor is left to clients that follow a flight.
         let runs = Runs { count, seed: asked.seed, spared: 1 };
-        let spread = rehearse_many(&plan, &conditions, &asked.doubts, expected, &runs, &is_wanted);
-        spread.as_ref().map(described_spread).ok_or_else(Problem::closed)
+        let spread = rehearse_many(&plan, &conditions, &asked.doubts, expected, &runs);
+        spread.as_ref().map(described_spread).map_err(|why| not_rehearsed(*why))
     })
     .await
 }
@@ -452,8 +456,8 @@ fn place(point: GeoPoint) -> LatLon {
     LatLon { lat_deg: rounded(point.lat_deg(), 7), lon_deg: rounded(point.lon_deg(), 7) }
 }
 
-pub(crate) fn no_home() -> Problem {
-    Problem::invalid("a rehearsal begins at home: give the plan one, or name a vehicle whose home is known")
+pub(crate) fn not_rehearsed(why: NotRehearsed) -> Problem {
+    Problem::invalid(why.to_string())
 }
 
 /// Number of an item, counted from 1.

@@ -3,11 +3,11 @@
 use vencejo_flight::checks::{CLEARANCE_M, rehearse_and_check};
 use vencejo_flight::landing::Wind;
 use vencejo_flight::plan::Plan;
-use vencejo_flight::rehearsal::{Conditions, Rehearsal};
+use vencejo_flight::rehearsal::{Conditions, NotRehearsed, Rehearsal};
 use vencejo_flight::separation::{self as core, Limits, Place, track_of};
 use vencejo_station::VehicleHandle;
 
-use crate::assess::{flies_in, no_home};
+use crate::assess::{flies_in, not_rehearsed};
 use crate::convert;
 use crate::dto::PlaneProfile;
 use crate::dto::separation::{
@@ -58,7 +58,7 @@ pub(crate) async fn separated(app: &App, asked: SeparationRequest) -> Result<Sep
             let thinned: Vec<_> = flown.thinned(TRACK_WITHIN_M).into_iter().copied().collect();
             tracks.push(track_of(&thinned, *starts_s, home_amsl_m));
         }
-        let conflicts = core::conflicts(&tracks, &limits).iter().map(conflict).collect();
+        let conflicts = core::conflicts(&tracks, &limits, &|| true).iter().map(conflict).collect();
         let Limits { horizontal_m, vertical_m, window_s } = limits;
         let limits = SeparationLimits { horizontal_m, vertical_m, window_s };
         Ok(Separation { flights: assumed, wind, limits, conflicts })
@@ -95,8 +95,8 @@ fn flown(vehicle: Option<&VehicleHandle>, plan: &Plan, wind: Wind) -> Result<(Re
         Some(vehicle) => vehicle.rehearse(plan, &flies_in, None, CLEARANCE_M),
         None => rehearse_and_check(plan, &Conditions::new(&flies_in.0, flies_in.1), CLEARANCE_M),
     };
-    let (flown, _) = flown.ok_or_else(no_home)?;
-    Ok((flown, home.ok_or_else(no_home)?.alt_amsl_m))
+    let (flown, _) = flown.map_err(not_rehearsed)?;
+    Ok((flown, home.ok_or_else(|| not_rehearsed(NotRehearsed::NoHome))?.alt_amsl_m))
 }
 
 fn conflict(found: &core::Conflict) -> Conflict {

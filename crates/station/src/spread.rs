@@ -3,7 +3,7 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use vencejo_flight::plan::Plan;
-use vencejo_flight::rehearsal::{Conditions, Doubts, Rehearsal, Run, Spread, fly_once, gather};
+use vencejo_flight::rehearsal::{Conditions, Doubts, IsWanted, NotRehearsed, Rehearsal, Run, Spread, fly_once, gather};
 
 /// How many flights.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -17,25 +17,26 @@ pub struct Runs {
 }
 
 /// Flies a plan `runs` times besides the expected flight, in winds and with planes that vary around the expected ones.
-/// `None` as in [`fly_once`], and when `is_wanted`, which is asked before each flight, returns false.
+///
+/// # Errors
+/// [`NotRehearsed`].
 pub fn rehearse_many(
     plan: &Plan,
     conditions: &Conditions<'_>,
     doubts: &Doubts,
     expected: Rehearsal,
     runs: &Runs,
-    is_wanted: &(dyn Fn() -> bool + Sync),
-) -> Option<Spread> {
-    let flown = on_processors(runs, is_wanted, |run| {
+) -> Result<Spread, NotRehearsed> {
+    let flown = on_processors(runs, conditions.is_wanted, |run| {
         fly_once(plan, conditions, doubts, &expected, runs.seed.wrapping_add(run as u64))
     });
-    (flown.len() == runs.count).then(|| gather(expected, &flown))
+    if flown.len() == runs.count { Ok(gather(expected, &flown)) } else { Err(NotRehearsed::NotWanted) }
 }
 
 /// Maps each number below the count, in parallel; results are in the order of the numbers.
 fn on_processors(
     &Runs { count, spared, .. }: &Runs,
-    is_wanted: &(dyn Fn() -> bool + Sync),
+    is_wanted: IsWanted<'_>,
     one: impl Fn(usize) -> Option<Run> + Sync,
 ) -> Vec<Run> {
     let next = AtomicUsize::new(0);
@@ -82,18 +83,13 @@ mod tests {
         let all = |most: usize| {
             asked.store(0, Ordering::Relaxed);
             let is_wanted = || asked.fetch_add(1, Ordering::Relaxed) < most;
-            rehearse_many(
-                &plan,
-                &conditions,
-                &Doubts::default(),
-                expected.clone(),
-                &Runs { count: 6, seed: 3, spared: 0 },
-                &is_wanted,
-            )
+            let conditions = Conditions { is_wanted: &is_wanted, ..conditions };
+            let runs = Runs { count: 6, seed: 3, spared: 0 };
+            rehearse_many(&plan, &conditions, &Doubts::default(), expected.clone(), &runs)
         };
-        assert_eq!(all(3), None);
-        assert!(asked.load(Ordering::Relaxed) < 6 + 3);
+        assert_eq!(all(3), Err(NotRehearsed::NotWanted));
+        assert!(asked.load(Ordering::Relaxed) < 100, "a flight asks thousands of times");
         let spread = all(usize::MAX).unwrap();
-        assert_eq!((spread.runs, Some(spread)), (6, all(usize::MAX)));
+        assert_eq!((spread.runs, Ok(spread)), (6, all(usize::MAX)));
     }
 }

@@ -11,7 +11,7 @@ use vencejo_flight::geodesy::{GeoPoint, direct};
 use vencejo_flight::landing::Wind;
 use vencejo_flight::plan::{Change, Home, Mission, Plan, PlanKind, plan_changes};
 use vencejo_flight::progress::{Circled, Trip, trip};
-use vencejo_flight::rehearsal::{Air, Aircraft, Conditions, Doing, Ground, Learned, Rehearsal, Start};
+use vencejo_flight::rehearsal::{Air, Aircraft, Conditions, Doing, Ground, Learned, NotRehearsed, Rehearsal, Start};
 use vencejo_flight::way::{Way, way};
 use vencejo_link::{LinkInfo, LinkStats, SendReport, SourceStats};
 use vencejo_proto::param::ParamName;
@@ -140,7 +140,7 @@ impl VehicleHandle {
             let told = self.telemetry().0.wind.map(|wind| wind.value);
             let wind = told.and_then(|wind| Some(Wind { from_deg: wind.from_deg?, speed_m_s: wind.speed_m_s? }));
             let wind = wind.unwrap_or_default();
-            if let Some((_, flown)) = self.rehearse(plan, &self.flies_in(wind), ground, CLEARANCE_M) {
+            if let Ok((_, flown)) = self.rehearse(plan, &self.flies_in(wind), ground, CLEARANCE_M) {
                 found = with_flown(found, flown);
             }
         }
@@ -170,14 +170,17 @@ impl VehicleHandle {
     }
 
     /// Rehearses a plan with the plane and wind of [`Self::flies_in`], from the ground at its home, with the findings
-    /// of that; `None` where home is not known. `clearance_m` is the least height above ground, where that is known.
+    /// of that. `clearance_m` is the least height above ground, where that is known.
+    ///
+    /// # Errors
+    /// [`NotRehearsed`].
     pub fn rehearse(
         &self,
         plan: &Plan,
         (plane, air): &(Aircraft, Air),
         ground: Option<&Ground<'_>>,
         clearance_m: f64,
-    ) -> Option<(Rehearsal, Vec<Finding>)> {
+    ) -> Result<(Rehearsal, Vec<Finding>), NotRehearsed> {
         let conditions = Conditions { home: self.home(), ground, ..Conditions::new(plane, *air) };
         rehearse_and_check(plan, &conditions, clearance_m)
     }

@@ -164,7 +164,7 @@ impl Inspection<'_> {
     /// The same, and how long all that is flown for it takes, s.
     fn look(&self, plan: &Plan) -> (Vec<Finding>, f64) {
         let drawn = check_plan(plan, &self.context);
-        match self.conditions.as_ref().and_then(|conditions| look(plan, conditions, self.clearance_m)) {
+        match self.conditions.as_ref().and_then(|conditions| look(plan, conditions, self.clearance_m).ok()) {
             Some(looked) => (with_flown(drawn, looked.findings), looked.all_s),
             None => (drawn, 0.0),
         }

@@ -5,7 +5,9 @@ use super::finding::{Finding, FindingCode, FindingKind, Severity};
 use crate::geodesy::{GeoPoint, inverse, wrap_180_deg};
 use crate::landing::Wind;
 use crate::plan::{Command, MissionItem, Plan};
-use crate::rehearsal::{Conditions, Ending, GroundLack, Rehearsal, Sample, Trigger, WhatIf, rehearse, what_ifs};
+use crate::rehearsal::{
+    Conditions, Ending, GroundLack, NotRehearsed, Rehearsal, Sample, Trigger, WhatIf, rehearse, what_ifs,
+};
 
 /// Difference of height at a waypoint that is worth a word, m: less is what turns and gusts bring.
 const HEIGHT_OFF_M: f64 = 15.0;
@@ -37,19 +39,21 @@ const GO_AROUNDS: [f64; 4] = [0.25, 0.5, 0.75, 1.0];
 const FLARES_S: f64 = 4.0;
 
 /// Flies a plan, and finds what its flight shows to be wrong or doubtful, in the order of the items; each item once for
-/// each kind. From 24 moments a return is flown too, and from four of the final leg a go-around. `None` as
-/// [`rehearse`].
+/// each kind. From 24 moments a return is flown too, and from four of the final leg a go-around.
 ///
 /// `clearance_m` is the height above the ground that it should keep where that is known ([`CLEARANCE_M`] is usual).
 /// Until the plane has climbed to it or has reached the item after the first, and on the approach to a landing, half
 /// the height above the field is enough.
+///
+/// # Errors
+/// As [`rehearse`].
 pub fn rehearse_and_check(
     plan: &Plan,
     conditions: &Conditions<'_>,
     clearance_m: f64,
-) -> Option<(Rehearsal, Vec<Finding>)> {
+) -> Result<(Rehearsal, Vec<Finding>), NotRehearsed> {
     let Looked { flown, findings, .. } = look(plan, conditions, clearance_m)?;
-    Some((flown, findings))
+    Ok((flown, findings))
 }
 
 /// A plan that was flown and looked at.
@@ -61,7 +65,7 @@ pub(super) struct Looked {
 }
 
 /// As [`rehearse_and_check`].
-pub(super) fn look(plan: &Plan, conditions: &Conditions<'_>, clearance_m: f64) -> Option<Looked> {
+pub(super) fn look(plan: &Plan, conditions: &Conditions<'_>, clearance_m: f64) -> Result<Looked, NotRehearsed> {
     let flown = rehearse(plan, conditions)?;
     let mut moments: Vec<f64> =
         (1..=RETURNS).map(|n| flown.duration_s * f64::from(n) / f64::from(RETURNS + 1)).collect();
@@ -82,7 +86,7 @@ pub(super) fn look(plan: &Plan, conditions: &Conditions<'_>, clearance_m: f64) -
     found.go_arounds(&go_arounds);
     let Found { mut findings, .. } = found;
     findings.sort_by_key(|finding| finding.item);
-    Some(Looked { flown, findings, all_s })
+    Ok(Looked { flown, findings, all_s })
 }
 
 /// Merges the findings of a plan's lines with those of its rehearsal. Short legs are dropped, because the flight shows

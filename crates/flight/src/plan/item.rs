@@ -287,6 +287,25 @@ impl MissionItem {
         GeoPoint::new(lat_deg, lon_deg).ok()
     }
 
+    /// Whether it needs a place other than the one where the plane is then.
+    pub fn must_lie_somewhere(&self) -> bool {
+        // DO_SET_HOME takes the plane's own position when parameter 1 is 1, else the one that is given.
+        let is_home_elsewhere = self.command == Command::DO_SET_HOME && self.param(1) != Some(1.0);
+        // 0/0 at height 0 ends the pointing at a place, in any frame (`Location::initialised` in ArduPlane's
+        // commands_logic.cpp); at another height it is a place like others.
+        let is_roi = matches!(self.command, Command::DO_SET_ROI | Command::DO_SET_ROI_LOCATION);
+        let ends_roi = is_roi && self.alt_m().is_none_or(|alt_m| alt_m == 0.0);
+        is_home_elsewhere || !ends_roi && !self.command.may_stay_in_place()
+    }
+
+    /// Whether its latitude or longitude is missing. Where the place may be left out, that is half a position: the
+    /// other half would be sent as 0°.
+    pub fn lacks_place(&self) -> bool {
+        let must_be_told = self.must_lie_somewhere() || self.command == Command::DO_SET_ROI_LOCATION;
+        let (has_lat, has_lon) = (self.lat_deg().is_some(), self.lon_deg().is_some());
+        self.has_position() && (must_be_told && !(has_lat && has_lon) || has_lat != has_lon)
+    }
+
     /// Parameter 1 to 7; `None` when unset or out of 1..=7.
     pub fn param(&self, number: usize) -> Option<f64> {
         self.params.get(number.checked_sub(1)?).copied().flatten()

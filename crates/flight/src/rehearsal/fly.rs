@@ -1,5 +1,7 @@
 //! One rehearsal, from its start to its end.
 
+use thiserror::Error;
+
 use super::air::{Air, Gusts};
 use super::aircraft::Aircraft;
 use super::autopilot::{Autopilot, STEP_S};
@@ -11,7 +13,7 @@ use super::failsafe::{Reaction, Situation};
 use super::outcome::{Ending, Rehearsal, Sample};
 use crate::geodesy::GeoPoint;
 use crate::guidance::{NorthEast, wrap_pi};
-use crate::plan::{Home, Plan};
+use crate::plan::{Command, Home, Plan};
 use crate::progress::Circled;
 
 /// Longest flight that is rehearsed, s.
@@ -72,31 +74,72 @@ pub struct Conditions<'a> {
     pub level_m: Option<f64>,
     /// Longest flight that is rehearsed, s; default and most: six hours.
     pub longest_s: f64,
+    /// Whether the outcome is still waited for; asked before each step.
+    pub is_wanted: IsWanted<'a>,
 }
+
+/// Whether the value is still waited for.
+pub type IsWanted<'a> = &'a (dyn Fn() -> bool + Sync);
 
 impl<'a> Conditions<'a> {
     /// From the ground at the plan's home.
     pub const fn new(plane: &'a Aircraft, air: Air) -> Self {
         let start = Start::Ground { heading_deg: None };
-        Self { plane, air, home: None, start, ground: None, level_m: None, longest_s: LONGEST_S }
+        Self { plane, air, home: None, start, ground: None, level_m: None, longest_s: LONGEST_S, is_wanted: &|| true }
     }
 }
 
-/// Flies a plan; `None` when home is unknown or not on Earth.
-pub fn rehearse(plan: &Plan, conditions: &Conditions<'_>) -> Option<Rehearsal> {
+/// Why a plan is not rehearsed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+#[non_exhaustive]
+pub enum NotRehearsed {
+    /// Neither the plan nor the conditions have a home.
+    #[error("a rehearsal begins at home: neither the plan nor a vehicle gives one")]
+    NoHome,
+    /// A home that is not a position.
+    #[error("home is not a position on Earth")]
+    NoSuchHome,
+    /// An item without latitude or longitude.
+    #[error("item {item} ({command}) has no latitude or longitude; place it on the map")]
+    NoPlace {
+        /// Its number, counted from 1.
+        item: usize,
+        /// Its command.
+        command: Command,
+    },
+    /// [`Conditions::is_wanted`] has become false.
+    #[error("the rehearsal was given up")]
+    NotWanted,
+}
+
+/// Flies a plan.
+///
+/// # Errors
+/// [`NotRehearsed`].
+pub fn rehearse(plan: &Plan, conditions: &Conditions<'_>) -> Result<Rehearsal, NotRehearsed> {
     let course = laid_out(plan, conditions)?;
     let mut flight = Flight::new(&course, conditions);
     flight.until(f64::INFINITY);
-    Some(flight.into_rehearsal())
+    if flight.ending.is_none() {
+        return Err(NotRehearsed::NotWanted);
+    }
+    Ok(flight.into_rehearsal())
 }
 
-/// The plan around the home that it is flown from; `None` as [`rehearse`].
-pub(super) fn laid_out<'a>(plan: &Plan, conditions: &Conditions<'a>) -> Option<Course<'a>> {
-    let mut course = Course::new(plan, conditions.home.or(plan.mission.home)?, conditions.ground)?;
+/// The plan around the home that it is flown from.
+///
+/// # Errors
+/// [`NotRehearsed`].
+pub(super) fn laid_out<'a>(plan: &Plan, conditions: &Conditions<'a>) -> Result<Course<'a>, NotRehearsed> {
+    let home = conditions.home.or(plan.mission.home).ok_or(NotRehearsed::NoHome)?;
+    if let Some((index, item)) = plan.mission.items.iter().enumerate().find(|(_, item)| item.lacks_place()) {
+        return Err(NotRehearsed::NoPlace { item: index + 1, command: item.command });
+    }
+    let mut course = Course::new(plan, home, conditions.ground).ok_or(NotRehearsed::NoSuchHome)?;
     if let Some(level_m) = conditions.level_m {
         course.set_level(level_m);
     }
-    Some(course)
+    Ok(course)
 }
 
 /// A rehearsal in progress. A copy continues it, or diverts from there.
@@ -117,6 +160,7 @@ pub(super) struct Flight<'a> {
     nearest: Nearest,
     step: u32,
     longest_s: f64,
+    is_wanted: IsWanted<'a>,
     has_engine: bool,
     ending: Option<Ending>,
 }
@@ -147,6 +191,7 @@ impl<'a> Flight<'a> {
             nearest: Nearest::default(),
             step: 0,
             longest_s: conditions.longest_s.min(LONGEST_S),
+            is_wanted: conditions.is_wanted,
             has_engine: true,
             ending: None,
         }
@@ -159,7 +204,7 @@ impl<'a> Flight<'a> {
 
     /// Flies on until a moment or to the end; `false` at the end.
     pub fn until(&mut self, time_s: f64) -> bool {
-        while self.ending.is_none() && self.time_s() < time_s {
+        while self.ending.is_none() && self.time_s() < time_s && (self.is_wanted)() {
             self.fly_on();
         }
         self.ending.is_none()

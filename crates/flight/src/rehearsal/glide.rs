@@ -2,7 +2,7 @@
 
 use super::air::eas_to_tas;
 use super::course::Course;
-use super::fly::{Conditions, laid_out};
+use super::fly::{Conditions, NotRehearsed, laid_out};
 use super::outcome::Sample;
 use crate::geodesy::{GeoPoint, wrap_180_deg};
 use crate::guidance::{GRAVITY_M_S2, NorthEast, bound};
@@ -19,21 +19,24 @@ const LONGEST_S: f64 = 3_600.0;
 
 /// The ground that a plane may reach without thrust from a moment of its flight: where it comes down when it turns into
 /// each of 72 directions with 30° of bank and glides straight on at the airspeed of its flattest glide, in this wind
-/// and over this ground. The first is north, the others follow clockwise. `None` as [`rehearse`](super::rehearse),
-/// empty on the ground.
+/// and over this ground. The first is north, the others follow clockwise. Empty on
+/// the ground.
 ///
 /// In calm air a plane sinks over `1 m` of way by `D/W`, least where drag is least; with the polar `a V² + b n² V⁻²`
 /// that is at `V = (b/a)^¼` (J. D. Anderson, *Aircraft Performance and Design*, eq. 5.36), held above the slowest
 /// airspeed. The nose is held so that the course over ground is the direction (wind triangle); where the wind does not
 /// allow it, it is the direction in the air.
-pub fn glide_range(plan: &Plan, conditions: &Conditions<'_>, from: &Sample) -> Option<Vec<GeoPoint>> {
+///
+/// # Errors
+/// As [`rehearse`](super::rehearse).
+pub fn glide_range(plan: &Plan, conditions: &Conditions<'_>, from: &Sample) -> Result<Vec<GeoPoint>, NotRehearsed> {
     let course = laid_out(plan, conditions)?;
     let start = course.position(from.point);
     if from.height_m <= course.assumed_ground_m(start) {
-        return Some(Vec::new());
+        return Ok(Vec::new());
     }
     let directions = (0..DIRECTIONS).map(|index| f64::from(index) * 360.0 / f64::from(DIRECTIONS));
-    Some(directions.map(|toward_deg| course.point(comes_down(&course, conditions, from, start, toward_deg))).collect())
+    Ok(directions.map(|toward_deg| course.point(comes_down(&course, conditions, from, start, toward_deg))).collect())
 }
 
 /// Where the glide in one direction ends.

@@ -57,7 +57,7 @@ pub use course::Ground;
 pub use doing::Doing;
 pub use expected::{Expected, battery_left_pct, expected_at, expected_before_leaving, low_m};
 pub use failsafe::{BatteryAction, Failsafes, Reaction, Trigger};
-pub use fly::{Conditions, Start, rehearse};
+pub use fly::{Conditions, IsWanted, NotRehearsed, Start, rehearse};
 pub use glide::glide_range;
 pub use learn::{Learned, Learner, Recorded, learn};
 pub use outcome::{CameraOrder, Ending, GroundLack, Passage, Rehearsal, Sample, nearest_to_ground};

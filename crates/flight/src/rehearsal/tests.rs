@@ -249,7 +249,31 @@ fn each_end_is_told() {
     let items = [&[takeoff(50.0)], &passed[..], &[MissionItem::return_to_launch()]].concat();
     assert_eq!(fly(items, Air::default()).ending, Ending::Returned);
     let nowhere = Plan::from_mission(Mission { home: None, items: vec![takeoff(50.0)] });
-    assert!(rehearse(&nowhere, &Conditions::new(&plane, Air::default())).is_none());
+    assert_eq!(rehearse(&nowhere, &Conditions::new(&plane, Air::default())), Err(NotRehearsed::NoHome));
+}
+
+#[test]
+fn a_plan_with_an_item_without_a_place_is_not_rehearsed() {
+    let plane = Aircraft::default();
+    for missing in [[4, 4], [5, 5], [4, 5]] {
+        let mut items = vec![takeoff(50.0), waypoint(90.0, 2_500.0, 60.0)];
+        missing.into_iter().for_each(|param| items[1].params[param] = None);
+        let why = rehearse(&plan(items), &Conditions::new(&plane, Air::default())).unwrap_err();
+        assert_eq!(why.to_string(), "item 2 (NAV_WAYPOINT) has no latitude or longitude; place it on the map");
+    }
+    // A take-off may be where the plane stands.
+    let mut items = vec![takeoff(50.0), waypoint(90.0, 2_500.0, 60.0)];
+    items[0].params[4..6].fill(None);
+    assert!(rehearse(&plan(items), &Conditions::new(&plane, Air::default())).is_ok());
+}
+
+#[test]
+fn a_flight_that_nobody_waits_for_any_more_ends() {
+    let (plane, asked) = (Aircraft::default(), std::sync::atomic::AtomicU32::new(0));
+    let is_wanted = || asked.fetch_add(1, std::sync::atomic::Ordering::Relaxed) < 100;
+    let conditions = Conditions { is_wanted: &is_wanted, ..Conditions::new(&plane, Air::default()) };
+    assert_eq!(rehearse(&plan(with_landing()), &conditions), Err(NotRehearsed::NotWanted));
+    assert_eq!(asked.into_inner(), 101);
 }
 
 #[test]
@@ -655,7 +679,7 @@ fn a_return_leaves_the_mission_where_it_is_asked_for() {
     // Not on the ground.
     let none =
         what_ifs(&plan(with_landing()), &Conditions::new(&plane, wind(0.0, 0.0)), &[Trigger::ReturnAsked], &[0.0]);
-    assert_eq!(none, Some(vec![]));
+    assert_eq!(none, Ok(vec![]));
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! What if: the flight from any moment of a plan on, after a failure or a commanded return.
 
 use super::failsafe::{Reaction, Trigger};
-use super::fly::{Conditions, Flight, laid_out};
+use super::fly::{Conditions, Flight, NotRehearsed, laid_out};
 use super::outcome::{Rehearsal, Sample};
 use crate::plan::Plan;
 
@@ -36,13 +36,16 @@ impl WhatIf {
 }
 
 /// Flies a plan once, and from each moment (s since the start, in order) that it is in the air at on once more for each
-/// trigger that changes the flight. `None` as [`rehearse`](super::rehearse).
+/// trigger that changes the flight.
+///
+/// # Errors
+/// As [`rehearse`](super::rehearse).
 pub fn what_ifs(
     plan: &Plan,
     conditions: &Conditions<'_>,
     triggers: &[Trigger],
     moments: &[f64],
-) -> Option<Vec<WhatIf>> {
+) -> Result<Vec<WhatIf>, NotRehearsed> {
     let course = laid_out(plan, conditions)?;
     let mut flight = Flight::new(&course, conditions);
     let mut found = Vec::new();
@@ -54,7 +57,7 @@ pub fn what_ifs(
             found.extend(triggers.iter().map(|trigger| what_if(&flight, conditions, *trigger)));
         }
     }
-    Some(found)
+    if (conditions.is_wanted)() { Ok(found) } else { Err(NotRehearsed::NotWanted) }
 }
 
 fn what_if(before: &Flight<'_>, conditions: &Conditions<'_>, trigger: Trigger) -> WhatIf {

@@ -8,7 +8,7 @@ use crate::geodesy::{GeoPoint, direct};
 use crate::guidance::NorthEast;
 use crate::plan::{Home, Mission, Plan};
 use crate::progress::Circled;
-use crate::rehearsal::{Air, Aircraft, Conditions, Doing, Ground, Rehearsal, Sample, Start, rehearse};
+use crate::rehearsal::{Aircraft, Conditions, Doing, Ground, Rehearsal, Sample, Start, rehearse};
 
 /// Cells that an area is divided into, about.
 const CELLS: f64 = 30_000.0;
@@ -222,16 +222,12 @@ pub fn coverage(
 /// Flies a survey alone, as it will be flown, and looks at its pictures: from the air, three turns' radii before its
 /// first waypoint, at its height and on its course.
 ///
-/// Heights count from `home`; `None`: where the survey is, at the height above the sea that it was laid out for.
-pub fn rehearse_survey(
-    survey: &Survey,
-    plane: &Aircraft,
-    air: Air,
-    home: Option<Home>,
-    ground: Option<&Ground<'_>>,
-) -> Option<(Rehearsal, Coverage)> {
+/// Heights count from the conditions' home; `None`: where the survey is, at the height above the sea that it was laid out
+/// for. `None` without a place to begin at.
+pub fn rehearse_survey(survey: &Survey, conditions: &Conditions<'_>) -> Option<(Rehearsal, Coverage)> {
+    let Conditions { plane, ground, .. } = *conditions;
     let first = survey.items.iter().find_map(|item| item.point())?;
-    let home = home.unwrap_or(Home {
+    let home = conditions.home.unwrap_or(Home {
         lat_deg: first.lat_deg(),
         lon_deg: first.lon_deg(),
         alt_amsl_m: survey.options.home_amsl_m,
@@ -247,7 +243,7 @@ pub fn rehearse_survey(
     };
     let plan = Plan::from_mission(Mission { home: Some(home), items: survey.items.clone() });
     let level_m = survey.options.ground_rel_home_m;
-    let flown = rehearse(&plan, &Conditions { start, ground, level_m, ..Conditions::new(plane, air) })?;
+    let flown = rehearse(&plan, &Conditions { home: Some(home), start, level_m, ..*conditions }).ok()?;
     let coverage = coverage(survey, 0, &flown, plane, ground.map(|ground| (ground, home.alt_amsl_m)));
     Some((flown, coverage))
 }

@@ -39,7 +39,8 @@ fn wind(from_deg: f64, speed_m_s: f64) -> Option<Wind> {
 
 fn fly(survey: &Survey, plane: &Aircraft) -> (Rehearsal, Coverage) {
     let blows = survey.options.wind.unwrap_or(Wind { from_deg: 0.0, speed_m_s: 0.0 });
-    rehearse_survey(survey, plane, Air { exponent: 0.0, ..Air::from(blows) }, Some(HOME), None).unwrap()
+    let air = Air { exponent: 0.0, ..Air::from(blows) };
+    rehearse_survey(survey, &Conditions { home: Some(HOME), ..Conditions::new(plane, air) }).unwrap()
 }
 
 /// Every line flown, near it, with as many pictures as said and no hole.

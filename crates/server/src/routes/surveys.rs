@@ -8,7 +8,7 @@ use vencejo_flight::checks::check_survey;
 use vencejo_flight::formats::{self, PlanSettings, survey_item, survey_of};
 use vencejo_flight::geodesy::GeoPoint;
 use vencejo_flight::plan::{Home, Plan as CorePlan};
-use vencejo_flight::rehearsal::Aircraft;
+use vencejo_flight::rehearsal::{Aircraft, Conditions};
 use vencejo_flight::survey::{self as core, CAMERAS, Coverage, SurveyOptions, SurveyShape};
 use vencejo_station::VehicleHandle;
 
@@ -105,7 +105,7 @@ fn laid_out(app: &App, asked: &SurveyRequest) -> Result<Survey, Problem> {
     let (plane, air) =
         vehicle.as_ref().map_or_else(|| (Aircraft::default(), wind.into()), |vehicle| vehicle.flies_in(wind));
     let laid = core::design_survey(&shape, &options, &plane)?;
-    let (flown, coverage) = core::rehearse_survey(&laid, &plane, air, home, None)
+    let (flown, coverage) = core::rehearse_survey(&laid, &Conditions { home, ..Conditions::new(&plane, air) })
         .ok_or_else(|| Problem::invalid("the survey has no place to begin at"))?;
     let knows_parameters = vehicle.is_some_and(|vehicle| vehicle.knows_how_it_flies());
     Ok(described(&laid, &coverage, flown.duration_s, knows_parameters))
