@@ -13,7 +13,15 @@ __all__ = ["call_back"]
 
 
 def call_back(subscription: _native.Subscription, call: Callable[[Any], None]) -> None:
-    """Call a function with each entry until the subscription ends, in a daemon thread."""
+    """Call a function with each entry until the subscription ends, in a daemon thread.
+
+    Raises
+    ------
+    TypeError
+        For what cannot be called.
+    """
+    if not callable(call):
+        raise TypeError(f"the callback is {call!r} ({type(call).__name__}): give a function")
 
     def run() -> None:
         while (item := subscription.next()) is not None:

@@ -1,10 +1,13 @@
-"""Types of what a program hands in, told where it is given and not when it is sent."""
+"""Types and time limits that a program hands in, told where they are given and not when they are used."""
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterable
 from numbers import Integral, Real
 from typing import Any, Final
+
+from vencejo.errors import InvalidRequest
 
 NUMBER: Final = (Real,)
 WHOLE: Final = (Integral,)
@@ -36,6 +39,30 @@ def check_each(owner: object, name: str, *types: type) -> tuple[Any, ...]:
     for index, value in enumerate(given):
         _check(f"{where}[{index}]", value, types)
     return given
+
+
+def number(name: str, value: float) -> float:
+    """A number that was given; `TypeError` as `check` raises it for another type, also for a text that holds one."""
+    _check(name, value, NUMBER)
+    return float(value)
+
+
+def check_timeout(timeout_s: float | None) -> None:
+    """Look at a time limit, s; ``None`` is none.
+
+    Raises
+    ------
+    InvalidRequest
+        For NaN, which no moment is later than, and a negative one.
+    """
+    if timeout_s is not None and not timeout_s >= 0.0:
+        raise InvalidRequest(f"timeout_s is {timeout_s}, should be 0 s or more")
+
+
+def deadline_of(timeout_s: float | None) -> float | None:
+    """When a time limit that begins now ends, on the monotonic clock; `InvalidRequest` as `check_timeout` raises it."""
+    check_timeout(timeout_s)
+    return None if timeout_s is None else time.monotonic() + timeout_s
 
 
 def _check(where: str, value: object, types: tuple[type, ...]) -> None:

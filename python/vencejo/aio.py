@@ -25,6 +25,7 @@ from collections.abc import AsyncIterator, Callable, Iterable, Mapping, Sequence
 from typing import Any, Literal, cast
 
 from vencejo import _native
+from vencejo._given import check_timeout, deadline_of, number
 from vencejo._vehicle_state import Danger, PlanKind, VehicleState, command_number, height_of, joined
 from vencejo.errors import (
     CommandRefused,
@@ -97,6 +98,7 @@ async def wait_vehicle(
     station: Station, system_id: int | None = None, *, timeout_s: float | None = 30.0
 ) -> AsyncVehicle:
     """Wait for a vehicle's heartbeat on a station; see `Station.wait_vehicle`."""
+    check_timeout(timeout_s)
     pending = station._native.wait_vehicle(system_id)
     try:
         native = await asyncio.wait_for(_finished(pending), timeout_s)
@@ -157,7 +159,7 @@ class AsyncVehicle(VehicleState):
         seen: int | None = None
         due = time.monotonic()
         while True:
-            deadline = None if timeout_s is None else time.monotonic() + timeout_s
+            deadline = deadline_of(timeout_s)
             while (count := self._changed(seen)) is None:
                 if deadline is not None and time.monotonic() >= deadline:
                     return
@@ -172,7 +174,7 @@ class AsyncVehicle(VehicleState):
         self, condition: Callable[[Telemetry], bool], *, timeout_s: float | None, what: str = "the condition"
     ) -> Telemetry:
         """Wait until a function of the telemetry is true; see `vencejo.Vehicle.wait_until`."""
-        deadline = None if timeout_s is None else time.monotonic() + timeout_s
+        deadline = deadline_of(timeout_s)
         while not condition(telemetry := self.telemetry):
             if deadline is not None and time.monotonic() >= deadline:
                 raise CommandTimeout(f"{what} did not come true within {timeout_s:g} s")
@@ -696,10 +698,14 @@ class AsyncParameters:
         ------
         ParameterError
             When the vehicle does not have it, or keeps a different value.
+        TypeError
+            For a value that is no number.
         """
         from vencejo.values import Parameter
 
-        return Parameter(*await self._vehicle._wait(self._vehicle._native.param_set(name, float(value), confirm)))
+        return Parameter(
+            *await self._vehicle._wait(self._vehicle._native.param_set(name, number("value", value), confirm))
+        )
 
     async def all(self, *, progress: ProgressCallback | None = None) -> dict[str, Parameter]:
         """Read all parameters, by name."""

@@ -32,5 +32,12 @@ def load_params(path: str | os.PathLike[str]) -> dict[str, float]:
 
 
 def save_params(path: str | os.PathLike[str], params: Mapping[str, float]) -> None:
-    """Write a ``.param`` file: one ``NAME,value`` a line, sorted by name."""
+    """Write a ``.param`` file: one ``NAME,value`` a line, sorted by name.
+
+    Raises
+    ------
+    InvalidRequest
+        For a name or a value that no parameter has, such as NaN; nothing is written.
+    OSError
+    """
     write_file(path, _native.format_params(sorted(params.items())).encode())

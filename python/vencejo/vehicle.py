@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Literal, cast
 
 from vencejo import _native
 from vencejo._closing import Closing
+from vencejo._given import deadline_of, number
 from vencejo._native import MavlinkMessage
 from vencejo._vehicle_state import Danger, PlanKind, VehicleState, command_number, height_of, joined
 from vencejo.errors import (
@@ -102,7 +103,7 @@ class Vehicle(Closing, VehicleState):
         seen: int | None = None
         due = time.monotonic()
         while True:
-            deadline = None if timeout_s is None else time.monotonic() + timeout_s
+            deadline = deadline_of(timeout_s)
             while (count := self._wait_change(seen, deadline)) is None:
                 if deadline is not None and time.monotonic() >= deadline:
                     return
@@ -124,7 +125,7 @@ class Vehicle(Closing, VehicleState):
         ClosedError
             When the station is closed meanwhile.
         """
-        deadline = None if timeout_s is None else time.monotonic() + timeout_s
+        deadline = deadline_of(timeout_s)
         seen = self._native.change_count()
         while not condition(telemetry := self.telemetry):
             if deadline is not None and time.monotonic() >= deadline:
@@ -656,10 +657,12 @@ class Parameters:
         ------
         ParameterError
             When the vehicle does not have it, or keeps a different value.
+        TypeError
+            For a value that is no number.
         """
         from vencejo.values import Parameter
 
-        return Parameter(*self._vehicle._wait(self._vehicle._native.param_set(name, float(value), confirm)))
+        return Parameter(*self._vehicle._wait(self._vehicle._native.param_set(name, number("value", value), confirm)))
 
     def all(self, *, progress: ProgressCallback | None = None) -> dict[str, Parameter]:
         """Read all parameters, by name."""

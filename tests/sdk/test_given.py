@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import asyncio
 import math
 import re
 from collections.abc import Callable
-from typing import Any
+from pathlib import Path
+from typing import Any, cast
 
 import pytest
 import vencejo
+import vencejo.aio
 import vencejo.landing
+from vencejo._calling_back import call_back
 
 # as a program without type checks uses them
 Circle: Any = vencejo.Circle
@@ -24,7 +28,11 @@ Polygon: Any = vencejo.Polygon
 RallyPoint: Any = vencejo.RallyPoint
 Wind: Any = vencejo.landing.Wind
 
+Parameters: Any = vencejo.Parameters
+
 HERE = GeoPoint(40.3, -3.8)
+VEHICLE: Any = object()
+"""Nothing is asked of it."""
 ITEM = MissionItem.waypoint(40.3, -3.8, alt_rel_home_m=50.0)
 
 WRONG: list[tuple[Callable[[], object], str]] = [
@@ -54,6 +62,9 @@ WRONG: list[tuple[Callable[[], object], str]] = [
     (lambda: MissionItem.waypoint(40.3, None, alt_rel_home_m="50"), "MissionItem.params[6] is '50' (str)"),
     (lambda: PlanSettings(vehicle_type=1.5), "PlanSettings.vehicle_type is 1.5 (float): give a whole number or None"),
     (lambda: Wind(None, 3.0), "Wind.from_deg is None: give a number"),
+    (lambda: Parameters(VEHICLE).set("WP_RADIUS", "5"), "value is '5' (str): give a number"),
+    (lambda: Parameters(VEHICLE).set("WP_RADIUS", True), "value is True (bool): give a number"),
+    (lambda: call_back(VEHICLE, cast("Any", 5)), "the callback is 5 (int): give a function"),
     (lambda: Floors(maps_mb=2e3), "Floors.maps_mb is 2000.0 (float): give a whole number"),
 ]
 
@@ -69,6 +80,30 @@ def test_numbers_that_mavlink_does_not_have_are_told_too() -> None:
         MissionItem(70_000, 3, (0.0,) * 7)
     with pytest.raises(ValueError, match="frame 300: a MAV_FRAME is 0 to 255"):
         RallyPoint(40.3, -3.8, 50.0, 300)
+
+
+@pytest.mark.parametrize("timeout_s", [math.nan, -1.0])
+def test_a_time_limit_that_is_none_is_told(timeout_s: float) -> None:
+    async def connects() -> None:
+        await vencejo.aio.connect("udpin:127.0.0.1:0", record=False, timeout_s=timeout_s)
+
+    with vencejo.Station(record=False) as station:
+        for wait in (
+            lambda: vencejo.connect("udpin:127.0.0.1:0", record=False, timeout_s=timeout_s),
+            lambda: asyncio.run(connects()),
+            lambda: station.on_message(print).get(timeout_s),
+            lambda: next(vencejo.Vehicle.stream(VEHICLE, timeout_s=timeout_s)),
+            lambda: vencejo.Vehicle.wait_until(VEHICLE, bool, timeout_s=timeout_s),
+        ):
+            with pytest.raises(vencejo.InvalidRequest, match=f"timeout_s is {timeout_s:g}, should be 0 s or more"):
+                wait()
+
+
+@pytest.mark.parametrize(("name", "value"), [("A", math.nan), ("A", math.inf), ("A,1", 2.0), ("", 1.0)])
+def test_a_file_of_parameters_that_could_not_be_read_is_not_written(name: str, value: float, tmp_path: Path) -> None:
+    with pytest.raises(vencejo.InvalidRequest, match="line 1"):
+        vencejo.save_params(tmp_path / "x.param", {name: value})
+    assert not list(tmp_path.iterdir())
 
 
 def test_what_was_taken_before_is_taken() -> None:

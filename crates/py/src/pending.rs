@@ -64,7 +64,7 @@ impl PyPending {
     #[pyo3(signature = (timeout_s))]
     fn wait<'py>(&self, py: Python<'py>, timeout_s: Option<f64>) -> PyResult<Bound<'py, PyAny>> {
         self.home.check("operation")?;
-        let timeout = timeout_s.map(runtime::seconds);
+        let timeout = timeout_s.map(runtime::timeout).transpose()?;
         match &self.inner {
             Inner::Request(pending, vehicle) => reply_to_python(py, vehicle, end_of(py, pending, timeout)?),
             Inner::Vehicle(pending, to_python) => to_python(py, end_of(py, pending, timeout)?),

@@ -294,8 +294,11 @@ fn parse_params(data: &[u8]) -> PyResult<Vec<(String, f64)>> {
 
 /// Writes a parameter file.
 #[pyfunction]
-fn format_params(params: Vec<(String, f64)>) -> String {
+fn format_params(params: Vec<(String, f64)>) -> PyResult<String> {
     let entries: Vec<_> =
         params.into_iter().map(|(name, value)| ParamEntry { name, value, mav_param_type: None }).collect();
-    write_params(&entries, ParamDialect::MissionPlanner)
+    let text = write_params(&entries, ParamDialect::MissionPlanner);
+    // A name or a value that a file cannot hold is found while it is still known.
+    read_params(text.as_bytes()).map_err(|error| errors::raise("InvalidRequest", error))?;
+    Ok(text)
 }

@@ -234,7 +234,13 @@ where
     }
 }
 
-/// A duration from Python's seconds; negative ones and NaN count as zero.
-pub fn seconds(seconds: f64) -> Duration {
-    Duration::try_from_secs_f64(seconds.max(0.0)).unwrap_or(Duration::MAX)
+/// A time limit from Python's seconds, of which infinitely many are allowed.
+///
+/// # Errors
+/// `InvalidRequest` for NaN and negative ones.
+pub fn timeout(timeout_s: f64) -> PyResult<Duration> {
+    if timeout_s >= 0.0 {
+        return Ok(Duration::try_from_secs_f64(timeout_s).unwrap_or(Duration::MAX));
+    }
+    Err(errors::raise("InvalidRequest", format!("timeout_s is {timeout_s}, should be 0 s or more")))
 }

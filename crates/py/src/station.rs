@@ -69,7 +69,8 @@ impl PyRecorderChanges {
             }
             changes.borrow_and_update().clone()
         };
-        let status = runtime::wait(py, timeout_s.map(runtime::seconds), wait)?.flatten();
+        let timeout = timeout_s.map(runtime::timeout).transpose()?;
+        let status = runtime::wait(py, timeout, wait)?.flatten();
         status.map(|status| recorder_dict(py, &self.folder, &status)).transpose()
     }
 }

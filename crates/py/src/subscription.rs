@@ -140,7 +140,8 @@ impl Subscription {
     #[pyo3(signature = (timeout_s))]
     fn get<'py>(&self, py: Python<'py>, timeout_s: Option<f64>) -> PyResult<Option<Bound<'py, PyAny>>> {
         self.home.check("subscription")?;
-        let deadline = timeout_s.and_then(|timeout| Instant::now().checked_add(runtime::seconds(timeout)));
+        let timeout = timeout_s.map(runtime::timeout).transpose()?;
+        let deadline = timeout.and_then(|timeout| Instant::now().checked_add(timeout));
         loop {
             let rest = deadline.map_or(SIGNAL_INTERVAL, |deadline| {
                 deadline.saturating_duration_since(Instant::now()).min(SIGNAL_INTERVAL)

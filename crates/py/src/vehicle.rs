@@ -154,7 +154,7 @@ impl PyVehicle {
     /// waits for nothing. At most a second, so that Ctrl-C gets in.
     #[pyo3(signature = (seen, timeout_s))]
     fn wait_change(&self, py: Python<'_>, seen: Option<u64>, timeout_s: f64) -> PyResult<Option<u64>> {
-        let timeout = runtime::seconds(timeout_s).min(LONGEST_WAIT);
+        let timeout = runtime::timeout(timeout_s)?.min(LONGEST_WAIT);
         let count = match seen {
             None => Some(self.vehicle.change_count()),
             Some(seen) => runtime::detached(py, || self.vehicle.wait_change(seen, timeout)),

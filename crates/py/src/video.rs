@@ -119,7 +119,7 @@ impl PyVideoFeed {
                 () = self.feed.demand_changed() => None,
             }
         };
-        match runtime::wait(py, Some(runtime::seconds(timeout_s)), next)?.flatten() {
+        match runtime::wait(py, Some(runtime::timeout(timeout_s)?), next)?.flatten() {
             Some(Some(request)) => Ok(Some(PyVideoRequest { request: Mutex::new(Some(request)) })),
             Some(None) => Err(raise(&CameraError::Gone)),
             None => Ok(None),

@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Final
 
 from vencejo._closing import Closing
+from vencejo._given import check_timeout
 from vencejo.camera import jpeg
 from vencejo.camera.address import NAME, SourceAddress, SourceKind, parse_source
 from vencejo.camera.aside import Aside
@@ -566,6 +567,7 @@ class Camera(Closing):
 
     def _wait_for_pictures(self, timeout_s: float) -> bool:
         """Wait for a picture, also of a source on demand, which is then read for a while."""
+        check_timeout(timeout_s)
         self._askers += 1
         self._arrived.notify_all()
         try:
