@@ -25,7 +25,7 @@ import os
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 from vencejo import _native
 from vencejo._files import read_bounded
@@ -364,12 +364,9 @@ class Plan:
         )
 
 
-def findings_of(found: Sequence[_native._Finding]) -> tuple[Finding, ...]:
+def findings_of(found: Sequence[dict[str, Any]]) -> tuple[Finding, ...]:
     """Findings as the core gives them, errors first."""
-    findings = (
-        Finding("error" if is_error else "warning", code, item, message, remedy, figures)
-        for is_error, code, figures, item, message, remedy in found
-    )
+    findings = [Finding(**finding) for finding in found]
     return tuple(sorted(findings, key=lambda finding: finding.severity != "error"))
 
 

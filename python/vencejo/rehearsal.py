@@ -479,11 +479,11 @@ def fixes(
     )
     return tuple(
         Fix(
-            findings_of([finding])[0],
-            does,
-            message,
-            replace(Plan._from_native(changed), settings=plan.settings),
-            figures,
+            **fix
+            | {
+                "finding": findings_of([fix["finding"]])[0],
+                "plan": replace(Plan._from_native(fix["plan"]), settings=plan.settings),
+            }
         )
-        for finding, does, figures, message, changed in told
+        for fix in told
     )

@@ -19,6 +19,26 @@ struct PlanePilot {
     output: PilotOutput,
 }
 
+/// The output of one control step.
+#[pyclass(frozen, get_all, module = "vencejo._native")]
+struct ControlStep {
+    aileron: f64,
+    elevator: f64,
+    rudder: f64,
+    throttle: f64,
+    /// Demands of the attitude laws.
+    bank_rad: f64,
+    pitch_rad: f64,
+    /// Bearings to the reference point and to the target, and the error of the bearing.
+    nav_bearing_rad: f64,
+    target_bearing_rad: f64,
+    bearing_error_rad: f64,
+    xtrack_error_m: f64,
+    l1_length_m: f64,
+    /// Zero without energy control.
+    airspeed_demand_m_s: f64,
+}
+
 #[allow(
     clippy::too_many_arguments,
     reason = "keywords from Python at every control step; an object for each vector would cost more than the call"
@@ -234,7 +254,7 @@ impl PlanePilot {
         eas_to_tas: f64,
         forward_accel_m_s2: f64,
         dt_s: f64,
-    ) -> (f64, f64, f64, f64) {
+    ) -> ControlStep {
         let sensed = Sensed {
             position: NorthEast::new(north_m, east_m),
             height_m,
@@ -249,33 +269,27 @@ impl PlanePilot {
             forward_accel_m_s2,
         };
         (self.state, self.output) = pilot::step(self.state, &sensed, &self.orders, &self.params, dt_s);
-        let surfaces = self.output.surfaces;
-        (surfaces.aileron, surfaces.elevator, surfaces.rudder, self.output.throttle)
+        self.output()
     }
 
-    /// Bank and pitch demands, rad.
+    /// The output of the newest step; zero before the first and after `reset`.
     #[getter]
-    fn attitude_demand(&self) -> (f64, f64) {
-        (self.output.bank_rad, self.output.pitch_rad)
-    }
-
-    /// Bearing to the reference point, bearing to the target, bearing error (rad), cross-track error and L1 length (m).
-    #[getter]
-    fn track(&self) -> (f64, f64, f64, f64, f64) {
-        let lateral = &self.output.lateral;
-        (
-            lateral.nav_bearing_rad,
-            lateral.target_bearing_rad,
-            lateral.bearing_error_rad,
-            lateral.xtrack_error_m,
-            lateral.length_m,
-        )
-    }
-
-    /// Height demand (m) and airspeed demand (m/s), zero when no energy control is on.
-    #[getter]
-    fn energy_demand(&self) -> (f64, f64) {
-        (self.output.energy.height_demand_m, self.output.energy.airspeed_demand_m_s)
+    fn output(&self) -> ControlStep {
+        let PilotOutput { surfaces, throttle, bank_rad, pitch_rad, lateral, energy, .. } = &self.output;
+        ControlStep {
+            aileron: surfaces.aileron,
+            elevator: surfaces.elevator,
+            rudder: surfaces.rudder,
+            throttle: *throttle,
+            bank_rad: *bank_rad,
+            pitch_rad: *pitch_rad,
+            nav_bearing_rad: lateral.nav_bearing_rad,
+            target_bearing_rad: lateral.target_bearing_rad,
+            bearing_error_rad: lateral.bearing_error_rad,
+            xtrack_error_m: lateral.xtrack_error_m,
+            l1_length_m: lateral.length_m,
+            airspeed_demand_m_s: energy.airspeed_demand_m_s,
+        }
     }
 
     /// True once the ordered circle is being flown.
@@ -287,5 +301,6 @@ impl PlanePilot {
 
 /// Adds the guidance classes to the native module.
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add_class::<ControlStep>()?;
     module.add_class::<PlanePilot>()
 }

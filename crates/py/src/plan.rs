@@ -222,10 +222,19 @@ fn settings_from_tuple(settings: SettingsTuple) -> PlanSettings {
     PlanSettings { planned_for, complex_items }
 }
 
-/// A finding: whether it is an error, code, figures by name, item from 1, message, remedy.
-pub type FindingTuple = (bool, &'static str, FigureTuple, Option<usize>, String, String);
+/// A finding, by the names of `vencejo.findings.Finding`.
+#[derive(IntoPyObject)]
+pub struct FindingFields {
+    severity: &'static str,
+    code: &'static str,
+    item: Option<usize>,
+    message: String,
+    remedy: String,
+    figures: Figures,
+}
+
 /// Figures by name.
-pub type FigureTuple = BTreeMap<&'static str, Option<FigureValue>>;
+pub type Figures = BTreeMap<&'static str, Option<FigureValue>>;
 
 /// A figure of a finding; one that is absent is `None`.
 #[derive(IntoPyObject)]
@@ -248,7 +257,7 @@ fn figure_value(figure: Figure) -> Option<FigureValue> {
 
 /// Looks for what would make a plan fail.
 #[pyfunction]
-fn check_plan(plan: PlanTuple, position: Option<(f64, f64)>, on_ground: Option<bool>) -> PyResult<Vec<FindingTuple>> {
+fn check_plan(plan: PlanTuple, position: Option<(f64, f64)>, on_ground: Option<bool>) -> PyResult<Vec<FindingFields>> {
     let plan = plan_from_tuple(plan)?;
     let position = position.map(|(lat, lon)| point(lat, lon)).transpose()?;
     let context = CheckContext { position, on_ground, ..CheckContext::default() };
@@ -256,24 +265,21 @@ fn check_plan(plan: PlanTuple, position: Option<(f64, f64)>, on_ground: Option<b
 }
 
 /// Figures for Python.
-pub fn figures(named: Vec<(&'static str, Figure)>) -> FigureTuple {
+pub fn figures(named: Vec<(&'static str, Figure)>) -> Figures {
     named.into_iter().map(|(name, figure)| (name, figure_value(figure))).collect()
 }
 
 /// Findings for Python.
-pub fn findings(found: Vec<Finding>) -> Vec<FindingTuple> {
+pub fn findings(found: Vec<Finding>) -> Vec<FindingFields> {
     found
         .into_iter()
-        .map(|finding| {
-            let is_error = finding.severity == Severity::Error;
-            (
-                is_error,
-                finding.code().as_str(),
-                figures(finding.kind.figures()),
-                finding.item,
-                finding.message,
-                finding.remedy,
-            )
+        .map(|finding| FindingFields {
+            severity: if finding.severity == Severity::Error { "error" } else { "warning" },
+            code: finding.code().as_str(),
+            item: finding.item,
+            figures: figures(finding.kind.figures()),
+            message: finding.message,
+            remedy: finding.remedy,
         })
         .collect()
 }

@@ -18,7 +18,7 @@ use vencejo_station::{Runs, recorded_flight};
 
 use crate::errors;
 use crate::ground;
-use crate::plan::{FigureTuple, FindingTuple, PlanTuple, figures, findings, plan_from_tuple, plan_to_tuple};
+use crate::plan::{Figures, FindingFields, PlanTuple, figures, findings, plan_from_tuple, plan_to_tuple};
 use crate::runtime::{self, WhileWanted};
 
 /// Adds what this module has.
@@ -74,7 +74,7 @@ struct BatteryLeft {
 #[derive(IntoPyObject)]
 pub struct Flown {
     airframe: &'static str,
-    findings: Vec<FindingTuple>,
+    findings: Vec<FindingFields>,
     track: Vec<Moment>,
     passages: Vec<Passage>,
     ending: &'static str,
@@ -257,8 +257,15 @@ fn home_amsl_m(plan: &Plan, conditions: &Conditions<'_>) -> Result<f64, NotRehea
     conditions.home.or(plan.mission.home).map(|home| home.alt_amsl_m).ok_or(NotRehearsed::NoHome)
 }
 
-/// The finding, what the change does, its figures, it in English, and the plan with it.
-type FixTuple = (FindingTuple, &'static str, FigureTuple, String, PlanTuple);
+/// A change that resolves a finding, by the names of `vencejo.rehearsal.Fix`.
+#[derive(IntoPyObject)]
+struct Fixed {
+    finding: FindingFields,
+    does: &'static str,
+    message: String,
+    plan: PlanTuple,
+    figures: Figures,
+}
 
 /// Changes of a plan that resolve its findings; without a home it is not rehearsed.
 #[pyfunction]
@@ -271,7 +278,7 @@ fn plan_fixes(
     on_ground: Option<bool>,
     ground: Option<Bound<'_, PyAny>>,
     clearance_m: f64,
-) -> PyResult<Vec<FixTuple>> {
+) -> PyResult<Vec<Fixed>> {
     let plan = plan_from_tuple(plan)?;
     let map = ground::around(ground.as_ref(), &plan, None)?;
     runtime::interruptible(py, move |is_wanted| {
@@ -285,8 +292,13 @@ fn plan_fixes(
         let found = fixes(&plan, &Inspection { context, conditions, clearance_m });
         let told = found.into_iter().filter_map(|(finding, fix)| {
             let finding = findings(vec![finding]).pop()?;
-            let with = figures(fix.kind.figures());
-            Some((finding, fix.kind.as_str(), with, fix.message(), plan_to_tuple(&fix.applied(&plan))))
+            Some(Fixed {
+                finding,
+                does: fix.kind.as_str(),
+                message: fix.message(),
+                plan: plan_to_tuple(&fix.applied(&plan)),
+                figures: figures(fix.kind.figures()),
+            })
         });
         told.collect()
     })

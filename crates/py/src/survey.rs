@@ -13,7 +13,7 @@ use vencejo_flight::survey::{
     CAMERAS, Camera, Coverage, Survey, SurveyOptions, SurveyShape, design_survey as design, rehearse_survey,
 };
 
-use crate::plan::{FindingTuple, ItemTuple, findings, plan_to_tuple};
+use crate::plan::{FindingFields, ItemTuple, findings, plan_to_tuple};
 use crate::{errors, runtime};
 
 /// Adds what this module has.
@@ -99,7 +99,7 @@ struct Flown {
     holes: Vec<((f64, f64), f64)>,
     lines: Vec<(Option<f64>, usize, bool)>,
     duration_s: f64,
-    findings: Vec<FindingTuple>,
+    findings: Vec<FindingFields>,
 }
 
 /// Time; latitude, longitude, height above home; heading, bank, pitch; corners of the ground that it shows.

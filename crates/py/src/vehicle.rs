@@ -18,7 +18,7 @@ use crate::link::{link_dict, signing_dict};
 use crate::messages::{fields_of, message_ids};
 use crate::operator::PyOperator;
 use crate::pending::PyPending;
-use crate::plan::{FindingTuple, PlanTuple, findings, plan_from_tuple, plan_to_tuple};
+use crate::plan::{FindingFields, PlanTuple, findings, plan_from_tuple, plan_to_tuple};
 use crate::rehearsal::{self, Flown, Followed, LearnedPlane, Profile};
 use crate::subscription::Subscription;
 use crate::telemetry::{TelemetrySnapshot, seconds};
@@ -342,7 +342,7 @@ impl PyVehicle {
     }
 
     /// Findings of a plan that it is to fly now, or that is to wait on board until it flies.
-    fn check_plan(&self, py: Python<'_>, plan: PlanTuple, waits: bool) -> PyResult<Vec<FindingTuple>> {
+    fn check_plan(&self, py: Python<'_>, plan: PlanTuple, waits: bool) -> PyResult<Vec<FindingFields>> {
         let plan = plan_from_tuple(plan)?;
         let found =
             py.detach(|| if waits { self.vehicle.check_upload(&plan, None) } else { self.vehicle.check_plan(&plan) });

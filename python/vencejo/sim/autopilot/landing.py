@@ -130,9 +130,9 @@ class Landing:
         # Low-pass filtered, so that gusts do not move the aim point.
         self._groundspeed_m_s += (plane.est.groundspeed_m_s - self._groundspeed_m_s) * 0.05
         if self.stage is Stage.NORMAL and self._fresh:
-            track = plane.pilot.track
-            lined_up = abs(track[2]) < math.radians(10.0)
-            on_line = abs(track[3]) < 5.0
+            track = plane.pilot.output
+            lined_up = abs(track.bearing_error_rad) < math.radians(10.0)
+            on_line = abs(track.xtrack_error_m) < 5.0
             part = nav.proportion
             below = plane.here().alt_m < nav.previous.alt_m
             if (

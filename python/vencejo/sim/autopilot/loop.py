@@ -159,10 +159,10 @@ class FlightLoop(Plane):
             self._hand.step(DT_S)
         wind.blow(body.height_m, body.tas_m_s, body.yaw_rad, DT_S)
         body.step(
-            surfaces[0],
-            surfaces[1],
-            surfaces[2],
-            surfaces[3],
+            surfaces.aileron,
+            surfaces.elevator,
+            surfaces.rudder,
+            surfaces.throttle,
             battery_v=battery.voltage_v,
             wind_m_s=(wind.north_m_s, wind.east_m_s, wind.down_m_s),
         )

@@ -107,7 +107,7 @@ class Plane:
         self.rc = Radio()
         self.pilot = PlanePilot()
         self.pilot.set_params(self.tune.for_pilot())
-        self._surfaces = (0.0, 0.0, 0.0, 0.0)
+        self._surfaces = self.pilot.output
 
         self.armed = False
         self.throttle_suppressed = True
@@ -158,7 +158,7 @@ class Plane:
 
     def throttle_ramp(self, target: float) -> float:
         """Throttle towards a target, at most 0.1 s at 100 %/s above the present one."""
-        return min(target, self._surfaces[3] + 0.1)
+        return min(target, self._surfaces.throttle + 0.1)
 
     def bank_limit_deg(self) -> float:
         """ROLL_LIMIT_DEG, reduced when the airspeed is too low for the load factor of such a turn."""
@@ -184,11 +184,11 @@ class Plane:
     @property
     def throttle(self) -> float:
         """Present throttle, 0 to 1."""
-        return self._surfaces[3]
+        return self._surfaces.throttle
 
     def l1_length_m(self) -> float:
         """Present L1 length of the lateral control law."""
-        return self.pilot.track[4]
+        return self.pilot.output.l1_length_m
 
     # positions
 

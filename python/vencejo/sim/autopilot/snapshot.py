@@ -19,15 +19,13 @@ __all__ = ["take"]
 def take(plane: FlightLoop) -> Snapshot:
     """The present state of a plane."""
     est, body, sensors, tick = plane.est, plane.body, plane.sensors, plane._tick
-    aileron, elevator, rudder, throttle = plane._surfaces
+    surfaces, demanded = plane._surfaces, plane.pilot.output
     gps = sensors.gps(body, math.floor(plane.time_s * 5.0) / 5.0)
     lat, lon = _believed_place(plane)
     alt_m = est.alt_m if plane.time_s >= boot.HEIGHT_S else est.alt_m - plane.config.home_alt_amsl_m
     yaw = est.yaw_rad if plane.time_s >= boot.MEASURED_S else 0.0
-    bank, pitch = plane.pilot.attitude_demand
-    nav_bearing, target_bearing, _, xtrack, _ = plane.pilot.track
     nav = plane.nav
-    airspeed_target = plane.pilot.energy_demand[1]
+    airspeed_target = demanded.airspeed_demand_m_s
     here = plane.here()
     fix = plane.time_s >= boot.FIX_S
     fix_type, satellites = (gps.fix_type, gps.satellites) if fix else boot.gps_before_fix(plane.time_s)
@@ -65,11 +63,11 @@ def take(plane: FlightLoop) -> Snapshot:
         groundspeed_m_s=est.groundspeed_m_s,
         heading_deg=math.degrees(yaw) % 360.0,
         climb_m_s=-est.velocity_d_m_s,
-        throttle_pct=round(100.0 * throttle),
+        throttle_pct=round(100.0 * surfaces.throttle),
         home_lat_deg=plane._home_lat_lon[0],
         home_lon_deg=plane._home_lat_lon[1],
         home_alt_amsl_m=plane.home.alt_m,
-        accel_m_s2=sensors.accel_m_s2(body, tick, throttle),
+        accel_m_s2=sensors.accel_m_s2(body, tick, surfaces.throttle),
         gyro_rad_s=sensors.gyro_rad_s(body, tick),
         mag_mgauss=sensors.mag_mgauss(body, tick),
         static_pressure_pa=sensors.static_pressure_pa(body, tick, plane.time_s),
@@ -95,22 +93,22 @@ def take(plane: FlightLoop) -> Snapshot:
         battery_consumed_j=plane.battery.consumed_j,
         battery_remaining_pct=round(100.0 * plane.battery.remaining),
         battery_failsafe=int(plane.failsafes.battery),
-        nav_roll_deg=math.degrees(bank),
-        nav_pitch_deg=math.degrees(pitch),
-        nav_bearing_deg=math.degrees(nav_bearing),
-        target_bearing_deg=math.degrees(target_bearing),
+        nav_roll_deg=math.degrees(demanded.bank_rad),
+        nav_pitch_deg=math.degrees(demanded.pitch_rad),
+        nav_bearing_deg=math.degrees(demanded.nav_bearing_rad),
+        target_bearing_deg=math.degrees(demanded.target_bearing_rad),
         wp_distance_m=distance_m(here, nav.next),
         alt_error_m=nav.target_alt_m - est.alt_m if plane.mode.auto_throttle else 0.0,
         airspeed_error_m_s=airspeed_target - est.airspeed_m_s if airspeed_target > 0 else 0.0,
-        xtrack_error_m=xtrack,
+        xtrack_error_m=demanded.xtrack_error_m,
         target_lat_deg=target_lat_lon[0],
         target_lon_deg=target_lat_lon[1],
         target_alt_amsl_m=None if target is None else target.alt_m,
         servo_pwm_us=(
-            round(1500 + 400 * aileron),
-            round(1500 + 400 * elevator),
-            round(1000 + 1000 * throttle),
-            round(1500 + 400 * rudder),
+            round(1500 + 400 * surfaces.aileron),
+            round(1500 + 400 * surfaces.elevator),
+            round(1000 + 1000 * surfaces.throttle),
+            round(1500 + 400 * surfaces.rudder),
             0,
             0,
             0,
@@ -128,7 +126,7 @@ def take(plane: FlightLoop) -> Snapshot:
         ekf_pos_horiz_variance=0.03,
         ekf_pos_vert_variance=0.02,
         ekf_compass_variance=0.03,
-        vibration_m_s2=sensors.vibration_m_s2(tick, throttle),
+        vibration_m_s2=sensors.vibration_m_s2(tick, surfaces.throttle),
     )
 
 
