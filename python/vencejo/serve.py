@@ -141,7 +141,7 @@ class Server(Closing):
     Raises
     ------
     InvalidRequest
-        For an invalid address, or a certificate without a key.
+        For an invalid address, host or origin, or a certificate without a key.
     VencejoError
         When the address is in use or needs TLS, or the certificate or the token file cannot be used. An unwritable disk
         does not raise; see `storage_problems`.

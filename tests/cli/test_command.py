@@ -375,6 +375,10 @@ def test_what_no_command_takes() -> None:
         (("ask", "speed", "kind=airspeed", "speed_m_s=fast"), "speed_m_s"),
         (("fleet", "history", "--folder", "/no/such"), "is not a folder"),
         (("camera", "\udcff.mp4"), ".mp4 is not UTF-8"),
+        (("serve", "--fleet-listen", "tcp/127.0.0.1:0"), "are for --fleet ORG"),
+        (("serve", "--listen", "everyone", "--link", "udpin:127.0.0.1:0"), "--listen is for the default link"),
+        (("serve", "--no-record", "--link", "udpin:127.0.0.1:0", "--allow-origin", "*"), "'*' is no origin of a page"),
+        (("serve", "--no-record", "--link", "udpin:127.0.0.1:0", "--allow-host", ""), "'' is no name of a machine"),
     ]:
         result = run(*args)
         assert result.exit_code == 2, result.output

@@ -4,7 +4,7 @@ use std::net::SocketAddr;
 use std::path::PathBuf;
 
 use pyo3::prelude::*;
-use vencejo_server::{Server, ServerConfig, Tokens};
+use vencejo_server::{Server, ServerConfig, ServerError, Tokens};
 use vencejo_station::Station;
 
 use crate::operator::PyOperator;
@@ -82,7 +82,11 @@ impl PyServer {
         };
         let started = runtime::wait(py, None, Server::start(station.station(), config, runtime::handle()))?;
         let server = started.ok_or_else(|| errors::raise("ClosedError", "the server was not started"))?;
-        Ok(Self { server: server.map_err(|error| errors::raise("VencejoError", error))?, station: station.station() })
+        let server = server.map_err(|error| match error {
+            ServerError::NoOrigin(_) | ServerError::NoHost(_) => errors::raise("InvalidRequest", error),
+            _ => errors::raise("VencejoError", error),
+        })?;
+        Ok(Self { server, station: station.station() })
     }
 
     /// Address and port that it listens on.

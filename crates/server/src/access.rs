@@ -1,6 +1,6 @@
 //! Access control by origin: checks of `Host` and `Origin`, and session cookies.
 
-use std::net::{IpAddr, SocketAddr};
+use std::net::{IpAddr, Ipv6Addr, SocketAddr};
 
 use axum::http::uri::Authority;
 use axum::http::{HeaderMap, HeaderValue, Uri, header};
@@ -96,6 +96,23 @@ impl Access {
     }
 }
 
+/// Whether this can be the `Origin` of a page: `scheme://host[:port]`, without a path.
+pub(crate) fn is_origin(text: &str) -> bool {
+    let is_scheme =
+        |scheme: &str| !scheme.is_empty() && scheme.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'-');
+    text.split_once("://")
+        .is_some_and(|(scheme, authority)| is_scheme(scheme) && host_of(authority).is_some_and(is_host))
+}
+
+/// Whether this can be the host of an address: a name or an IP address, without a port.
+pub(crate) fn is_host(text: &str) -> bool {
+    let is_ipv6 = text
+        .strip_prefix('[')
+        .and_then(|text| text.strip_suffix(']'))
+        .is_some_and(|text| text.parse::<Ipv6Addr>().is_ok());
+    is_ipv6 || !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_alphanumeric() || b"-_.".contains(&byte))
+}
+
 /// Host part of `host:port`, `[v6]:port` or `host`.
 fn host_of(authority: &str) -> Option<&str> {
     let (host, port) = match authority.rsplit_once(':') {
@@ -171,6 +188,22 @@ mod tests {
         ] {
             let found = check("127.0.0.1:8765", "127.0.0.1:8765", Some(origin));
             assert_eq!(found.is_none(), is_ours, "{origin}");
+        }
+    }
+
+    #[test]
+    fn what_no_page_and_no_machine_can_have_is_neither_an_origin_nor_a_host() {
+        for origin in ["http://localhost:5173", "https://a.example", "http://[::1]:80", "chrome-extension://abc"] {
+            assert!(is_origin(origin), "{origin}");
+        }
+        for origin in ["*", "evil", "null", "", "http://", "://a", "http://*", "http://a/", "http://a:x", "http://u@a"]
+        {
+            assert!(!is_origin(origin), "{origin}");
+        }
+        for (host, is_one) in
+            [("plane.local", true), ("my_pc", true), ("", false), ("*", false), ("a:80", false), ("http://a", false)]
+        {
+            assert_eq!(is_host(host), is_one, "{host}");
         }
     }
 

@@ -23,7 +23,7 @@ use vencejo_station::Station;
 use vencejo_store::Space;
 use vencejo_video::VideoHub;
 
-use crate::access::Access;
+use crate::access::{self, Access};
 use crate::door::{Caller, Descriptors, Door, DoorLimits};
 use crate::drafts::Drafts;
 use crate::dto::storage::{StorageFault, StorageProblem};
@@ -114,6 +114,12 @@ pub enum ServerError {
          (--cert, --key), or allow it where everyone in the network is trusted (--plain-http)"
     )]
     NoTls(SocketAddr),
+    /// What is allowed as an origin and can be none.
+    #[error("'{0}' is no origin of a page, which is like https://plane.example or http://localhost:5173")]
+    NoOrigin(String),
+    /// What is allowed as a host and can be none.
+    #[error("'{0}' is no name of a machine, which is like plane.local, without a port")]
+    NoHost(String),
     /// The token file cannot be read or created.
     #[error("the tokens in {}: {reason}", path.display())]
     Tokens {
@@ -175,6 +181,7 @@ impl Server {
         runtime: &Runtime,
     ) -> Result<Self, ServerError> {
         check_exposure(&config)?;
+        check_names(&config)?;
         let (tokens, token_fault) = open_tokens(&config)?;
         let tls = load_tls(&config).await?;
         let cannot_bind = |reason| ServerError::Bind { address: config.bind, reason };
@@ -301,6 +308,18 @@ fn check_exposure(config: &ServerConfig) -> Result<(), ServerError> {
     } else {
         Ok(())
     }
+}
+
+/// What no request can have would be allowed in vain.
+fn check_names(config: &ServerConfig) -> Result<(), ServerError> {
+    if let Some(origin) = config.origins.iter().find(|origin| !access::is_origin(origin)) {
+        return Err(ServerError::NoOrigin(origin.clone()));
+    }
+    config
+        .hosts
+        .iter()
+        .find(|host| !access::is_host(host))
+        .map_or(Ok(()), |host| Err(ServerError::NoHost(host.clone())))
 }
 
 /// The tokens, and the fault of their file if they exist in memory only.

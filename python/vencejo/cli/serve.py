@@ -81,7 +81,9 @@ def serve(
     allow_origin: Annotated[
         list[str] | None,
         typer.Option(
-            "--allow-origin", metavar="ORIGIN", help="Another page's origin that may use the API; repeatable."
+            "--allow-origin",
+            metavar="ORIGIN",
+            help="Another page's origin that may use the API, such as https://plane.example; repeatable.",
         ),
     ] = None,
     cert: Annotated[
@@ -202,6 +204,10 @@ def serve(
         if fleet not in (None, found.org):
             raise Failed(f"the token is of the fleet {found.org}: leave out --fleet {fleet}", Exit.USAGE)
         fleet = found.org
+    if fleet is None and (fleet_listen, fleet_door, fleet_router or None) != (None, None, None):
+        raise Failed("--fleet-listen, --fleet-door and --fleet-router are for --fleet ORG or --join TOKEN", Exit.USAGE)
+    if listen is not None and link:
+        raise Failed("--listen is for the default link: leave it out, or --link (VENCEJO_LINK)", Exit.USAGE)
     given = {"maps_mb": maps_floor, "video_mb": video_floor, "telemetry_mb": telemetry_floor}
     floors = Floors(**{name: mb for name, mb in given.items() if mb is not None})
 
