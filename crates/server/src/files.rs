@@ -49,7 +49,7 @@ pub fn has_app() -> bool {
 pub async fn serve(method: Method, uri: Uri, headers: HeaderMap) -> Response {
     if method != Method::GET && method != Method::HEAD {
         let detail = "the app's pages support GET only";
-        return Problem::new(Cause::Method, detail).into_response();
+        return ([(header::ALLOW, "GET, HEAD")], Problem::new(Cause::Method, detail)).into_response();
     }
     answer(uri.path(), &headers, find)
 }

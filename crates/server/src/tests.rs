@@ -475,6 +475,8 @@ async fn what_cannot_be_read_says_why() {
         ("POST", "/links", Some(json!({"address": "flights/one.TLOG"})), 422),
         ("POST", "/links", Some(json!({"address": "C:\\flights\\one.tlog"})), 422),
         ("PATCH", "/links", None, 405),
+        ("DELETE", "/draft?base=x", None, 422),
+        ("DELETE", "/draft", None, 422),
         ("PUT", "/vehicles/1/plan/mission", Some(json!({"items": [{"command": 16, "frame": 3, "params": [1]}]})), 422),
         ("POST", "/plan/format", Some(json!({})), 422),
         ("POST", "/session", Some(json!({"name": "x".repeat(100_000)})), 413),

@@ -271,7 +271,10 @@ struct FileKind {
 
 /// Formats a plan as a file. Parts of the plan that the file does not preserve are in the header `Vencejo-Notes`.
 #[utoipa::path(post, path = "/plan/format", tag = "plans", params(FileKind), request_body = Plan,
-    responses((status = 200, body = Vec<u8>, content_type = "application/octet-stream",
+    responses((status = 200,
+               content((Vec<u8> = "application/json"), (Vec<u8> = "text/plain"), (Vec<u8> = "text/csv"),
+                       (Vec<u8> = "application/vnd.google-earth.kml+xml"), (Vec<u8> = "application/vnd.google-earth.kmz"),
+                       (Vec<u8> = "application/geo+json"), (Vec<u8> = "application/gpx+xml")),
                headers(("Vencejo-Notes" = String, description = "JSON: a list of `PlanFileNote`"))), Problem))]
 async fn format_plan(
     _: Viewer,

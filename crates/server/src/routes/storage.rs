@@ -1,6 +1,7 @@
 //! Storage faults, and the draft of the plan.
 
 use axum::Json;
+use axum::extract::rejection::QueryRejection;
 use axum::extract::{DefaultBodyLimit, Query, State};
 use axum::http::StatusCode;
 use utoipa_axum::router::OpenApiRouter;
@@ -56,8 +57,9 @@ async fn put_draft(
 async fn delete_draft(
     State(app): State<App>,
     _: Operator,
-    Query(DraftBase { base }): Query<DraftBase>,
+    asked: Result<Query<DraftBase>, QueryRejection>,
 ) -> Result<StatusCode, Problem> {
+    let Query(DraftBase { base }) = asked?;
     app.with_drafts(move |drafts| drafts.remove(base)).await??;
     tell(&app, "", base + 1);
     Ok(StatusCode::NO_CONTENT)
