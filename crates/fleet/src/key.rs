@@ -35,7 +35,7 @@ impl FromStr for Name {
         let is_good = |byte: u8| byte.is_ascii_lowercase() || byte.is_ascii_digit() || byte == b'-';
         if text.is_empty() || text.len() > MAX_NAME || !text.bytes().all(is_good) {
             // Only its beginning is shown.
-            return Err(BadName(text.chars().filter(|c| !c.is_control()).take(2 * MAX_NAME).collect()));
+            return Err(BadName(vencejo_proto::plain(text, 2 * MAX_NAME)));
         }
         Ok(Self(text.to_owned()))
     }

@@ -401,7 +401,7 @@ impl Answer {
             return Err(BadPayload::Field("end"));
         }
         let clean = |text: &mut String| {
-            *text = text.chars().filter(|c| !c.is_control()).take(MAX_TEXT).collect();
+            *text = vencejo_proto::plain(text, MAX_TEXT);
         };
         clean(&mut answer.why);
         clean(&mut answer.holder);

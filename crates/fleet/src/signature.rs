@@ -34,7 +34,7 @@ impl FromStr for PublicKey {
     type Err = BadKey;
 
     fn from_str(text: &str) -> Result<Self, BadKey> {
-        let bad = || BadKey(text.chars().filter(|c| !c.is_control()).take(80).collect());
+        let bad = || BadKey(vencejo_proto::plain(text, 80));
         let mut key = [0; 32];
         if text.len() != 64 || !text.is_ascii() {
             return Err(bad());

@@ -35,6 +35,7 @@ pub mod param;
 pub mod plan_file;
 mod signing;
 mod time;
+mod text;
 pub mod wire;
 
 pub use decoder::{DecoderStats, FrameDecoder};
@@ -46,5 +47,6 @@ pub use message::Message;
 pub use signing::{KeyUse, Signature, SignatureFault, SigningKey, SigningTime, TimeExhausted};
 pub use time::MonoTime;
 pub use wire::{
+pub use text::{is_plain, plain};
     CommandAck, CommandInt, CommandLong, Heartbeat, MissionAck, MissionItemFloat, MissionItemInt, StatusText,
 };

@@ -297,7 +297,7 @@ fn newcomer(name: &str, role: Option<&str>, routers: Vec<String>) -> Result<Newc
 }
 
 fn role_named(role: &str) -> Result<Role, FleetError> {
-    let bad = || FleetError::Role(role.chars().filter(|c| !c.is_control()).take(40).collect());
+    let bad = || FleetError::Role(vencejo_proto::plain(role, 40));
     Role::named(role).ok_or_else(bad)
 }
 

@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use tokio::sync::watch;
-use vencejo_proto::MonoTime;
+use vencejo_proto::{MonoTime, plain};
 
 /// How long control stays with an operator that is not attached and does nothing.
 pub const GRACE: Duration = Duration::from_secs(5);
@@ -75,7 +75,7 @@ impl Control {
         let id = self.change(now, |state| {
             state.enlisted += 1;
             let id = OperatorId(state.enlisted);
-            let name: String = name.chars().filter(|c| !c.is_control()).take(MAX_NAME).collect();
+            let name = plain(name, MAX_NAME);
             let name =
                 if name.trim().is_empty() { format!("station {}", state.enlisted) } else { name.trim().to_owned() };
             state.operators.insert(id, Entry { name, attached: 0, last_used: now, yields: false });

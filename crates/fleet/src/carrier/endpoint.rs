@@ -81,7 +81,7 @@ impl FromStr for Endpoint {
 
 /// An invalid address, shortened for display.
 fn shown(text: &str) -> String {
-    text.chars().filter(|c| !c.is_control()).take(80).collect()
+    vencejo_proto::plain(text, 80)
 }
 
 impl fmt::Display for Endpoint {

@@ -76,7 +76,7 @@ impl Organisation {
         for host in hosts {
             // Without brackets, as in a certificate.
             if host.parse::<std::net::Ipv6Addr>().is_err() && split(&format!("{host}:1")).is_none() {
-                return Err(FleetError::Host(host.chars().filter(|c| !c.is_control()).take(80).collect()));
+                return Err(FleetError::Host(vencejo_proto::plain(host, 80)));
             }
         }
         let _lock = self.lock()?;

@@ -114,7 +114,7 @@ impl PageReader {
         if op == op::CHUNK {
             let Some((packed, records)) = chunk(body) else { return Ok(None) };
             if !packed.is_empty() {
-                return Err(BadPage::Packed(packed.chars().filter(|c| !c.is_control()).take(20).collect()));
+                return Err(BadPage::Packed(vencejo_proto::plain(packed, 20)));
             }
             let mut records = Cursor(records);
             while let Some((op, body)) = records.record() {
@@ -144,7 +144,7 @@ impl PageReader {
                 let mut facts = Cursor(cursor.bytes()?);
                 while let (Some(name), Some(value)) = (facts.text(), facts.text()) {
                     if name == "aircraft" {
-                        self.aircraft = Some(value.chars().filter(|c| !c.is_control()).take(64).collect());
+                        self.aircraft = Some(vencejo_proto::plain(value, 64));
                     }
                 }
             }

@@ -69,7 +69,7 @@ impl Given {
     pub fn checked(self) -> Result<Self, FleetError> {
         if !self.refused.is_empty() {
             // What is shown of it has an end.
-            return Err(FleetError::Refused(self.refused.chars().filter(|c| !c.is_control()).take(300).collect()));
+            return Err(FleetError::Refused(vencejo_proto::plain(&self.refused, 300)));
         }
         if self.version != VERSION {
             let why = "its answer cannot be read: use the same version of Vencejo on both sides";

@@ -37,7 +37,7 @@ impl FromStr for Names {
         match text {
             "mavros" => Ok(Self::Mavros),
             "ap" => Ok(Self::ArduPilot),
-            _ => Err(BadRosName::Names(text.chars().filter(|c| !c.is_control()).take(40).collect())),
+            _ => Err(BadRosName::Names(vencejo_proto::plain(text, 40))),
         }
     }
 }
@@ -63,7 +63,7 @@ impl FromStr for Namespace {
 }
 
 fn shown(text: &str) -> String {
-    text.chars().filter(|c| !c.is_control()).take(80).collect()
+    vencejo_proto::plain(text, 80)
 }
 
 fn is_namespace(name: &str) -> bool {

@@ -161,8 +161,7 @@ impl Seen {
         let parts: Vec<&str> = token.split('/').collect();
         let [TOKENS, domain, zid, _, _, code, _, namespace, name, rest @ ..] = parts.as_slice() else { return None };
         let kind = Kind::ALL.iter().find(|(_, known)| known == code)?.0;
-        let shown =
-            |text: &str| -> String { text.replace('%', "/").chars().filter(|c| !c.is_control()).take(256).collect() };
+        let shown = |text: &str| vencejo_proto::plain(&text.replace('%', "/"), 256);
         let topic = match (kind, rest) {
             (Kind::Node, _) => None,
             (_, [name, kind, hash, qos]) => {

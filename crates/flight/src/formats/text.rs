@@ -1,5 +1,7 @@
 //! Files as text: bounded, UTF-8, and shown safely in messages.
 
+use vencejo_proto::is_plain;
+
 use crate::error::{FlightError, Result};
 use crate::plan::MAX_ITEMS;
 
@@ -35,7 +37,7 @@ pub(super) fn text_of(bytes: &[u8]) -> Result<&str> {
 /// Text of a file in an error message: cut, and without control characters.
 pub(super) fn shown(text: &str) -> String {
     const MAX_CHARS: usize = 40;
-    let mut short: String = text.chars().take(MAX_CHARS).map(|c| if c.is_control() { '?' } else { c }).collect();
+    let mut short: String = text.chars().take(MAX_CHARS).map(|c| if is_plain(c) { c } else { '?' }).collect();
     if text.chars().nth(MAX_CHARS).is_some() {
         short.push('…');
     }

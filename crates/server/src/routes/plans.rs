@@ -21,7 +21,7 @@ use vencejo_flight::formats::{MAX_FILE_BYTES, Note, PlanSettings, PlannedFor, re
 use vencejo_flight::landing::Wind;
 use vencejo_flight::plan::{self as core};
 use vencejo_flight::rehearsal::{Aircraft, Learner};
-use vencejo_proto::SystemId;
+use vencejo_proto::{SystemId, plain};
 use vencejo_station::{MAX_FLIGHT_BYTES, Pending, RequestResult, VehicleHandle, recorded_flight};
 use vencejo_vehicle::Request;
 
@@ -251,7 +251,7 @@ async fn parse(
     body: Result<Bytes, BytesRejection>,
 ) -> Result<Response, Problem> {
     let (Query(file), body) = (file?, body?);
-    let name = file.name.map(|name| name.chars().filter(|c| !c.is_control()).take(100).collect::<String>());
+    let name = file.name.map(|name| plain(&name, 100));
     let read = super::parsed(body, move |bytes| read_plan(bytes, name.as_deref())).await?;
     let PlanSettings { planned_for, complex_items } = read.settings;
     let planned_for = (planned_for != PlannedFor::default()).then_some(planned_for);

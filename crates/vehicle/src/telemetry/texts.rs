@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 use std::fmt;
 use std::time::Duration;
 
-use vencejo_proto::{ComponentId, MonoTime, StatusText};
+use vencejo_proto::{ComponentId, MonoTime, StatusText, plain};
 
 /// Texts that are kept; the oldest go first.
 pub const MAX_TEXTS: usize = 256;
@@ -132,7 +132,7 @@ impl StatusLog {
     /// it cuts short are kept before it.
     pub fn push(&mut self, component: ComponentId, message: &StatusText, at: MonoTime, now: MonoTime) -> Option<&Text> {
         let severity = Severity(message.severity);
-        let chunk = clean(&message.text);
+        let chunk = plain(&message.text, usize::MAX);
         let chunk_seq = usize::from(message.chunk_seq);
         if message.id == 0 {
             let begun = self.partial.iter().position(|it| it.component == component && it.id == 0);
@@ -199,11 +199,6 @@ impl StatusLog {
         self.texts.push_back(text);
         self.texts.back().expect("invariant: a text was just pushed")
     }
-}
-
-/// Control characters have no place in a log line or on a terminal.
-fn clean(text: &str) -> String {
-    text.chars().filter(|character| !character.is_control()).collect()
 }
 
 #[cfg(test)]
