@@ -112,9 +112,10 @@ async def test_a_plan_is_edited_undone_and_kept(open_station: OpenStation, serve
             panel = await station.open_panel("plan")
             await station.leave_view_alone()
             await station.show_plane()
-            free = await station.free_map()
             await station.click_map(offset(120, -120), offset(120, 60), offset(-60, 60))
             await expect(station.items).to_have_count(3)
+            await expect(station.page.get_by_role("region", name=station.text("plan.profile"))).to_be_visible()
+            free = await station.free_map()
             assert await heights(station) == ["80", "80", "80"]
             undo, redo = station.button("plan.undo"), station.button("plan.redo")
 

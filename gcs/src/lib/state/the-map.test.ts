@@ -7,13 +7,21 @@ const acts = (): MapActs => ({
   centre: vi.fn(() => at),
   visibleBox: vi.fn(() => box),
   show: vi.fn(),
+  goTo: vi.fn(),
   fit: vi.fn(),
   goTo: vi.fn(),
   retryTiles: vi.fn(),
 });
 
 function useAll(): (LonLatOrBox | void)[] {
-  return [theMap.centre(), theMap.visibleBox(), theMap.show(at), theMap.fit([at]), theMap.retryTiles('osm')];
+  return [
+    theMap.centre(),
+    theMap.visibleBox(),
+    theMap.show(at),
+    theMap.goTo(at),
+    theMap.fit([at]),
+    theMap.retryTiles('osm'),
+  ];
 }
 type LonLatOrBox = ReturnType<typeof theMap.centre> | ReturnType<typeof theMap.visibleBox>;
 
