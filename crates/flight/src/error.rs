@@ -4,6 +4,8 @@
 
 use std::fmt;
 
+use vencejo_proto::Counted;
+
 use crate::plan::Command;
 
 /// Everything that this crate refuses.
@@ -62,7 +64,7 @@ pub enum FlightError {
         problem: String,
     },
     /// A list of mission items that cannot be a mission.
-    #[error("mission item {index}: {problem}")]
+    #[error("mission item {}: {problem}", index + 1)]
     BadMission {
         /// Position in the list, from 0.
         index: usize,
@@ -172,7 +174,7 @@ pub enum SurveyProblem {
     #[error("{0}")]
     Unclear(&'static str),
     /// Too few places to make an area or a line.
-    #[error("the shape has {count} corners that differ, it needs {least} or more: add some")]
+    #[error("the shape has {}, it needs {least} or more that differ: add some", Counted(*count, "corner"))]
     TooFewCorners {
         /// How many there are.
         count: usize,

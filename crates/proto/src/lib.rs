@@ -24,6 +24,7 @@
 mod checksum;
 mod decoder;
 pub mod dialect;
+mod english;
 mod fields;
 mod frame;
 pub mod ftp;
@@ -34,19 +35,20 @@ mod message;
 pub mod param;
 pub mod plan_file;
 mod signing;
-mod time;
 mod text;
+mod time;
 pub mod wire;
 
 pub use decoder::{DecoderStats, FrameDecoder};
+pub use english::{Counted, Seconds};
 pub use fields::{FieldError, FieldValue, decode_fields, encode_fields};
 pub use frame::{DecodeError, Frame, Header, MavVersion, Target};
 pub use ids::{Address, ComponentId, MissionSeq, SystemId};
 pub use info::{message_id_of, message_name};
 pub use message::Message;
 pub use signing::{KeyUse, Signature, SignatureFault, SigningKey, SigningTime, TimeExhausted};
+pub use text::{is_plain, plain};
 pub use time::MonoTime;
 pub use wire::{
-pub use text::{is_plain, plain};
     CommandAck, CommandInt, CommandLong, Heartbeat, MissionAck, MissionItemFloat, MissionItemInt, StatusText,
 };

@@ -6,6 +6,7 @@ use std::io;
 use std::path::PathBuf;
 
 use pyo3::prelude::*;
+use vencejo_flight::Plain;
 use vencejo_flight::checks::{CheckContext, Finding, Inspection, fixes, rehearse_and_check};
 use vencejo_flight::landing::Wind;
 use vencejo_flight::plan::Plan;
@@ -190,7 +191,7 @@ impl Profile {
         ];
         for (part, fault) in faults {
             if let Some((field, value, (low, high))) = fault {
-                let problem = format!("{part}.{field} is {value}, should be {low} to {high}");
+                let problem = format!("{part}.{field} is {}, should be {low} to {high}", Plain(value));
                 return Err(errors::raise("InvalidRequest", problem));
             }
         }

@@ -4,6 +4,7 @@ use axum::extract::rejection::{BytesRejection, JsonRejection, QueryRejection};
 use axum::http::{HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use std::collections::BTreeMap;
+use std::fmt::{Debug, Display};
 
 use utoipa::IntoResponses;
 use utoipa::openapi::{ContentBuilder, Ref, RefOr, Response as Described, ResponseBuilder};
@@ -89,8 +90,13 @@ impl Problem {
     }
 
     /// A number out of its range.
-    pub fn out_of_range<T: std::fmt::Display>(field: &str, value: T, low: T, high: T) -> Self {
-        Self::invalid_value(field, value, &format!("{low} to {high}"))
+    pub fn out_of_range<T: Display + Debug>(field: &str, value: T, low: T, high: T) -> Self {
+        let mut shown = value.to_string();
+        if shown.len() > 20 {
+            // in scientific notation, where hundreds of digits would follow
+            shown = format!("{value:?}");
+        }
+        Self::invalid_value(field, shown, &format!("{low} to {high}"))
     }
 
     /// A missing resource.

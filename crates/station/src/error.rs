@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use thiserror::Error;
 use vencejo_link::{AddressError, LinkError};
+use vencejo_proto::Seconds;
 use vencejo_vehicle::transfer::TransferError;
 use vencejo_vehicle::{Danger, VehicleError, VehicleId};
 
@@ -28,7 +29,7 @@ pub enum StationError {
         reason: String,
     },
     /// No autopilot was heard.
-    #[error("no vehicle{} was heard within {} s on {links}; check the cable or address, the baud rate, and that the autopilot is on", wanted.map_or_else(String::new, |id| format!(" with id {id}")), waited.as_secs_f64())]
+    #[error("no vehicle{} was heard within {} on {links}; check the cable or address, the baud rate, and that the autopilot is on", wanted.map_or_else(String::new, |id| format!(" with id {id}")), Seconds(*waited))]
     NoVehicle {
         /// The one that was wanted.
         wanted: Option<VehicleId>,

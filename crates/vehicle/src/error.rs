@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use thiserror::Error;
 use vencejo_flight::plan::{Command, PlanKind};
-use vencejo_proto::Address;
+use vencejo_proto::{Address, Counted, Seconds};
 
 use crate::command::{CommandResult, numbered};
 use crate::modes::{FlightMode, UnknownMode};
@@ -32,9 +32,10 @@ pub enum VehicleError {
     },
     /// The vehicle did not answer a command. It may have executed it.
     #[error(
-        "vehicle {target} did not answer {}, sent {attempts} times: it may or may not have executed it; \
+        "vehicle {target} did not answer {}, sent {}: it may or may not have executed it; \
          check the link, read the vehicle's state, then decide",
-        numbered(*command)
+        numbered(*command),
+        Counted(*attempts, "time")
     )]
     CommandTimeout {
         /// The addressed component.
@@ -45,7 +46,7 @@ pub enum VehicleError {
         attempts: u32,
     },
     /// The vehicle accepted, but its reports do not show the effect.
-    #[error("vehicle accepted {} but within {:.1} s does not show {wanted}; it shows {observed}{}", numbered(*command), within.as_secs_f64(), join_reasons(reasons))]
+    #[error("vehicle accepted {} but within {} does not show {wanted}; it shows {observed}{}", numbered(*command), Seconds(*within), join_reasons(reasons))]
     NotConfirmed {
         /// What was sent.
         command: Command,
@@ -145,7 +146,7 @@ pub enum VehicleError {
     #[error("the vehicle has not said where home is; wait until it has a position")]
     HomeUnknown,
     /// The vehicle's state is too old to act on.
-    #[error("the vehicle's state is not known (nothing heard for {:.1} s); wait for its heartbeat", age.as_secs_f64())]
+    #[error("the vehicle's state is not known (nothing heard for {}); wait for its heartbeat", Seconds(*age))]
     NotHeard {
         /// Age of its last heartbeat; without one, the time since it was first heard.
         age: Duration,

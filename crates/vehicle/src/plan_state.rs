@@ -3,7 +3,7 @@
 use std::fmt;
 
 use vencejo_flight::plan::PlanKind;
-use vencejo_proto::MissionItemInt;
+use vencejo_proto::{Counted, MissionItemInt};
 
 /// Why a plan on board is unknown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -93,9 +93,13 @@ impl fmt::Display for PlanState {
                 Unknown::ChangedElsewhere => "unknown: another station changed it",
             }),
             Self::Empty => f.write_str("empty"),
-            Self::Verified { count, hash } => write!(f, "verified: {count} items, {hash:016x}"),
+            Self::Verified { count, hash } => write!(f, "verified: {}, {hash:016x}", Counted(*count, "item")),
             Self::Differs { count, hash } => {
-                write!(f, "perhaps mixed: {count} items, {hash:016x}, no mission that is known to be whole")
+                write!(
+                    f,
+                    "perhaps mixed: {}, {hash:016x}, no mission that is known to be whole",
+                    Counted(*count, "item")
+                )
             }
         }
     }

@@ -2,6 +2,7 @@
 
 use vencejo_flight::checks::Severity;
 use vencejo_flight::plan::{Mission, Plan};
+use vencejo_proto::Counted;
 use vencejo_station::VehicleHandle;
 
 /// Most findings in the text; of more, their number.
@@ -18,5 +19,5 @@ pub(super) fn mission_errors(vehicle: &VehicleHandle, mission: Mission) -> Optio
         more => format!("; and {more} more"),
     };
     let told = errors[..errors.len().min(MAX_FINDINGS)].join("; ");
-    (!errors.is_empty()).then(|| format!("{} errors ({told}{more})", errors.len()))
+    (!errors.is_empty()).then(|| format!("{} ({told}{more})", Counted(errors.len(), "error")))
 }

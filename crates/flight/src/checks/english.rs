@@ -1,5 +1,7 @@
 //! The English messages and remedies of the findings.
 
+use vencejo_proto::Counted;
+
 use super::finding::{Datum, FenceFault, Finding, FindingKind, Missing, RallyFault, Severity};
 use crate::plan::{MAX_VERTICES, MissionItem, SHAPE_MIN_CORNERS};
 
@@ -257,7 +259,7 @@ fn sentences(kind: &FindingKind, name: &str, is_whole: bool) -> (String, String)
             let corners = corners.unwrap_or(0);
             match fault {
                 FenceFault::TooFewCorners => (
-                    format!("{zone} has {corners} corners, a polygon needs {SHAPE_MIN_CORNERS}"),
+                    format!("{zone} has {}, a polygon needs {SHAPE_MIN_CORNERS}", Counted(corners, "corner")),
                     "add some or delete the zone",
                 ),
                 FenceFault::TooManyCorners => {

@@ -21,7 +21,7 @@ use vencejo_flight::formats::{MAX_FILE_BYTES, Note, PlanSettings, PlannedFor, re
 use vencejo_flight::landing::Wind;
 use vencejo_flight::plan::{self as core};
 use vencejo_flight::rehearsal::{Aircraft, Learner};
-use vencejo_proto::{SystemId, plain};
+use vencejo_proto::{Counted, SystemId, plain};
 use vencejo_station::{MAX_FLIGHT_BYTES, Pending, RequestResult, VehicleHandle, recorded_flight};
 use vencejo_vehicle::Request;
 
@@ -122,7 +122,8 @@ async fn require_sound(app: &App, vehicle: &VehicleHandle, kind: PlanKind, plan:
     if errors.is_empty() {
         return Ok(());
     }
-    let detail = format!("the plan has {} errors: nothing was sent; POST /api/v1/plan/check lists them", errors.len());
+    let found = Counted(errors.len(), "error");
+    let detail = format!("the plan has {found}: nothing was sent; POST /api/v1/plan/check lists all");
     Err(Problem::new(Cause::PlanUnsound { errors: errors.len() as u64 }, detail).reasons(errors))
 }
 

@@ -8,6 +8,7 @@ use vencejo_flight::FlightError;
 use vencejo_flight::plan::{Difference, Field, PlanKind};
 use vencejo_proto::ftp::FtpError;
 use vencejo_proto::param::{ParamError, ParamName, ParamValue};
+use vencejo_proto::{Counted, MissionSeq, Seconds};
 
 /// Most differences listed in a message.
 const DIFFERENCES_SHOWN: usize = 3;
@@ -30,7 +31,7 @@ pub enum NoPlanKinds {
 #[non_exhaustive]
 pub enum TransferError {
     /// The vehicle fell silent.
-    #[error("{step}: no answer from the vehicle for {} s; check the link and try again", waited.as_secs_f64())]
+    #[error("{step}: no answer from the vehicle for {}; check the link and try again", Seconds(*waited))]
     Timeout {
         /// The step that was not answered.
         step: &'static str,
@@ -38,23 +39,23 @@ pub enum TransferError {
         waited: Duration,
     },
     /// The vehicle did not answer by MAVFTP: it does not have it, or its messages are lost.
-    #[error("{}: no answer from the vehicle for {} s; check the link and try again", FTP_OPEN, waited.as_secs_f64())]
+    #[error("{FTP_OPEN}: no answer from the vehicle for {}; check the link and try again", Seconds(*waited))]
     FtpAbsent {
         /// For how long.
         waited: Duration,
     },
     /// The vehicle is heard, but does not hear us: it answered neither this nor anything else.
     #[error(
-        "nothing that was sent was answered for {:.1} s, though the vehicle is heard: it does not hear us; check transmitter, \
+        "nothing that was sent was answered for {}, though the vehicle is heard: it does not hear us; check transmitter, \
          antenna and cable of this side and the signing key, then try again",
-        waited.as_secs_f64()
+        Seconds(*waited)
     )]
     Unreached {
         /// For how long.
         waited: Duration,
     },
     /// The vehicle answers, but the transfer makes no progress.
-    #[error("{step}: given up after {attempts} attempts; try again, or look for another station that transfers too")]
+    #[error("{step}: given up after {}; try again, or look for another station that transfers too", Counted(*attempts, "attempt"))]
     NoProgress {
         /// The present step.
         step: &'static str,
@@ -98,7 +99,7 @@ pub enum TransferError {
         reason: Box<TransferError>,
     },
     /// The plan was to be removed, but items are left.
-    #[error("the {kind} was cleared, but the vehicle still says that it has {count} items; try again")]
+    #[error("the {kind} was cleared, but the vehicle still says that it has {}; try again", Counted(*count, "item"))]
     NotCleared {
         /// Which plan.
         kind: PlanKind,

@@ -540,7 +540,7 @@ fn armed_is_when_the_heartbeat_says_so() {
     let error = ask(&mut world, mode("AUTO")).expect_err("not in AUTO");
     assert_eq!(
         error.to_string(),
-        "vehicle accepted DO_SET_MODE (176) but within 5.0 s does not show mode AUTO; it shows mode FBWA"
+        "vehicle accepted DO_SET_MODE (176) but within 5 s does not show mode AUTO; it shows mode FBWA"
     );
 }
 

@@ -74,7 +74,7 @@ export const serverEn = {
   'problem.command-refused': 'The vehicle refused: {result}.',
   'problem.remote-refused': 'The station on board of {vehicle} did not do it: {why}',
   'problem.replayed': 'Vehicle {vehicle} is a recording that is replayed: it takes no orders.',
-  'problem.command-timeout': 'The vehicle did not answer, asked {attempts} times. It may have done it.',
+  'problem.command-timeout': 'The vehicle did not answer (attempts: {attempts}). It may have done it.',
   'problem.command-timeout.remedy': 'Look at what the vehicle does before you try again.',
   'problem.not-confirmed': 'The vehicle agreed, but after {within_s} s it shows: {observed}. It should show: {wanted}.',
   'shown.armed': 'armed',
@@ -114,7 +114,7 @@ export const serverEn = {
   'problem.unreached': 'Nothing was answered for {waited_s} s: the vehicle is heard, but it does not hear us.',
   'problem.unreached.remedy':
     'Check transmitter, antenna and cable here, and the signing key. Try again when it answers.',
-  'problem.no-progress': 'The vehicle answers, but the transfer gets nowhere ({attempts} attempts).',
+  'problem.no-progress': 'The vehicle answers, but the transfer gets nowhere (attempts: {attempts}).',
   'problem.no-progress.remedy': 'Try again when the link is better.',
   'problem.plan-refused': 'The vehicle refused the {plan}: {result}.',
   'problem.plan-refused.remedy': 'Look at the checks below; the item named may be one that it does not know.',

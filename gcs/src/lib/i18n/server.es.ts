@@ -77,7 +77,7 @@ export const serverEs: Record<keyof typeof serverEn, string> = {
   'problem.command-refused': 'El vehículo lo ha rechazado: {result}.',
   'problem.remote-refused': 'La estación a bordo de {vehicle} no lo ha hecho: {why}',
   'problem.replayed': 'El vehículo {vehicle} es una grabación que se reproduce: no acepta órdenes.',
-  'problem.command-timeout': 'El vehículo no ha respondido a {attempts} intentos. Puede que lo haya hecho.',
+  'problem.command-timeout': 'El vehículo no ha respondido (intentos: {attempts}). Puede que lo haya hecho.',
   'problem.command-timeout.remedy': 'Mira qué hace el vehículo antes de intentarlo de nuevo.',
   'problem.not-confirmed':
     'El vehículo lo ha aceptado, pero tras {within_s} s muestra: {observed}. Debería mostrar: {wanted}.',
@@ -118,7 +118,7 @@ export const serverEs: Record<keyof typeof serverEn, string> = {
   'problem.unreached': 'Nada ha tenido respuesta en {waited_s} s: al vehículo se le oye, pero no nos oye.',
   'problem.unreached.remedy':
     'Revisa aquí el transmisor, la antena y el cable, y la clave de firma. Inténtalo de nuevo cuando conteste.',
-  'problem.no-progress': 'El vehículo responde, pero la transferencia no avanza ({attempts} intentos).',
+  'problem.no-progress': 'El vehículo responde, pero la transferencia no avanza (intentos: {attempts}).',
   'problem.no-progress.remedy': 'Inténtalo de nuevo cuando el enlace mejore.',
   'problem.plan-refused': 'El vehículo ha rechazado la {plan}: {result}.',
   'problem.plan-refused.remedy': 'Mira las comprobaciones de abajo; puede que no conozca alguno de los puntos.',
