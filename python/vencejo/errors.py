@@ -22,7 +22,11 @@ class VencejoError(Exception):
 
 
 class LinkError(VencejoError):
-    """A link string that cannot be read, or a link that cannot be opened."""
+    """A link that cannot be opened or used."""
+
+
+class InvalidLink(LinkError):
+    """A link string that cannot be read."""
 
 
 class NoVehicleError(VencejoError):

@@ -90,7 +90,7 @@ class Station(Closing):
     Raises
     ------
     LinkError
-        For a link string that cannot be read, or an address that cannot be listened on.
+        For a link string that cannot be read (`InvalidLink`), or an address that cannot be listened on.
     InvalidRequest
         For an id or a rate out of its range, and a message that the dialect does not have.
 
@@ -406,7 +406,7 @@ def connect(
 
     Raises
     ------
-    LinkError
+    InvalidLink
         For a link string that cannot be read.
     InvalidRequest
         For an id or a rate out of its range, and a message that the dialect does not have.

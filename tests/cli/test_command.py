@@ -219,7 +219,7 @@ def test_those_who_serve_go_on_when_nobody_reads_what_they_say(
 
 def test_a_link_that_cannot_be_read() -> None:
     result = run("params", "get", "WP_RADIUS", "--link", "bogus:1")
-    assert result.exit_code == 1
+    assert result.exit_code == 2
     assert "bogus" in result.stderr
     assert "udpin:0.0.0.0:14550" in result.stderr
 
@@ -375,6 +375,8 @@ def test_what_no_command_takes() -> None:
         (("ask", "speed", "kind=airspeed", "speed_m_s=fast"), "speed_m_s"),
         (("fleet", "history", "--folder", "/no/such"), "is not a folder"),
         (("camera", "\udcff.mp4"), ".mp4 is not UTF-8"),
+        (("tokens",), "--new all"),
+        (("plan", "land", str(demo_mission()), "--at", "40,-3", "--runway", "1,2,3,4"), "give one of them"),
         (("serve", "--fleet-listen", "tcp/127.0.0.1:0"), "are for --fleet ORG"),
         (("serve", "--listen", "everyone", "--link", "udpin:127.0.0.1:0"), "--listen is for the default link"),
         (("serve", "--no-record", "--link", "udpin:127.0.0.1:0", "--allow-origin", "*"), "'*' is no origin of a page"),

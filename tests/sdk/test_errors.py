@@ -10,7 +10,7 @@ import vencejo
 from vencejo import _native
 
 CLASSES = {
-    "Station.Address": vencejo.LinkError,
+    "Station.Address": vencejo.InvalidLink,
     "Station.Link": vencejo.LinkError,
     "Station.CannotRecord": vencejo.VencejoError,
     "Station.NoVehicle": vencejo.NoVehicleError,

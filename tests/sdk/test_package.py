@@ -126,7 +126,7 @@ def test_parameter_files(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("link", ["", "upd:127.0.0.1:14550", "udpin:127.0.0.1:99999", "tcp:", "serial:", "tlog:"])
 def test_a_bad_link_string_shows_the_right_form(link: str) -> None:
-    with pytest.raises(vencejo.LinkError) as caught:
+    with pytest.raises(vencejo.InvalidLink) as caught:
         vencejo.Station(link, record=False)
     assert ":" in str(caught.value)
 

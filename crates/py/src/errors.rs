@@ -24,6 +24,7 @@ const CLASSES: &[&str] = &[
     "ConfirmationNeeded",
     "ControlHeld",
     "FileFormatError",
+    "InvalidLink",
     "InvalidRequest",
     "LinkError",
     "NoVehicleError",
@@ -72,7 +73,8 @@ fn raise_with<'py>(py: Python<'py>, class: &str, args: impl PyCallArgs<'py>) -> 
 pub fn from_station(error: &StationError) -> PyErr {
     match error {
         StationError::Vehicle(error) => from_vehicle(error),
-        StationError::Address(_) | StationError::Link(_) => raise("LinkError", error),
+        StationError::Address(_) => raise("InvalidLink", error),
+        StationError::Link(_) => raise("LinkError", error),
         StationError::NoVehicle { .. } => raise("NoVehicleError", error),
         StationError::Closed | StationError::Dismissed => raise("ClosedError", error),
         StationError::Signing(kind) => raise(

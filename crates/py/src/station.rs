@@ -29,7 +29,7 @@ pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
 /// A link string in its canonical form.
 #[pyfunction]
 fn describe_link(address: &str) -> PyResult<String> {
-    let address: LinkAddress = address.parse().map_err(|error| errors::raise("LinkError", error))?;
+    let address: LinkAddress = address.parse().map_err(|error| errors::raise("InvalidLink", error))?;
     Ok(address.to_string())
 }
 

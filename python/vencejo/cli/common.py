@@ -89,6 +89,7 @@ class Exit(enum.IntEnum):
 EXIT_CODES: Final[Mapping[str, Exit]] = {
     "VencejoError": Exit.FAILED,
     "LinkError": Exit.FAILED,
+    "InvalidLink": Exit.USAGE,
     "NoVehicleError": Exit.FAILED,
     "VehicleLost": Exit.FAILED,
     "ClosedError": Exit.FAILED,
@@ -133,9 +134,9 @@ def describe_error(error: Exception) -> tuple[Exit, str]:
         return Exit.USAGE, f"{clean(error.object)[:80]} is not UTF-8: give names and paths in it"
     if isinstance(error, OSError):
         name = f"{error.filename}: " if error.filename is not None else ""
-        return Exit.FAILED, f"{name}{error.strerror or error}"
         if not name and error.errno == errno.ENOSPC:
             name = "the output: "  # what is written to files here has their names
+        return Exit.FAILED, f"{name}{error.strerror or error}"
     return Exit.FAILED, f"internal error, please report it with the output of --debug: {type(error).__name__}: {error}"
 
 
@@ -370,13 +371,13 @@ def told_when_long(text: str) -> Iterator[None]:
         telling.cancel()
 
 
-def require_plan_name(file: Path) -> None:
 def require_file(file: Path) -> None:
     """Refuse what is not there, and what is no file, such as a folder or a device."""
     if not file.is_file():
         raise Failed(f"{file}: " + ("it is not a file" if file.exists() else "there is no such file"))
 
 
+def require_plan_name(file: Path) -> None:
     """Refuse a file name whose ending is not a plan format, before anything is done."""
     from vencejo.plan import PLAN_ENDINGS
 

@@ -122,7 +122,7 @@ def site_of(plan: Plan, at: str | None, runway: str | None) -> GeoPoint | Runway
     from vencejo.plan import Command, GeoPoint
 
     if at is not None and runway is not None:
-        raise Failed("--at and --runway: give one of them")
+        raise Failed("--at and --runway: give one of them", Exit.USAGE)
     if runway is not None:
         one, other, *rest = numbers("--runway", runway, "LAT,LON,LAT,LON")
         return Runway(GeoPoint(one, other), GeoPoint(*rest))

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from vencejo.cli.common import Failed, JsonOption, put_json, say
+from vencejo.cli.common import Exit, Failed, JsonOption, put_json, say
 
 
 class Whose(str, enum.Enum):
@@ -34,7 +34,7 @@ def tokens(
     from vencejo.serve import renew_tokens
 
     if new is None:
-        raise Failed("say whose tokens are to be new: --new all, --new viewer or --new operator")
+        raise Failed("say whose tokens are to be new: --new all, --new viewer or --new operator", Exit.USAGE)
     made = renew_tokens(viewer=new is not Whose.OPERATOR, operator=new is not Whose.VIEWER)
     if json:
         put_json({"viewer": made.viewer, "operator": made.operator})

@@ -37,6 +37,7 @@ class Answer(enum.IntEnum):
 ANSWERS: Final[Mapping[type[errors.VencejoError], Answer]] = {
     errors.VencejoError: Answer.FAILED,
     errors.LinkError: Answer.NO_VEHICLE,
+    errors.InvalidLink: Answer.NO_VEHICLE,
     errors.NoVehicleError: Answer.NO_VEHICLE,
     errors.VehicleLost: Answer.NO_VEHICLE,
     errors.ClosedError: Answer.NO_VEHICLE,

@@ -18,6 +18,7 @@ _T = TypeVar("_T")
 FAULTS: Final[Mapping[type[errors.VencejoError], str]] = {
     errors.VencejoError: "VencejoException",
     errors.LinkError: "NoLink",
+    errors.InvalidLink: "NoLink",
     errors.NoVehicleError: "NoVehicle",
     errors.VehicleLost: "VehicleLost",
     errors.ClosedError: "NoLink",
