@@ -712,6 +712,6 @@ class AsyncParameters:
         from vencejo.values import Parameter
 
         found = await self._vehicle._wait(self._vehicle._native.param_list(), progress)
-        return {name: Parameter(name, value, kind) for name, value, kind in found}
+        return {name: Parameter(name, value, kind, default) for name, value, kind, default in found}
 
     # (end of what is written by a script)

@@ -202,11 +202,15 @@ class Parameter:
     value : float
     type : int
         MAV_PARAM_TYPE: 9 is a float, others are integers.
+    default : float or None
+        Default value on this vehicle. ``None`` when it is not reported: only `Parameters.all` over MAVFTP from an
+        ArduPilot since 4.2 has it.
     """
 
     name: str
     value: float
     type: int
+    default: float | None = None
 
 
 @dataclass(frozen=True, kw_only=True)

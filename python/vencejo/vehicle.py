@@ -669,7 +669,7 @@ class Parameters:
         from vencejo.values import Parameter
 
         found = self._vehicle._wait(self._vehicle._native.param_list(), progress)
-        return {name: Parameter(name, value, kind) for name, value, kind in found}
+        return {name: Parameter(name, value, kind, default) for name, value, kind, default in found}
 
     def __getitem__(self, name: str) -> float:
         return self.get(name).value

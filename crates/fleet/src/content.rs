@@ -272,7 +272,7 @@ pub(crate) fn value_of(kind: u32, value: f64) -> Result<ParamValue, BadPayload> 
 
 fn param(name: &str, kind: u32, value: f64) -> Result<Param, BadPayload> {
     let name = ParamName::new(name).map_err(|_| BadPayload::Field("parameter name"))?;
-    Ok(Param { name, value: value_of(kind, value)? })
+    Ok(Param::new(name, value_of(kind, value)?))
 }
 
 /// Packs a list of parameters.

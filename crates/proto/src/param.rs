@@ -3,7 +3,7 @@
 //! Encodings: <https://mavlink.io/en/services/parameter.html>, "Parameter Encoding". Packed file `@PARAM/param.pck`
 //! (ArduPilot): three u16 (magic 0x671b, or 0x671c with default values; parameters in the file; parameters in all),
 //! then for each parameter a byte with type (low four bits: 1 i8, 2 i16, 3 i32, 4 f32) and flags (bit 0: a default
-//! value follows), a byte with the number of name bytes shared with the previous name (low) and of further ones less
+//! value follows; in a file with default values, one without this flag has its default value), a byte with the number of name bytes shared with the previous name (low) and of further ones less
 //! one (high), those bytes, and the value. Zero bytes between parameters are padding.
 
 use std::fmt;
@@ -360,6 +360,15 @@ pub struct Param {
     pub name: ParamName,
     /// Its value.
     pub value: ParamValue,
+    /// Its default value on this vehicle, of the same type. `None`: not reported; PARAM_VALUE has no field for it.
+    pub default: Option<ParamValue>,
+}
+
+impl Param {
+    /// A parameter without a default value.
+    pub fn new(name: ParamName, value: ParamValue) -> Self {
+        Self { name, value, default: None }
+    }
 }
 
 const PACKED_MAGIC: u16 = 0x671b;
@@ -378,6 +387,7 @@ pub fn decode_packed_params(file: &[u8]) -> Result<Vec<Param>, ParamError> {
     if magic != PACKED_MAGIC && magic != PACKED_MAGIC_WITH_DEFAULTS {
         return bad(0, "the file does not start with 0x671b or 0x671c");
     }
+    let has_defaults = magic == PACKED_MAGIC_WITH_DEFAULTS;
     let count = usize::from(u16::from_le_bytes([header[2], header[3]]));
     // A parameter takes at least four bytes, so a hostile count reserves no more than the file's size.
     let mut params = Vec::with_capacity(count.min(file.len() / 4));
@@ -407,62 +417,85 @@ pub fn decode_packed_params(file: &[u8]) -> Result<Vec<Param>, ParamError> {
             3 | 4 => 4,
             _ => return bad(start, "a parameter has an unknown type"),
         };
-        let Some(value) = file.get(at..at + value_len) else { return bad(start, "the file ends within a value") };
-        let value = match (kind & 0x0f, value) {
-            (1, &[b]) => ParamValue::I8(b as i8),
-            (2, &[b0, b1]) => ParamValue::I16(i16::from_le_bytes([b0, b1])),
-            (3, &[b0, b1, b2, b3]) => ParamValue::I32(i32::from_le_bytes([b0, b1, b2, b3])),
-            (_, &[b0, b1, b2, b3]) => ParamValue::F32(f32::from_le_bytes([b0, b1, b2, b3])),
-            _ => return bad(start, "a value has a length that its type has not"),
+        let mut value = || {
+            let bytes = file.get(at..at + value_len);
+            at += value_len;
+            Some(match (kind & 0x0f, bytes?) {
+                (1, &[b]) => ParamValue::I8(b as i8),
+                (2, &[b0, b1]) => ParamValue::I16(i16::from_le_bytes([b0, b1])),
+                (3, &[b0, b1, b2, b3]) => ParamValue::I32(i32::from_le_bytes([b0, b1, b2, b3])),
+                (_, &[b0, b1, b2, b3]) => ParamValue::F32(f32::from_le_bytes([b0, b1, b2, b3])),
+                _ => return None,
+            })
         };
-        if !value.as_f64().is_finite() {
+        let Some(current) = value() else { return bad(start, "the file ends within a value") };
+        if !current.as_f64().is_finite() {
             return bad(start, "a value is not a finite number");
         }
-        at += value_len * if kind & 0x10 != 0 { 2 } else { 1 };
+        let default = match (kind & 0x10 != 0, has_defaults) {
+            (true, _) => match value() {
+                Some(default) => Some(default).filter(|default| default.as_f64().is_finite()),
+                None => return bad(start, "the file ends within a default value"),
+            },
+            (false, true) => Some(current),
+            (false, false) => None,
+        };
         let Some(name) = ParamName::from_bytes(&name[..name_len]) else {
             return bad(start, "a name has characters that are not printable ASCII");
         };
-        params.push(Param { name, value });
+        params.push(Param { name, value: current, default });
     }
     if file.get(at..).is_none_or(|rest| rest.iter().any(|byte| *byte != 0)) {
-        return bad(at, "there are bytes behind the last parameter, or its default value is cut");
+        return bad(at, "there are bytes behind the last parameter");
     }
     Ok(params)
 }
 
-/// Writes ArduPilot's packed parameter file, padded so that no value crosses a multiple of `read_size` bytes. Unsigned
-/// types, which the file does not know, are written as the next larger signed one.
+/// Writes ArduPilot's packed parameter file, padded so that no value crosses a multiple of `read_size` bytes; with the
+/// default values that are known, if all are. Unsigned types, which the file does not know, are written as the next
+/// larger signed one.
 pub fn encode_packed_params(params: &[Param], read_size: usize) -> Vec<u8> {
     let count = params.len().min(usize::from(u16::MAX));
     let mut file = Vec::with_capacity(PACKED_HEADER_LEN + 12 * count);
-    for field in [PACKED_MAGIC, count as u16, count as u16] {
+    let has_defaults = !params.is_empty() && params.iter().all(|param| param.default.is_some());
+    let magic = if has_defaults { PACKED_MAGIC_WITH_DEFAULTS } else { PACKED_MAGIC };
+    for field in [magic, count as u16, count as u16] {
         file.extend_from_slice(&field.to_le_bytes());
     }
     let mut last: &[u8] = &[];
     for param in &params[..count] {
         let name = param.name.as_str().as_bytes();
         let common = last.iter().zip(name).take_while(|(a, b)| a == b).count().min(name.len() - 1).min(15);
-        let (kind, value) = match param.value {
-            ParamValue::I8(value) => (1, value.to_le_bytes().to_vec()),
-            ParamValue::U8(value) => (2, i16::from(value).to_le_bytes().to_vec()),
-            ParamValue::I16(value) => (2, value.to_le_bytes().to_vec()),
-            ParamValue::U16(value) => (3, i32::from(value).to_le_bytes().to_vec()),
-            ParamValue::I32(value) => (3, value.to_le_bytes().to_vec()),
-            ParamValue::U32(value) => (4, (value as f32).to_le_bytes().to_vec()),
-            ParamValue::F32(value) => (4, value.to_le_bytes().to_vec()),
-        };
+        let (kind, value) = packed_value(param.value);
+        let default = param.default.filter(|default| has_defaults && *default != param.value);
+        let default = default.map(|default| packed_value(default).1).unwrap_or_default();
+        let flags = if default.is_empty() { 0 } else { 0x10 };
         let further = &name[common..];
-        let end = file.len() + 2 + further.len() + value.len();
+        let end = file.len() + 2 + further.len() + value.len() + default.len();
         let over = end % read_size.max(1);
         if (1..value.len()).contains(&over) {
             file.resize(file.len() + value.len() - over, 0);
         }
-        file.extend_from_slice(&[kind, common as u8 | ((further.len() as u8 - 1) << 4)]);
+        file.extend_from_slice(&[kind | flags, common as u8 | ((further.len() as u8 - 1) << 4)]);
         file.extend_from_slice(further);
         file.extend_from_slice(&value);
+        file.extend_from_slice(&default);
         last = name;
     }
     file
+}
+
+/// Type and bytes of a value in the packed file.
+fn packed_value(value: ParamValue) -> (u8, Vec<u8>) {
+    match value {
+        ParamValue::I8(value) => (1, value.to_le_bytes().to_vec()),
+        ParamValue::U8(value) => (2, i16::from(value).to_le_bytes().to_vec()),
+        ParamValue::I16(value) => (2, value.to_le_bytes().to_vec()),
+        ParamValue::U16(value) => (3, i32::from(value).to_le_bytes().to_vec()),
+        ParamValue::I32(value) => (3, value.to_le_bytes().to_vec()),
+        ParamValue::U32(value) => (4, (value as f32).to_le_bytes().to_vec()),
+        ParamValue::F32(value) => (4, value.to_le_bytes().to_vec()),
+    }
 }
 
 #[cfg(test)]
@@ -565,12 +598,25 @@ mod tests {
             (-1e9f32..1e9).prop_map(ParamValue::F32),
         ];
         ("[A-Z][A-Z0-9_]{0,15}", value)
-            .prop_map(|(name, value)| Param { name: ParamName::new(&name).expect("a name"), value })
+            .prop_map(|(name, value)| Param::new(ParamName::new(&name).expect("a name"), value))
     }
 
     proptest! {
         #[test]
         fn packed_files_round_trip(params in proptest::collection::vec(any_param(), 0..80), size in 20usize..240) {
+            prop_assert_eq!(decode_packed_params(&encode_packed_params(&params, size)), Ok(params));
+        }
+
+        #[test]
+        fn default_values_round_trip(
+            params in proptest::collection::vec((any_param(), any_param()), 0..80),
+            size in 20usize..240,
+        ) {
+            let with_default = |(param, other): (Param, Param)| {
+                let is_same_type = param.value.param_type() == other.value.param_type();
+                Param { default: Some(if is_same_type { other.value } else { param.value }), ..param }
+            };
+            let params: Vec<Param> = params.into_iter().map(with_default).collect();
             prop_assert_eq!(decode_packed_params(&encode_packed_params(&params, size)), Ok(params));
         }
 

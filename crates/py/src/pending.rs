@@ -6,7 +6,7 @@ use pyo3::prelude::*;
 use vencejo_flight::plan::{Mission, Plan};
 use vencejo_proto::{Address, Header, MavVersion};
 use vencejo_station::{Pending, RequestResult, StationError, VehicleHandle};
-use vencejo_vehicle::{Param, Reply};
+use vencejo_vehicle::{Param, ParamValue, Reply};
 
 use crate::messages::PyMessage;
 use crate::plan::plan_to_tuple;
@@ -142,10 +142,11 @@ impl PyPending {
     }
 }
 
-/// `(name, value, MAV_PARAM_TYPE)`.
-fn parameter_tuple(parameter: Param) -> (String, f64, u8) {
+/// `(name, value, MAV_PARAM_TYPE, default)`.
+fn parameter_tuple(parameter: Param) -> (String, f64, u8, Option<f64>) {
     let value = parameter.value;
-    (parameter.name.as_str().to_owned(), value.as_f64(), value.param_type().to_mav() as u8)
+    let default = parameter.default.map(ParamValue::as_f64);
+    (parameter.name.as_str().to_owned(), value.as_f64(), value.param_type().to_mav() as u8, default)
 }
 
 /// The value of a reply: plans, parameters and messages as tuples, `result_param2` as an integer, otherwise `None`.

@@ -76,5 +76,7 @@ pub(crate) fn param(param: &vehicle::Param) -> dto::Param {
         vehicle::ParamValue::I32(_) => "int32",
         vehicle::ParamValue::F32(_) => "real32",
     };
-    dto::Param { name: param.name.as_str().to_owned(), value: param.value.as_f64(), kind: kind.to_owned() }
+    let name = param.name.as_str().to_owned();
+    let default = param.default.map(vehicle::ParamValue::as_f64);
+    dto::Param { name, value: param.value.as_f64(), kind: kind.to_owned(), default }
 }

@@ -325,7 +325,7 @@ mod tests {
         station.on_remote_plan(system, PlanKind::Mission, PlanState::Empty, None);
         assert_eq!(plane.plan_on_board(PlanKind::Mission), Some((PlanState::Empty, None)));
         let name = ParamName::new("WP_LOITER_RAD").expect("a name");
-        station.on_remote_parameters(system, &[Param { name, value: ParamValue::F32(60.0) }]);
+        station.on_remote_parameters(system, &[Param::new(name, ParamValue::F32(60.0))]);
         assert_eq!(plane.flight_parameters().loiter_radius_m, Some(60.0));
         station.close().await;
     }

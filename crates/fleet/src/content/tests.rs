@@ -33,8 +33,7 @@ fn lists_come_out_as_they_went_in() {
     }
     let values = [ParamValue::F32(0.1), ParamValue::I32(i32::MIN), ParamValue::U32(u32::MAX), ParamValue::I8(-1)];
     let name = |index| ParamName::new(&format!("PARAM_{index}")).expect("a name");
-    let params: Vec<_> =
-        (0..1400).map(|index| Param { name: name(index), value: values[index % values.len()] }).collect();
+    let params: Vec<_> = (0..1400).map(|index| Param::new(name(index), values[index % values.len()])).collect();
     assert_eq!(unpack_params(&pack_params(&params)), Ok(params.clone()));
     assert_eq!(OneParam::from(&params[1]).read(), Ok(params[1]));
 }

@@ -170,6 +170,10 @@ pub struct Param {
     pub value: f64,
     /// MAVLink type: `int8` … `real32`.
     pub kind: String,
+    /// Default value on this vehicle; null when it is not reported. Only lists read over MAVFTP from an ArduPilot since
+    /// 4.2 report it.
+    #[schema(required = true)]
+    pub default: Option<f64>,
 }
 
 /// New value of a parameter.

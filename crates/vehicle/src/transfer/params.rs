@@ -42,7 +42,7 @@ impl Heard {
     fn read(self, known: Option<ParamEncoding>) -> Option<Param> {
         let encoding = known.or_else(|| self.shown()).unwrap_or(ParamEncoding::CCast);
         let value = ParamValue::from_wire(self.raw, self.param_type, encoding)?;
-        Some(Param { name: self.name, value })
+        Some(Param::new(self.name, value))
     }
 }
 

@@ -417,6 +417,8 @@ pub(crate) struct MockPlane {
     /// How integers stand in PARAM_VALUE and PARAM_SET.
     pub param_encoding: ParamEncoding,
     pub has_ftp: bool,
+    /// Does not know default values, and refuses to open the parameter file with a query for them.
+    pub refuses_defaults: bool,
     /// Plan files have unset fields, as those of ArduPlane 4.6.
     pub leaves_garbage: bool,
     /// Keeps a home of its own as item 0, as ArduPilot does.
@@ -495,6 +497,7 @@ impl MockPlane {
             params: Vec::new(),
             param_encoding: ParamEncoding::CCast,
             has_ftp: true,
+            refuses_defaults: false,
             leaves_garbage: true,
             keeps_home: true,
             is_px4: false,
@@ -744,7 +747,7 @@ impl MockPlane {
             b"@MISSION/mission.dat" => Some(Some(0)),
             b"@MISSION/fence.dat" => Some(Some(1)),
             b"@MISSION/rally.dat" => Some(Some(2)),
-            b"@PARAM/param.pck" => Some(None),
+            b"@PARAM/param.pck" | b"@PARAM/param.pck?withdefaults=1" => Some(None),
             _ => None,
         }
     }
@@ -873,6 +876,8 @@ impl MockPlane {
                     (answer.data, answer.size) = ((content.len() as u32).to_le_bytes().to_vec(), 4);
                     self.ftp.sessions[at].id = Some(request.session);
                     self.ftp.sessions[at].file = Some(file);
+                } else if self.refuses_defaults && request.data.ends_with(b"?withdefaults=1") {
+                    nak(&mut answer, FtpError::FAIL);
                 } else if let Some(kind) = Self::file_of(&request.data) {
                     let content = match kind {
                         _ if is_write => Vec::new(),

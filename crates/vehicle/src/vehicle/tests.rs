@@ -162,9 +162,9 @@ struct Plane {
 impl Plane {
     fn new() -> Self {
         let mut services = MockPlane::new();
-        let param = |name: &str, value| Param {
-            name: ParamName::new(name).expect("a name"),
-            value: ParamValue::new(ParamType::F32, value).expect("a value"),
+        let param = |name: &str, value| {
+            let value = ParamValue::new(ParamType::F32, value).expect("a value");
+            Param::new(ParamName::new(name).expect("a name"), value)
         };
         services.params = vec![param("TKOFF_ALT", 50.0), param("WP_LOITER_RAD", 80.0)];
         Self {
@@ -885,7 +885,7 @@ fn the_checks_know_the_vehicle_that_a_plan_is_for() {
 
     for (name, value) in [("AIRSPEED_CRUISE", 14.0), ("ROLL_LIMIT_DEG", 55.0), ("BRD_SD_MISSION", 64.0)] {
         let name = ParamName::new(name).expect("a name");
-        vehicle.learn(&Param { name, value: ParamValue::F32(value) });
+        vehicle.learn(&Param::new(name, ParamValue::F32(value)));
     }
     let read = vehicle.check_context();
     assert_eq!((read.airspeed_m_s, read.bank_deg, read.max_items), (14.0, 55.0, 4_368));

@@ -6642,6 +6642,12 @@ export interface components {
         };
         /** @description A parameter of the vehicle. */
         Param: {
+            /**
+             * Format: double
+             * @description Default value on this vehicle; null when it is not reported. Only lists read over MAVFTP from an ArduPilot since
+             *     4.2 report it.
+             */
+            default: number | null;
             /** @description MAVLink type: `int8` … `real32`. */
             kind: string;
             /** @description Name. */

@@ -5,7 +5,7 @@ import type { Operation } from '$lib/api/types';
 import { Operations } from './operations.svelte';
 
 const running: Operation = { id: 4, vehicle: 1, kind: 'read_params', state: 'running', done: 0, total: 2 };
-const result = [{ name: 'A', value: 1, kind: 'real32' }];
+const result = [{ name: 'A', value: 1, kind: 'real32', default: null }];
 
 function make(answer: Operation) {
   const asked: string[] = [];

@@ -94,7 +94,8 @@ impl Holdings {
 
     /// An order read a parameter, or set it and read it back.
     pub(super) fn on_param_read(&mut self, param: &Param) {
-        self.params.take_if(|(params, _)| !params.contains(param));
+        let is_same = |listed: &Param| (listed.name, listed.value) == (param.name, param.value);
+        self.params.take_if(|(params, _)| !params.iter().any(is_same));
     }
 
     pub(super) fn on_params_read(&mut self, params: &[Param], now: MonoTime) {

@@ -12,16 +12,20 @@ use crate::transfer::items::Outbox;
 use crate::transfer::timing::{ITEM_TIMEOUT, MESSAGE_TIMEOUT, RESTARTS, RoundTrip, SILENCE_LIMIT};
 use crate::transfer::{Transfer, TransferConfig, TransferError, TransferOutput};
 
-const PACKED_PATH: &str = "@PARAM/param.pck";
-/// Most bytes of a packed parameter file: 24 for each of the most parameters.
-const PACKED_MAX: usize = 24 * MAX_PARAMS;
+/// The packed parameter file with default values; ArduPilots before 4.2 ignore the query.
+const PACKED_WITH_DEFAULTS: &str = "@PARAM/param.pck?withdefaults=1";
+/// The same without, for one that refuses the query.
+const PACKED: &str = "@PARAM/param.pck";
+/// Most bytes of a packed parameter file: 28 for each of the most parameters.
+const PACKED_MAX: usize = 28 * MAX_PARAMS;
 /// Most parameters taken; the largest autopilots have about 2,000.
 const MAX_PARAMS: usize = 10_000;
 /// Parameters asked for at once when gaps are filled: ArduPilot queues 20 requests.
 const MAX_REQUESTS: usize = 10;
 
-/// Reads all parameters: over MAVFTP as one packed file where the vehicle is an ArduPilot that has it, else as a stream
-/// of PARAM_VALUE whose gaps are asked for again. Its value is in the vehicle's order.
+/// Reads all parameters: over MAVFTP as one packed file where the vehicle is an ArduPilot that has it, with their
+/// default values where it knows them; else as a stream of PARAM_VALUE whose gaps are asked for again. Its value is in
+/// the vehicle's order.
 #[derive(Debug)]
 pub struct ParamList {
     config: TransferConfig,
@@ -33,8 +37,18 @@ pub struct ParamList {
 
 #[derive(Debug)]
 enum ListBy {
-    File(Box<FileRead>, u32),
+    File(Box<FileRead>, Attempt),
     Messages(Messages),
+}
+
+/// Attempts to read the file, in this order.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Attempt {
+    First,
+    /// A parameter was added while the file was read, or the file is invalid.
+    Second,
+    /// The vehicle refused the query for default values.
+    WithoutDefaults,
 }
 
 /// The stream of PARAM_VALUE.
@@ -72,17 +86,19 @@ impl ParamList {
         let by = ListBy::Messages(Messages::new(config, now));
         let mut list = Self { config: config.clone(), by, result: None, is_over: false, out: Outbox::new() };
         if config.is_ardupilot && config.has_ftp {
-            list.by = ListBy::File(Box::new(Self::file(config, now)), 0);
-            list.advance(now);
+            list.by_file(Attempt::First, now);
         } else {
             list.by_messages(now);
         }
         list
     }
 
-    fn file(config: &TransferConfig, now: MonoTime) -> FileRead {
+    fn by_file(&mut self, attempt: Attempt, now: MonoTime) {
         let end_of = Box::new(|_: &[u8]| Ok(FileEnd::WhenShort));
-        FileRead::new(config, PACKED_PATH, PACKED_MAX, end_of, None, now)
+        let path = if attempt == Attempt::WithoutDefaults { PACKED } else { PACKED_WITH_DEFAULTS };
+        let file = FileRead::new(&self.config, path, PACKED_MAX, end_of, None, now);
+        self.by = ListBy::File(Box::new(file), attempt);
+        self.advance(now);
     }
 
     fn by_messages(&mut self, now: MonoTime) {
@@ -104,24 +120,23 @@ impl ParamList {
 
     /// Passes on the outputs and the result of the file's reader.
     fn advance(&mut self, now: MonoTime) {
-        let ListBy::File(file, attempts) = &mut self.by else { return };
+        let ListBy::File(file, attempt) = &mut self.by else { return };
         while let Some(output) = file.poll_output() {
             self.out.push_back(output);
         }
-        let attempts = *attempts;
+        let attempt = *attempt;
         match file.result() {
             None => {}
             Some(Ok(bytes)) => match decode_packed_params(&bytes) {
                 Ok(params) if params.len() <= MAX_PARAMS => self.end(Ok(params)),
-                // A parameter was added while it was read, or the file is invalid.
-                _ if attempts == 0 => {
-                    self.by = ListBy::File(Box::new(Self::file(&self.config, now)), attempts + 1);
-                    self.advance(now);
-                }
+                _ if attempt == Attempt::First => self.by_file(Attempt::Second, now),
                 _ => self.by_messages(now),
             },
             Some(Err(TransferError::Cancelled)) => self.end(Err(TransferError::Cancelled)),
             Some(Err(error @ TransferError::Timeout { .. })) => self.end(Err(error)),
+            Some(Err(TransferError::Ftp { .. })) if attempt != Attempt::WithoutDefaults => {
+                self.by_file(Attempt::WithoutDefaults, now);
+            }
             Some(Err(error)) => {
                 tracing::debug!(%error, "reading parameters message by message instead");
                 self.by_messages(now);

@@ -794,7 +794,7 @@ fn params() -> Vec<Param> {
         1 => ParamValue::F32(index as f32 / 7.0),
         _ => ParamValue::I32(index as i32 * 1000),
     };
-    (0..400).map(|index| Param { name: name_of(&format!("P{}_{index}", index / 10)), value: value(index) }).collect()
+    (0..400).map(|index| Param::new(name_of(&format!("P{}_{index}", index / 10)), value(index))).collect()
 }
 
 // fault 19 (40 seeds each): 400 parameters at up to 30 % lost: complete within 60 s

@@ -7,9 +7,11 @@ use vencejo_flight::plan::PlanKind;
 use vencejo_proto::dialect::{MISSION_COUNT_DATA, MISSION_REQUEST_INT_DATA, MavMessage, MavMissionType};
 use vencejo_proto::{Address, Message, MissionAck, MissionItemInt, MonoTime};
 
-use super::{LIMIT, by_items, has};
+use super::{LIMIT, by_ftp, by_items, has};
 use crate::transfer::testing::{Endpoint, Faults, MockPlane, PLANE, RIVAL, Running, STATION, World, run};
-use crate::transfer::{PlanDownload, PlanUpload, TransferConfig, TransferError};
+use crate::transfer::{
+    Param, ParamList, ParamName, ParamValue, PlanDownload, PlanUpload, TransferConfig, TransferError,
+};
 
 /// What is done to a message that the vehicle says: nothing, something else, or it is not said. The number counts those
 /// changed so far.
@@ -432,4 +434,25 @@ fn each_misbehaviour_ends_as_it_has_to() {
         }
     }
     assert_eq!(seen, 60);
+}
+
+#[test]
+fn default_values_are_read_with_the_parameters_unless_the_vehicle_refuses() {
+    let param = |name: &str, value, default| {
+        let name = ParamName::new(name).expect("a name");
+        Param { default, ..Param::new(name, ParamValue::I16(value)) }
+    };
+    let known = |value| Some(ParamValue::I16(value));
+    let read = |params: Vec<Param>, refuses_defaults| {
+        let mut plane = MockPlane::new();
+        (plane.params, plane.refuses_defaults) = (params, refuses_defaults);
+        let list = ParamList::new(&by_ftp(Duration::ZERO, 1), MonoTime::ZERO);
+        run(&mut World::new(Running::new(list), plane, Faults::default(), 1), LIMIT).0
+    };
+    let told = vec![param("ALT_OFFSET", 7, known(0)), param("FENCE_ALT_MAX", 100, known(100))];
+    assert_eq!(read(told.clone(), false), Ok(told));
+    let untold = vec![param("ALT_OFFSET", 7, None), param("FENCE_ALT_MAX", 100, None)];
+    for refuses in [false, true] {
+        assert_eq!(read(untold.clone(), refuses), Ok(untold.clone()), "without a query, or one that is ignored");
+    }
 }

@@ -26,14 +26,14 @@ fn upload_to(plane: MockPlane, config: &TransferConfig, count: u16, faults: Faul
 
 fn params(count: u16) -> Vec<Param> {
     (0..count)
-        .map(|index| Param {
-            name: ParamName::new(&format!("GROUP{}_PAR_{index}", index / 20)).expect("a name"),
-            value: match index % 4 {
+        .map(|index| {
+            let value = match index % 4 {
                 0 => ParamValue::I8(index as i8),
                 1 => ParamValue::I16(index as i16),
                 2 => ParamValue::I32(i32::from(index) * 100_001),
                 _ => ParamValue::F32(f32::from(index) * 0.37),
-            },
+            };
+            Param::new(ParamName::new(&format!("GROUP{}_PAR_{index}", index / 20)).expect("a name"), value)
         })
         .collect()
 }

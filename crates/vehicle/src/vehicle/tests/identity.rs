@@ -126,7 +126,7 @@ fn what_the_autopilot_is_outlives_a_restart_and_is_asked_anew_after_an_exchange(
     let mut plane = Plane::new();
     (plane.services.has_ftp, plane.uid) = (false, 0x2a);
     let name = ParamName::new("RTL_AUTOLAND").expect("a name");
-    plane.services.params.push(Param { name, value: ParamValue::I32(0) });
+    plane.services.params.push(Param::new(name, ParamValue::I32(0)));
     let mut world = World::new(Station::with(reading()), plane, Faults::default(), 1);
     wait(&mut world, 2_000);
     ask(&mut world, send(route(6, 0.0))).expect("uploaded");

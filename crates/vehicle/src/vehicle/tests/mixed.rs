@@ -218,7 +218,7 @@ fn how_a_plane_flies_is_read_once_and_again_after_its_restart() {
     assert_eq!(world.station.vehicle.flight_parameters().loiter_radius_m, Some(-95.0), "anticlockwise");
     let mut read_m = |value| {
         let name = ParamName::new("WP_LOITER_RAD").expect("a name");
-        world.station.vehicle.learn(&Param { name, value: ParamValue::F32(value) });
+        world.station.vehicle.learn(&Param::new(name, ParamValue::F32(value)));
         world.station.vehicle.flight_parameters().loiter_radius_m
     };
     assert_eq!([read_m(-1.0), read_m(0.0), read_m(-2.0)], [Some(-60.0), Some(60.0), Some(-2.0)], "as it flies them");
@@ -232,7 +232,7 @@ fn a_computer_on_board_reads_whose_heartbeats_are_counted() {
     let mut plane = Plane::new();
     plane.services.has_ftp = false;
     let name = ParamName::new("SYSID_MYGCS").expect("a name");
-    plane.services.params.push(Param { name, value: ParamValue::F32(252.0) });
+    plane.services.params.push(Param::new(name, ParamValue::F32(252.0)));
     let us = Address { component: ComponentId::ONBOARD_COMPUTER, ..PLANE };
     let vehicle = Vehicle::new(PLANE, us, reading(), MonoTime::ZERO);
     let mut world = World::new(Station { vehicle, ..Station::with(reading()) }, plane, Faults::default(), 1);
@@ -409,7 +409,7 @@ fn another_vehicle_in_the_place_of_one_takes_over_nothing_of_it() {
         version(&mut vehicle, 0x2a, MonoTime::from_millis(5));
         for (name, value) in [("WP_LOITER_RAD", 95.0), ("ROLL_LIMIT_DEG", 55.0)] {
             let name = ParamName::new(name).expect("a name");
-            vehicle.learn(&Param { name, value: ParamValue::F32(value) });
+            vehicle.learn(&Param::new(name, ParamValue::F32(value)));
         }
         vehicle.on_sending(&rival_count(9), false, MonoTime::from_millis(6)).expect("sent");
         assert!(vehicle.plan_state(MISSION).may_be_mixed());

@@ -165,10 +165,10 @@ fn a_height_that_cannot_be_counted_from_there_is_not_sent() {
 fn an_integer_is_set_as_one_before_it_has_told_its_capabilities() {
     let mut world = flying(unasked());
     let name = ParamName::new("COM_FLTMODE1").expect("a name");
-    world.plane.services.params.push(Param { name, value: ParamValue::I32(0) });
+    world.plane.services.params.push(Param::new(name, ParamValue::I32(0)));
     assert_eq!(world.station.vehicle.telemetry().version, None);
     let set = Request::ParamSet { name: "COM_FLTMODE1".into(), value: 5.0 };
-    let kept = Param { name, value: ParamValue::I32(5) };
+    let kept = Param::new(name, ParamValue::I32(5));
     assert_eq!(ask(&mut world, set.clone()), Ok(Reply::Parameter(kept)));
     assert_eq!(world.plane.services.params.last(), Some(&kept));
     assert_eq!(ask(&mut world, Request::ParamRead { name: "COM_FLTMODE1".into() }), Ok(Reply::Parameter(kept)));
@@ -176,7 +176,7 @@ fn an_integer_is_set_as_one_before_it_has_told_its_capabilities() {
     let now = world.now;
     world.station.vehicle.on_restart(now, now);
     let prepare = world.station.vehicle.request(Request::PrepareFlight, now);
-    let kept = Param { name, value: ParamValue::I32(6) };
+    let kept = Param::new(name, ParamValue::I32(6));
     let again = Request::ParamSet { name: "COM_FLTMODE1".into(), value: 6.0 };
     assert_eq!(ask(&mut world, again), Ok(Reply::Parameter(kept)));
     let Err(VehicleError::NotHeard { age }) = world.station.results[&prepare] else { panic!("it waits for one") };
@@ -189,7 +189,7 @@ fn an_integer_is_set_as_one_before_it_has_told_its_capabilities() {
 // 5 went to it as the number 5.0, whatever it takes: to one that takes bytes as 1084227584.
 #[test]
 fn an_integer_is_set_as_the_values_of_an_unknown_autopilot_show() {
-    let param = |name: &str, value| Param { name: ParamName::new(name).expect("a name"), value };
+    let param = |name: &str, value| Param::new(ParamName::new(name).expect("a name"), value);
     let set = |name: &str, value| Request::ParamSet { name: name.into(), value };
     for encoding in [ParamEncoding::CCast, ParamEncoding::Bytewise] {
         let unknown = || {
