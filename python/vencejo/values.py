@@ -180,7 +180,8 @@ class Event:
     ----------
     kind : str
         Such as ``"mode"``, ``"armed"``, ``"disarmed"``, ``"text"``, ``"item_reached"``, ``"lost"``, ``"regained"``,
-        ``"unreached"`` (heard, but it does not hear us), ``"reached"``.
+        ``"unreached"`` (heard, but it does not hear us), ``"reached"``, ``"param"`` (a parameter that was read has
+        another value; ``detail`` has its name and value).
     time_s : float
         On the clock of `Telemetry.time_s`.
     detail : mapping of str to object

@@ -193,6 +193,15 @@ def test_parameters_are_read_written_and_refused(plane: vencejo.Vehicle, tmp_pat
     everything = plane.params.all()
     assert len(everything) > 1_000
     assert everything["AIRSPEED_CRUISE"].value == 22.0
+    assert (everything["WP_RADIUS"].value, everything["WP_RADIUS"].default) == (50.0, 50.0)
+    assert plane.params.get("WP_RADIUS").default is None, "only a list has default values"
+    seen: list[dict[str, object]] = []
+    subscription = plane.on_event(lambda event: seen.append(dict(event.detail)) if event.kind == "param" else None)
+    plane.params["WP_RADIUS"] = 47
+    wait_for(lambda: {"name": "WP_RADIUS", "value": 47.0} in seen, "the event")
+    subscription.close()
+    assert plane.params.all()["WP_RADIUS"] == vencejo.Parameter("WP_RADIUS", 47.0, 9, 50.0)
+    plane.params["WP_RADIUS"] = 50
     with pytest.raises(vencejo.ParameterError, match="NO_SUCH_PARAM"):
         plane.params.get("NO_SUCH_PARAM")
     with pytest.raises(vencejo.VencejoError, match=r"nan|finite"):

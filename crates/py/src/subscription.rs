@@ -250,6 +250,11 @@ fn event_tuple<'py>(
             detail.set_item("item", item_of(*seq))?;
             "target_as_planned"
         }
+        VehicleEvent::ParamChanged(param) => {
+            detail.set_item("name", param.name.as_str())?;
+            detail.set_item("value", param.value.as_f64())?;
+            "param"
+        }
         VehicleEvent::HomeChanged => "home",
         VehicleEvent::StreamsFellBack => "streams_fell_back",
         VehicleEvent::Contested => "contested",

@@ -8,6 +8,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 use axum::extract::ws::Utf8Bytes;
 use tokio::sync::Notify;
 
+use vencejo_vehicle::ParamName;
+
 use crate::dto::{PlanKind, ServerMessage};
 
 /// Largest number of texts and events waiting for one client, some of each of a thousand vehicles. One more closes its
@@ -23,6 +25,8 @@ pub enum Topic {
     Vehicles,
     /// State of a plan on board: vehicle and plan.
     PlanState(u16, u8),
+    /// A parameter of a vehicle.
+    Param(u16, ParamName),
     /// An operation by id.
     Operation(u64),
     /// The list of links.

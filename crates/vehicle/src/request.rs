@@ -454,6 +454,8 @@ pub enum VehicleEvent {
         /// The current item.
         seq: MissionSeq,
     },
+    /// A known parameter has another value than before. Values read in a list are not reported.
+    ParamChanged(Param),
     /// The vehicle moved its home.
     HomeChanged,
     /// The vehicle does not know SET_MESSAGE_INTERVAL; its data streams were asked for instead.

@@ -10,8 +10,8 @@ use vencejo_vehicle::telemetry::TelemetryGroups;
 use super::roster::{RosterChange, RosterRow};
 use super::storage::StorageProblem;
 use super::{
-    Assessment, Cause, LinkInfo, MissionProgress, Operation, Plan, PlanKind, PlanState, PlaneProfile, RawMessage,
-    SessionInfo, VehicleSummary, Way,
+    Assessment, Cause, LinkInfo, MissionProgress, Operation, Param, Plan, PlanKind, PlanState, PlaneProfile,
+    RawMessage, SessionInfo, VehicleSummary, Way,
 };
 
 /// Messages from a client.
@@ -180,6 +180,13 @@ pub enum ServerMessage {
         kind: PlanKind,
         /// New state.
         state: PlanState,
+    },
+    /// A parameter that is known has another value than before, whoever set it. Values read in a list are not reported.
+    Param {
+        /// Id of the vehicle.
+        vehicle: u16,
+        /// The parameter.
+        param: Param,
     },
     /// Answer to `assess_plan`.
     Assessment {

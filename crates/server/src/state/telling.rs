@@ -180,6 +180,11 @@ impl App {
                 self.tell_plan_state(system, *kind, convert::plan_state(Some(*state)));
                 return;
             }
+            VehicleEvent::ParamChanged(param) => {
+                let message = ServerMessage::Param { vehicle: system, param: convert::param(param) };
+                outboxes.put_latest(Topic::Param(system, param.name), &message);
+                return;
+            }
             VehicleEvent::Lost => ("lost", BTreeMap::new()),
             VehicleEvent::Regained => ("regained", BTreeMap::new()),
             VehicleEvent::Unreached => ("unreached", BTreeMap::new()),

@@ -27,7 +27,10 @@ impl Vehicle {
 
     /// Parameters that a station on board has read.
     pub fn on_parameters_told(&mut self, params: &[Param]) {
-        params.iter().for_each(|param| self.learn(param));
+        match params {
+            [param] => self.learn_one(param),
+            params => params.iter().for_each(|param| self.learn(param)),
+        }
     }
 
     /// A text that its autopilot wrote at an earlier time, which says nothing about the present.

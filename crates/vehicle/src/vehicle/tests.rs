@@ -1109,6 +1109,16 @@ fn a_parameter_that_is_known_follows_what_the_vehicle_tells_of_it() {
     // As an ArduPilot does to all when another station has set it.
     assert_eq!(tell(&mut world, "WP_LOITER_RAD", 120.0), (Some(120.0), 1));
     assert_eq!(tell(&mut world, "OTHER", 1.0), (Some(120.0), 1));
+    assert_eq!(tell(&mut world, "WP_LOITER_RAD", 120.0), (Some(120.0), 1));
+    let set = Request::ParamSet { name: "WP_LOITER_RAD".into(), value: 90.0 };
+    ask(&mut world, set).expect("set");
+    let changes = world.station.events.iter().filter_map(|event| match event {
+        VehicleEvent::ParamChanged(param) => Some((param.name.to_string(), param.value.as_f64())),
+        _ => None,
+    });
+    // Told by others, still what it was when it was read before it was set, and set: each once.
+    let expected = [120.0, 80.0, 90.0].map(|value| ("WP_LOITER_RAD".to_owned(), value));
+    assert_eq!(changes.collect::<Vec<_>>(), expected);
 }
 
 // ── restart and loss ─────────────────────────────────────────────────────────────────────────────────────────────────

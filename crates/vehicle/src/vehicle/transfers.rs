@@ -16,7 +16,7 @@ use super::steps::Step;
 use crate::error::VehicleError;
 use crate::modes::ModeFamily;
 use crate::plan_state::{PlanState, Unknown, hash_items};
-use crate::request::{Output, Reply};
+use crate::request::{Output, Reply, VehicleEvent};
 use crate::transfer::{
     NO_INDEX, Others, Param, ParamList, ParamRead, ParamSet, PlanClear, PlanDownload, PlanUpload, TransferConfig,
     TransferError, TransferOutput,
@@ -196,7 +196,7 @@ impl Vehicle {
                 Ok(Reply::Parameters(params))
             }
             Ok(Yield::Parameter(param)) => {
-                self.learn(&param);
+                self.learn_one(&param);
                 Ok(Reply::Parameter(param))
             }
             Err(error) => {
@@ -243,7 +243,16 @@ impl Vehicle {
         let read = ParamType::from_mav(told.param_type).zip(self.param_encoding());
         let Some((param_type, encoding)) = read.filter(|_| self.parameters.contains_key(&name)) else { return };
         if let Some(value) = ParamValue::from_wire(told.param_value, param_type, encoding) {
-            self.learn(&Param { name, value });
+            self.learn_one(&Param::new(name, value));
+        }
+    }
+
+    /// Takes over a parameter, and reports it when it was known with another value.
+    pub(super) fn learn_one(&mut self, param: &Param) {
+        let is_changed = self.parameters.get(&param.name).is_some_and(|before| *before != param.value.as_f64());
+        self.learn(param);
+        if is_changed {
+            self.event(VehicleEvent::ParamChanged(*param));
         }
     }
 

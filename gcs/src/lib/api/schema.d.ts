@@ -7866,6 +7866,16 @@ export interface components {
              * @description Id of the vehicle.
              */
             vehicle: number;
+        } | {
+            /** @description The parameter. */
+            param: components["schemas"]["Param"];
+            /** @enum {string} */
+            type: "param";
+            /**
+             * Format: int32
+             * @description Id of the vehicle.
+             */
+            vehicle: number;
         } | (components["schemas"]["Assessment"] & {
             /**
              * Format: int64
