@@ -45,7 +45,7 @@ SETTLED = """async () => {
 }"""
 """Waits in the page until the colours of a theme that was just chosen have stopped changing."""
 TWO_FRAMES = "() => new Promise((drawn) => requestAnimationFrame(() => requestAnimationFrame(drawn)))"
-PANELS = ("fly", "instruments", "plan", "numbers", "sensors", "messages", "settings")
+PANELS = ("fly", "instruments", "plan", "numbers", "sensors", "messages", "params", "settings")
 
 
 @dataclass(frozen=True)

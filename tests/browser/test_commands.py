@@ -65,6 +65,13 @@ async def test_a_refusal_to_arm_lists_reasons_and_remedies(
             await expect(refused).to_contain_text(re.compile("The vehicle says: .*RTL_AUTOLAND"))
             await expect(station.bar("bar.motors")).to_contain_text(station.text("bar.disarmed"))
 
+            # The parameter that is named leads to where it is set.
+            await refused.get_by_role("button", name="RTL_AUTOLAND", exact=True).first.click()
+            await expect(station.panel("params").get_by_role("searchbox")).to_have_value("RTL_AUTOLAND")
+            await expect(
+                station.panel("params").get_by_role("button", name=re.compile("^RTL_AUTOLAND"))
+            ).to_be_visible()
+
 
 async def test_a_mission_is_flown_by_keyboard_alone(open_station: OpenStation, serve: Serve) -> None:
     with Plane() as plane:

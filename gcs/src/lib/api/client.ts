@@ -4,6 +4,7 @@ import type {
   ChangeSigning,
   CommandName,
   ComplexPart,
+  FileParameter,
   FindingFix,
   FrameChange,
   Info,
@@ -147,6 +148,8 @@ export class Api extends Http {
   draft = () => this.json<PlanDrafts>('GET', '/draft');
   saveDraft = (draft: NewPlanDraft) => this.json<PlanDraft>('PUT', '/draft', draft);
 
+  parseParams = (file: Blob) => this.json<FileParameter[]>('POST', '/params/parse', file);
+  formatParams = (params: readonly FileParameter[]) => this.blob('POST', '/params/format', params);
   readParams = (id: number) => this.json<Operation>('GET', `/vehicles/${id}/params`);
   readParam = (id: number, name: string) =>
     this.json<Parameter>('GET', `/vehicles/${id}/params/${encodeURIComponent(name)}`);

@@ -54,6 +54,7 @@ export type VehicleSummary = Schemas['VehicleSummary'];
 export type VehicleState = Schemas['VehicleState'];
 export type StatusText = Schemas['Text'];
 export type Parameter = Schemas['Param'];
+export type FileParameter = Schemas['FileParam'];
 export type Separation = Schemas['Separation'];
 export type SeparationRequest = Schemas['SeparationRequest'];
 export type SigningInfo = Schemas['SigningInfo'];

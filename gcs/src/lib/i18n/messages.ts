@@ -17,6 +17,8 @@ import { findingsEn } from './findings.en';
 import { findingsEs } from './findings.es';
 import { fixesEn } from './fixes.en';
 import { fixesEs } from './fixes.es';
+import { paramsEn } from './params.en';
+import { paramsEs } from './params.es';
 import { profileEn } from './profile.en';
 import { profileEs } from './profile.es';
 import { serverEn } from './server.en';
@@ -39,6 +41,7 @@ export const en = {
   ...filesEn,
   ...findingsEn,
   ...fixesEn,
+  ...paramsEn,
   ...profileEn,
   ...signingEn,
   ...surveyEn,
@@ -56,6 +59,7 @@ export const es: Record<MessageKey, string> = {
   ...filesEs,
   ...findingsEs,
   ...fixesEs,
+  ...paramsEs,
   ...profileEs,
   ...signingEs,
   ...surveyEs,

@@ -82,7 +82,7 @@ describe('remedies by one click', () => {
     expect(set).not.toHaveBeenCalled();
     vehicles.select(1);
     await fixes.apply(parameter);
-    expect(set).toHaveBeenCalledWith(1, 'RTL_AUTOLAND', 2);
+    expect(set).toHaveBeenCalledWith(1, 'RTL_AUTOLAND', 2, []);
     for (const id of [1, 2]) vehicles.drop(id);
   });
 

@@ -3,11 +3,12 @@ import type { FindingFix, PlanFinding, Problem } from '$lib/api/types';
 import { type Draft, replaceItems } from '$lib/domain/plan-edit';
 import type { PlanItem } from '$lib/domain/plan';
 import { elevation } from './maps-elevation.svelte';
+import { params } from './params.svelte';
 import { plan } from './plan.svelte';
 import { planAssessed } from './plan-assessed.svelte';
 import { planWind } from './plan-wind.svelte';
 import { planeProfile } from './plane-profile.svelte';
-import { api, problemFrom } from './station.svelte';
+import { api } from './station.svelte';
 import { vehicles } from './vehicles.svelte';
 
 /** Delay after the last edit before remedies are looked for. */
@@ -80,12 +81,8 @@ class Fixes {
     // for the vehicle that it was tried for
     const vehicle = this.#found?.vehicle ?? null;
     if (vehicle === null || vehicle !== vehicles.selected?.systemId) return;
-    try {
-      await api.setParam(vehicle, fix.with.name, fix.with.value);
-      planAssessed.assess();
-    } catch (error) {
-      this.problem = problemFrom(error);
-    }
+    const answer = await params.of(vehicle).set(fix.with.name, fix.with.value);
+    if (answer.state === 'refused') this.problem = answer.problem;
   }
 }
 

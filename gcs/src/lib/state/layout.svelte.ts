@@ -2,7 +2,7 @@
 import { load, save } from './stored';
 
 const LEFT_PANELS = ['instruments', 'fly'] as const;
-const RIGHT_PANELS = ['fleet', 'plan', 'numbers', 'sensors', 'messages', 'maps', 'settings'] as const;
+const RIGHT_PANELS = ['fleet', 'plan', 'numbers', 'sensors', 'messages', 'params', 'maps', 'settings'] as const;
 type LeftPanel = (typeof LEFT_PANELS)[number];
 type RightPanel = (typeof RIGHT_PANELS)[number];
 export type Panel = LeftPanel | RightPanel;

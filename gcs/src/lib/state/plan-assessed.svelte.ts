@@ -2,10 +2,11 @@
 import type { PlanFinding, Rehearsal, Trip } from '$lib/api/types';
 import { elevation } from './maps-elevation.svelte';
 import { PLAN_PARTS } from './on-board.svelte';
+import { params } from './params.svelte';
 import { plan } from './plan.svelte';
 import { planWind } from './plan-wind.svelte';
 import { planeProfile } from './plane-profile.svelte';
-import { api, operations, problemFrom, station } from './station.svelte';
+import { station } from './station.svelte';
 import { vehicles } from './vehicles.svelte';
 
 /** A rehearsal is drawn as old after this time without a newer one, so that it does not flicker between two answers. */
@@ -22,9 +23,7 @@ class PlanAssessed {
   /** Whether the rehearsal is of the plan as it was before. */
   isRehearsalOld = $state(false);
   checkState = $state<'none' | 'checking' | 'done' | 'unavailable'>('none');
-  isReadingParams = $state(false);
-  /** The vehicle whose parameters were read last, and when: what is shown of one of them may be old. */
-  paramsRead = $state.raw<{ readonly vehicle: number; readonly at: Date } | null>(null);
+  isReadingParams = $derived(params.selected?.isReading === true);
   #isAsking = false;
   #asksAgain = false;
   #oldTimer: ReturnType<typeof setTimeout> | undefined;
@@ -86,21 +85,13 @@ class PlanAssessed {
 
   /** Reads the vehicle's parameters, so that the rehearsal flies as it does. */
   async readParams(): Promise<void> {
-    const vehicle = vehicles.selected;
-    if (vehicle === null || this.isReadingParams) return;
+    const { selected } = params;
+    if (selected === null) return;
     plan.problem = null;
-    this.isReadingParams = true;
-    try {
-      await operations.finish(await api.readParams(vehicle.systemId));
-      this.paramsRead = { vehicle: vehicle.systemId, at: new Date() };
-      this.assess();
-    } catch (error) {
-      plan.problem = problemFrom(error);
-    } finally {
-      this.isReadingParams = false;
-    }
+    if (!(await selected.read())) plan.problem = selected.problem;
   }
 }
 
 export const planAssessed = new PlanAssessed();
 plan.whenChanged(() => planAssessed.assess());
+params.whenChanged(() => planAssessed.assess());

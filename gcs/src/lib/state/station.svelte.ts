@@ -76,6 +76,7 @@ export class Station {
   /** Messages about a vehicle received while its whole state is being fetched; they are newer than that. */
   readonly #meanwhile = new Map<number, ServerMessage[]>();
 
+  readonly #listeners = new Set<(message: ServerMessage) => void>();
   readonly #assessments = new Pending<Assessment>();
   readonly #ways = new Pending<Way>();
   #nextSeq = 1;
@@ -250,6 +251,11 @@ export class Station {
     return this.#clockOffset_ms === null ? null : time_s * 1000 + this.#clockOffset_ms;
   }
 
+  /** Calls `listener` with each message of the server, after the station has taken it. */
+  whenTold(listener: (message: ServerMessage) => void): void {
+    this.#listeners.add(listener);
+  }
+
   receive(message: ServerMessage): void {
     const now_ms = performance.now();
     if ('vehicle' in message && message.vehicle !== null) this.#meanwhile.get(message.vehicle)?.push(message);
@@ -308,7 +314,8 @@ export class Station {
         }
         break;
       case 'event':
-        // Events repeat what is in the telemetry.
+      case 'param':
+        // Events repeat what is in the telemetry; parameters have a state of their own.
         break;
       case 'assessment':
         this.#assessments.answer(message.seq, message);
@@ -321,6 +328,7 @@ export class Station {
         if (message.seq !== undefined) this.#endQuestions(message.detail, message.seq);
         break;
     }
+    for (const listener of this.#listeners) listener(message);
   }
 
   async #openSession(signal: AbortSignal): Promise<string> {

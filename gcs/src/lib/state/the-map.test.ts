@@ -9,7 +9,6 @@ const acts = (): MapActs => ({
   show: vi.fn(),
   goTo: vi.fn(),
   fit: vi.fn(),
-  goTo: vi.fn(),
   retryTiles: vi.fn(),
 });
 

@@ -29,6 +29,7 @@ export const SHORTCUTS: readonly Shortcut[] = [
   panel('n', 'numbers'),
   panel('s', 'sensors'),
   panel('m', 'messages'),
+  panel('a', 'params'),
   panel('l', 'maps'),
   panel(',', 'settings'),
   { key: 'g', shown: 'G', text: () => t('goTo.title'), run: () => (mapLook.isGoingTo = true) },

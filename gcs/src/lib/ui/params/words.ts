@@ -1,0 +1,19 @@
+// Values of parameters and what is told of them, in the language in use.
+import type { Parameter } from '$lib/api/types';
+import { writeParam } from '$lib/domain/params';
+import { unitOf } from '$lib/domain/param-units';
+import { i18n } from '$lib/i18n/index.svelte';
+import { meaningsEn } from '$lib/i18n/param-meanings.en';
+import { meaningsEs } from '$lib/i18n/param-meanings.es';
+import { decimalPoint } from '$lib/state/params.svelte';
+
+const MEANINGS: Record<'en' | 'es', Readonly<Record<string, string>>> = { en: meaningsEn, es: meaningsEs };
+
+/** What the parameter does, where that is known here; empty otherwise. */
+export const meaningOf = (name: string): string => MEANINGS[i18n.language][name] ?? '';
+
+/** A value with its unit. */
+export function valueWords(value: number, { name, kind }: Pick<Parameter, 'name' | 'kind'>): string {
+  const unit = unitOf(name);
+  return `${writeParam(value, kind, decimalPoint())}${unit === '' ? '' : unit === '°' ? unit : ` ${unit}`}`;
+}
