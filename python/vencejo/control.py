@@ -82,6 +82,20 @@ class Operator(Closing):
         """Ask the holder for control, or take it if it is free; returns whether this operator holds it now."""
         return self._native.request()
 
+    def keep(self, *, requested_by: str | None = None) -> None:
+        """Decline a request for the control that this operator holds; without control it does nothing.
+
+        An operator that asks by acting (JdeRobot, ROS 2, ``transient``) does not ask again for 5 min, or until control
+        changes hands.
+
+        Parameters
+        ----------
+        requested_by : str, optional
+            Name of the operator whose request is declined, even if another's has taken its place since; by default the
+            present request.
+        """
+        self._native.keep(requested_by)
+
     def release(self) -> None:
         """Give up control: it goes to the operator that asks for it, or is free."""
         self._native.release()

@@ -330,7 +330,8 @@ class Station(Closing):
     def operator(self) -> Operator:
         """The operator that this program acts as. It takes control with its first request, unless another operator has it.
 
-        It hands control over on request; a program that wants to be asked joins with `Server.operator` instead.
+        It hands control over on request; a program that wants to be asked joins with `Server.operator` instead, and
+        answers with `Operator.release` or `Operator.keep`.
         """
         return Operator(self._native.operator())
 
@@ -343,7 +344,8 @@ class Station(Closing):
             Name shown to the other operators, up to 40 characters.
         transient : bool, optional
             For clients that come and go and cannot ask for control: it is present from `Operator.attach` to
-            `Operator.detach` and for 5 s after each request, and a refused request asks for control.
+            `Operator.detach` and for 5 s after each request. A refused request asks for control, unless another
+            operator asks for it already or the holder has declined that within 5 min (`Operator.keep`).
         """
         return Operator(self._native.enlist(name, transient))
 

@@ -119,6 +119,16 @@ def test_one_operator_acts_and_the_others_are_told_who(plane: vencejo.Vehicle) -
         with pytest.raises(vencejo.ControlHeld, match="Luis"):
             plane.arm()
         theirs.set_mode("FBWA")
+        with plane.station.add_operator("Eva", transient=True) as eva:
+            acts = eva.vehicle(plane)
+            asked = []
+            for declined in ("Ana", None, "Eva"):
+                with pytest.raises(vencejo.ControlHeld, match="Luis"):
+                    acts.set_mode("MANUAL")
+                ours.keep()
+                luis.keep(requested_by=declined)
+                asked.append(luis.requested_by)
+            assert asked == ["Eva", None, None], "declined once, it does not ask again"
     plane.set_mode("MANUAL")
     # Of two who send at once one is told, and the vehicle has one whole plan.
     plans = {name: Plan(items=MISSION.items[:count]) for name, count in (("Ana", 2), ("Eva", 3))}

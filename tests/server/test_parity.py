@@ -79,7 +79,10 @@ ROUTES: dict[str, tuple[str, ...]] = {
     "Station.links": ("GET /api/v1/links", "WS links"),
     "Station.on_message": ("WS subscribe_messages", "WS message"),
     "Station.open_link": ("POST /api/v1/links",),
-    "Station.operator": ("GET /api/v1/session", "POST /api/v1/control/take", "POST /api/v1/control/release"),
+    "Station.operator": (
+        "GET /api/v1/session",
+        *(f"POST /api/v1/control/{act}" for act in ("take", "request", "release", "keep")),
+    ),
     "Station.recorder": ("GET /api/v1/recorder",),
     "Station.recorder_changes": ("GET /api/v1/storage", "WS storage"),
     "Station.set_heartbeat": ("PUT /api/v1/heartbeat",),

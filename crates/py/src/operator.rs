@@ -70,6 +70,10 @@ impl PyOperator {
         self.operator.request(self.station.now())
     }
 
+    fn keep(&self, requested_by: Option<&str>) {
+        self.operator.keep(requested_by, self.station.now());
+    }
+
     fn release(&self) {
         self.operator.release(self.station.now());
     }

@@ -52,7 +52,7 @@ pub use rehearsal::{
     Outlook, PlaneProfile, Rehearsal, RehearsalRequest, RehearsedFlight, RehearsedPassage, RehearsedTrack, Spread,
     SpreadRequest, VehicleProfile, WhatIf, WhatIfRequest, WhatIfs,
 };
-pub use session::{NewSession, Role, SessionInfo};
+pub use session::{DeclinedRequest, NewSession, Role, SessionInfo};
 pub use signing::{ChangeSigning, SigningAct, SigningInfo};
 pub use socket::{ClientMessage, EventDetail, ServerMessage};
 pub use vehicle::{

@@ -236,10 +236,10 @@ impl Sessions {
         Ok(())
     }
 
-    /// Declines the request of another session, if this one holds control.
-    pub fn decline(&mut self, id: SessionId, now: MonoTime) {
+    /// Declines the request of the operator with this name, or the present one, if this session holds control.
+    pub fn decline(&mut self, id: SessionId, requested_by: Option<&str>, now: MonoTime) {
         if let Some(operator) = self.operator(id) {
-            operator.keep(now);
+            operator.keep(requested_by, now);
         }
     }
 
@@ -321,9 +321,9 @@ mod tests {
         assert_eq!(sessions.take(second, at(1)), Err(NotGiven::Held("first".into())));
         assert_eq!(sessions.request(second, at(1)), Ok(()));
         assert_eq!(sessions.info(first).expect("open").requested_by.as_deref(), Some("second"));
-        sessions.decline(second, at(1));
+        sessions.decline(second, None, at(1));
         assert!(sessions.info(first).expect("open").requested_by.is_some(), "only the holder declines");
-        sessions.decline(first, at(1));
+        sessions.decline(first, None, at(1));
         assert_eq!(sessions.info(second).expect("open").requested_by, None);
         assert!(sessions.has_control(first), "the holder keeps it");
         assert_eq!(sessions.request(second, at(1)), Ok(()), "who was declined may ask again");

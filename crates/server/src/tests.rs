@@ -343,6 +343,12 @@ async fn control_is_handed_from_one_to_the_other() {
     assert_eq!(ask(&luis, "/control/request").await.json()["has_control"], false);
     let asked = server.ask("GET", "/session", Some(&ana), None).await.json();
     assert_eq!((asked["has_control"].as_bool(), asked["requested_by"].as_str()), (Some(true), Some("Luis")));
+    let keep = async |body| server.ask("POST", "/control/keep", Some(&ana), body).await.json();
+    assert_eq!(keep(Some(json!({"requested_by": "Eva"}))).await["requested_by"], "Luis");
+    assert_eq!(keep(Some(json!({"requested_by": "Luis"}))).await["requested_by"], json!(null));
+    ask(&luis, "/control/request").await;
+    assert_eq!(keep(None).await["requested_by"], json!(null));
+    ask(&luis, "/control/request").await;
     ask(&ana, "/control/release").await;
     assert_eq!(server.ask("GET", "/session", Some(&luis), None).await.json()["has_control"], true);
     let again = server.ask("POST", "/session", Some(&luis), Some(json!({}))).await;

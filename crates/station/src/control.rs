@@ -11,6 +11,8 @@ use vencejo_proto::{MonoTime, plain};
 
 /// How long control stays with an operator that is not attached and does nothing.
 pub const GRACE: Duration = Duration::from_secs(5);
+/// How long an operator whose request was declined does not ask again by acting.
+const DECLINED_FOR: Duration = Duration::from_secs(5 * 60);
 /// Characters of an operator's name.
 const MAX_NAME: usize = 40;
 
@@ -49,8 +51,8 @@ struct State {
     enlisted: u64,
     holder: Option<OperatorId>,
     asking: Option<OperatorId>,
-    /// The holder that declined a request last, and whose that was.
-    declined: Option<(OperatorId, OperatorId)>,
+    /// Those whose requests the present holder has declined, and when.
+    declined: BTreeMap<OperatorId, MonoTime>,
     /// The latest time passed in.
     now: MonoTime,
 }
@@ -127,6 +129,9 @@ impl Control {
         state.now = now.into().unwrap_or(state.now);
         state.expire();
         let result = change(&mut state);
+        if before.0 != state.holder {
+            state.declined.clear();
+        }
         if before != (state.holder, state.asking) {
             self.shared.1.send_modify(|version| *version += 1);
         }
@@ -135,9 +140,10 @@ impl Control {
 }
 
 impl State {
-    /// Whether the present holder has declined the last request of an operator.
-    fn has_declined(&self, id: OperatorId) -> bool {
-        self.declined.is_some_and(|declined| self.holder == Some(declined.0) && declined.1 == id)
+    /// Whether an operator that asks by acting may: it takes no other request's place, and was not declined just now.
+    fn may_ask(&self, id: OperatorId) -> bool {
+        let is_declined = self.declined.get(&id).is_some_and(|at| self.now.since(*at) < DECLINED_FOR);
+        self.asking.is_none_or(|asking| asking == id) && !is_declined
     }
 
     fn name(&self, id: OperatorId) -> Option<String> {
@@ -241,13 +247,13 @@ impl Operator {
     }
 
     /// Takes control to act. If another operator has it, an [`asking`](Self::asking) operator has requested it now,
-    /// unless that one has declined its last request.
+    /// unless that one has declined its last request within five minutes, or another operator's is open.
     ///
     /// # Errors
     /// [`NotTaken::Held`] by another operator, [`NotTaken::Dismissed`].
     pub fn act(&self, now: MonoTime) -> Result<(), NotTaken> {
         let taken = self.take(now);
-        if taken.is_err() && self.asks && !self.change(now, |state| Ok(state.has_declined(self.id))).unwrap_or(true) {
+        if taken.is_err() && self.asks && self.change(now, |state| Ok(state.may_ask(self.id))).unwrap_or(false) {
             self.request(now);
         }
         taken
@@ -276,21 +282,27 @@ impl Operator {
             let is_taken = state.take(self.id).is_ok();
             if !is_taken {
                 state.asking = Some(self.id);
-                state.declined = state.declined.filter(|(_, declined)| *declined != self.id);
+                state.declined.remove(&self.id);
             }
             Ok(is_taken)
         });
         is_taken.unwrap_or(false)
     }
 
-    /// Declines the request of another operator, if this one has control.
-    pub fn keep(&self, now: MonoTime) {
+    /// Declines the request of the operator with this name, even if another's has taken its place since; without a
+    /// name, the present request. Without control it does nothing.
+    pub fn keep(&self, requested_by: Option<&str>, now: MonoTime) {
         self.control.change(now, |state| {
-            if state.holder == Some(self.id)
-                && let Some(asking) = state.asking.take()
-            {
-                state.declined = Some((self.id, asking));
+            if state.holder != Some(self.id) {
+                return;
             }
+            let is_meant = |(id, entry): &(&OperatorId, &Entry)| match requested_by {
+                Some(name) => **id != self.id && entry.name == name,
+                None => state.asking == Some(**id),
+            };
+            let declined: Vec<_> = state.operators.iter().filter(is_meant).map(|(id, _)| *id).collect();
+            state.asking.take_if(|asking| declined.contains(asking));
+            state.declined.extend(declined.into_iter().map(|id| (id, now)));
         });
     }
 
@@ -306,6 +318,7 @@ impl Operator {
         self.control.change(None, |state| {
             state.release(self.id);
             state.operators.remove(&self.id);
+            state.declined.remove(&self.id);
         });
     }
 
@@ -408,15 +421,53 @@ mod tests {
         assert!(ana.request(at(4)));
         // Declined, it does not ask again by itself; a person may ask for it, and another holder is asked anew.
         assert!(ice.act(at(5)).is_err());
-        ana.keep(at(5));
+        ana.keep(None, at(5));
         assert!(ice.act(at(6)).is_err());
         assert_eq!(control.requested_by(), None);
         assert!(!ice.request(at(7)));
         assert_eq!(control.requested_by().as_deref(), Some("Ice"));
-        ana.keep(at(7));
+        ana.keep(None, at(7));
         script.take_over("Ana", at(8)).expect("Ana has it");
         assert!(ice.act(at(8)).is_err());
         assert_eq!(control.requested_by().as_deref(), Some("Ice"));
+    }
+
+    #[test]
+    fn all_that_were_declined_stay_so_until_control_changes_hands_or_for_some_minutes() {
+        let control = Control::default();
+        let [ana, luis] = ["Ana", "Luis"].map(|name| control.enlist(name, at(0)));
+        let [ice, ros] = ["Ice", "ROS 2"].map(|name| control.enlist(name, at(0)).asking());
+        ana.attach(at(0));
+        ana.take(at(0)).expect("free");
+        // Each acts, in turn; what Ana is asked.
+        let asked = |second| {
+            let mut asked = Vec::new();
+            for operator in [&ice, &ros] {
+                assert_eq!(operator.act(at(second)), Err(NotTaken::Held("Ana".into())));
+                asked.extend(control.requested_by());
+            }
+            asked
+        };
+        assert_eq!(asked(1), ["Ice", "Ice"], "who asks by acting does not push a request aside");
+        ana.keep(None, at(1));
+        assert_eq!(asked(2), ["ROS 2"]);
+        ice.keep(Some("ROS 2"), at(2));
+        ana.keep(Some("nobody"), at(2));
+        assert_eq!(control.requested_by().as_deref(), Some("ROS 2"));
+        // A person asks while Ana reads who does: it is the program that she declines.
+        assert!(!luis.request(at(2)));
+        ana.keep(Some("ROS 2"), at(2));
+        assert_eq!(control.requested_by().as_deref(), Some("Luis"));
+        luis.release(at(2));
+        assert_eq!((asked(3), asked(300)), (vec![], vec![]));
+        assert_eq!(asked(301), ["Ice", "Ice"], "five minutes after it was declined");
+        ana.keep(None, at(301));
+        assert_eq!(asked(302), ["ROS 2"]);
+        ana.keep(None, at(302));
+        ana.release(at(303));
+        ice.act(at(303)).expect("free");
+        assert!(ana.request(at(304)), "a program hands it over");
+        assert_eq!(asked(305), ["Ice", "Ice"], "it had control since");
     }
 
     #[test]

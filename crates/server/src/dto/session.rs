@@ -25,6 +25,16 @@ pub struct NewSession {
     pub name: Option<String>,
 }
 
+/// The request for control that is declined.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize, ToSchema, Default)]
+#[serde(deny_unknown_fields)]
+pub struct DeclinedRequest {
+    /// Name of the operator whose request is declined, as the session's `requested_by` had it; the present one when
+    /// absent.
+    #[serde(default)]
+    pub requested_by: Option<String>,
+}
+
 /// A session, as its owner sees it. The secret that authenticates it is in the cookie.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, ToSchema)]
 pub struct SessionInfo {

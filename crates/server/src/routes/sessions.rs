@@ -11,7 +11,7 @@ use utoipa_axum::routes;
 
 use crate::door::Caller;
 use crate::dto::cause::{Cause, LimitKind};
-use crate::dto::{NewSession, Role, SessionInfo};
+use crate::dto::{DeclinedRequest, NewSession, Role, SessionInfo};
 use crate::extract::{InSession, Operator, OptionalJson};
 use crate::problem::Problem;
 use crate::sessions::{MAX_SESSIONS, MAX_SOCKETS, NotGiven, SessionId};
@@ -134,11 +134,17 @@ async fn request_control(State(app): State<App>, Operator(id): Operator) -> Resu
     info(&app, id)
 }
 
-/// Declines the request of another session for the control that this one holds.
-#[utoipa::path(post, path = "/control/keep", tag = "session", responses((status = 200, body = SessionInfo), Problem))]
-async fn keep_control(State(app): State<App>, Operator(id): Operator) -> Result<Json<SessionInfo>, Problem> {
+/// Declines the request of another operator for the control that this session holds. One that requests it by acting does
+/// not request it again for five minutes, while this session holds control.
+#[utoipa::path(post, path = "/control/keep", tag = "session", request_body = Option<DeclinedRequest>,
+    responses((status = 200, body = SessionInfo), Problem))]
+async fn keep_control(
+    State(app): State<App>,
+    Operator(id): Operator,
+    OptionalJson(declined): OptionalJson<DeclinedRequest>,
+) -> Result<Json<SessionInfo>, Problem> {
     let now = app.now();
-    app.change_sessions(|sessions| sessions.decline(id, now));
+    app.change_sessions(|sessions| sessions.decline(id, declined.requested_by.as_deref(), now));
     info(&app, id)
 }
 

@@ -17,6 +17,7 @@ import type {
   NamedCamera,
   NewLink,
   NewPlanDraft,
+  DeclinedRequest,
   NewSession,
   Operation,
   Parameter,
@@ -66,7 +67,8 @@ export class Api extends Http {
   openSession = (body: NewSession, signal: AbortSignal) => this.json<Session>('POST', '/session', body, { signal });
   takeControl = () => this.json<Partial<Session>>('POST', '/control/take', {});
   releaseControl = () => this.json<Partial<Session>>('POST', '/control/release', {});
-  keepControl = () => this.json<Partial<Session>>('POST', '/control/keep', {});
+  keepControl = (requested_by: string) =>
+    this.json<Partial<Session>>('POST', '/control/keep', { requested_by } satisfies DeclinedRequest);
   requestControl = () => this.json<Partial<Session>>('POST', '/control/request', {});
 
   links = () => this.json<LinkInfo[]>('GET', '/links');

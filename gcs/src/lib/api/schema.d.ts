@@ -123,7 +123,10 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** Declines the request of another session for the control that this one holds. */
+        /**
+         * Declines the request of another operator for the control that this session holds. One that requests it by acting does
+         *     not request it again for five minutes, while this session holds control.
+         */
         post: operations["keep_control"];
         delete?: never;
         options?: never;
@@ -3674,6 +3677,14 @@ export interface components {
              * @description Time, seconds since the beginning of the rehearsed flight.
              */
             time_s: number;
+        };
+        /** @description The request for control that is declined. */
+        DeclinedRequest: {
+            /**
+             * @description Name of the operator whose request is declined, as the session's `requested_by` had it; the present one when
+             *     absent.
+             */
+            requested_by?: string | null;
         };
         /** @description Empty answer: the vehicle accepted the request, and its telemetry shows the effect where it can be observed. */
         Done: Record<string, never>;
@@ -9149,7 +9160,11 @@ export interface operations {
             path?: never;
             cookie?: never;
         };
-        requestBody?: never;
+        requestBody?: {
+            content: {
+                "application/json": components["schemas"]["DeclinedRequest"] | null;
+            };
+        };
         responses: {
             200: {
                 headers: {

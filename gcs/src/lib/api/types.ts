@@ -87,6 +87,7 @@ export type ComplexPart = Schemas['ComplexPart'];
 export type Info = Schemas['Info'];
 export type Session = Schemas['SessionInfo'];
 export type NewSession = Schemas['NewSession'];
+export type DeclinedRequest = Schemas['DeclinedRequest'];
 export type Cause = Schemas['Cause'];
 export type RefusalCode = Schemas['RefusalCode'];
 /** A problem of the server has a cause; one made here has none. */

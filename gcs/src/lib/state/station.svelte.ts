@@ -218,8 +218,8 @@ export class Station {
 
   takeControl = () => this.#control(() => api.takeControl());
   releaseControl = () => this.#control(() => api.releaseControl());
-  /** Declines the request of another operator. */
-  keepControl = () => this.#control(() => api.keepControl());
+  /** Declines the request of the operator with this name. */
+  keepControl = (requestedBy: string) => this.#control(() => api.keepControl(requestedBy));
   requestControl = () => this.#control(() => api.requestControl());
 
   async #control(call: () => Promise<Partial<Session>>): Promise<void> {
