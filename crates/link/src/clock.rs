@@ -1,6 +1,6 @@
 //! Owns the clock of links, hub and recorder; injected, so that tests control time.
 
-use std::time::{SystemTime, UNIX_EPOCH};
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use vencejo_proto::MonoTime;
 
@@ -13,16 +13,20 @@ pub trait Clock: Send + Sync + 'static {
     fn unix_us(&self) -> u64;
 }
 
-/// The machine's clocks. Monotonic time counts from the clock's creation and follows tokio's clock, paused or not.
+/// The time of a new [`SystemClock`]. A remote vehicle and a recording tell values from before it began, whose age must
+/// be right.
+const BEGINS_AT: Duration = Duration::from_secs(24 * 3600);
+
+/// The machine's clocks. Monotonic time begins at one day and follows tokio's clock, paused or not.
 #[derive(Debug, Clone, Copy)]
 pub struct SystemClock {
-    origin: tokio::time::Instant,
+    began: tokio::time::Instant,
 }
 
 impl SystemClock {
-    /// A clock whose monotonic origin is now.
+    /// A clock that begins now.
     pub fn new() -> Self {
-        Self { origin: tokio::time::Instant::now() }
+        Self { began: tokio::time::Instant::now() }
     }
 }
 
@@ -34,7 +38,7 @@ impl Default for SystemClock {
 
 impl Clock for SystemClock {
     fn now(&self) -> MonoTime {
-        MonoTime::from_origin(self.origin.elapsed())
+        MonoTime::from_origin(BEGINS_AT + self.began.elapsed())
     }
 
     fn unix_us(&self) -> u64 {

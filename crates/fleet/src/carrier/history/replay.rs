@@ -249,6 +249,10 @@ async fn play(
     let millis = |time: Duration| u64::try_from(time.as_millis()).unwrap_or(u64::MAX);
     let mut start = *sought.borrow_and_update();
     loop {
+        let shown = shared.status().id;
+        if let Some(id) = shown {
+            station.on_remote_sought(id);
+        }
         let from = start.min(contents.duration);
         let mut place = contents.timeline.partition_point(|(at, _)| *at < millis(from));
         let mut listener = Listener::default();
@@ -299,7 +303,62 @@ async fn play(
 
 #[cfg(test)]
 mod tests {
+    use tokio::time::timeout;
+    use vencejo_proto::dialect::{HOME_POSITION_DATA, MavMessage, VFR_HUD_DATA};
+    use vencejo_proto::{Heartbeat, Message};
+    use vencejo_station::StationConfig;
+
     use super::*;
+
+    #[tokio::test]
+    async fn a_value_is_as_old_as_it_was_there_wherever_the_replay_begins_or_goes_on() {
+        const HOME_AT_S: u64 = 60;
+        let state = |at_s: u64| {
+            let clock_ms = at_s * 1000;
+            let mut state = State { boot: 7, clock_ms, system: 1, component: 1, ..State::default() };
+            let heartbeat = Heartbeat { mav_type: 1, autopilot: 3, ..Heartbeat::default() };
+            state.say(&Said::of_message(&Message::Heartbeat(heartbeat)));
+            state.say(&Said::of_message(&Message::Dialect(MavMessage::VFR_HUD(VFR_HUD_DATA::default()))));
+            if at_s == HOME_AT_S {
+                let home = HOME_POSITION_DATA { latitude: 400_000_000, longitude: -30_000_000, ..Default::default() };
+                state.say(&Said::of_message(&Message::Dialect(MavMessage::HOME_POSITION(home))));
+            }
+            (clock_ms, Shown::State(Box::new(state)))
+        };
+        let contents = Contents {
+            aircraft: None,
+            streams: Vec::new(),
+            start_unix_ns: None,
+            duration: Duration::from_secs(600),
+            skipped_bytes: 0,
+            timeline: (0..=600).map(state).collect(),
+        };
+        let station = Station::start(StationConfig::default(), Handle::current()).expect("a station");
+        let status =
+            ReplayStatus { id: None, position: Duration::from_secs(300), duration: contents.duration, is_over: false };
+        let shared = Arc::new(Shared { name: "plane7 (replay)".into(), status: Mutex::new(status) });
+        let (seek, sought) = watch::channel(Duration::from_secs(590));
+        let autopilot = Address { system: SystemId(1), component: ComponentId(1) };
+        let playing = tokio::spawn(play(station.clone(), contents, autopilot, 1.0, false, shared.clone(), sought));
+        for (place_s, home_before_s) in [(590, Some(529)), (30, None), (61, Some(0)), (590, Some(529))] {
+            seek.send_replace(Duration::from_secs(place_s));
+            let is_there = || shared.status().id.is_some() && shared.status().position.as_secs().abs_diff(place_s) < 20;
+            timeout(Duration::from_secs(20), async {
+                while !is_there() {
+                    tokio::time::sleep(Duration::from_millis(10)).await;
+                }
+            })
+            .await
+            .expect("it is shown");
+            let id = shared.status().id.expect("it is shown");
+            let (telemetry, _) = station.vehicle(id).expect("known").telemetry();
+            let hud = telemetry.hud.expect("each second");
+            let before_s = telemetry.home.map(|home| hud.at.since(home.at).as_secs());
+            assert_eq!(before_s.map(|before_s| before_s / 100), home_before_s.map(|before_s: u64| before_s / 100));
+        }
+        playing.abort();
+        station.close().await;
+    }
 
     #[test]
     fn a_value_from_before_the_place_has_its_age_there() {
