@@ -27,6 +27,8 @@ pub const RENEW_EVERY: Duration = Duration::from_secs(2);
 pub const ASKS_FOR: Duration = Duration::from_secs(10);
 /// The greatest age of the state that an order may be based on.
 pub const FRESH: Duration = Duration::from_secs(5);
+/// Why an order for another run is not done.
+pub const STARTED_AGAIN: &str = "the station on board has started again since; look at the aircraft, then decide";
 /// How far in the future that state may be: clocks are read in whole milliseconds.
 const AHEAD: Duration = Duration::from_secs(1);
 /// How much longer an order is remembered: the network may deliver it twice, and its sender may not have noticed that
@@ -262,17 +264,21 @@ impl Authority {
         })
     }
 
+    /// The answer to an order for another run than this one; `None` for one for this run.
+    pub fn of_other_boot(&self, claim: &Claim, now: MonoTime) -> Option<Answer> {
+        // It is unknown what the other run did with it; its sender may know, by how long this run has lasted.
+        let boot_age_ms = millis(now.since(self.began)).max(1);
+        (claim.boot != self.boot).then(|| Answer { boot_age_ms, ..answer(claim, End::Unknown, STARTED_AGAIN) })
+    }
+
     /// Decides on an order.
     pub fn on_order(&mut self, caller: &Caller, claim: &Claim, now: MonoTime) -> Verdict {
         self.on_time(now);
         if let Some(known) = self.on_known(caller, claim) {
             return known;
         }
-        if claim.boot != self.boot {
-            // It is unknown what the earlier run did with it; its sender may know, by how long this run has lasted.
-            let why = "the station on board has started again since; look at the aircraft, then decide";
-            let boot_age_ms = u64::try_from(now.since(self.began).as_millis()).unwrap_or(u64::MAX);
-            return Verdict::Answer(Box::new(Answer { boot_age_ms, ..answer(claim, End::Unknown, why) }));
+        if let Some(answer) = self.of_other_boot(claim, now) {
+            return Verdict::Answer(Box::new(answer));
         }
         if claim.based_on.at > now + AHEAD || self.stamp(claim.based_on.at) != claim.based_on {
             return refused(claim, "it is based on a state that was never sent");

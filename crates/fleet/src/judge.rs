@@ -95,7 +95,9 @@ pub fn judge(
         }
     };
     let claim = claim_of(&order);
-    let refuse = |why: &str| answer(&claim, End::Refused, why);
+    // Before anything else: another computer of this name may be the one that it is for.
+    let of_other_boot = authority.of_other_boot(&claim, now);
+    let refuse = |why: &str| of_other_boot.clone().unwrap_or_else(|| answer(&claim, End::Refused, why));
     let key = signed.key.as_slice().try_into().ok().map(PublicKey);
     let Some((key, role)) = key.and_then(|key| Some((key, *to.trust.get(&key)?))) else {
         let key = key.map(|key| key.to_string()).unwrap_or_default();
@@ -113,6 +115,9 @@ pub fn judge(
     }
     if (order.org.as_str(), order.aircraft.as_str()) != (to.org, to.aircraft) {
         return Judged::Ended((key, order), Box::new(refuse("it is for another aircraft")));
+    }
+    if let Some(answer) = &of_other_boot {
+        return Judged::Ended((key, order), Box::new(answer.clone()));
     }
     let caller = Caller { key, name: order.operator.clone(), role };
     if let Some(known) = authority.on_known(&caller, &claim) {

@@ -259,8 +259,8 @@ pub struct Answer {
     /// What it yields.
     #[prost(oneof = "Outcome", tags = "11, 12, 13, 14, 15, 16")]
     pub outcome: Option<Outcome>,
-    /// The order is for an earlier boot: how long this one has run, ms; 0: it is for this one. Before that, no order
-    /// was done here.
+    /// The order is for another boot: how long this one has run, ms; 0: it is for this one. Before that, no order was
+    /// done here.
     #[prost(uint64, tag = "17")]
     pub boot_age_ms: u64,
 }

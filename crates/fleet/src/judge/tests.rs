@@ -220,6 +220,24 @@ fn an_order_that_comes_again_has_its_answer_although_its_list_has_made_room() {
     assert_eq!(word(&bench.judge(&ana, &put)), "Done", "it was done, and is not told as what was not");
 }
 
+/// Another computer of this aircraft's name may be the one that it is for.
+#[test]
+fn an_order_for_another_boot_is_answered_as_such_whatever_it_is() {
+    let part = Part::all_of(&plan()).remove(0);
+    let put = PlanPut { list: Some(Content::of(plan()).at_most(0)), ..PlanPut::default() };
+    let put = Want::Act(Act { deed: Some(Deed::PlanPut(put)), ..Act::default() });
+    for (number, want) in [(3, Want::Part(part)), (3, put), (3, Want::Ask(Nothing {})), (1, Want::Ask(Nothing {}))] {
+        let mut bench = Bench::new();
+        let order = Order { boot: BOOT + 1, ..bench.order(0, want) };
+        let answer = match bench.judge(&signer(number), &order) {
+            Judged::OfStranger(_, answer) if number == 1 => answer,
+            Judged::Ended(_, answer) => *answer,
+            other => panic!("{other:?}"),
+        };
+        assert_eq!((answer.end(), answer.boot_age_ms), (End::Unknown, 100_000), "{order:?}");
+    }
+}
+
 #[test]
 fn what_is_not_signed_or_is_for_others_is_refused_in_words() {
     let (mut bench, ana, eve) = (Bench::new(), signer(3), signer(1));

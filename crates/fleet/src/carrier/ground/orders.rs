@@ -72,6 +72,11 @@ fn is_transfer(request: &Request) -> bool {
     )
 }
 
+/// Whether this is the answer to an order from the boot that it is for: the others give their age.
+fn decides(answer: &[u8], id: &OrderId) -> bool {
+    Answer::read(answer).is_ok_and(|answer| answer.id == id && answer.boot_age_ms == 0)
+}
+
 /// Attempts of one order: when each was sent, and what came back.
 type Attempts = JoinSet<(MonoTime, Replies)>;
 
@@ -160,16 +165,17 @@ impl FarAircraft {
             let was_present = self.known().is_present;
             let (session, key, signed, sent_at) = (fleet.session(), key.clone(), signed.clone(), fleet.station.now());
             attempts.spawn(async move {
-                // The addressed boot alone gives no age: what it says decides.
-                let decides =
-                    |bytes: &[u8]| Answer::read(bytes).is_ok_and(|answer| answer.id == id && answer.boot_age_ms == 0);
+                let decides = |answer: &[u8]| decides(answer, &id);
                 (sent_at, network::ask_for(&session, &key, signed, ACT_PATIENCE, wait, decides).await)
             });
             let (sent_at, heard) = first_answer(&mut attempts, sent_at, wait).await;
             let now = fleet.station.now();
             let heard_at = {
                 let mut known = self.known();
-                if let (true, Replies::Answers(_)) = (is_answered_at_once, &heard) {
+                // Without the deciding one, the attempt was held open for it.
+                if let (true, Replies::Answers(answers)) = (is_answered_at_once, &heard)
+                    && answers.iter().any(|answer| decides(answer, &id))
+                {
                     known.round_trip.on_answer(now.since(sent_at));
                 }
                 if let Some(followed) = known.followed.get(id.as_slice()) {
