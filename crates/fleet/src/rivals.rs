@@ -135,6 +135,7 @@ mod tests {
             (Some(2), None),
             "as far as is known the first has started again"
         );
+        assert_eq!(listener.settled_at(), at(4_500));
         assert_eq!(
             listener.on_state(&state(1, 51_500, 3), at(2_500)),
             StateUpdate::default(),
@@ -142,6 +143,7 @@ mod tests {
         );
         let news = listener.on_state(&state(1, 51_600, 3), at(2_600));
         assert_eq!((shown(&listener), news.said.len(), news.missed_from), (Some(1), 1, Some(1)), "it never went");
+        assert_eq!(listener.settled_at(), at(2_600));
         assert_eq!(listener.contested_until(at(2_600)), Some(at(1_500) + THERE_FOR));
         for turn in 4..20 {
             let now = at(turn * 1_000);

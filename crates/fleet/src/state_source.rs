@@ -7,7 +7,7 @@ use std::time::Duration;
 use vencejo_proto::{Address, Frame, Message, MonoTime};
 
 use crate::payload::{Event, Held, Said, State, VERSION};
-use crate::rivals::{Rivals, Speaks, THERE_FOR};
+use crate::rivals::{HELD_BACK, Rivals, Speaks, THERE_FOR};
 use crate::stamp::{Stamper, StateStamp};
 
 /// Messages of which the newest is sent: what a ground station shows. HEARTBEAT, SYS_STATUS, GPS_RAW_INT, ATTITUDE,
@@ -194,6 +194,10 @@ pub struct Listener {
     told: Option<(u64, MonoTime)>,
     /// The other boots.
     rivals: Rivals,
+    /// The time between the last two samples.
+    interval: Duration,
+    /// When it is clear whether this boot is a restart of the one before, or another computer.
+    settled_at: MonoTime,
 }
 
 /// The news of a state or event.
@@ -215,7 +219,11 @@ impl Listener {
 
     /// Processes a sample.
     pub fn on_state(&mut self, state: &State, now: MonoTime) -> StateUpdate {
+        let before = (self.boot, self.clock_ms);
         let Some(news) = self.take_in(state, now) else { return StateUpdate::default() };
+        if before.0 == self.boot {
+            self.interval = Duration::from_millis(self.clock_ms.saturating_sub(before.1));
+        }
         self.run = match self.run {
             Some((first, last)) if state.sequence <= last.saturating_add(1) => Some((first, last.max(state.sequence))),
             _ => Some((state.sequence, state.sequence)),
@@ -237,7 +245,11 @@ impl Listener {
             let clock_ms = self.clock_ms.saturating_add(millis(self.age(now)));
             rivals.put(boot, clock_ms, self.at, speaks != Speaks::New, self.next_event);
         }
-        *self = Self { boot: Some(state.boot), next_event, rivals, ..Self::default() };
+        // Until then the one before may say that it never went.
+        let is_doubtful = speaks == Speaks::New && self.boot.is_some() && self.age(now) < THERE_FOR;
+        let settled_at =
+            if is_doubtful { now + 2 * HELD_BACK + self.interval.clamp(HELD_BACK, THERE_FOR) } else { now };
+        *self = Self { boot: Some(state.boot), next_event, rivals, settled_at, ..Self::default() };
         true
     }
 
@@ -320,6 +332,11 @@ impl Listener {
     /// Until when another computer with this aircraft's name counts as present; `None` if there is none.
     pub fn contested_until(&self, now: MonoTime) -> Option<MonoTime> {
         self.rivals.there_until(now)
+    }
+
+    /// When it is clear whether the followed boot is a restart of the one before, or another computer.
+    pub fn settled_at(&self) -> MonoTime {
+        self.settled_at
     }
 
     /// When this boot was heard last.

@@ -85,7 +85,9 @@ pub(in super::super) async fn on_board() -> Station {
 
 /// The same, and the plane.
 pub(in super::super) async fn beside_plane() -> (Station, Plane) {
-    let station = Station::start(StationConfig::default(), Handle::current()).expect("a station");
+    // What the plane hears is what was ordered.
+    let config = StationConfig { request_streams: false, heartbeat: false, ..StationConfig::default() };
+    let station = Station::start(config, Handle::current()).expect("a station");
     let link = station.open_link("udpin:127.0.0.1:0", LinkOptions::default()).expect("a link");
     let plane = tokio::net::UdpSocket::bind("127.0.0.1:0").await.expect("a socket");
     let at = timeout(WAIT, async {
@@ -136,18 +138,14 @@ impl Plane {
         heard.await.unwrap_or_else(|_| panic!("no message {id}"));
     }
 
-    /// Whether it was sent a message of this id since this was asked last.
-    pub(in super::super) fn has_heard(&self, id: u32) -> bool {
-        self.heard().contains(&id)
-    }
-
-    /// The ids of the messages that it was sent since this was asked last.
-    pub(in super::super) fn heard(&self) -> Vec<u32> {
-        let (mut decoder, mut buffer) = (FrameDecoder::new(), [0; 2048]);
+    /// Whether it was sent a message of these ids since this was asked last.
+    pub(in super::super) fn has_heard(&self, ids: &[u32]) -> bool {
+        let (mut decoder, mut buffer, mut has_heard) = (FrameDecoder::new(), [0; 2048], false);
         while let Ok(count) = self.0.try_recv(&mut buffer) {
             decoder.push_datagram(&buffer[..count]);
+            has_heard |= std::iter::from_fn(|| decoder.next_frame()).any(|frame| ids.contains(&frame.message_id()));
         }
-        std::iter::from_fn(|| decoder.next_frame()).map(|frame| frame.message_id()).collect()
+        has_heard
     }
 }
 

@@ -48,7 +48,7 @@ pub(super) struct Followed {
 
 impl Known {
     /// The boot that is followed.
-    fn boot(&self) -> Option<u64> {
+    pub(super) fn boot(&self) -> Option<u64> {
         self.listener.stamp().map(|(boot, _)| boot)
     }
 

@@ -15,7 +15,7 @@ use super::super::network::{self, Replies};
 use super::known::Followed;
 use super::{CONTROL_PATIENCE, FarAircraft, Fleet};
 use crate::act;
-use crate::authority::FRESH;
+use crate::authority::{FRESH, STARTED_AGAIN};
 use crate::content::{MAX_WITH_ORDER, Part, unpack_items, unpack_params};
 use crate::deed::{Act, Deed, Nothing};
 use crate::delivery::{self, AGAIN_AFTER, OrderDelivery, Step};
@@ -111,12 +111,24 @@ impl FarAircraft {
         epoch: u64,
         patience: Duration,
     ) -> Result<delivery::Outcome, StationError> {
-        self.send_as(self.new_id()?, want, operator, epoch, patience).await
+        self.send_as(self.new_id()?, None, want, operator, epoch, patience).await
+    }
+
+    /// The same, to this boot: refused when another is followed now.
+    async fn send_to(
+        &self,
+        boot: u64,
+        want: Want,
+        operator: &str,
+        patience: Duration,
+    ) -> Result<delivery::Outcome, StationError> {
+        self.send_as(self.new_id()?, Some(boot), want, operator, 0, patience).await
     }
 
     async fn send_as(
         &self,
         id: OrderId,
+        to: Option<u64>,
         want: Want,
         operator: &str,
         epoch: u64,
@@ -130,6 +142,9 @@ impl FarAircraft {
             let picture = known.listener.stamp().filter(|_| age < FRESH);
             (picture.ok_or(StationError::Vehicle(VehicleError::NotHeard { age }))?, known.round_trip)
         };
+        if to.is_some_and(|to| to != boot) {
+            return Err(self.refused(STARTED_AGAIN));
+        }
         let is_answered_at_once = !matches!(want, Want::Act(_));
         let order = Order {
             version: VERSION,
@@ -216,13 +231,13 @@ impl FarAircraft {
         self.known().epoch(&own)
     }
 
-    /// The epoch in which we have control; requests control if we have none.
-    async fn control(&self, operator: &str) -> Result<u64, StationError> {
+    /// The epoch in which we have control of this boot; requests control if we have none.
+    async fn control(&self, boot: u64, operator: &str) -> Result<u64, StationError> {
         let _one = self.asking.lock().await;
         if let Some(epoch) = self.epoch() {
             return Ok(epoch);
         }
-        match self.send(Want::Ask(Nothing {}), operator, 0, CONTROL_PATIENCE).await? {
+        match self.send_to(boot, Want::Ask(Nothing {}), operator, CONTROL_PATIENCE).await? {
             delivery::Outcome::Answered(answer) if answer.end() == End::Granted => Ok(answer.epoch),
             outcome => Err(self.not_done(outcome)),
         }
@@ -258,22 +273,27 @@ impl FarAircraft {
 
     async fn carry(
         self: Arc<Self>,
+        boot: Option<u64>,
         request: Request,
         confirmed: Option<Danger>,
         operator: String,
         telling: Telling,
     ) -> RequestResult {
+        let boot = boot.ok_or_else(|| self.unreached())?;
+        if request.is_act() {
+            self.settle().await;
+        }
         let mut act = act::act_of(&request, confirmed).map_err(|why| self.refused(why))?;
         let mut list = self.prepare(&mut act).await?;
         let patience = if is_transfer(&request) { TRANSFER_PATIENCE } else { ACT_PATIENCE };
         let (mut has_asked_again, mut has_sent_again) = (false, false);
         loop {
-            let control = async { if request.is_act() { self.control(&operator).await } else { Ok(0) } };
+            let control = async { if request.is_act() { self.control(boot, &operator).await } else { Ok(0) } };
             let parts = std::mem::take(&mut list);
             let kept = parts.clone();
-            let (epoch, ()) = tokio::try_join!(control, self.deliver(parts, &operator))?;
+            let (epoch, ()) = tokio::try_join!(control, self.deliver(boot, parts, &operator))?;
             let mut waited = Waited::new(&self, self.new_id()?, &operator, &telling);
-            let outcome = self.send_as(waited.id, Want::Act(act.clone()), &operator, epoch, patience).await;
+            let outcome = self.send_as(waited.id, Some(boot), Want::Act(act.clone()), &operator, epoch, patience).await;
             waited.has_ended = true;
             drop(waited);
             let answer = match outcome? {
@@ -308,6 +328,12 @@ impl FarAircraft {
         }
     }
 
+    /// Waits until it is clear which computer the followed boot is of.
+    async fn settle(&self) {
+        let wait = self.fleet.upgrade().map(|fleet| self.known().listener.settled_at().since(fleet.station.now()));
+        tokio::time::sleep(wait.unwrap_or_default()).await;
+    }
+
     /// Fills in the plan revision that an order is based on; returns the parts of its list if they are sent separately.
     async fn prepare(self: &Arc<Self>, act: &mut Act) -> Result<Vec<Part>, StationError> {
         let (kind, revision) = match &mut act.deed {
@@ -330,14 +356,15 @@ impl FarAircraft {
     }
 
     /// Delivers the parts of a list.
-    async fn deliver(self: &Arc<Self>, parts: Vec<Part>, operator: &str) -> Result<(), StationError> {
+    async fn deliver(self: &Arc<Self>, boot: u64, parts: Vec<Part>, operator: &str) -> Result<(), StationError> {
         let (mut parts, mut on_their_way) = (parts.into_iter(), JoinSet::new());
         loop {
             while on_their_way.len() < PARTS_AT_ONCE
                 && let Some(part) = parts.next()
             {
                 let (far, operator) = (self.clone(), operator.to_owned());
-                on_their_way.spawn(async move { far.send(Want::Part(part), &operator, 0, TRANSFER_PATIENCE).await });
+                on_their_way
+                    .spawn(async move { far.send_to(boot, Want::Part(part), &operator, TRANSFER_PATIENCE).await });
             }
             match on_their_way.join_next().await {
                 None => return Ok(()),
@@ -451,7 +478,9 @@ impl Remote for FarAircraft {
         operator: String,
         telling: Telling,
     ) -> Carried {
-        Box::pin(self.carry(request, confirmed, operator, telling))
+        // It is for the computer whose state is shown now.
+        let boot = self.known().boot();
+        Box::pin(self.carry(boot, request, confirmed, operator, telling))
     }
 
     fn held(&self) -> FarHeld {

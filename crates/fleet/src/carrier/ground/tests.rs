@@ -170,10 +170,11 @@ async fn whoever_comes_late_hears_all_that_was_said() {
     }
 }
 
+const HEARTBEAT: u32 = 0;
+const COMMAND_LONG: u32 = 76;
+
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn of_two_computers_that_speak_as_one_aircraft_the_first_stays_under_control() {
-    const HEARTBEAT: u32 = 0;
-    const COMMAND_LONG: u32 = 76;
     let (station, ground) = in_the_clear(Some(endpoint("tcp/127.0.0.1:0")), Vec::new()).await;
     let ((one, flying), (other, bench)) = (beside_plane().await, beside_plane().await);
     let first = plane7(&one, ground.endpoint());
@@ -188,16 +189,44 @@ async fn of_two_computers_that_speak_as_one_aircraft_the_first_stays_under_contr
     assert_eq!(vehicle.rival().as_deref(), Some("the fleet acme"));
     // The autopilot answered nothing.
     assert!(timeout(WAIT, asked.wait()).await.expect("it ends").expect("it was not given up").is_err());
-    flying.has_heard(COMMAND_LONG);
+    flying.has_heard(&[]);
     let _asked = vehicle.request(Request::ReturnToLaunch);
     flying.hears(COMMAND_LONG).await;
     flying.hears(HEARTBEAT).await;
     assert_eq!((first.status().holder.is_some(), second.status().holder), (true, None));
-    let heard = bench.heard();
-    assert!(
-        !heard.contains(&COMMAND_LONG) && !heard.contains(&HEARTBEAT),
-        "it is not the one that is shown: {heard:?}"
-    );
+    assert!(!bench.has_heard(&[COMMAND_LONG, HEARTBEAT]), "it is not the one that is shown");
+    for (station, aircraft) in [(&one, &first), (&other, &second)] {
+        aircraft.close().await;
+        station.close().await;
+    }
+    ground.close().await;
+    station.close().await;
+}
+
+/// The computer may be the same one, started again, or another one with a copy of its card.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn what_was_ordered_before_another_computer_took_its_place_is_not_carried_to_that() {
+    let (station, ground) = in_the_clear(Some(endpoint("tcp/127.0.0.1:0")), Vec::new()).await;
+    let ((one, _flying), (other, bench)) = (beside_plane().await, beside_plane().await);
+    let first = plane7(&one, ground.endpoint());
+    until("it is seen", || shows(&ground, "plane7")).await;
+    let vehicle = station.vehicles().into_iter().next().expect("it is there");
+    let far = ground.fleet.aircraft().values().next().cloned().expect("it is there");
+    let boot = || far.known().boot();
+    let ordered_for = boot();
+    // It waits for its turn to ask for control.
+    let turn = far.asking.lock().await;
+    let asked = vehicle.request(Request::ReturnToLaunch);
+    first.close().await;
+    let second = plane7(&other, ground.endpoint());
+    until("the second is followed", || boot() != ordered_for).await;
+    drop(turn);
+    let ended = timeout(WAIT, asked.wait()).await.expect("it ends").expect("it was not given up");
+    let refused = ended.expect_err("it was for another").to_string();
+    assert!(refused.contains("started again"), "{refused}");
+    assert!(!bench.has_heard(&[COMMAND_LONG, HEARTBEAT]));
+    let _asked = vehicle.request(Request::ReturnToLaunch);
+    bench.hears(COMMAND_LONG).await;
     for (station, aircraft) in [(&one, &first), (&other, &second)] {
         aircraft.close().await;
         station.close().await;
