@@ -79,7 +79,9 @@ async def test_a_newcomer_draws_a_plan_before_there_is_a_plane(open_station: Ope
         await station.close_panel("plan")
         await expect(draw, "nor afterwards").to_have_count(0)
         await station.open_panel("plan")
-        boxes = [station.page.get_by_role("region", name=station.text(key)) for key in ("rehearsal.box", "plan.profile")]
+        boxes = [
+            station.page.get_by_role("region", name=station.text(key)) for key in ("rehearsal.box", "plan.profile")
+        ]
         for box in boxes:
             await expect(box, "there is nothing to show in it").to_have_count(0)
         left, top, right, bottom = await station.free_map()
