@@ -83,7 +83,6 @@ class Elevation:
     def __call__(self, lat_deg: float, lon_deg: float) -> float | None: ...
 
 def rehearse(plan: _Plan, given: dict[str, Any], ground: _Ground | None) -> dict[str, Any]: ...
-
 def plan_fixes(
     plan: _Plan,
     *,
