@@ -66,6 +66,7 @@ mod hub;
 mod onward;
 mod outlet;
 mod pace;
+mod played;
 mod port;
 mod recorder;
 mod router;
@@ -85,6 +86,7 @@ pub use fault::{FaultKind, LinkFault};
 pub use hub::{FrameSink, Hub, LinkError, LinkInfo, OpenSink, Origin, ReadSink, Route, SendReport, SinkScope};
 pub use outlet::PeerId;
 pub use pace::Pace;
+pub use played::{PlayedFrame, TlogFile};
 pub use port::{LinkId, LinkOptions, LinkState};
 pub use recorder::{
     Folder, Format, Frames, Line, Names, Noted, Recorder, RecorderConfig, RecorderHandle, RecorderState,

@@ -16,12 +16,12 @@ const STX_V2: u8 = 0xfd;
 const IFLAG_SIGNED: u8 = 0x01;
 const SIGNATURE_LEN: usize = 13;
 /// The longest entry: a signed MAVLink 2 frame with 255 bytes of payload.
-const LONGEST_ENTRY: usize = STAMP_LEN + 10 + 255 + 2 + SIGNATURE_LEN;
+pub(crate) const LONGEST_ENTRY: usize = STAMP_LEN + 10 + 255 + 2 + SIGNATURE_LEN;
 /// The length of a frame is known after this many of its bytes.
 const FRAME_START_LEN: usize = 10;
 
 /// Entries of several threads may be out of order by this much.
-const DISORDER_US: u64 = 1_000_000;
+pub(crate) const DISORDER_US: u64 = 1_000_000;
 /// Longest pause that is believed after the first entry and before the last one, which have a neighbour on one side only.
 const LONGEST_PAUSE_US: u64 = 3_600_000_000;
 
@@ -56,6 +56,8 @@ pub struct TlogDecoder {
     buffer: Vec<u8>,
     /// Offset at which the next entry may begin.
     at: usize,
+    /// Bytes of the recording before the buffer.
+    before: u64,
     ended: bool,
     /// Whether the entry before this offset was valid.
     in_step: bool,
@@ -63,7 +65,7 @@ pub struct TlogDecoder {
     checker: FrameDecoder,
     skipped: SkippedBytes,
     /// Entries that are held back until the stamps after them are known.
-    held: VecDeque<TlogEntry>,
+    held: VecDeque<(u64, TlogEntry)>,
     /// The stamp of the entry before, and whether another one confirmed it.
     previous_us: Option<(u64, bool)>,
 }
@@ -80,9 +82,15 @@ impl TlogDecoder {
         Self { in_step: true, ..Self::default() }
     }
 
+    /// A decoder at an entry that was decoded before with this stamp, which is believed again.
+    pub(crate) fn at_entry(unix_us: u64) -> Self {
+        Self { previous_us: Some((unix_us, true)), ..Self::new() }
+    }
+
     /// Appends bytes. Call [`Self::next_entry`] until it returns `None` before the next push.
     pub fn push(&mut self, bytes: &[u8]) {
         self.buffer.drain(..self.at);
+        self.before += self.at as u64;
         self.at = 0;
         self.buffer.extend_from_slice(bytes);
     }
@@ -95,6 +103,11 @@ impl TlogDecoder {
     /// The next entry. `None` when more bytes are needed or, after [`Self::finish`], at the end. An entry comes when the
     /// one after it is known, the first one when two are.
     pub fn next_entry(&mut self) -> Option<TlogEntry> {
+        self.next_placed().map(|(_, entry)| entry)
+    }
+
+    /// The same, with the offset at which the entry begins, counted from the first byte that was pushed.
+    pub fn next_placed(&mut self) -> Option<(u64, TlogEntry)> {
         let ahead = if self.previous_us.is_none() { 2 } else { 1 };
         while self.held.len() <= ahead {
             match self.decode_entry() {
@@ -103,11 +116,11 @@ impl TlogDecoder {
                 None => return None,
             }
         }
-        let mut entry = self.held.pop_front()?;
+        let (offset, mut entry) = self.held.pop_front()?;
         let (unix_us, is_confirmed) = self.sound_stamp(entry.unix_us);
         self.previous_us = Some((unix_us, is_confirmed));
         entry.unix_us = unix_us;
-        Some(entry)
+        Some((offset, entry))
     }
 
     /// No checksum covers a stamp. One that lies outside its neighbours, which are in order, is damaged and counts as the
@@ -115,7 +128,7 @@ impl TlogDecoder {
     /// judge the last one.
     fn sound_stamp(&self, stamp_us: u64) -> (u64, bool) {
         let believed = |from: u64| from..=from.saturating_add(LONGEST_PAUSE_US);
-        let mut after = self.held.iter().map(|entry| entry.unix_us);
+        let mut after = self.held.iter().map(|(_, entry)| entry.unix_us);
         let (earliest, latest, instead) = match (self.previous_us, after.next(), after.next()) {
             (Some((previous, _)), Some(next), _) if previous <= next => (previous, next, previous),
             (Some((previous, true)), None, _) => (previous, *believed(previous).end(), previous),
@@ -131,13 +144,14 @@ impl TlogDecoder {
         (if sound.contains(&stamp_us) { stamp_us } else { instead }, true)
     }
 
-    fn decode_entry(&mut self) -> Option<TlogEntry> {
+    fn decode_entry(&mut self) -> Option<(u64, TlogEntry)> {
         loop {
             match self.candidate() {
                 Candidate::Entry(entry, len) => {
+                    let offset = self.before + self.at as u64;
                     self.at += len;
                     self.in_step = true;
-                    return Some(entry);
+                    return Some((offset, entry));
                 }
                 Candidate::Incomplete if !self.ended => return None,
                 Candidate::Incomplete => {

@@ -10,12 +10,11 @@ use tokio::time::Instant;
 use super::{Context, End};
 use crate::onward::Onward;
 use crate::outlet::Peer;
+use crate::played::PlayedTime;
 use crate::tlog::{SkippedBytes, TlogDecoder};
 
 /// Bytes of one read.
 const READ_BYTES: usize = 32 * 1024;
-/// A longer pause, or a step back, means that the recorder's clock was set: replayed without waiting.
-const LONGEST_PAUSE_US: u64 = 60 * 60 * 1_000_000;
 /// A loop through a recording without a frame, or without duration, must not spin.
 const REPEAT_PAUSE: Duration = Duration::from_millis(100);
 
@@ -81,25 +80,21 @@ impl Replay {
 /// Turns recorded time into waiting.
 struct Pace {
     speed: f64,
-    previous_us: Option<u64>,
-    due: Instant,
+    began: Instant,
+    time: PlayedTime,
 }
 
 impl Pace {
     fn new(speed: f64) -> Self {
-        Self { speed, previous_us: None, due: Instant::now() }
+        Self { speed, began: Instant::now(), time: PlayedTime::default() }
     }
 
     async fn wait_for(&mut self, unix_us: u64) {
-        let pause_us = self.previous_us.map_or(0, |previous| unix_us.saturating_sub(previous));
-        self.previous_us = Some(unix_us);
-        if pause_us <= LONGEST_PAUSE_US {
-            self.due += Duration::from_micros(pause_us).div_f64(self.speed);
-        }
+        let due = self.began + Duration::from_micros(self.time.until(unix_us)).div_f64(self.speed);
         // Without this a replay at a great speed would keep its worker thread to itself.
         tokio::task::consume_budget().await;
-        if self.due > Instant::now() {
-            tokio::time::sleep_until(self.due).await;
+        if due > Instant::now() {
+            tokio::time::sleep_until(due).await;
         }
     }
 }
