@@ -27,7 +27,7 @@ impl Station {
             return Some(*id);
         }
         let id = core.vehicles.host(autopilot, name, now)?;
-        core.adopted.insert(id, Adopted { name: name.into(), remote, said_at: MonoTime::ZERO });
+        core.adopted.insert(id, Adopted { name: name.into(), remote, said_at: MonoTime::ZERO, shown: None });
         self.shared.settle(&mut core, now);
         Some(id)
     }

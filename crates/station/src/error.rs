@@ -10,6 +10,7 @@ use vencejo_vehicle::{Danger, VehicleError, VehicleId};
 
 use crate::confirm::{Challenge, VALID_FOR};
 use crate::control::NotTaken;
+use crate::replay::MAX_REPLAYS;
 use crate::signing::SigningError;
 
 /// Why a request to the station failed.
@@ -78,6 +79,20 @@ pub enum StationError {
         /// Its id or name.
         vehicle: String,
     },
+    /// A recording that cannot be replayed.
+    #[error("{file} cannot be replayed: {reason}")]
+    BadRecording {
+        /// Name of the file.
+        file: String,
+        /// Why.
+        reason: String,
+    },
+    /// [`MAX_REPLAYS`] are open.
+    #[error("{MAX_REPLAYS} recordings are being replayed; close one first")]
+    TooManyReplays,
+    /// There is no room for another vehicle that is not at a link.
+    #[error("no more vehicles can be followed; close a replay, or wait until some are lost")]
+    TooManyVehicles,
     /// The station has been closed.
     #[error("the station is closed; connect again")]
     Closed,
@@ -109,6 +124,9 @@ impl StationError {
             Self::BadConfirmation,
             Self::RemoteRefused { name: "plane7".into(), why: "the picture is too old".into() },
             Self::Replayed { vehicle: "1".into() },
+            Self::BadRecording { file: "flight.tlog".into(), reason: "there is no state of an aircraft in it".into() },
+            Self::TooManyReplays,
+            Self::TooManyVehicles,
             Self::Closed,
         ];
         examples.extend(SigningError::examples().into_iter().map(Self::Signing));
@@ -149,11 +167,14 @@ mod tests {
             StationError::RemoteRefused { .. } => 10,
             StationError::Dismissed => 11,
             StationError::Replayed { .. } => 12,
+            StationError::BadRecording { .. } => 13,
+            StationError::TooManyReplays => 14,
+            StationError::TooManyVehicles => 15,
         }
     }
 
     #[test]
     fn each_kind_has_an_example() {
-        assert_eq!(StationError::examples().iter().map(place).collect::<BTreeSet<_>>(), (0..=12).collect());
+        assert_eq!(StationError::examples().iter().map(place).collect::<BTreeSet<_>>(), (0..=15).collect());
     }
 }

@@ -35,6 +35,7 @@ mod queue;
 mod recording;
 mod records;
 mod remote;
+mod replay;
 mod signing;
 mod spread;
 mod station;
@@ -50,6 +51,10 @@ pub use pending::{Pending, Progress};
 pub use queue::{DropOldest, Taken};
 pub use recording::{MAX_FLIGHT_BYTES, RecordedEvent, RecordingSummary, Sender, recorded_flight, summarize_recording};
 pub use remote::{Carried, FarHeld, Remote, Telling};
+pub use replay::{
+    Film, FilmInfo, MAX_MARKS, MAX_REPLAYS, Mark, MarkKind, Moment, OpenFilm, Replay, ReplayId, ReplayOptions,
+    ReplayStatus, SPEEDS,
+};
 pub use signing::{KeyInfo, SigningChange, SigningError, SigningInfo};
 pub use spread::{Runs, rehearse_many};
 pub use station::{RequestResult, Station, VehicleHandle};

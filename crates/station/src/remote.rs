@@ -8,6 +8,7 @@ use vencejo_proto::MonoTime;
 use vencejo_vehicle::{Danger, Reply, Request};
 
 use crate::error::StationError;
+use crate::replay::Shown;
 
 /// A request on its way to a vehicle far away.
 pub type Carried = Pin<Box<dyn Future<Output = Result<Reply, StationError>> + Send>>;
@@ -51,4 +52,6 @@ pub(crate) struct Adopted {
     pub(crate) remote: Arc<dyn Remote>,
     /// The latest moment at which it said something.
     pub(crate) said_at: MonoTime,
+    /// Its replay, if it is a recorded one.
+    pub(crate) shown: Option<Shown>,
 }

@@ -202,6 +202,7 @@ impl Station {
             // The driver ends by itself; a join error would be its panic, which has been reported already.
             let _ = driver.await;
         }
+        self.end_replays().await;
         for link in links {
             link.close().await;
         }

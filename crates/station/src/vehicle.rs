@@ -51,7 +51,7 @@ impl VehicleHandle {
         &self.station
     }
 
-    /// A copy of its telemetry, and the time at which it was taken.
+    /// A copy of its telemetry, and the time at which it was taken: of a replayed vehicle in the time of its recording.
     pub fn telemetry(&self) -> (Telemetry, MonoTime) {
         self.station.shared.telemetry(self.id)
     }
@@ -65,16 +65,16 @@ impl VehicleHandle {
     /// Its newest text of this severity or worse, received within a time. Texts stamped with the clock's origin are
     /// skipped: a remote vehicle wrote them before this station started, at an unknown time.
     pub fn newest_text(&self, severity: telemetry::Severity, within: Duration) -> Option<Text> {
-        let now = self.station.now();
+        let (_, now) = self.telemetry();
         let is_fresh = |text: &&Text| text.at > MonoTime::ZERO && now.since(text.at) <= within;
         let is_wanted = |text: &&Text| text.severity <= severity && is_fresh(text);
         let newest = |vehicle: &Vehicle| vehicle.texts().iter().rev().find(is_wanted).cloned();
         self.station.shared.with_vehicle(self.id, newest).flatten()
     }
 
-    /// Who has control of a remote vehicle; `None` for one at a link.
+    /// Who has control of a remote vehicle; `None` for one at a link, or of a recording.
     pub fn held_far(&self) -> Option<FarHeld> {
-        self.station.shared.remote(self.id).map(|remote| remote.held())
+        self.station.shared.remote(self.id).filter(|remote| !remote.is_recording()).map(|remote| remote.held())
     }
 
     /// Its progress in the mission.

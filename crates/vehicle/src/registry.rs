@@ -3,7 +3,7 @@
 //! A vehicle is a system with an autopilot's heartbeat. Ground stations, cameras, radios, noise and our own echoed
 //! messages are not.
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::ops::RangeInclusive;
 
 use vencejo_proto::dialect::MavMessage;
@@ -34,7 +34,8 @@ const FAR: RangeInclusive<VehicleId> = VehicleId::new(VehicleId::FIRST_FAR)..=Ve
 pub enum RegistryEvent {
     /// A vehicle is heard for the first time.
     Appeared(VehicleId, Address),
-    /// A lost vehicle made room for another; its requests were cancelled.
+    /// A vehicle is no longer followed: a lost one made room for another, or its replay was closed. Its requests were
+    /// cancelled.
     Dropped(VehicleId, Address),
     /// The registry is full. Reported once until a place is free.
     Full,
@@ -63,6 +64,8 @@ pub struct Vehicles {
     touched: Vec<VehicleId>,
     /// At or before the earliest deadline of the others.
     rest_until: Option<MonoTime>,
+    /// Hosted vehicles whose time is another one than the station's.
+    replayed: BTreeSet<VehicleId>,
     is_full: bool,
 }
 
@@ -76,6 +79,7 @@ impl Vehicles {
             outputs: VecDeque::new(),
             touched: Vec::new(),
             rest_until: None,
+            replayed: BTreeSet::new(),
             is_full: false,
         }
     }
@@ -191,7 +195,9 @@ impl Vehicles {
     /// Makes room for one more vehicle within a limit, dropping a lost one if needed; returns whether there is room.
     fn make_room(&mut self, among: RangeInclusive<VehicleId>, most: usize, now: MonoTime) -> bool {
         if self.vehicles.range(among.clone()).count() >= most {
-            let lost = self.vehicles.range(among).filter(|(_, vehicle)| !vehicle.is_heard(now));
+            let is_lost =
+                |(id, vehicle): &(&VehicleId, &Vehicle)| !self.replayed.contains(id) && !vehicle.is_heard(now);
+            let lost = self.vehicles.range(among).filter(is_lost);
             let Some((system, vehicle)) = lost.min_by_key(|(_, vehicle)| vehicle.heard_at()) else {
                 if !self.is_full {
                     self.is_full = true;
@@ -219,15 +225,48 @@ impl Vehicles {
             return None;
         }
         let id = VehicleId::of_name(name).find(|id| !self.vehicles.contains_key(id))?;
-        let silent = VehicleConfig {
+        self.insert(id, source, self.silent(), now);
+        Some(id)
+    }
+
+    /// The configuration of a vehicle to which nothing is sent.
+    fn silent(&self) -> VehicleConfig {
+        VehicleConfig {
             streams: StreamConfig::listen_only(),
             reads_back: false,
             is_hosted: true,
             keeps_records: false,
             ..self.config.clone()
-        };
-        self.insert(id, source, silent, now);
-        Some(id)
+        }
+    }
+
+    /// Begins a hosted vehicle anew, as one of a recording: nothing of it is known, and from now on its time is that of
+    /// its messages and of [`Self::on_replay_time`], not that of [`Self::on_time`].
+    pub fn begin_replay(&mut self, id: VehicleId, now: MonoTime) {
+        let Some(address) = self.vehicles.get(&id).map(Vehicle::address) else { return };
+        self.replayed.insert(id);
+        self.vehicles.insert(id, Vehicle::new(address, self.our, self.silent(), now));
+        touch(&mut self.touched, id);
+    }
+
+    /// Advances the time of a vehicle of a recording.
+    pub fn on_replay_time(&mut self, id: VehicleId, now: MonoTime) {
+        if let Some(vehicle) = self.get_mut(id) {
+            vehicle.on_time(now);
+        }
+    }
+
+    /// Forgets a hosted vehicle.
+    pub fn dismiss(&mut self, id: VehicleId) {
+        if let Some(vehicle) = self.vehicles.remove(&id) {
+            self.replayed.remove(&id);
+            self.outputs.push_back(RegistryOutput::Event(RegistryEvent::Dropped(id, vehicle.address())));
+        }
+    }
+
+    /// The deadline of a vehicle by the station's time.
+    fn deadline_of(&self, id: VehicleId) -> Option<MonoTime> {
+        self.vehicles.get(&id).filter(|_| !self.replayed.contains(&id))?.deadline()
     }
 
     /// A message of a hosted vehicle's autopilot.
@@ -245,7 +284,7 @@ impl Vehicles {
     /// Advances time for vehicles whose deadline has passed.
     pub fn on_time(&mut self, now: MonoTime) {
         self.rest_until = None;
-        for (system, vehicle) in &mut self.vehicles {
+        for (system, vehicle) in self.vehicles.iter_mut().filter(|(id, _)| !self.replayed.contains(id)) {
             let deadline = vehicle.deadline();
             if deadline.is_some_and(|deadline| now >= deadline) {
                 touch(&mut self.touched, *system);
@@ -258,7 +297,7 @@ impl Vehicles {
 
     /// Latest time for the next [`Self::on_time`]; there may be nothing to do yet.
     pub fn deadline(&self) -> Option<MonoTime> {
-        let touched = self.touched.iter().filter_map(|system| self.vehicles.get(system)?.deadline()).min();
+        let touched = self.touched.iter().filter_map(|system| self.deadline_of(*system)).min();
         earlier(self.rest_until, touched)
     }
 
@@ -273,7 +312,7 @@ impl Vehicles {
                 return Some(RegistryOutput::Vehicle(system, output));
             }
             self.touched.pop();
-            self.rest_until = earlier(self.rest_until, self.vehicles.get(&system).and_then(Vehicle::deadline));
+            self.rest_until = earlier(self.rest_until, self.deadline_of(system));
         }
         None
     }
@@ -483,6 +522,34 @@ mod tests {
             None,
             "a station on board knows that"
         );
+    }
+
+    #[test]
+    fn one_of_a_recording_has_a_time_of_its_own_and_begins_anew_at_each_place() {
+        let mut vehicles = vehicles();
+        let id = vehicles.host(Address::new(1, 1), "flight", at(0)).expect("there is room");
+        vehicles.begin_replay(id, at(500_000));
+        vehicles.on_hosted(id, &heartbeat(1, 3), at(500_000));
+        let lost = |vehicles: &mut Vehicles| {
+            let is_lost = |output: &RegistryOutput| {
+                matches!(output, RegistryOutput::Vehicle(_, Output::Event(VehicleEvent::Lost)))
+            };
+            drain(vehicles).iter().any(is_lost)
+        };
+        assert_eq!((lost(&mut vehicles), vehicles.deadline()), (false, None), "the station's time is none of it");
+        vehicles.on_time(at(900_000));
+        assert!(!lost(&mut vehicles));
+        vehicles.on_replay_time(id, at(506_000));
+        assert!(lost(&mut vehicles), "it was silent for six seconds of the recording");
+        vehicles.begin_replay(id, at(100_000));
+        assert!(
+            vehicles
+                .get(id)
+                .is_some_and(|plane| plane.telemetry().heartbeat.is_none() && plane.heard_at() == at(100_000))
+        );
+        vehicles.dismiss(id);
+        let dropped = RegistryOutput::Event(RegistryEvent::Dropped(id, Address::new(1, 1)));
+        assert!(drain(&mut vehicles).contains(&dropped) && vehicles.get(id).is_none());
     }
 
     #[test]

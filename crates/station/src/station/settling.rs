@@ -26,7 +26,7 @@ impl Shared {
                 }
             }
             RegistryEvent::Dropped(id, address) => {
-                tracing::warn!(vehicle = %id, "a lost vehicle made room for another");
+                tracing::info!(vehicle = %id, "a vehicle is no longer followed");
                 // Its queues end, and waiting callers look again.
                 if core.adopted.remove(&id).is_none() {
                     self.hub.choose(address, None);

@@ -21,6 +21,7 @@ use crate::namesake::Namesake;
 use crate::pending::Finisher;
 use crate::records::Records;
 use crate::remote::Adopted;
+use crate::replay::Replays;
 use crate::signing::{SigningError, Vault};
 use crate::subscriptions::Subscriptions;
 
@@ -65,6 +66,7 @@ pub(crate) struct Shared {
     pub(crate) vault_fault: Option<SigningError>,
     pub(super) owned: Mutex<Owned>,
     pub(super) records: Mutex<Option<Records>>,
+    pub(super) replays: Mutex<Replays>,
 }
 
 /// Tasks and resources that are shut down in order.
@@ -96,6 +98,11 @@ pub(crate) struct Core {
 }
 
 impl Core {
+    /// The present moment of a vehicle of a replay, in the time of its recording.
+    pub(crate) fn replay_time(&self, id: VehicleId) -> Option<MonoTime> {
+        self.adopted.get(&id)?.shown.as_ref().map(|shown| shown.now)
+    }
+
     pub(super) fn end_requests(&mut self) {
         self.ended.drain(..).for_each(|(finisher, result)| finisher.finish(result));
     }
@@ -155,6 +162,11 @@ impl Shared {
         self.records.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
+    /// Not to be locked while the core is.
+    pub(crate) fn replays(&self) -> MutexGuard<'_, Replays> {
+        self.replays.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
     pub(crate) fn hub(&self) -> &Hub {
         &self.hub
     }
@@ -195,10 +207,11 @@ impl Shared {
         self.core().vehicles.get(system).map(look)
     }
 
-    /// A copy of a vehicle's telemetry and the moment that it was taken.
+    /// A copy of a vehicle's telemetry and the moment that it was taken, of a replayed one in the time of its recording.
     pub(crate) fn telemetry(&self, system: VehicleId) -> (Telemetry, MonoTime) {
-        let telemetry = self.with_vehicle(system, |vehicle| *vehicle.telemetry()).unwrap_or_default();
-        (telemetry, self.clock.now())
+        let core = self.core();
+        let telemetry = core.vehicles.get(system).map(|vehicle| *vehicle.telemetry()).unwrap_or_default();
+        (telemetry, core.replay_time(system).unwrap_or_else(|| self.clock.now()))
     }
 
     /// Marks it closed: all waits end.

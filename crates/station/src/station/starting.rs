@@ -99,6 +99,7 @@ impl Station {
             vault_fault,
             owned: Mutex::new(Owned { recorder, ..Owned::default() }),
             records: Mutex::new(None),
+            replays: Mutex::default(),
             hub,
             clock,
             config,

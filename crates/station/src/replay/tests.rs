@@ -1,0 +1,231 @@
+//! Replays under a paused clock: pace, places, the end, and a live vehicle beside them.
+
+use std::io::Write;
+use std::path::PathBuf;
+use std::time::Duration;
+
+use tokio::runtime::Handle;
+use tokio::time::sleep;
+use vencejo_link::{LinkId, Origin, PeerId, write_entry};
+use vencejo_proto::dialect::{HOME_POSITION_DATA, MavMessage};
+use vencejo_proto::{Address, ComponentId, Header, Heartbeat, MavVersion, Message, StatusText, SystemId};
+use vencejo_vehicle::Request;
+use vencejo_vehicle::telemetry::Severity;
+
+use super::{MarkKind, Replay, ReplayOptions};
+use crate::{Station, StationConfig, StationError, VehicleHandle};
+
+const START_US: u64 = 1_700_000_000_000_000;
+const PLANE: Address = Address::new(1, 1);
+/// `MANUAL` to `AUTO` of an ArduPlane.
+const MODES: [u32; 3] = [0, 5, 10];
+
+struct Folder(PathBuf);
+
+impl Folder {
+    fn new(name: &str) -> Self {
+        let folder = std::env::temp_dir().join(format!("vencejo-replay-{name}-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).expect("a folder");
+        Self(folder)
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+fn heartbeat(custom_mode: u32) -> Message {
+    Message::Heartbeat(Heartbeat { mav_type: 1, autopilot: 3, custom_mode, ..Heartbeat::default() })
+}
+
+fn header(source: Address) -> Header {
+    Header { sequence: 0, source, version: MavVersion::V2 }
+}
+
+/// A minute: a heartbeat each second, in another mode each 20 s; home at 2 s; a text at 30 s; silence from 41 s to 55 s.
+fn recording(folder: &Folder, name: &str) -> PathBuf {
+    let mut bytes = Vec::new();
+    let mut write = |ms: u64, message: &Message| {
+        write_entry(&mut bytes, START_US + ms * 1000, &message.encode(header(PLANE)));
+    };
+    for second in 0..=60_u64 {
+        if second == 2 {
+            write(
+                2_500,
+                &Message::Dialect(MavMessage::HOME_POSITION(HOME_POSITION_DATA {
+                    latitude: 404_000_000,
+                    ..Default::default()
+                })),
+            );
+        }
+        if second == 30 {
+            write(30_500, &Message::StatusText(StatusText { severity: 2, text: "Engine".into(), id: 0, chunk_seq: 0 }));
+        }
+        if !(42..55).contains(&second) {
+            write(second * 1000, &heartbeat(MODES[(second / 20).min(2) as usize]));
+        }
+    }
+    let path = folder.0.join(name);
+    std::fs::File::create(&path).and_then(|mut file| file.write_all(&bytes)).expect("written");
+    path
+}
+
+fn station() -> Station {
+    Station::start(StationConfig::default(), Handle::current()).expect("a station starts")
+}
+
+fn vehicle(station: &Station, replay: &Replay) -> VehicleHandle {
+    station.vehicle(replay.vehicles().next().expect("one")).expect("it is there")
+}
+
+fn mode(vehicle: &VehicleHandle) -> Option<String> {
+    vehicle.telemetry().0.mode().map(|mode| mode.to_string())
+}
+
+/// Age of the heartbeat, ms.
+fn age_ms(vehicle: &VehicleHandle) -> Option<u128> {
+    let (telemetry, now) = vehicle.telemetry();
+    telemetry.heartbeat.map(|heartbeat| heartbeat.age(now).as_millis())
+}
+
+/// Until the replay has shown all that it should have by now.
+async fn settled(replay: &Replay) {
+    // Reading is done off the runtime, during which a paused clock stands still.
+    sleep(Duration::from_millis(1)).await;
+    let _ = replay.status();
+}
+
+#[tokio::test(start_paused = true)]
+async fn it_is_paused_and_played_at_any_speed_in_the_time_of_the_recording() {
+    let (folder, station) = (Folder::new("pace"), station());
+    let path = recording(&folder, "flight.tlog");
+    let replay = station.open_replay(&path, ReplayOptions::default()).await.expect("it is opened");
+    assert_eq!((replay.name(), replay.info().duration), ("flight", Duration::from_secs(60)));
+    let modes: Vec<_> = replay.info().marks.iter().map(|mark| (mark.at.as_secs(), mark.kind.clone())).collect();
+    assert_eq!(modes, [(20, MarkKind::Mode("FBWA".into())), (40, MarkKind::Mode("AUTO".into()))]);
+    let plane = vehicle(&station, &replay);
+    assert!(plane.is_recorded() && plane.id().is_far(), "it has an id of its own");
+    sleep(Duration::from_millis(10_200)).await;
+    assert_eq!((mode(&plane).as_deref(), plane.texts().len()), (Some("MANUAL"), 0));
+    let status = replay.status();
+    assert_eq!(
+        (status.position.as_millis() / 100, status.unix_us.map(|us| (us - START_US) / 100_000)),
+        (102, Some(102))
+    );
+    replay.pause();
+    settled(&replay).await;
+    let before = age_ms(&plane);
+    sleep(Duration::from_secs(3600)).await;
+    assert_eq!((replay.status().position.as_millis() / 100, age_ms(&plane)), (102, before), "time stands still");
+    replay.set_speed(4.0);
+    replay.play();
+    sleep(Duration::from_millis(3_000)).await;
+    assert_eq!((replay.status().position.as_secs(), mode(&plane).as_deref()), (22, Some("FBWA")));
+    assert!(age_ms(&plane).is_some_and(|age| age <= 1_000), "{:?}", age_ms(&plane));
+    replay.set_speed(0.5);
+    sleep(Duration::from_secs(20)).await;
+    assert_eq!(replay.status().position.as_secs(), 32);
+    let text = plane.newest_text(Severity::WARNING, Duration::from_secs(5)).expect("a text of the last seconds");
+    let on_ours = plane.on_station_clock(text.at);
+    assert!(station.now().since(on_ours) < Duration::from_secs(3), "{on_ours:?} at {:?}", station.now());
+    station.close().await;
+}
+
+#[tokio::test(start_paused = true)]
+async fn at_another_place_nothing_from_elsewhere_is_current() {
+    let (folder, station) = (Folder::new("seek"), station());
+    let path = recording(&folder, "flight.tlog");
+    let options = ReplayOptions { start: Duration::from_secs(50), ..ReplayOptions::default() };
+    let replay = station.open_replay(&path, options).await.expect("it is opened");
+    replay.pause();
+    settled(&replay).await;
+    let plane = vehicle(&station, &replay);
+    let known =
+        |plane: &VehicleHandle| (mode(plane), age_ms(plane), plane.telemetry().0.home.is_some(), plane.texts().len());
+    assert_eq!(
+        known(&plane),
+        (Some("AUTO".into()), Some(9_000), true, 1),
+        "what was known after nine seconds of silence"
+    );
+    let (telemetry, now) = plane.telemetry();
+    assert_eq!(telemetry.home.map(|home| home.age(now).as_millis()), Some(47_500));
+    replay.seek(Duration::from_millis(1_200));
+    settled(&replay).await;
+    assert_eq!(known(&plane), (Some("MANUAL".into()), Some(200), false, 0), "there was neither home nor text yet");
+    assert_eq!(
+        (replay.status().position.as_millis(), replay.status().seeks, replay.status().is_paused),
+        (1_200, 2, true)
+    );
+    replay.seek(Duration::from_secs(25));
+    replay.seek(Duration::from_secs(20));
+    settled(&replay).await;
+    assert_eq!(known(&plane), (Some("FBWA".into()), Some(0), true, 0), "the last one counts");
+    station.close().await;
+}
+
+#[tokio::test(start_paused = true)]
+async fn it_stays_at_its_end_begins_again_when_played_and_goes_when_closed() {
+    let (folder, station) = (Folder::new("end"), station());
+    let path = recording(&folder, "flight.tlog");
+    let options = ReplayOptions { speed: 10.0, ..ReplayOptions::default() };
+    let replay = station.open_replay(&path, options).await.expect("it is opened");
+    let plane = vehicle(&station, &replay);
+    sleep(Duration::from_secs(7)).await;
+    let at_the_end = replay.status();
+    assert!(at_the_end.is_over && at_the_end.position == Duration::from_secs(60), "{at_the_end:?}");
+    sleep(Duration::from_secs(3600)).await;
+    assert_eq!((replay.status(), age_ms(&plane)), (at_the_end, Some(0)), "it stays there");
+    replay.play();
+    sleep(Duration::from_millis(2_150)).await;
+    assert_eq!((replay.status().is_over, mode(&plane).as_deref()), (false, Some("FBWA")));
+    let again = station.open_replay(&path, ReplayOptions::default()).await.expect("the same one");
+    assert_eq!((again.id(), station.replays().len()), (replay.id(), 1));
+    settled(&replay).await;
+    assert_eq!(mode(&plane).as_deref(), Some("MANUAL"));
+    assert!(station.close_replay(replay.id()).await && !station.close_replay(replay.id()).await);
+    assert!(station.vehicle(plane.id()).is_none() && station.replays().is_empty());
+    let repeat = ReplayOptions { speed: 60.0, repeat: true, ..ReplayOptions::default() };
+    let endless = station.open_replay(&path, repeat).await.expect("it is opened again");
+    sleep(Duration::from_secs(5)).await;
+    assert!(endless.status().seeks > 3 && !endless.status().is_over, "{:?}", endless.status());
+    station.close().await;
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_live_vehicle_and_its_recording_stay_two_whatever_their_ids() {
+    let (folder, station) = (Folder::new("two"), station());
+    let hear = |custom_mode| {
+        let origin = Origin { link: LinkId(0), peer: PeerId(0) };
+        let source = Address { system: SystemId(1), component: ComponentId(1) };
+        station.shared.on_frame(origin, &heartbeat(custom_mode).encode(header(source)), station.now());
+    };
+    hear(10);
+    let one = station.open_replay(&recording(&folder, "a.tlog"), ReplayOptions::default()).await.expect("opened");
+    let other = station.open_replay(&recording(&folder, "b.tlog"), ReplayOptions::default()).await.expect("opened");
+    hear(10);
+    sleep(Duration::from_secs(3)).await;
+    let live = station.vehicle(SystemId(1)).expect("heard");
+    let names: Vec<_> = station.vehicles().iter().map(|vehicle| (vehicle.remote_name(), mode(vehicle))).collect();
+    let told = |name: Option<&str>, mode: &str| (name.map(str::to_owned), Some(mode.to_owned()));
+    assert_eq!(names.len(), 3);
+    assert_eq!((live.is_recorded(), live.rival(), mode(&live).as_deref()), (false, None, Some("AUTO")));
+    for name in ["a (replay)", "b (replay)"] {
+        assert!(names.contains(&told(Some(name), "MANUAL")), "{names:?}");
+    }
+    for replay in [one, other] {
+        let recorded = vehicle(&station, &replay);
+        let refused = recorded.request(Request::ReturnToLaunch).wait().await;
+        assert!(matches!(refused, Some(Err(StationError::Replayed { .. }))), "{refused:?}");
+        assert!(matches!(recorded.send(&heartbeat(0), false, None), Err(StationError::Replayed { .. })));
+        assert_eq!((recorded.is_reached(), recorded.held_far()), (None, None));
+    }
+    let noise = folder.0.join("noise.tlog");
+    std::fs::write(&noise, [7; 5000]).expect("written");
+    for path in [&noise, &folder.0.join("none.tlog")] {
+        let refused = station.open_replay(path, ReplayOptions::default()).await;
+        assert!(matches!(refused, Err(StationError::BadRecording { .. })), "{refused:?}");
+    }
+    station.close().await;
+}

@@ -1,0 +1,104 @@
+//! A `.tlog` recording as a film.
+
+use std::io;
+use std::path::Path;
+use std::time::Duration;
+
+use vencejo_link::{PlayedFrame, TlogFile};
+use vencejo_proto::{Address, Message};
+use vencejo_vehicle::heartbeat::is_autopilot;
+use vencejo_vehicle::modes::{FlightMode, ModeFamily};
+
+use super::film::{Film, FilmInfo, MAX_MARKS, Mark, MarkKind, Moment};
+
+/// Most autopilots of one recording that are shown.
+const MAX_AUTOPILOTS: usize = 16;
+/// Moments that are read at once.
+const AT_ONCE: usize = 256;
+/// Messages of which each one counts: MISSION_ITEM_REACHED, STATUSTEXT.
+const EACH: [u32; 2] = [46, 253];
+
+pub(super) struct TlogFilm {
+    file: TlogFile,
+    info: FilmInfo,
+}
+
+/// What is known of an autopilot while a recording is opened.
+struct Told {
+    from: Address,
+    is_armed: bool,
+    mode: FlightMode,
+}
+
+impl TlogFilm {
+    /// Opens a recording, which reads it once.
+    pub(super) fn open(path: &Path) -> io::Result<Self> {
+        let mut told: Vec<Told> = Vec::new();
+        let mut marks = Vec::new();
+        let look = |at: Duration, frame: &vencejo_proto::Frame| {
+            if frame.message_id() != 0 {
+                return;
+            }
+            let Ok(Message::Heartbeat(heartbeat)) = frame.decode() else { return };
+            if !is_autopilot(&heartbeat) {
+                return;
+            }
+            let from = frame.source();
+            let family = ModeFamily::of(heartbeat.autopilot, heartbeat.mav_type);
+            let mode = FlightMode { family, custom_mode: heartbeat.custom_mode };
+            let is_armed = heartbeat.is_armed();
+            let mut mark = |kind| {
+                if marks.len() < MAX_MARKS {
+                    marks.push(Mark { at, from, kind });
+                }
+            };
+            let Some(before) = told.iter_mut().find(|one| one.from == from) else {
+                if told.len() < MAX_AUTOPILOTS {
+                    told.push(Told { from, is_armed, mode });
+                }
+                return;
+            };
+            if is_armed != before.is_armed {
+                mark(if is_armed { MarkKind::Armed } else { MarkKind::Disarmed });
+            }
+            if mode != before.mode {
+                mark(MarkKind::Mode(mode.to_string()));
+            }
+            *before = Told { from, is_armed, mode };
+        };
+        let file = TlogFile::open(path, &EACH, look)?;
+        let info = FilmInfo {
+            autopilots: told.into_iter().map(|one| one.from).collect(),
+            aircraft: None,
+            start_unix_us: file.start_unix_us(),
+            duration: file.duration(),
+            marks,
+            skipped_bytes: file.skipped().total(),
+        };
+        Ok(Self { file, info })
+    }
+}
+
+fn moment(PlayedFrame { at, unix_us, frame }: PlayedFrame) -> Option<Moment> {
+    let message = frame.decode().ok()?;
+    Some(Moment { at, unix_us: Some(unix_us), from: frame.source(), message })
+}
+
+impl Film for TlogFilm {
+    fn info(&self) -> &FilmInfo {
+        &self.info
+    }
+
+    fn seek(&mut self, to: Duration) -> io::Result<Vec<Moment>> {
+        Ok(self.file.seek(to)?.into_iter().filter_map(moment).collect())
+    }
+
+    fn read(&mut self) -> io::Result<Vec<Moment>> {
+        let mut moments = Vec::new();
+        while moments.len() < AT_ONCE {
+            let Some(frame) = self.file.next_frame()? else { break };
+            moments.extend(moment(frame));
+        }
+        Ok(moments)
+    }
+}
