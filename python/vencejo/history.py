@@ -1,4 +1,4 @@
-"""Histories of a fleet's aircraft: their files, gaps in them, and replay.
+"""Histories of a fleet's aircraft: their files, and gaps in them. `vencejo.replay` replays them.
 
 `vencejo.fleet` writes the files (``.mcap``) on board and on the ground. Foxglove and the Python package ``mcap`` read
 them too: each file contains its schemas.
@@ -20,13 +20,11 @@ from datetime import datetime, timezone
 from pathlib import Path
 
 from vencejo import _native
-from vencejo._closing import Closing
-from vencejo._forking import belongs_here
 from vencejo.enrolment import native
 from vencejo.errors import VencejoError
-from vencejo.station import Station, default_history_dir
+from vencejo.station import default_history_dir
 
-__all__ = ["Contents", "Gap", "Kept", "Replay", "ReplayStatus", "StreamContents", "contents", "kept"]
+__all__ = ["Contents", "Gap", "Kept", "StreamContents", "contents", "kept"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -192,83 +190,3 @@ def _kept(
             for boot, stream, first, last, is_lost in gaps or ()
         ),
     )
-
-
-@dataclass(frozen=True, kw_only=True)
-class ReplayStatus:
-    """State of a replay.
-
-    Attributes
-    ----------
-    system_id : int or None
-        Id of its vehicle in the station; ``None`` before its first message.
-    position_s, duration_s : float
-        Position in the file, and duration of the file.
-    is_over : bool
-        Whether it has reached the end.
-    """
-
-    system_id: int | None
-    position_s: float
-    duration_s: float
-    is_over: bool
-
-
-class Replay(Closing):
-    """Replay of a history file into a station: a vehicle like a remote one, which accepts no orders.
-
-    Close it, or use it in a ``with`` statement, inside that of its station.
-
-    Parameters
-    ----------
-    station : Station
-        The station in which it appears.
-    path : path
-        The file, which may be damaged.
-    speed : float, optional
-        Times the recorded pace, 0.01 to 10,000.
-    start_s : float, optional
-        From where in the file, s.
-    repeat : bool, optional
-        Whether it begins anew at the end.
-
-    Raises
-    ------
-    FileFormatError
-        When it cannot be read, or holds no state of an aircraft.
-    InvalidRequest
-        For a speed or a place out of range.
-    """
-
-    def __init__(
-        self,
-        station: Station,
-        path: str | os.PathLike[str],
-        *,
-        speed: float = 1.0,
-        start_s: float = 0.0,
-        repeat: bool = False,
-    ) -> None:
-        self._native = native("HistoryReplay")(
-            station._native, os.fspath(path), speed=speed, start_s=start_s, repeat=repeat
-        )
-        belongs_here(self)
-
-    @property
-    def name(self) -> str:
-        """Name of its vehicle: `Vehicle.remote_name`."""
-        return str(self._native.name)
-
-    @property
-    def status(self) -> ReplayStatus:
-        """The present state."""
-        system_id, position_s, duration_s, is_over = self._native.status()
-        return ReplayStatus(system_id=system_id, position_s=position_s, duration_s=duration_s, is_over=is_over)
-
-    def seek(self, position_s: float) -> None:
-        """Go on from a place in the file, s."""
-        self._native.seek(position_s)
-
-    def close(self) -> None:
-        """End it. Its vehicle stays, and is not heard of any more."""
-        self._native.close()

@@ -19,7 +19,8 @@ pytestmark = pytest.mark.skipif(not has_fleet(), reason="this build has no fleet
 def test_a_cut_is_filled_byte_for_byte_and_others_read_it(tmp_path: Path) -> None:
     from vencejo import Station
     from vencejo.errors import NotPossibleNow
-    from vencejo.history import Replay, contents, kept
+    from vencejo.history import contents, kept
+    from vencejo.replay import Replay
 
     ground_folder = tmp_path / "ground/history/ground/acme"
     board_folder = tmp_path / "board/history/board"
@@ -92,7 +93,7 @@ def test_a_cut_is_filled_byte_for_byte_and_others_read_it(tmp_path: Path) -> Non
         Replay(station, next(ground_folder.glob("*.mcap")), speed=100.0) as replay,
     ):
         again = station.wait_vehicle()
-        assert (again.remote_name, replay.name) == ("plane7 (replay)", "plane7 (replay)")
+        assert (again.remote_name, replay.name) == ("plane7 (replay)", "plane7")
         wait_for(lambda: replay.status.is_over, "its end")
         position = again.telemetry.position
         assert position is not None

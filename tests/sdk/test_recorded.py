@@ -8,6 +8,7 @@ from collections.abc import Iterator
 
 import pytest
 import vencejo
+from vencejo.replay import Replay
 from vencejo.telemetry import GROUPS, AutopilotVersion
 
 from tests.support import CAPTURES, wait_for
@@ -81,3 +82,37 @@ def test_a_recording_is_not_written_to(plane: vencejo.Vehicle) -> None:
     """Nothing goes anywhere: what is asked of a recorded vehicle fails, it does not hang."""
     with pytest.raises(vencejo.VencejoError):
         plane.set_mode("RTL")
+
+
+def test_a_replay_is_a_vehicle_of_its_own_that_goes_to_any_place() -> None:
+    def is_armed(vehicle: vencejo.Vehicle) -> bool | None:
+        heartbeat = vehicle.telemetry.heartbeat
+        return None if heartbeat is None else heartbeat.is_armed
+
+    with vencejo.Station(record=False, heartbeat=False) as station:
+        with Replay(station, FLIGHT, start_s=150.0) as replay:
+            replay.pause()
+            recorded = station.wait_vehicle()
+            wait_for(lambda: is_armed(recorded) is True, "its state there")
+            status = replay.status
+            assert (replay.name, replay.path, status.is_paused) == (FLIGHT.stem, FLIGHT, True)
+            assert (status.system_ids, recorded.remote_name) == ((recorded.system_id,), f"{FLIGHT.stem} (replay)")
+            assert status.position_s == pytest.approx(150.0, abs=5.0)
+            assert status.start is not None
+            assert status.time is not None
+            assert (status.time - status.start).total_seconds() == pytest.approx(status.position_s, abs=0.1)
+            with pytest.raises(vencejo.NotPossibleNow, match="recording"):
+                recorded.set_mode("RTL")
+            replay.seek(3.0)
+            wait_for(lambda: is_armed(recorded) is False, "the ground")
+            replay.set_speed(10_000)
+            replay.play()
+            wait_for(lambda: replay.status.is_over, "its end")
+            with pytest.raises(vencejo.InvalidRequest):
+                replay.seek(-1.0)
+            for speed in (0.0, 1e9, math.nan):
+                with pytest.raises(vencejo.InvalidRequest):
+                    replay.set_speed(speed)
+        assert station.vehicles == []
+        with pytest.raises(vencejo.FileFormatError):
+            Replay(station, __file__)

@@ -9,6 +9,7 @@ from typing import Any
 
 import vencejo
 from vencejo import aio, params, recording
+from vencejo.replay import Replay
 
 from tests.support import ROOT
 
@@ -104,6 +105,14 @@ ROUTES: dict[str, tuple[str, ...]] = {
     "Plan.save": ("POST /api/v1/plan/format",),
     "params.load_params": ("POST /api/v1/params/parse",),
     "params.save_params": ("POST /api/v1/params/format",),
+    "Replay.close": ("DELETE /api/v1/replays/{id}",),
+    "Replay.name": ("GET /api/v1/replays",),
+    "Replay.path": (),  # clients know its file by name
+    "Replay.pause": ("PATCH /api/v1/replays/{id}",),
+    "Replay.play": ("PATCH /api/v1/replays/{id}",),
+    "Replay.seek": ("PATCH /api/v1/replays/{id}",),
+    "Replay.set_speed": ("PATCH /api/v1/replays/{id}",),
+    "Replay.status": ("GET /api/v1/replays", "GET /api/v1/vehicles"),
     "recording.summarize": (
         "GET /api/v1/recordings",
         "GET /api/v1/recordings/{name}",
@@ -133,7 +142,7 @@ def own_path(operation: str) -> bool:
 
 
 def test_every_operation_has_its_route() -> None:
-    owners = (vencejo.Vehicle, vencejo.Station, vencejo.Plan, vencejo.vehicle.Parameters, params, recording)
+    owners = (vencejo.Vehicle, vencejo.Station, vencejo.Plan, vencejo.vehicle.Parameters, Replay, params, recording)
     operations = {name for name in set().union(*map(public, owners)) if name in ROUTES or not own_path(name)}
     assert operations == set(ROUTES), f"say which path does {operations ^ set(ROUTES)}"
 

@@ -98,6 +98,8 @@ pub fn from_station(error: &StationError) -> PyErr {
             Python::attach(|py| raise_with(py, "ConfirmationNeeded", (text, code)))
         }
         StationError::BadConfirmation => raise("ConfirmationNeeded", error),
+        StationError::BadRecording { .. } => raise("FileFormatError", error),
+        StationError::TooManyReplays | StationError::TooManyVehicles => raise("Busy", error),
         StationError::RemoteRefused { .. } | StationError::Replayed { .. } => raise("NotPossibleNow", error),
         _ => raise("VencejoError", error),
     }

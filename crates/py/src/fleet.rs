@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 use vencejo_fleet::authority::Role;
 use vencejo_fleet::carrier::{
     Aircraft, AircraftConfig, Contents, Endpoint, Ground, GroundConfig, HistoryConfig, Membership, Organisation,
-    Replay, Standing, join, standing, try_address, unix_now,
+    Standing, join, standing, try_address, unix_now,
 };
 use vencejo_fleet::key::Name;
 use vencejo_fleet::papers::certificate::{Facts, Identity, STATION_PREFIX, WARN_BEFORE_S};
@@ -26,7 +26,6 @@ pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<PyAircraft>()?;
     module.add_class::<PyGround>()?;
     module.add_class::<PyOrganisation>()?;
-    module.add_class::<PyReplay>()?;
     module.add_function(wrap_pyfunction!(history_contents, module)?)?;
     module.add_function(wrap_pyfunction!(fleet_token, module)?)?;
     module.add_function(wrap_pyfunction!(fleet_join, module)?)?;
@@ -221,58 +220,6 @@ fn history_contents(py: Python<'_>, path: PathBuf) -> PyResult<Found> {
     let streams = contents.streams.into_iter().map(stream).collect();
     let duration_s = contents.duration.as_secs_f64();
     Ok((contents.aircraft, streams, contents.start_unix_ns, duration_s, contents.skipped_bytes))
-}
-
-/// A history file that is played into a station.
-#[pyclass(frozen, name = "HistoryReplay", module = "vencejo._native")]
-pub struct PyReplay(Replay);
-
-#[pymethods]
-impl PyReplay {
-    #[new]
-    #[pyo3(signature = (station, path, *, speed, start_s, repeat))]
-    fn new(
-        py: Python<'_>,
-        station: &PyStation,
-        path: PathBuf,
-        speed: f64,
-        start_s: f64,
-        repeat: bool,
-    ) -> PyResult<Self> {
-        let name = path.display().to_string();
-        let bad = || errors::raise("InvalidRequest", "speed should be 0.01 to 10,000, and a place 0 s or more");
-        let start = std::time::Duration::try_from_secs_f64(start_s).map_err(|_| bad())?;
-        if !(0.01..=10_000.0).contains(&speed) {
-            return Err(bad());
-        }
-        let runtime = runtime::handle();
-        let started = Replay::start(station.station(), path, speed, start, repeat, runtime);
-        let started = runtime::wait(py, None, started)?.ok_or_else(|| errors::raise("ClosedError", "interrupted"))?;
-        started.map(Self).map_err(|error| errors::raise("FileFormatError", format!("{name}: {error}")))
-    }
-
-    /// By which name its vehicle goes.
-    #[getter]
-    fn name(&self) -> &str {
-        self.0.name()
-    }
-
-    /// System id, where it is and how long it is in s, whether it is over.
-    fn status(&self) -> (Option<u16>, f64, f64, bool) {
-        let status = self.0.status();
-        let (position, duration) = (status.position.as_secs_f64(), status.duration.as_secs_f64());
-        (status.id.map(VehicleId::number), position, duration, status.is_over)
-    }
-
-    fn seek(&self, position_s: f64) -> PyResult<()> {
-        let position = std::time::Duration::try_from_secs_f64(position_s);
-        self.0.seek(position.map_err(|_| errors::raise("InvalidRequest", "a position is at least 0 s"))?);
-        Ok(())
-    }
-
-    fn close(&self) {
-        self.0.close();
-    }
 }
 
 /// From when to when a certificate is good, and for which names.

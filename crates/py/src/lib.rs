@@ -7,6 +7,8 @@ use pyo3::prelude::*;
 
 mod errors;
 #[cfg(feature = "fleet")]
+mod films;
+#[cfg(feature = "fleet")]
 mod fleet;
 mod geodesy;
 mod ground;
@@ -19,6 +21,7 @@ mod pending;
 mod plan;
 mod recording;
 mod rehearsal;
+mod replay;
 mod requests;
 #[cfg(feature = "fleet")]
 mod ros2;
@@ -50,6 +53,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     plan::register(module)?;
     recording::register(module)?;
     rehearsal::register(module)?;
+    replay::register(module)?;
     requests::register(module)?;
     separation::register(module)?;
     server::register(module)?;

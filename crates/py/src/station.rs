@@ -130,6 +130,8 @@ impl PyStation {
         };
         let station =
             Station::start(config, runtime::handle().clone()).map_err(|error| errors::from_station(&error))?;
+        #[cfg(feature = "fleet")]
+        crate::films::add(&station);
         Ok(Self { station })
     }
 

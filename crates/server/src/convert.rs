@@ -16,6 +16,7 @@ mod facts;
 mod landing;
 mod link;
 mod plan;
+mod replay;
 mod units;
 mod vehicle_state;
 
@@ -26,6 +27,7 @@ pub(crate) use plan::{
     core_item, core_plan, core_plan_kind, item, plan, plan_comparison, plan_format, plan_kind, plan_on_board,
     plan_state, uncertainty,
 };
+pub(crate) use replay::replay;
 pub(crate) use units::{point, seconds};
 pub(crate) use vehicle_state::{progress, texts, vehicle_state, vehicle_summaries, vehicle_summary};
 

@@ -16,6 +16,7 @@ pub mod operation;
 pub mod plan;
 pub mod recording;
 pub mod rehearsal;
+pub mod replay;
 pub mod roster;
 pub mod separation;
 pub mod session;

@@ -102,12 +102,14 @@ fn of_vehicle(vehicle: &VehicleHandle) -> RosterRow {
     let progress = vehicle.progress().unwrap_or_default();
     let held = vehicle.held_far();
     let link = vehicle.link().and_then(|(_, _, source)| source);
-    let heard_ago = link.as_ref().map(|source| now.since(source.last_seen));
+    let station_now = vehicle.station().now();
+    let heard_ago = link.as_ref().map(|source| station_now.since(source.last_seen));
     let heard_ago = heard_ago.or_else(|| telemetry.heartbeat.map(|heartbeat| heartbeat.age(now)));
     let alarm = vehicle.newest_text(Severity::WARNING, ALARM_FOR);
     RosterRow {
         id: vehicle.id().number(),
         remote_name: vehicle.remote_name(),
+        is_recorded: Some(vehicle.is_recorded()),
         mav_type: heartbeat.map(|heartbeat| heartbeat.mav_type),
         mode: heartbeat.map(|heartbeat| heartbeat.mode.to_string()),
         is_armed: heartbeat.map(|heartbeat| heartbeat.is_armed),
@@ -118,7 +120,7 @@ fn of_vehicle(vehicle: &VehicleHandle) -> RosterRow {
         heading_deg: rounded(position.and_then(|position| position.heading_deg), 1.0).map(|heading| heading % 360.0),
         airspeed_m_s: rounded(hud.and_then(|hud| hud.airspeed_m_s), 10.0),
         battery_pct: rounded(battery, 1.0),
-        heard_s: rounded(heard_ago.map(|ago| convert::seconds(now) - ago.as_secs_f64()), 10.0),
+        heard_s: rounded(heard_ago.map(|ago| convert::seconds(station_now) - ago.as_secs_f64()), 10.0),
         loss_pct: rounded(link.and_then(|source| source.rates.loss_ratio).map(|ratio| ratio * 100.0), 10.0),
         is_reached: vehicle.is_reached(),
         is_contested: Some(vehicle.rival().is_some()),
@@ -132,7 +134,7 @@ fn of_vehicle(vehicle: &VehicleHandle) -> RosterRow {
         alarm: alarm.map(|text| RosterText {
             severity: text.severity.0,
             text: text.text,
-            time_s: convert::seconds(text.at),
+            time_s: convert::seconds(vehicle.on_station_clock(text.at)),
         }),
     }
 }

@@ -454,7 +454,7 @@ impl Client {
             if progress.is_some() {
                 subscription.progress.clone_from(&progress);
             }
-            let time_s = convert::seconds(taken_at);
+            let time_s = convert::seconds(handle.station().now());
             texts.push(json(&ServerMessage::Telemetry { vehicle: *vehicle, time_s, groups, progress }));
         }
         self.send_after_waiting(socket, texts).await

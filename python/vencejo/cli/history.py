@@ -1,8 +1,7 @@
-"""Histories of a fleet's aircraft: `vencejo fleet history`, and `vencejo replay` of such a file."""
+"""Histories of a fleet's aircraft: `vencejo fleet history`, and what `vencejo replay` tells of such a file."""
 
 from __future__ import annotations
 
-import contextlib
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Final
@@ -69,16 +68,14 @@ def _as_json(each: Kept) -> dict[str, Any]:
     return {**asdict(each), "folder": str(each.folder), "files": [str(path) for path in each.files]}
 
 
-def replay_history(file: Path, *, speed: float, start_s: float, port: int, serve: bool, json: bool) -> None:
-    """Tell what is in a history file; or show it like a flight."""
+def tell_history(file: Path, *, json: bool) -> None:
+    """Tell what is in a history file."""
     from vencejo.history import contents
 
     found = contents(file)
     if not found.streams:
         raise Failed(f"{file} holds no record of an aircraft")
-    if serve:
-        _serve(file, speed=speed, start_s=start_s, port=port, json=json)
-    elif json:
+    if json:
         put_json({**asdict(found), "start": None if found.start is None else found.start.isoformat()})
     else:
         _print(file, found)
@@ -96,34 +93,3 @@ def _print(file: Path, found: Contents) -> None:
         first, last = each.ranges[0][0], each.ranges[-1][1]
         shown.add_row(f"{each.boot:016x}", each.stream, str(each.count), str(first), str(last), str(each.missing))
     stdout().print(shown)
-
-
-def _serve(file: Path, *, speed: float, start_s: float, port: int, json: bool) -> None:
-    from vencejo import Station
-    from vencejo.cli.serve import tell, wait
-    from vencejo.history import Replay
-    from vencejo.serve import Server
-
-    with (
-        Station(record=False, heartbeat=False, request_streams=False) as station,
-        Server(station, host="127.0.0.1", port=port) as server,
-        Replay(station, file, speed=speed, start_s=start_s, repeat=True) as replay,
-    ):
-        if not json:
-            say(f"{replay.name} flies again, {speed:g} times as fast as it did. It takes no orders.")
-        tell(server, json=json)
-        with contextlib.suppress(KeyboardInterrupt):
-            wait(server)
-
-
-def only_histories(file: Path, **given: object) -> None:
-    """Refuse what goes with a history file alone.
-
-    Raises
-    ------
-    Failed
-        Where something of it is given.
-    """
-    names = [name for name, value in given.items() if value]
-    if names:
-        raise Failed(f"{file} is no .mcap file: --{names[0]} is for those alone", Exit.USAGE)

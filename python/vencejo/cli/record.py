@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import time
 from collections.abc import Iterator
@@ -30,7 +31,7 @@ from vencejo.cli.common import (
     table,
 )
 from vencejo.cli.connecting import real_link, recording_told
-from vencejo.cli.history import only_histories, replay_history
+from vencejo.cli.history import tell_history
 
 if TYPE_CHECKING:
     from vencejo.station import Station
@@ -161,7 +162,7 @@ def replay(
         float, typer.Option("--speed", metavar="TIMES", min=0.01, max=10_000.0, help="Times the recorded pace.")
     ] = 1.0,
     serve: Annotated[
-        bool, typer.Option("--serve", help="Show an .mcap file in the ground station, like a flight.")
+        bool, typer.Option("--serve", help="Show it in the ground station, with pause, speed and seeking.")
     ] = False,
     start: Annotated[
         float, typer.Option("--start", metavar="SECONDS", min=0.0, help="With --serve: from where in the file.")
@@ -174,22 +175,28 @@ def replay(
 ) -> None:
     """Tell what is in a recording; with --to, play it to a ground station.
 
-    Frames are sent untouched, both sides of the conversation, and nothing of ours is added. The history of a fleet's
-    aircraft is shown with --serve, again and again; it takes no orders.
+    Frames are sent untouched, both sides of the conversation, and nothing of ours is added. With --serve the ground
+    station shows it, marked as a recording, which takes no orders.
 
     Example: vencejo replay flight.tlog
 
     Example: vencejo replay flight.tlog --to udpout:127.0.0.1:14550 --speed 2
 
+    Example: vencejo replay flight.tlog --serve
+
     Example: vencejo replay plane7_2026-11-25T08-00-00Z.mcap --serve --speed 4
     """
     require_file(file)
-    if file.suffix == ".mcap":
-        if to:
-            raise Failed("an .mcap file has no frames to send: show it with --serve", Exit.USAGE)
-        replay_history(file, speed=speed, start_s=start, port=port, serve=serve, json=json)
+    if file.suffix == ".mcap" and to:
+        raise Failed("an .mcap file has no frames to send: show it with --serve", Exit.USAGE)
+    if serve:
+        _serve(file, speed=speed, start_s=start, port=port, json=json)
         return
-    only_histories(file, serve=serve, start=start)
+    if start:
+        raise Failed("--start needs --serve", Exit.USAGE)
+    if file.suffix == ".mcap":
+        tell_history(file, json=json)
+        return
     from vencejo.recording import summarize
 
     summary = summarize(file)
@@ -260,3 +267,22 @@ def _play(file: Path, to: list[str], speed: float, frames: int, *, json: bool) -
         print(f"{file}: {frames} frames; sent " + ", ".join(f"{count} to {name}" for name, count in sent.items()))
     if not any(sent.values()):
         raise Failed(f"nothing could be sent to {', '.join(to)}")
+
+
+def _serve(file: Path, *, speed: float, start_s: float, port: int, json: bool) -> None:
+    """Serve the ground station with one recording, until Ctrl-C."""
+    from vencejo import Station
+    from vencejo.cli.serve import tell, wait
+    from vencejo.replay import Replay
+    from vencejo.serve import Server
+
+    with (
+        Station(record=False, heartbeat=False, request_streams=False) as station,
+        Replay(station, file, speed=speed, start_s=start_s) as replay,
+        Server(station, host="127.0.0.1", port=port) as server,
+    ):
+        if not json:
+            say(f"{replay.name} is replayed, {speed:g} times as fast as it flew. It takes no orders.")
+        tell(server, json=json)
+        with contextlib.suppress(KeyboardInterrupt):
+            wait(server)

@@ -28,6 +28,7 @@ from vencejo.cli.connecting import RECORDED_AGAIN
 from vencejo.cli.fleet import joined
 from vencejo.cli.ice import IceOptions, ice_server, tell_ice
 from vencejo.cli.listening import ListenOption, default_link
+from vencejo.cli.replaying import parted, replayed
 from vencejo.cli.ros import Ros2News, Ros2Options
 
 if TYPE_CHECKING:
@@ -187,6 +188,8 @@ def serve(
 
     Example: vencejo serve --link /dev/ttyACM0,115200 --host 0.0.0.0 --plain-http
 
+    A recording given as a link, tlog:flight.tlog?speed=2, appears as a vehicle of its own, with pause, speed and seeking.
+
     Example: vencejo serve --fleet acme
 
     Example: vencejo serve --join vf1.CiBj...
@@ -214,9 +217,11 @@ def serve(
     settings = ice.settings()
     system_id, component_id = (255, 190) if on_board is None else (on_board, ON_BOARD_COMPONENT)
     warn_of_open_key(key)
+    # What is forwarded goes over links.
+    live, recordings = (link or [], []) if forward else parted(link or [])
     with (
         Station(
-            *(link or [default_link(listen, ask=not json)]),
+            *(live if link else [default_link(listen, ask=not json)]),
             system_id=system_id,
             component_id=component_id,
             rate_hz=rate,
@@ -240,6 +245,7 @@ def serve(
             maps_folder=maps,
             floors=floors,
         ) as server,
+        replayed(station, recordings),
         joined_fleet(station, fleet, listen=fleet_listen, door=fleet_door, router=fleet_router, history=history) as far,
         ros.gateway(station, router) as gateway,
         served_cameras(server, camera, floors) as cameras,

@@ -8,6 +8,7 @@ use vencejo_vehicle::telemetry::TelemetryGroups;
 
 use super::link::vehicle_link;
 use super::plan::plan_state;
+use super::replay::replay;
 use super::units::seconds;
 use crate::dto;
 
@@ -31,7 +32,9 @@ pub(crate) fn vehicle_summary(vehicle: &VehicleHandle) -> dto::VehicleSummary {
         round_trip_ms: link.as_ref().and_then(|link| link.round_trip_ms),
         is_reached: vehicle.is_reached(),
         rival: vehicle.rival(),
-        lacks_terrain: vehicle.lacks_terrain(),
+        is_recorded: vehicle.is_recorded(),
+        replay: vehicle.replay().as_ref().map(replay),
+        lacks_terrain: vehicle.lacks_terrain() && !vehicle.is_recorded(),
         flight_parameters: flight_parameters(vehicle.flight_parameters()),
     }
 }
@@ -96,7 +99,7 @@ pub(crate) fn vehicle_state(vehicle: &VehicleHandle) -> dto::VehicleState {
         family.map_or_else(Vec::new, |family| family.modes_of(mav_type).map(|(_, name)| name.to_owned()).collect());
     dto::VehicleState {
         system_id: vehicle.id().number(),
-        time_s: seconds(now),
+        time_s: seconds(vehicle.station().now()),
         telemetry: TelemetryGroups::all(&telemetry, now),
         progress: progress(vehicle),
         plan_states: dto::PlanStates {
@@ -112,5 +115,6 @@ pub(crate) fn vehicle_state(vehicle: &VehicleHandle) -> dto::VehicleState {
 
 pub(crate) fn texts(vehicle: &VehicleHandle) -> Vec<dto::Text> {
     let texts = vehicle.texts().into_iter();
-    texts.map(|text| dto::Text { time_s: seconds(text.at), severity: text.severity.0, text: text.text }).collect()
+    let time_s = |at| seconds(vehicle.on_station_clock(at));
+    texts.map(|text| dto::Text { time_s: time_s(text.at), severity: text.severity.0, text: text.text }).collect()
 }

@@ -31,6 +31,8 @@ pub enum ResourceKind {
     Command,
     /// An offline area, by id.
     Area,
+    /// A replay, by id.
+    Replay,
 }
 
 /// Kind of a limit that was exceeded.
@@ -54,6 +56,10 @@ pub enum LimitKind {
     Subscriptions,
     /// Uploads that are processed while they arrive.
     Bodies,
+    /// Open replays.
+    Replays,
+    /// Vehicles that are not at a link of the server.
+    Vehicles,
 }
 
 /// Why a vehicle accepts only missions, and neither fences nor rally points.

@@ -34,6 +34,9 @@ pub struct Recording {
     /// Time of the last change, seconds since 1970; null when the file system does not provide it.
     #[schema(required = true)]
     pub modified_unix_s: Option<f64>,
+    /// Time of the first frame, seconds since 1970; null when there is none.
+    #[schema(required = true)]
+    pub start_unix_s: Option<f64>,
     /// Whether it is being recorded now.
     pub is_current: bool,
     /// Whether it is protected from deletion when space for new recordings is needed.

@@ -11,6 +11,8 @@ pub struct RosterRow {
     pub id: u16,
     /// Name of a remote vehicle in its fleet; null for one on a link of this server.
     pub remote_name: Option<String>,
+    /// Whether it comes from a recording and takes no commands.
+    pub is_recorded: Option<bool>,
     /// `MAV_TYPE`; 1 is a fixed-wing plane.
     pub mav_type: Option<u8>,
     /// Flight mode by name.

@@ -4,12 +4,13 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 use vencejo_vehicle::telemetry::TelemetryGroups;
 
+use super::replay::Replay;
 use super::{LinkInfo, PlanStates};
 
 /// Summary of a vehicle.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct VehicleSummary {
-    /// Id of the vehicle in this API: the MAVLink system id of one on a link, 256 to 65,535 for a remote one.
+    /// Id of the vehicle in this API: the MAVLink system id of one on a link, 256 to 65,535 for a remote or replayed one.
     pub system_id: u16,
     /// `MAV_TYPE`; 1 is a fixed-wing plane.
     #[schema(required = true)]
@@ -46,6 +47,11 @@ pub struct VehicleSummary {
     /// computer with the same name: orders go only to the one heard first. Null when there is none.
     #[schema(required = true)]
     pub rival: Option<String>,
+    /// Whether it comes from a recording and takes no commands: a replay, or a link that plays one.
+    pub is_recorded: bool,
+    /// The replay that it belongs to; null when there is none.
+    #[schema(required = true)]
+    pub replay: Option<Replay>,
     /// Whether it requests ground elevations at positions that no map of this server contains.
     pub lacks_terrain: bool,
     /// Flight characteristics according to its parameters, as far as they were read.
@@ -131,7 +137,7 @@ pub struct MissionProgress {
 /// State of a vehicle.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct VehicleState {
-    /// Id of the vehicle in this API: the MAVLink system id of one on a link, 256 to 65,535 for a remote one.
+    /// Id of the vehicle in this API: the MAVLink system id of one on a link, 256 to 65,535 for a remote or replayed one.
     pub system_id: u16,
     /// Time of this snapshot, seconds on the station's clock.
     pub time_s: f64,

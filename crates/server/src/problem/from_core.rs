@@ -5,9 +5,10 @@ use vencejo_flight::{FlightError, LandingProblem, Plain, SurveyProblem};
 use vencejo_link::{LinkError, MAX_LINKS};
 use vencejo_maps::MapError;
 use vencejo_proto::message_name;
-use vencejo_station::{SigningError, StationError};
+use vencejo_station::{MAX_REPLAYS, SigningError, StationError};
 use vencejo_store::LowSpace;
 use vencejo_vehicle::VehicleError;
+use vencejo_vehicle::registry::MAX_FAR;
 use vencejo_vehicle::transfer::{FTP_OPEN, NoPlanKinds, TransferError};
 
 use super::Problem;
@@ -42,6 +43,9 @@ pub fn from_station(error: &StationError) -> Problem {
         StationError::BadConfirmation => Cause::BadConfirmation,
         StationError::RemoteRefused { name, why } => Cause::RemoteRefused { vehicle: name.clone(), why: why.clone() },
         StationError::Replayed { vehicle } => Cause::Replayed { vehicle: vehicle.clone() },
+        StationError::BadRecording { reason, .. } => Cause::BadFile { place: None, problem: reason.clone() },
+        StationError::TooManyReplays => Cause::TooMany { what: LimitKind::Replays, limit: MAX_REPLAYS as u64 },
+        StationError::TooManyVehicles => Cause::TooMany { what: LimitKind::Vehicles, limit: MAX_FAR as u64 },
         StationError::Closed => Cause::Closed,
         StationError::Signing(error) => signing_cause(error),
         StationError::CannotRecord { reason } => Cause::Recorder { reason: reason.clone() },

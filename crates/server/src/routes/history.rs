@@ -1,5 +1,7 @@
 //! Flight history of remote aircraft: files on the server's disk.
 
+use std::path::PathBuf;
+
 use axum::Json;
 use axum::extract::{Request, State};
 use axum::response::Response;
@@ -40,10 +42,14 @@ async fn get_history_file(
     Name(name): Name,
     request: Request,
 ) -> Result<Response, Problem> {
-    let none = Problem::not_found(ResourceKind::Recording, &name, "there is no such file of a history")
+    served(find(&app, &place, &name).await?, &name, "application/octet-stream", request).await
+}
+
+/// Path of a history file. A client's names are only compared with those of existing files, never used as a path.
+pub(super) async fn find(app: &App, place: &str, name: &str) -> Result<PathBuf, Problem> {
+    let none = Problem::not_found(ResourceKind::Recording, name, "there is no such file of a history")
         .remedy("GET /api/v1/history lists them");
     let Some(folder) = app.history_folder().map(ToOwned::to_owned) else { return Err(none) };
-    let wanted = name.clone();
-    let path = read(KEPT, move || history::find(&folder, &place, &wanted)).await?.ok_or(none)?;
-    served(path, &name, "application/octet-stream", request).await
+    let (place, wanted) = (place.to_owned(), name.to_owned());
+    read(KEPT, move || history::find(&folder, &place, &wanted)).await?.ok_or(none)
 }

@@ -13,6 +13,7 @@ mod operations;
 mod params;
 mod plans;
 mod recordings;
+mod replays;
 mod separation;
 mod sessions;
 mod signing;
@@ -81,6 +82,7 @@ fn api() -> OpenApiRouter<App> {
         .merge(footage::router())
         .merge(messages::router())
         .merge(recordings::router())
+        .merge(replays::router())
         .merge(history::router())
         .merge(storage::router())
         .merge(maps::router())

@@ -1,8 +1,8 @@
 //! The station's flight recorder, its recordings, and its heartbeat.
 
 use std::fs::File;
-use std::io;
-use std::path::PathBuf;
+use std::io::{self, Read};
+use std::path::{Path, PathBuf};
 use std::pin::Pin;
 use std::task::{Context, Poll};
 use std::time::{Duration, UNIX_EPOCH};
@@ -35,6 +35,8 @@ const CHUNK: usize = 64 * 1024;
 const AHEAD: usize = 4;
 /// Limit of listed recordings; the newest are listed.
 const MAX_LISTED: usize = 1000;
+/// The year 2200: stamps beyond are damaged.
+const LATEST_UNIX_US: u64 = 7_258_118_400_000_000;
 const EXTENSION: &str = "tlog";
 
 pub(super) fn router() -> OpenApiRouter<App> {
@@ -85,14 +87,15 @@ async fn listed(app: &App) -> Result<(PathBuf, Vec<Recording>), Problem> {
             // The recorder may have just deleted it.
             let Ok(metadata) = entry.metadata() else { continue };
             let Ok(name) = entry.file_name().into_string() else { continue };
-            if !metadata.is_file() || std::path::Path::new(&name).extension().is_none_or(|kind| kind != EXTENSION) {
+            if !metadata.is_file() || Path::new(&name).extension().is_none_or(|kind| kind != EXTENSION) {
                 continue;
             }
             let age = metadata.modified().ok().and_then(|at| at.duration_since(UNIX_EPOCH).ok());
             let is_current = current.as_ref() == Some(&name);
             let modified_unix_s = age.as_ref().map(Duration::as_secs_f64);
             let is_kept = vencejo_link::is_kept_recording(&folder, &name);
-            found.push(Recording { name, bytes: metadata.len(), modified_unix_s, is_current, is_kept });
+            let start_unix_s = start_of(&entry.path());
+            found.push(Recording { name, bytes: metadata.len(), modified_unix_s, start_unix_s, is_current, is_kept });
         }
         found.sort_by(|a, b| b.modified_unix_s.partial_cmp(&a.modified_unix_s).unwrap_or(std::cmp::Ordering::Equal));
         found.truncate(MAX_LISTED);
@@ -100,6 +103,14 @@ async fn listed(app: &App) -> Result<(PathBuf, Vec<Recording>), Problem> {
     };
     let read = tokio::task::spawn_blocking(read).await.map_err(|_| Problem::closed())?;
     read.map_err(|error| failed(&error))
+}
+
+/// Time of the first frame, seconds since 1970; `None` when there is none, or its stamp is damaged.
+fn start_of(path: &Path) -> Option<f64> {
+    let mut stamp = [0; 8];
+    File::open(path).and_then(|mut file| file.read_exact(&mut stamp)).ok()?;
+    let unix_us = u64::from_be_bytes(stamp);
+    (1..=LATEST_UNIX_US).contains(&unix_us).then(|| unix_us as f64 / 1e6)
 }
 
 /// Lists the recordings on the server's disk, newest first; empty when this session is not recorded.
@@ -180,7 +191,7 @@ async fn keep(
 ) -> Result<Json<Done>, Problem> {
     let (path, _) = find(&app, &name).await?;
     let keep = move || {
-        let folder = path.parent().unwrap_or_else(|| std::path::Path::new("."));
+        let folder = path.parent().unwrap_or_else(|| Path::new("."));
         vencejo_link::keep_recording(folder, &name, is_kept).map_err(|error| match error.kind() {
             io::ErrorKind::NotFound => Problem::not_found(ResourceKind::Recording, &name, "there is no such recording"),
             _ => failed(&error),

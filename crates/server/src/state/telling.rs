@@ -173,6 +173,8 @@ impl App {
         let (kind, detail): (_, BTreeMap<_, _>) = match &observed.event {
             VehicleEvent::Text(words) => {
                 let (severity, text) = (words.severity.0, words.text.clone());
+                let time_s =
+                    if vehicle.is_recorded() { convert::seconds(vehicle.on_station_clock(words.at)) } else { time_s };
                 outboxes.put_event(&ServerMessage::Text { vehicle: system, severity, text, time_s });
                 return;
             }

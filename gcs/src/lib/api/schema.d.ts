@@ -1206,6 +1206,62 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/replays": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** Lists the recordings that are being replayed. */
+        get: operations["list_replays"];
+        put?: never;
+        /**
+         * Replays a recording. Its aircraft appear as vehicles of their own, beside the live ones. A recording that is replayed
+         *     already goes to the given position instead. Reading a recording of 2 GB takes some seconds.
+         */
+        post: operations["open_replay"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/replays/{id}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        post?: never;
+        /** Ends a replay; its vehicles disappear. */
+        delete: operations["close_replay"];
+        options?: never;
+        head?: never;
+        /** Pauses a replay, lets it go on, changes its speed, or goes to another position. */
+        patch: operations["change_replay"];
+        trace?: never;
+    };
+    "/api/v1/replays/{id}/marks": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** Lists when aircraft of a recording were armed or disarmed, or changed their mode; the first 500. Empty for a history file. */
+        get: operations["list_marks"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/session": {
         parameters: {
             query?: never;
@@ -3667,7 +3723,7 @@ export interface components {
          * @description Kind of a limit that was exceeded.
          * @enum {string}
          */
-        Crowd: "sessions" | "sockets" | "viewers" | "operations" | "requests" | "links" | "subscriptions" | "bodies";
+        Crowd: "sessions" | "sockets" | "viewers" | "operations" | "requests" | "links" | "subscriptions" | "bodies" | "replays" | "vehicles";
         /** @description A decision of a vehicle. */
         Decision: {
             /** @description Reaction. */
@@ -6566,6 +6622,23 @@ export interface components {
             /** @description The plan. */
             plan: Record<string, never>;
         };
+        /** @description A recording to replay: one of `GET /recordings`, or with `place` one of `GET /history`. */
+        NewReplay: {
+            /** @description File name. */
+            name: string;
+            /** @description Place of a history file: the fleet, or `_board`. */
+            place?: string | null;
+            /**
+             * Format: double
+             * @description Position at which to begin; 0 by default.
+             */
+            position_s?: number | null;
+            /**
+             * Format: double
+             * @description Times the recorded pace, 0.01 to 10,000; 1 by default.
+             */
+            speed?: number | null;
+        };
         /** @description Request for a session. */
         NewSession: {
             /** @description Display name, up to 40 characters. */
@@ -7368,6 +7441,11 @@ export interface components {
             modified_unix_s: number | null;
             /** @description File name. */
             name: string;
+            /**
+             * Format: double
+             * @description Time of the first frame, seconds since 1970; null when there is none.
+             */
+            start_unix_s: number | null;
         };
         /** @description Contents of a recording. */
         RecordingSummary: {
@@ -7541,6 +7619,98 @@ export interface components {
             /** @description Time since its beginning, seconds, ascending. */
             time_s: number[];
         };
+        /** @description A recording that is being replayed. Its aircraft are vehicles of their own, which take no commands. */
+        Replay: {
+            /**
+             * Format: double
+             * @description Duration of the recording; a pause of more than an hour counts nothing.
+             */
+            duration_s: number;
+            /** @description Why it cannot go on, in English; null when there is no fault. */
+            fault: string | null;
+            /** @description File name. */
+            file: string;
+            /**
+             * Format: int32
+             * @description Id of the replay.
+             */
+            id: number;
+            /** @description Whether it has come to its end. */
+            is_over: boolean;
+            /** @description Whether it stands still. */
+            is_paused: boolean;
+            /** @description Name of the aircraft; the file name without its ending when the recording names none. */
+            name: string;
+            /**
+             * Format: double
+             * @description Position in the recording, from its beginning.
+             */
+            position_s: number;
+            /**
+             * Format: int64
+             * @description Number of times that it went to another position. With each, the vehicles begin anew: earlier values are void.
+             */
+            seeks: number;
+            /**
+             * Format: int64
+             * @description Bytes of the recording that could not be read.
+             */
+            skipped_bytes: number;
+            /**
+             * Format: double
+             * @description Times the recorded pace.
+             */
+            speed: number;
+            /**
+             * Format: double
+             * @description Time of the recording's beginning, seconds since 1970; null when unknown.
+             */
+            start_unix_s: number | null;
+            /**
+             * Format: double
+             * @description Time in the recording now, seconds since 1970; null when unknown.
+             */
+            unix_s: number | null;
+            /** @description Ids of its vehicles. */
+            vehicles: number[];
+        };
+        /** @description Changes of a replay; absent fields stay as they are. */
+        ReplayChange: {
+            /** @description Whether it stands still. `false` at the end begins again. */
+            is_paused?: boolean | null;
+            /**
+             * Format: double
+             * @description Position to go to; beyond the end, the end.
+             */
+            position_s?: number | null;
+            /**
+             * Format: double
+             * @description Times the recorded pace, 0.01 to 10,000.
+             */
+            speed?: number | null;
+        };
+        /** @description Something that happened in a recording. */
+        ReplayMark: {
+            /** @description What happened. */
+            kind: components["schemas"]["ReplayMarkKind"];
+            /** @description The new mode; null for other kinds. */
+            mode: string | null;
+            /**
+             * Format: double
+             * @description Position in the recording.
+             */
+            position_s: number;
+            /**
+             * Format: int32
+             * @description Id of the vehicle.
+             */
+            vehicle: number;
+        };
+        /**
+         * @description What happened in a recording.
+         * @enum {string}
+         */
+        ReplayMarkKind: "armed" | "disarmed" | "mode";
         /** @description Position to return to after a breach of the fence. */
         ReturnPoint: {
             /**
@@ -7611,6 +7781,8 @@ export interface components {
             is_on_ground?: boolean | null;
             /** @description Whether it hears us; null when unknown. */
             is_reached?: boolean | null;
+            /** @description Whether it comes from a recording and takes no commands. */
+            is_recorded?: boolean | null;
             /**
              * Format: int32
              * @description Current mission item, counted from 1.
@@ -8515,7 +8687,7 @@ export interface components {
          * @description Kind of a resource that a request named and that does not exist.
          * @enum {string}
          */
-        Thing: "path" | "file" | "vehicle" | "link" | "operation" | "recording" | "camera" | "message" | "command" | "area";
+        Thing: "path" | "file" | "vehicle" | "link" | "operation" | "recording" | "camera" | "message" | "command" | "area" | "replay";
         /**
          * @description What fails in flight, or is asked for.
          * @enum {string}
@@ -8600,7 +8772,7 @@ export interface components {
             progress: components["schemas"]["MissionProgress"];
             /**
              * Format: int32
-             * @description Id of the vehicle in this API: the MAVLink system id of one on a link, 256 to 65,535 for a remote one.
+             * @description Id of the vehicle in this API: the MAVLink system id of one on a link, 256 to 65,535 for a remote or replayed one.
              */
             system_id: number;
             /** @description Newest telemetry values by group. */
@@ -8632,6 +8804,8 @@ export interface components {
              *     only; null when unknown.
              */
             is_reached: boolean | null;
+            /** @description Whether it comes from a recording and takes no commands: a replay, or a link that plays one. */
+            is_recorded: boolean;
             /** @description Whether it requests ground elevations at positions that no map of this server contains. */
             lacks_terrain: boolean;
             /**
@@ -8653,6 +8827,7 @@ export interface components {
             mode: string | null;
             /** @description Name of a remote vehicle in its fleet: it is reached through a station on board, not over a link of this server. */
             remote_name: string | null;
+            replay: components["schemas"]["Replay"] | null;
             /**
              * @description Where another vehicle with the same system id is heard, to which nothing is sent; for a remote vehicle, another
              *     computer with the same name: orders go only to the one heard first. Null when there is none.
@@ -8665,7 +8840,7 @@ export interface components {
             round_trip_ms: number | null;
             /**
              * Format: int32
-             * @description Id of the vehicle in this API: the MAVLink system id of one on a link, 256 to 65,535 for a remote one.
+             * @description Id of the vehicle in this API: the MAVLink system id of one on a link, 256 to 65,535 for a remote or replayed one.
              */
             system_id: number;
         };
@@ -11347,6 +11522,161 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["RecordingSummary"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    list_replays: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Replay"][];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    open_replay: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["NewReplay"];
+            };
+        };
+        responses: {
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Replay"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    close_replay: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description The replay's id */
+                id: number;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    change_replay: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description The replay's id */
+                id: number;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["ReplayChange"];
+            };
+        };
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Replay"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    list_marks: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description The replay's id */
+                id: number;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ReplayMark"][];
                 };
             };
             /** @description What was wrong and what to do */

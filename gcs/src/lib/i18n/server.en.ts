@@ -185,6 +185,7 @@ export const serverEn = {
   'thing.link': 'link',
   'thing.operation': 'operation',
   'thing.recording': 'recording',
+  'thing.replay': 'replay',
   'thing.message': 'message',
   'thing.area': 'offline area',
   'thing.command': 'command',

@@ -190,6 +190,7 @@ export const serverEs: Record<keyof typeof serverEn, string> = {
   'thing.link': 'enlace',
   'thing.operation': 'operación',
   'thing.recording': 'grabación',
+  'thing.replay': 'reproducción',
   'thing.message': 'mensaje',
   'thing.area': 'zona sin conexión',
   'thing.command': 'orden',

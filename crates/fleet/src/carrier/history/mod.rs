@@ -20,7 +20,7 @@ use vencejo_store::{Class, Space};
 
 pub(super) use self::archive::Archive;
 pub(super) use self::board::{Board, Entry};
-pub use self::replay::{Contents, Replay, ReplayStatus};
+pub use self::replay::{Contents, open_film};
 use crate::history::pen::{About, Pen};
 use crate::history::{Record, Stream};
 

@@ -1,28 +1,21 @@
-//! Replay of a history file: its states go to a station like those of a remote aircraft, and orders are refused.
+//! The contents of a history file, and the file as a film that a station replays.
 
 use std::collections::BTreeMap;
 use std::io;
-use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::path::Path;
 use std::time::Duration;
 
-use tokio::runtime::Handle;
-use tokio::sync::watch;
-use tokio::task::JoinHandle;
-use tokio::time::Instant;
-use vencejo_proto::{Address, ComponentId, SystemId};
-use vencejo_station::{Carried, FarHeld, Remote, Station, StationError, Telling};
-use vencejo_vehicle::{Danger, Request, VehicleId};
+use vencejo_proto::{Address, ComponentId, Message, SystemId};
+use vencejo_station::{Film, FilmInfo, Moment};
 
 use super::shelf::Shelf;
 use crate::history::{Ranges, Record, Stream};
 use crate::payload::{Event, Said, State};
-use crate::state_source::{Listener, StateUpdate};
 
 /// The pause between two boots; the real one is unknown.
 const BETWEEN_BOOTS_MS: u64 = 1000;
-/// The pause between two rounds.
-const REPEAT_PAUSE: Duration = Duration::from_millis(100);
+/// Most events before a place that belong to it.
+const EVENTS_BEFORE: usize = 64;
 
 /// The contents of a history file.
 #[derive(Debug, Clone, PartialEq)]
@@ -110,68 +103,29 @@ impl Contents {
     }
 }
 
-/// The status of a replay.
-#[derive(Debug, Clone, PartialEq)]
-pub struct ReplayStatus {
-    /// Its id in the station; `None` before its first state.
-    pub id: Option<VehicleId>,
-    /// Its position in the file.
-    pub position: Duration,
-    /// The duration of the file.
-    pub duration: Duration,
-    /// Whether it has come to the end.
-    pub is_over: bool,
+/// A history file as a film.
+struct HistoryFilm {
+    info: FilmInfo,
+    autopilot: Address,
+    contents: Contents,
+    /// Place in the timeline of what is read next.
+    place: usize,
+    /// When each message that was read was said, by its id: states repeat them.
+    heard: BTreeMap<u32, Duration>,
+    /// Time of the last moment that was read: time does not go back.
+    last: Duration,
 }
 
-/// A history file that is played into a station.
-pub struct Replay {
-    shared: Arc<Shared>,
-    seek: watch::Sender<Duration>,
-    task: Mutex<Option<JoinHandle<()>>>,
+/// Opens a history file for a replay. It blocks.
+///
+/// # Errors
+/// When the file cannot be read, or holds nothing that can be seen.
+pub fn open_film(path: &Path) -> io::Result<Box<dyn Film>> {
+    Ok(Box::new(HistoryFilm::new(Contents::read(path)?)?))
 }
 
-struct Shared {
-    name: String,
-    status: Mutex<ReplayStatus>,
-}
-
-impl Shared {
-    fn status(&self) -> MutexGuard<'_, ReplayStatus> {
-        self.status.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-}
-
-impl Remote for Shared {
-    fn request(self: Arc<Self>, _: Request, _: Option<Danger>, _: String, _: Telling) -> Carried {
-        Box::pin(async move { Err(StationError::Replayed { vehicle: self.name.clone() }) })
-    }
-
-    fn held(&self) -> FarHeld {
-        FarHeld::default()
-    }
-
-    fn is_recording(&self) -> bool {
-        true
-    }
-}
-
-impl Replay {
-    /// Plays a file into a station, as a vehicle of its own, from `start` on, `speed` times as fast as it was; again
-    /// and again where it is to `repeat`.
-    ///
-    /// # Errors
-    /// When the file cannot be read, or holds nothing that can be seen.
-    pub async fn start(
-        station: Station,
-        path: PathBuf,
-        speed: f64,
-        start: Duration,
-        repeat: bool,
-        runtime: &Handle,
-    ) -> io::Result<Self> {
-        let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-        let read = runtime.spawn_blocking(move || Contents::read(&path));
-        let contents = read.await.map_err(io::Error::other)??;
+impl HistoryFilm {
+    fn new(contents: Contents) -> io::Result<Self> {
         let autopilot = contents.timeline.iter().find_map(|(_, shown)| match shown {
             Shown::State(state) => Some(Address {
                 system: SystemId(u8::try_from(state.system).ok()?),
@@ -181,184 +135,88 @@ impl Replay {
         });
         let autopilot = autopilot
             .ok_or_else(|| io::Error::new(io::ErrorKind::InvalidData, "there is no state of an aircraft in it"))?;
-        let name = format!("{} (replay)", contents.aircraft.clone().unwrap_or(name));
-        let status = ReplayStatus { id: None, position: start, duration: contents.duration, is_over: false };
-        let shared = Arc::new(Shared { name, status: Mutex::new(status) });
-        let (seek, sought) = watch::channel(start);
-        let task = runtime.spawn(play(station, contents, autopilot, speed, repeat, shared.clone(), sought));
-        Ok(Self { shared, seek, task: Mutex::new(Some(task)) })
+        let info = FilmInfo {
+            autopilots: vec![autopilot],
+            aircraft: contents.aircraft.clone(),
+            start_unix_us: contents.start_unix_ns.map(|unix_ns| unix_ns / 1000),
+            duration: contents.duration,
+            marks: Vec::new(),
+            skipped_bytes: contents.skipped_bytes,
+        };
+        Ok(Self { info, autopilot, contents, place: 0, heard: BTreeMap::new(), last: Duration::ZERO })
     }
 
-    /// The name of its vehicle.
-    pub fn name(&self) -> &str {
-        &self.shared.name
+    fn moment(&self, at: Duration, message: Message) -> Moment {
+        let passed_us = u64::try_from(at.as_micros()).unwrap_or(u64::MAX);
+        let unix_us = self.info.start_unix_us.map(|start_us| start_us.saturating_add(passed_us));
+        Moment { at, unix_us, from: self.autopilot, message }
     }
 
-    /// The status.
-    pub fn status(&self) -> ReplayStatus {
-        self.shared.status().clone()
-    }
-
-    /// Goes on from there.
-    pub fn seek(&self, position: Duration) {
-        self.seek.send_replace(position);
-    }
-
-    /// Ends it. May be called again.
-    pub fn close(&self) {
-        if let Some(task) = self.task.lock().unwrap_or_else(PoisonError::into_inner).take() {
-            task.abort();
+    /// What a state or event at a time says that was not said before.
+    fn take_in(&mut self, at: Duration, shown: &Shown) -> Vec<Moment> {
+        let (said, is_each) = match shown {
+            Shown::State(state) => (state.said().collect(), false),
+            Shown::Event(event) => (event.said.iter().cloned().collect::<Vec<_>>(), true),
+        };
+        let mut moments = Vec::new();
+        for said in said {
+            let said_at = at.saturating_sub(Duration::from_millis(said.age_ms.into()));
+            let is_known = !is_each && self.heard.get(&said.message_id).is_some_and(|heard| *heard >= said_at);
+            let Some(message) = said.message().filter(|_| !is_known) else { continue };
+            self.heard.insert(said.message_id, said_at);
+            moments.push(self.moment(said_at, message));
         }
+        moments.sort_by_key(|moment| moment.at);
+        for moment in &mut moments {
+            moment.at = moment.at.max(self.last);
+            self.last = moment.at;
+        }
+        moments
     }
 }
 
-impl Drop for Replay {
-    fn drop(&mut self) {
-        self.close();
+impl Film for HistoryFilm {
+    fn info(&self) -> &FilmInfo {
+        &self.info
     }
-}
 
-async fn play(
-    station: Station,
-    contents: Contents,
-    autopilot: Address,
-    speed: f64,
-    repeat: bool,
-    shared: Arc<Shared>,
-    mut sought: watch::Receiver<Duration>,
-) {
-    let mut id = None;
-    let mut show = |news: StateUpdate| {
-        for _ in 0..2 {
-            let known = match id {
-                Some(known) => known,
-                None => match station.adopt(&shared.name, autopilot, shared.clone()) {
-                    Some(adopted) => adopted,
-                    None => return,
-                },
-            };
-            id = Some(known);
-            shared.status().id = id;
-            if station.on_remote(known, &news.said) {
-                return;
-            }
-            // It made room for another vehicle, and is adopted again.
-            id = None;
+    fn seek(&mut self, to: Duration) -> io::Result<Vec<Moment>> {
+        let to_ms = u64::try_from(to.as_millis()).unwrap_or(u64::MAX);
+        self.place = self.contents.timeline.partition_point(|(at_ms, _)| *at_ms <= to_ms);
+        self.heard.clear();
+        self.last = Duration::ZERO;
+        let until = &self.contents.timeline[..self.place];
+        let newest_ms = until.iter().rev().find(|(_, shown)| matches!(shown, Shown::State(_))).map(|(at_ms, _)| *at_ms);
+        let events = until.iter().rev().filter(|(_, shown)| matches!(shown, Shown::Event(_))).take(EVENTS_BEFORE);
+        let events: Vec<_> = events.cloned().collect();
+        let mut past = Vec::new();
+        for (at_ms, event) in events.iter().rev() {
+            past.extend(self.take_in(Duration::from_millis(*at_ms), event));
         }
-    };
-    let millis = |time: Duration| u64::try_from(time.as_millis()).unwrap_or(u64::MAX);
-    let mut start = *sought.borrow_and_update();
-    loop {
-        let shown = shared.status().id;
-        if let Some(id) = shown {
-            station.on_remote_sought(id);
+        self.last = Duration::ZERO;
+        if let Some((at_ms, before)) = newest_ms.zip(self.contents.before(self.place)) {
+            past.extend(self.take_in(Duration::from_millis(at_ms), &Shown::State(Box::new(before))));
         }
-        let from = start.min(contents.duration);
-        let mut place = contents.timeline.partition_point(|(at, _)| *at < millis(from));
-        let mut listener = Listener::default();
-        if let Some(before) = contents.before(place) {
-            show(listener.on_state(&before, station.now()));
+        past.sort_by_key(|moment| moment.at);
+        Ok(past)
+    }
+
+    fn read(&mut self) -> io::Result<Vec<Moment>> {
+        let mut moments = Vec::new();
+        while moments.is_empty() {
+            let Some((at_ms, shown)) = self.contents.timeline.get(self.place).cloned() else { break };
+            self.place += 1;
+            moments = self.take_in(Duration::from_millis(at_ms), &shown);
         }
-        let (began, mut is_sought) = (Instant::now(), false);
-        shared.status().is_over = false;
-        while let Some((at, shown)) = contents.timeline.get(place) {
-            let at = Duration::from_millis(*at);
-            let due = began + at.saturating_sub(from).div_f64(speed);
-            tokio::select! {
-                biased;
-                Ok(()) = sought.changed() => {
-                    is_sought = true;
-                    break;
-                }
-                () = tokio::time::sleep_until(due) => {}
-            }
-            // Without this a replay at a great speed would keep its thread to itself.
-            tokio::task::consume_budget().await;
-            let now = station.now();
-            show(match shown {
-                Shown::State(state) => listener.on_state(state, now),
-                Shown::Event(event) => {
-                    listener.pass_over(event.number);
-                    listener.on_event(event, now)
-                }
-            });
-            shared.status().position = at;
-            place += 1;
-        }
-        if !is_sought && repeat {
-            // A file of one moment must not spin.
-            tokio::time::sleep(REPEAT_PAUSE).await;
-            start = Duration::ZERO;
-            continue;
-        }
-        if !is_sought {
-            shared.status().is_over = true;
-            if sought.changed().await.is_err() {
-                return;
-            }
-        }
-        start = *sought.borrow_and_update();
+        Ok(moments)
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use tokio::time::timeout;
-    use vencejo_proto::dialect::{HOME_POSITION_DATA, MavMessage, VFR_HUD_DATA};
-    use vencejo_proto::{Heartbeat, Message};
-    use vencejo_station::StationConfig;
+    use vencejo_proto::{Header, Heartbeat, MavVersion};
 
     use super::*;
-
-    #[tokio::test]
-    async fn a_value_is_as_old_as_it_was_there_wherever_the_replay_begins_or_goes_on() {
-        const HOME_AT_S: u64 = 60;
-        let state = |at_s: u64| {
-            let clock_ms = at_s * 1000;
-            let mut state = State { boot: 7, clock_ms, system: 1, component: 1, ..State::default() };
-            let heartbeat = Heartbeat { mav_type: 1, autopilot: 3, ..Heartbeat::default() };
-            state.say(&Said::of_message(&Message::Heartbeat(heartbeat)));
-            state.say(&Said::of_message(&Message::Dialect(MavMessage::VFR_HUD(VFR_HUD_DATA::default()))));
-            if at_s == HOME_AT_S {
-                let home = HOME_POSITION_DATA { latitude: 400_000_000, longitude: -30_000_000, ..Default::default() };
-                state.say(&Said::of_message(&Message::Dialect(MavMessage::HOME_POSITION(home))));
-            }
-            (clock_ms, Shown::State(Box::new(state)))
-        };
-        let contents = Contents {
-            aircraft: None,
-            streams: Vec::new(),
-            start_unix_ns: None,
-            duration: Duration::from_secs(600),
-            skipped_bytes: 0,
-            timeline: (0..=600).map(state).collect(),
-        };
-        let station = Station::start(StationConfig::default(), Handle::current()).expect("a station");
-        let status =
-            ReplayStatus { id: None, position: Duration::from_secs(300), duration: contents.duration, is_over: false };
-        let shared = Arc::new(Shared { name: "plane7 (replay)".into(), status: Mutex::new(status) });
-        let (seek, sought) = watch::channel(Duration::from_secs(590));
-        let autopilot = Address { system: SystemId(1), component: ComponentId(1) };
-        let playing = tokio::spawn(play(station.clone(), contents, autopilot, 1.0, false, shared.clone(), sought));
-        for (place_s, home_before_s) in [(590, Some(529)), (30, None), (61, Some(0)), (590, Some(529))] {
-            seek.send_replace(Duration::from_secs(place_s));
-            let is_there = || shared.status().id.is_some() && shared.status().position.as_secs().abs_diff(place_s) < 20;
-            timeout(Duration::from_secs(20), async {
-                while !is_there() {
-                    tokio::time::sleep(Duration::from_millis(10)).await;
-                }
-            })
-            .await
-            .expect("it is shown");
-            let id = shared.status().id.expect("it is shown");
-            let (telemetry, _) = station.vehicle(id).expect("known").telemetry();
-            let hud = telemetry.hud.expect("each second");
-            let before_s = telemetry.home.map(|home| hud.at.since(home.at).as_secs());
-            assert_eq!(before_s.map(|before_s| before_s / 100), home_before_s.map(|before_s: u64| before_s / 100));
-        }
-        playing.abort();
-        station.close().await;
-    }
 
     #[test]
     fn a_value_from_before_the_place_has_its_age_there() {
@@ -378,5 +236,33 @@ mod tests {
         let before = contents.before(3).expect("states");
         let ages: Vec<_> = before.said().map(|said| (said.message_id, said.age_ms)).collect();
         assert_eq!(ages, [(33, 300), (74, 1_300), (147, 600_300)]);
+    }
+
+    #[test]
+    fn a_film_goes_to_every_place_with_what_was_known_there_and_repeats_nothing() {
+        let heartbeat = |clock_ms: u64, age_ms| {
+            let mut state = State { boot: 7, clock_ms, system: 1, component: 1, ..State::default() };
+            let frame = Message::Heartbeat(Heartbeat { autopilot: 3, mav_type: 1, ..Heartbeat::default() });
+            let header = Header { sequence: 0, source: Address::new(1, 1), version: MavVersion::V2 };
+            state.say(&Said::of(&frame.encode(header), age_ms));
+            (clock_ms, Shown::State(Box::new(state)))
+        };
+        // The third repeats the second's.
+        let timeline = vec![heartbeat(0, 0), heartbeat(1_000, 100), heartbeat(2_000, 1_100), heartbeat(3_000, 0)];
+        let contents = Contents {
+            aircraft: Some("plane7".into()),
+            streams: Vec::new(),
+            start_unix_ns: Some(1_700_000_000_000_000_000),
+            duration: Duration::from_secs(3),
+            skipped_bytes: 0,
+            timeline,
+        };
+        let mut film = HistoryFilm::new(contents).expect("an aircraft");
+        let at = |moments: Vec<Moment>| moments.iter().map(|moment| moment.at.as_millis()).collect::<Vec<_>>();
+        assert_eq!(at(film.seek(Duration::from_millis(2_500)).expect("read")), [900]);
+        assert_eq!(film.read().expect("read")[0].unix_us, Some(1_700_000_003_000_000));
+        assert_eq!(at(film.read().expect("read")), [0_u128; 0]);
+        assert_eq!(at(film.seek(Duration::ZERO).expect("read")), [0]);
+        assert_eq!((at(film.read().expect("read")), at(film.read().expect("read"))), (vec![900], vec![3_000]));
     }
 }
