@@ -14,6 +14,7 @@ export function fleetRow(index: number, count: number, t_s: number): RosterRow {
   return {
     id: 300 + index,
     remote_name: name,
+    is_recorded: false,
     mav_type: 1,
     mode: isFlying ? (MODES[index % MODES.length] ?? 'AUTO') : 'MANUAL',
     is_armed: isFlying,

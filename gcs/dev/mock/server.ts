@@ -53,6 +53,8 @@ const summary = (system_id: number): VehicleSummary => ({
   is_reached: scene !== 'oneway',
   rival: null,
   remote_name: system_id >= 300 ? `plane${system_id - 300}` : null,
+  is_recorded: false,
+  replay: null,
   lacks_terrain: false,
   flight_parameters: { loiter_radius_m: 80, airspeed_m_s: 22, finds_landing: false },
 });

@@ -2,7 +2,7 @@
 import { type Connection, connection as ownConnection } from './connection';
 import { challengeOf, noAnswer, ProblemError, problemOf } from './problem';
 
-type Method = 'GET' | 'POST' | 'PUT' | 'DELETE';
+type Method = 'GET' | 'POST' | 'PUT' | 'PATCH' | 'DELETE';
 
 export interface Options {
   /** Aborts the request. Default: the loss of the connection; `null`: nothing does, as for a long upload. */

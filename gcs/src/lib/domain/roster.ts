@@ -7,6 +7,8 @@ export interface RosterRow {
   readonly id: number;
   readonly remote_name: string | null;
   readonly mav_type: number | null;
+  /** Whether it comes from a recording. */
+  readonly is_recorded: boolean | null;
   readonly mode: string | null;
   readonly is_armed: boolean | null;
   readonly is_on_ground: boolean | null;
@@ -39,6 +41,7 @@ export type RosterChange = { readonly id: number } & {
 const NEW: Omit<RosterRow, 'id'> = {
   remote_name: null,
   mav_type: null,
+  is_recorded: null,
   mode: null,
   is_armed: null,
   is_on_ground: null,
@@ -98,8 +101,10 @@ const DANGERS: ReadonlySet<Attention> = new Set([
 /** `MAV_SEVERITY` error; higher numbers are only warnings. */
 const ERROR = 3;
 
-/** Reasons why a vehicle with news of this age needs attention, the most urgent first; empty when nothing is wrong. */
+/** Reasons why a vehicle with news of this age needs attention, the most urgent first; empty when nothing is wrong, and for a recording. */
 export function attentionTo(row: RosterRow, age_s: number | null): Attention[] {
+  // nothing can be done about what is past
+  if (row.is_recorded === true) return [];
   const fresh = freshness(age_s);
   const { battery_critical_pct, battery_low_pct, loss_high_pct } = ATTENTION_FROM;
   const is: Record<Attention, boolean> = {

@@ -2,8 +2,7 @@
 export const fleetEn = {
   'panel.fleet': 'Fleet',
   'history.title': 'History of planes far away',
-  'history.how':
-    'On the machine that Vencejo runs on. Foxglove opens the files; vencejo replay FILE --serve shows the flight again.',
+  'history.how': 'On the machine that Vencejo runs on. Foxglove opens the files, too.',
   'history.onBoard': 'on board',
   'history.toFetch': '{count} records to be fetched',
   'history.lost': '{count} records lost',

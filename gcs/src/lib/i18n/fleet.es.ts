@@ -3,8 +3,7 @@ import type { fleetEn } from './fleet.en';
 
 export const fleetEs: Record<keyof typeof fleetEn, string> = {
   'history.title': 'Historial de aviones lejanos',
-  'history.how':
-    'En el equipo donde funciona Vencejo. Foxglove abre los ficheros; vencejo replay FICHERO --serve vuelve a mostrar el vuelo.',
+  'history.how': 'En el equipo donde funciona Vencejo. Foxglove también abre los ficheros.',
   'history.onBoard': 'a bordo',
   'history.toFetch': 'faltan {count} registros por traer',
   'history.lost': '{count} registros perdidos',

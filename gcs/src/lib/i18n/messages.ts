@@ -21,6 +21,8 @@ import { paramsEn } from './params.en';
 import { paramsEs } from './params.es';
 import { profileEn } from './profile.en';
 import { profileEs } from './profile.es';
+import { replayEn } from './replay.en';
+import { replayEs } from './replay.es';
 import { serverEn } from './server.en';
 import { serverEs } from './server.es';
 import { signingEn } from './signing.en';
@@ -43,6 +45,7 @@ export const en = {
   ...fixesEn,
   ...paramsEn,
   ...profileEn,
+  ...replayEn,
   ...signingEn,
   ...surveyEn,
 } as const;
@@ -61,6 +64,7 @@ export const es: Record<MessageKey, string> = {
   ...fixesEs,
   ...paramsEs,
   ...profileEs,
+  ...replayEs,
   ...signingEs,
   ...surveyEs,
 };

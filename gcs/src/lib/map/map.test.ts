@@ -100,6 +100,7 @@ describe('vehicles', () => {
     groundspeed_m_s: 0.2,
     isSelected: true,
     isStale: false,
+    isRecorded: false,
     level: 'none',
     ghost: null,
   };
@@ -118,6 +119,7 @@ describe('vehicles', () => {
       seen({ heading_deg: null }),
       seen({ groundspeed_m_s: 15 }),
       seen({ isStale: true }),
+      seen({ isRecorded: true }),
       seen({ isSelected: false }),
       seen({ label: 'A' }),
       seen({ level: 'warn' }),

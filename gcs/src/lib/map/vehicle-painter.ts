@@ -26,6 +26,8 @@ export interface VehicleMark {
   readonly isSelected: boolean;
   /** Whether the position is old: drawn grey. */
   readonly isStale: boolean;
+  /** Whether it comes from a recording: drawn hollow, so that nobody takes it for a live one. */
+  readonly isRecorded: boolean;
   /** How urgently it needs attention. */
   readonly level: AttentionLevel;
   /** Where it probably is now, while it is not heard. */
@@ -73,6 +75,7 @@ export class VehiclePainter implements Painter {
       vehicle.level,
       vehicle.isSelected,
       vehicle.isStale,
+      vehicle.isRecorded,
       place(vehicle.at),
       heading(vehicle.heading_deg),
       place(placeAhead(vehicle)),
@@ -121,7 +124,15 @@ export class VehiclePainter implements Painter {
       context.arc(x, y, 8, 0, 2 * Math.PI);
       strokeWithEdge(frame, fill, 4);
     } else {
-      paintPlane(frame, x, y, vehicle.heading_deg, { fill, line: theme.isDark ? '#000' : '#fff', scale });
+      const [inside, line] = vehicle.isRecorded ? [theme.surface, theme.text] : [fill, theme.isDark ? '#000' : '#fff'];
+      paintPlane(frame, x, y, vehicle.heading_deg, { fill: inside, line, scale });
+      if (vehicle.isRecorded) {
+        context.beginPath();
+        context.arc(x, y, 23 * scale, 0, 2 * Math.PI);
+        context.setLineDash([4, 4]);
+        strokeWithEdge(frame, theme.text, 2, 1);
+        context.setLineDash([]);
+      }
     }
     if (vehicle.label) label(frame, vehicle.label, x, y + 22, vehicle.isSelected ? theme.text : theme.muted);
   }

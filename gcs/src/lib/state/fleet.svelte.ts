@@ -79,7 +79,7 @@ class Fleet {
   apply(time_s: number, rows: readonly RosterChange[], gone: readonly number[], now_ms: number): void {
     [this.#at_s, this.#at_ms] = [time_s, now_ms];
     for (const change of rows) {
-      if ('remote_name' in change || 'mav_type' in change) this.#places = null;
+      if ('remote_name' in change || 'is_recorded' in change || 'mav_type' in change) this.#places = null;
       this.#byId.set(change.id, changedRow(this.#byId.get(change.id), change));
     }
     if (gone.length > 0) this.#places = null;
@@ -117,7 +117,8 @@ class Fleet {
 
   /** What a vehicle is called. */
   nameOf(row: RosterRow): string {
-    return row.remote_name ?? `${t(`vehicle.${vehicleKind(row.mav_type)}`)} ${row.id}`;
+    const name = row.remote_name ?? `${t(`vehicle.${vehicleKind(row.mav_type)}`)} ${row.id}`;
+    return row.is_recorded === true ? t('replay.named', { name: name.replace(/ \(replay( \d+)?\)$/, '$1') }) : name;
   }
 
   /** How urgently a vehicle needs attention. */
@@ -126,8 +127,9 @@ class Fleet {
     return row === undefined ? 'none' : levelOf(attentionTo(row, this.age_s(row)));
   }
 
+  /** A recording is not marked: it takes no group act. */
   mark(id: number, isMarked: boolean): void {
-    if (isMarked) this.marked.add(id);
+    if (isMarked && this.#byId.get(id)?.is_recorded !== true) this.marked.add(id);
     else this.marked.delete(id);
   }
 

@@ -28,6 +28,8 @@ it('does not lose what is told while it asks for the whole state', async () => {
     is_reached: true,
     rival: null,
     remote_name: null,
+    is_recorded: false,
+    replay: null,
     lacks_terrain: false,
     flight_parameters: NOT_READ,
   };

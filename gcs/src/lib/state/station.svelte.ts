@@ -5,6 +5,8 @@ import { connection } from '$lib/api/connection';
 import { Pending } from '$lib/api/pending';
 import { problemFrom } from '$lib/api/problem';
 import { parse, Socket, type SocketState } from '$lib/api/socket';
+import type { Replay } from '$lib/api/replays';
+import { commandBar, type CommandBar } from '$lib/domain/command-bar';
 import type {
   Assessment,
   ClientMessage,
@@ -25,6 +27,7 @@ import { clock } from './clock.svelte';
 import { fleet } from './fleet.svelte';
 import { Operations } from './operations.svelte';
 import { settings } from './settings.svelte';
+import { trails } from './trails';
 import { vehicles, type Vehicle } from './vehicles.svelte';
 
 export { problemFrom };
@@ -100,6 +103,31 @@ export class Station {
   isOperator = $derived(this.session?.role === 'operator');
   /** Who asks for control. */
   requestedBy = $derived(this.session?.requested_by ?? null);
+
+  /** Why a vehicle takes no command from this page; null when it does. */
+  barOf(vehicle: Vehicle | null): CommandBar | null {
+    const { isOnline, isOperator, hasControl } = this;
+    return commandBar({ isRecorded: vehicle?.isRecorded ?? false, isOnline, isOperator, hasControl });
+  }
+
+  /** Whether a vehicle may be commanded. */
+  canCommand(vehicle: Vehicle | null): boolean {
+    return vehicle !== null && this.barOf(vehicle) === null;
+  }
+
+  /** Takes over the state of a replay, for its vehicles. */
+  applyReplay(replay: Replay): void {
+    const now_ms = performance.now();
+    for (const id of replay.vehicles) {
+      const vehicle = vehicles.get(id);
+      if (vehicle?.applyReplay(replay, now_ms)) this.#beginAnew(vehicle);
+    }
+  }
+
+  #beginAnew(vehicle: Vehicle): void {
+    trails.cut(vehicle.systemId);
+    void this.#meet(vehicle);
+  }
 
   start(): void {
     this.#token = takeToken();
@@ -273,14 +301,20 @@ export class Station {
         if (message.vehicles.length > DETAILED) break;
         for (const summary of message.vehicles) {
           const vehicle = vehicles.ensure(summary.system_id);
-          vehicle.applySummary(summary, now_ms);
-          if (!this.#subscribed.has(summary.system_id)) void this.#meet(vehicle);
+          if (vehicle.applySummary(summary, now_ms)) this.#beginAnew(vehicle);
+          else if (!this.#subscribed.has(summary.system_id)) void this.#meet(vehicle);
         }
+        vehicles.preferLive();
         break;
       case 'roster':
         fleet.apply(message.time_s, message.rows, message.gone, now_ms);
+        for (const id of message.gone) if (vehicles.get(id)?.isRecorded) this.#forget(id);
         this.#followFleet();
-        for (const summary of message.followed) vehicles.get(summary.system_id)?.applySummary(summary, now_ms);
+        for (const summary of message.followed) {
+          const vehicle = vehicles.get(summary.system_id);
+          if (vehicle?.applySummary(summary, now_ms)) this.#beginAnew(vehicle);
+        }
+        vehicles.preferLive();
         break;
       case 'telemetry':
         vehicles.telemetry(message.vehicle, message.time_s, message.groups, message.progress ?? null);
@@ -388,6 +422,18 @@ export class Station {
       return;
     }
     for (const id of ids) if (!this.#subscribed.has(id)) void this.#meet(vehicles.ensure(id));
+  }
+
+  /** A recording that was closed leaves nothing behind. */
+  #forget(id: number): void {
+    this.#subscribed.delete(id);
+    this.#chosen = this.#chosen.filter((other) => other !== id);
+    this.#socket.send({ type: 'unsubscribe', vehicle: id });
+    const wasSelected = vehicles.selected?.systemId === id;
+    vehicles.drop(id);
+    const [next] = vehicles.all;
+    if (wasSelected && next !== undefined) vehicles.ensure(next.systemId);
+    vehicles.preferLive();
   }
 
   /** Subscribes to a vehicle and fetches what is not pushed. */

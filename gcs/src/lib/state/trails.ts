@@ -45,6 +45,14 @@ class Trails {
     return this.#stop;
   }
 
+  /** Cuts the trail of a vehicle, as when its replay goes to another place. */
+  cut(systemId: number): void {
+    const trail = this.#byVehicle.get(systemId);
+    if (trail === undefined) return;
+    trail.clear();
+    for (const listener of this.#listeners) listener();
+  }
+
   clear(): void {
     for (const trail of this.#byVehicle.values()) trail.clear();
     this.#save();
@@ -60,7 +68,8 @@ class Trails {
     if (trail === undefined) {
       this.#letGo();
       trail = new Trail(TRAIL_POINTS);
-      restore(trail, vehicle.systemId);
+      // the trail of a recording is that of this replay alone
+      if (!vehicle.isRecorded) restore(trail, vehicle.systemId);
       this.#byVehicle.set(vehicle.systemId, trail);
       for (const listener of this.#listeners) listener();
     }

@@ -32,6 +32,66 @@ describe('Vehicles', () => {
   });
 });
 
+describe('a recorded vehicle', () => {
+  const replay = {
+    id: 1,
+    name: 'flight',
+    file: 'flight.tlog',
+    vehicles: [300],
+    start_unix_s: 1_700_000_000,
+    unix_s: 1_700_000_100,
+    position_s: 100,
+    duration_s: 300,
+    speed: 4,
+    is_paused: false,
+    is_over: false,
+    seeks: 1,
+    fault: null,
+    skipped_bytes: 0,
+  };
+
+  it('ages in the time of its recording: at its speed, and not while it is paused', () => {
+    const vehicle = new Vehicle(300);
+    vehicle.applyReplay(replay, 10_000);
+    vehicle.apply({ groups, progress, heardAt_ms: heardAt(groups, vehicle.time_ms(10_000), vehicle.rate) });
+    const before_s = vehicle.groupAge_s('wind') ?? NaN;
+    clock.tick(11_000);
+    expect([vehicle.groupAge_s('wind'), vehicle.position_s]).toEqual([expect.closeTo(before_s + 4, 6), 104]);
+    vehicle.applyReplay({ ...replay, position_s: 104, is_paused: true }, 11_000);
+    clock.tick(99_000);
+    expect([vehicle.groupAge_s('wind'), vehicle.position_s]).toEqual([expect.closeTo(before_s + 4, 6), 104]);
+    vehicle.applyReplay({ ...replay, position_s: 104 }, 99_000);
+    clock.tick(100_000);
+    expect([vehicle.groupAge_s('wind'), vehicle.position_s]).toEqual([expect.closeTo(before_s + 8, 6), 108]);
+  });
+
+  it('knows nothing of another place, and is never estimated', () => {
+    const vehicle = new Vehicle(300);
+    vehicle.isRecorded = true;
+    expect(vehicle.applyReplay(replay, 10_000)).toBe(false);
+    vehicle.apply({ groups, progress, heardAt_ms: heardAt(groups, 10_000) });
+    vehicle.addText({ severity: 4, text: 'Bad', time_s: 0 }, 10_000);
+    clock.tick(60_000);
+    expect([vehicle.isLost, vehicle.ghost(60_000)]).toEqual([true, null]);
+    expect(vehicle.applyReplay({ ...replay, position_s: 5, seeks: 2 }, 60_000)).toBe(true);
+    expect(vehicle).toMatchObject({ groups: {}, progress: null, texts: [], age_s: null, flightTime: null });
+  });
+
+  it('is selected for as long as there is nothing live, or because a person chose it', () => {
+    vehicles.ensure(300).isRecorded = true;
+    vehicles.preferLive();
+    expect(vehicles.selected?.systemId).toBe(300);
+    vehicles.ensure(1);
+    vehicles.preferLive();
+    expect(vehicles.selected?.systemId).toBe(1);
+    vehicles.select(300);
+    vehicles.preferLive();
+    expect(vehicles.selected?.systemId).toBe(300);
+    vehicles.drop(300);
+    vehicles.drop(1);
+  });
+});
+
 describe('Vehicle', () => {
   it('knows nothing before it is heard', () => {
     const vehicle = new Vehicle(7);
@@ -163,6 +223,8 @@ describe('Vehicle', () => {
       is_reached: true,
       rival: null,
       remote_name: null,
+      is_recorded: false,
+      replay: null,
       lacks_terrain: false,
     };
     const known = { loiter_radius_m: 95, airspeed_m_s: null, finds_landing: true };

@@ -12,12 +12,14 @@ import type {
   VehicleState,
   VehicleSummary,
 } from '$lib/api/types';
+import type { Replay } from '$lib/api/replays';
 import { vehicleKind } from '$lib/domain/core';
 import { freshness, type Freshness } from '$lib/domain/freshness';
 import { deadReckon, followTrack, type Ghost, type LastKnown } from '$lib/domain/ghost';
 import { lonLat, wrap360_deg } from '$lib/domain/lonlat';
 import { countUnseen, WARNING } from '$lib/domain/messages';
 import type { Track } from '$lib/domain/rehearsal';
+import { isStopped, positionAfter } from '$lib/domain/replay';
 import { PLANE_ROUTE, type RouteOptions } from '$lib/domain/way';
 import { t } from '$lib/i18n/index.svelte';
 import { clock } from './clock.svelte';
@@ -90,11 +92,18 @@ export class Vehicle {
   /** Monotonic time at which anything of it was last heard. */
   lastHeard_ms = $state.raw<number | null>(null);
 
+  /** Whether it comes from a recording, be it a replay or a link that plays one. */
+  isRecorded = $state(false);
+  /** The replay that it belongs to, as it was known at a monotonic time. */
+  replay = $state.raw<{ readonly is: Replay; readonly at_ms: number } | null>(null);
+  /** Since when its replay stands still: then nothing ages. */
+  #stopped_ms = $state<number | null>(null);
+
   /** The rest of its mission as rehearsed from where it was at a monotonic time; null where that is not known. */
   rest = $state.raw<{ readonly track: Track; readonly from_ms: number } | null>(null);
 
-  readonly sensors = new SensorHistory();
-  readonly #flightClock: FlightClock;
+  sensors = new SensorHistory();
+  #flightClock: FlightClock;
   /** Server time (`time_s`) minus our monotonic time, for the time of day of past texts. */
   #serverOffset_s: number | null = null;
   #nextText = 1;
@@ -110,7 +119,7 @@ export class Vehicle {
     ),
   );
 
-  age_s = $derived(clock.age_s(this.lastHeard_ms));
+  age_s = $derived(this.#age_s(this.lastHeard_ms));
   freshness = $derived<Freshness>(freshness(this.age_s));
   /** Whether it was heard once and is not any more. */
   isLost = $derived(this.freshness === 'lost');
@@ -134,16 +143,70 @@ export class Vehicle {
   /** What to call it, in the language in use. */
   /** Its name in a fleet, when it is far away: the id is then only this server’s. */
   remoteName = $state<string | null>(null);
-  name = $derived.by(() => this.remoteName ?? `${t(`vehicle.${this.kind}`)} ${this.systemId}`);
+  name = $derived.by(() => {
+    const name = this.replay?.is.name ?? this.remoteName ?? `${t(`vehicle.${this.kind}`)} ${this.systemId}`;
+    return this.isRecorded ? t('replay.named', { name }) : name;
+  });
 
   constructor(systemId: number) {
     this.systemId = systemId;
     this.#flightClock = new FlightClock(String(systemId));
   }
 
+  /** The present moment of its ages: that of a replay which stands still does not pass. */
+  time_ms(now_ms: number): number {
+    return this.#stopped_ms ?? now_ms;
+  }
+
+  /** How fast its time passes. */
+  get rate(): number {
+    return this.replay?.is.speed ?? 1;
+  }
+
+  /** Place of its replay now, seconds; null without one. Reactive. */
+  position_s = $derived.by(() => {
+    if (this.replay === null) return null;
+    return positionAfter(this.replay.is, (clock.now_ms - this.replay.at_ms) / 1000);
+  });
+
+  #age_s(at_ms: number | null | undefined): number | null {
+    return at_ms == null ? null : Math.max(0, ((this.time_ms(clock.now_ms) - at_ms) / 1000) * this.rate);
+  }
+
+  /** Takes over the state of its replay. Whether that went to another place: then nothing of it is known. */
+  applyReplay(replay: Replay | null, now_ms: number): boolean {
+    const before = this.replay?.is ?? null;
+    const isStill = replay !== null && isStopped(replay);
+    if (isStill) this.#stopped_ms ??= now_ms;
+    else if (this.#stopped_ms !== null) {
+      const stood_ms = now_ms - this.#stopped_ms;
+      this.#stopped_ms = null;
+      if (this.lastHeard_ms !== null) this.lastHeard_ms += stood_ms;
+      this.heardAt_ms = Object.fromEntries(Object.entries(this.heardAt_ms).map(([name, at]) => [name, at + stood_ms]));
+    }
+    this.replay = replay === null ? null : { is: replay, at_ms: now_ms };
+    const isElsewhere = before !== null && replay !== null && before.seeks !== replay.seeks;
+    if (isElsewhere) this.#forget();
+    return isElsewhere;
+  }
+
+  #forget(): void {
+    this.groups = {};
+    this.heardAt_ms = {};
+    this.progress = null;
+    this.planStates = null;
+    this.texts = [];
+    this.#hasPastTexts = false;
+    this.lastHeard_ms = null;
+    this.flightTime = null;
+    this.#flightClock = new FlightClock(`${this.systemId}`);
+    this.rest = null;
+    this.sensors = new SensorHistory();
+  }
+
   /** Age in seconds of a group, null when it never came. Reactive. */
   groupAge_s(name: GroupName): number | null {
-    return clock.age_s(this.heardAt_ms[name]);
+    return this.#age_s(this.heardAt_ms[name]);
   }
 
   groupFreshness(name: GroupName): Freshness {
@@ -192,7 +255,8 @@ export class Vehicle {
    */
   ghost(now_ms = performance.now()): Ghost | null {
     const { placed_ms, rest } = this;
-    const last = this.isLost ? this.lastKnown() : null;
+    // of a recording nothing is estimated
+    const last = this.isLost && !this.isRecorded ? this.lastKnown() : null;
     if (placed_ms === null || last === null) return null;
     const elapsed_s = (now_ms - placed_ms) / 1000;
     const early_s = rest === null ? Infinity : (placed_ms - rest.from_ms) / 1000;
@@ -223,8 +287,11 @@ export class Vehicle {
     }
   }
 
-  applySummary(summary: VehicleSummary, now_ms: number): void {
-    if (summary.age_s !== null) this.#hear(now_ms - summary.age_s * 1000);
+  /** Whether it begins anew, as one of a replay that went to another place. */
+  applySummary(summary: VehicleSummary, now_ms: number): boolean {
+    this.isRecorded = summary.is_recorded;
+    const isAnew = this.applyReplay(summary.replay, now_ms);
+    if (summary.age_s !== null) this.#hear(this.time_ms(now_ms) - (summary.age_s * 1000) / this.rate);
     const { link, loss_pct, round_trip_ms } = summary;
     this.link = { id: link, loss_pct, round_trip_ms };
     this.isReached = summary.is_reached;
@@ -234,6 +301,7 @@ export class Vehicle {
     this.#applyParameters(summary.flight_parameters);
     // Without news of the vehicle there is nothing new to plot of its link.
     if (summary.age_s !== null && summary.age_s < 2) this.sensors.takeLink(now_ms / 1000, this.link);
+    return isAnew;
   }
 
   #applyParameters({ loiter_radius_m, airspeed_m_s, finds_landing }: FlightParameters): void {
@@ -251,7 +319,7 @@ export class Vehicle {
       Object.entries(state.telemetry).filter(([name]) => !told.some((message) => name in message.groups)),
     );
     const progress = told.some((message) => message.progress != null) ? null : state.progress;
-    this.apply({ groups, progress, heardAt_ms: heardAt(groups, now_ms) });
+    this.apply({ groups, progress, heardAt_ms: heardAt(groups, this.time_ms(now_ms), this.rate) });
     this.planStates = state.plan_states;
     this.modeNames = state.mode_names;
     if (state.flies_arcs !== this.route.fliesArcs) this.route = { ...this.route, fliesArcs: state.flies_arcs };
@@ -312,14 +380,14 @@ export function withChanges(groups: TelemetryGroups, changes: TelemetryChanges):
   return next as TelemetryGroups;
 }
 
-/** When each group had arrived, from its age. */
-export function heardAt(groups: TelemetryChanges, now_ms: number): Partial<Record<GroupName, number>> {
+/** When each group had arrived, from its age; of a vehicle whose time passes at a rate. */
+export function heardAt(groups: TelemetryChanges, now_ms: number, rate = 1): Partial<Record<GroupName, number>> {
   const heard: Partial<Record<GroupName, number>> = {};
   type Aged = { age_s: number } | null;
   for (const [name, group] of Object.entries(groups) as [GroupName, Aged | Aged[]][]) {
     // of a list the first counts, which is the one that is shown
     const first = Array.isArray(group) ? group.find((one) => one !== null) : group;
-    if (first != null) heard[name] = now_ms - first.age_s * 1000;
+    if (first != null) heard[name] = now_ms - (first.age_s * 1000) / rate;
   }
   return heard;
 }
@@ -327,6 +395,8 @@ export function heardAt(groups: TelemetryChanges, now_ms: number): Partial<Recor
 class Vehicles {
   readonly #byId = new SvelteMap<number, Vehicle>();
   #selectedId = $state<number | null>(null);
+  /** Whether a person selected it. */
+  #isChosen = false;
   readonly #listeners = new Set<(vehicle: Vehicle) => void>();
   readonly #queue = new FrameQueue<number, TelemetryChange>({
     join: (waiting, next) => ({
@@ -343,7 +413,8 @@ class Vehicles {
   });
 
   all = $derived([...this.#byId.values()].sort((a, b) => a.systemId - b.systemId));
-  /** The target of commands and plans: the first vehicle heard until the user selects another. It never changes automatically. */
+  /** The target of commands and plans: the first vehicle heard until the user selects another. It changes by itself only from a
+   * recording that nobody chose to a live vehicle. */
   selected = $derived<Vehicle | null>(
     (this.#selectedId === null ? undefined : this.#byId.get(this.#selectedId)) ?? null,
   );
@@ -369,12 +440,22 @@ class Vehicles {
 
   select(id: number): void {
     this.#selectedId = id;
+    this.#isChosen = true;
+  }
+
+  /** Selects a live vehicle in place of a recording that nobody chose. */
+  preferLive(): void {
+    if (this.#isChosen || this.selected?.isRecorded !== true) return;
+    const live = this.all.find((vehicle) => !vehicle.isRecorded);
+    if (live !== undefined) this.#selectedId = live.systemId;
   }
 
   /** Forgets one that is not followed any more. */
   drop(id: number): void {
     this.#byId.delete(id);
-    if (this.#selectedId === id) this.#selectedId = null;
+    if (this.#selectedId !== id) return;
+    this.#selectedId = null;
+    this.#isChosen = false;
   }
 
   /** The one after the selected, in the order of their ids; after the last the first. */
@@ -391,8 +472,10 @@ class Vehicles {
 
   telemetry(id: number, time_s: number, groups: TelemetryChanges, progress: MissionProgress | null): void {
     const now_ms = performance.now();
-    this.get(id)?.setServerTime(time_s, now_ms);
-    this.#queue.push(id, { groups, progress, heardAt_ms: heardAt(groups, now_ms) });
+    const vehicle = this.get(id);
+    vehicle?.setServerTime(time_s, now_ms);
+    const heardAt_ms = heardAt(groups, vehicle?.time_ms(now_ms) ?? now_ms, vehicle?.rate);
+    this.#queue.push(id, { groups, progress, heardAt_ms });
   }
 }
 

@@ -1,0 +1,21 @@
+// Why a vehicle takes no command from this page: the one place that decides it.
+
+/** What decides it. */
+export interface Standing {
+  /** Whether the vehicle comes from a recording. */
+  readonly isRecorded: boolean;
+  readonly isOnline: boolean;
+  readonly isOperator: boolean;
+  readonly hasControl: boolean;
+}
+
+/** The reason, the weightiest first: nothing changes that a recording takes no commands. */
+export type CommandBar = 'recording' | 'away' | 'watching' | 'control';
+
+/** Why no command is sent; null when one may be. */
+export function commandBar({ isRecorded, isOnline, isOperator, hasControl }: Standing): CommandBar | null {
+  if (isRecorded) return 'recording';
+  if (!isOnline) return 'away';
+  if (!isOperator) return 'watching';
+  return hasControl ? null : 'control';
+}

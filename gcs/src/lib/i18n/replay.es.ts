@@ -1,0 +1,32 @@
+// Textos de las grabaciones y su reproducción, en español.
+import type { replayEn } from './replay.en';
+
+export const replayEs: Record<keyof typeof replayEn, string> = {
+  'replay.badge': 'Grabación',
+  'replay.named': '{name} (grabación)',
+  'replay.bars': 'Es una grabación: no acepta órdenes.',
+  'replay.ofLink': 'La reproduce un enlace del servidor, sin pausa ni saltos.',
+  'replay.silent': 'ahí no se oye desde hace {age}',
+  'replay.toStart': 'Al principio',
+  'replay.play': 'Reproducir',
+  'replay.pause': 'Pausa',
+  'replay.again': 'Reproducir de nuevo',
+  'replay.position': 'Posición en la grabación',
+  'replay.of': '{position} de {duration}',
+  'replay.over': 'Al final',
+  'replay.speed': 'Velocidad',
+  'replay.close': 'Cerrar la grabación',
+  'replay.armed': 'armado',
+  'replay.disarmed': 'desarmado',
+  'replay.mode': 'modo {mode}',
+  'recordings.title': 'Grabaciones',
+  'recordings.none': 'Todavía no se ha grabado nada en la máquina donde corre Vencejo.',
+  'recordings.now': 'grabándose ahora',
+  'recordings.replay': 'Reproducir {name}',
+  'recordings.more': 'Mostrar las {count}',
+  'recordings.opening': 'Leyendo la grabación…',
+  'recordings.contents': 'Contenido',
+  'recordings.vehicles': 'Vehículos: {vehicles}',
+  'recordings.noVehicle': 'No contiene ningún vehículo.',
+  'recordings.welcome': 'Reproducir una grabación',
+};
