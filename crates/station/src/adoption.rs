@@ -69,16 +69,6 @@ impl Station {
         true
     }
 
-    /// The recording that a remote vehicle is played from goes on from another place: the values of before are
-    /// forgotten, and what it says from now on may be older.
-    pub fn on_remote_sought(&self, id: VehicleId) {
-        if let Some(adopted) = self.shared.core().adopted.get_mut(&id) {
-            adopted.said_at = MonoTime::ZERO;
-        }
-        let now = self.now();
-        self.on_remote_told(id, |vehicle| vehicle.on_sought(now));
-    }
-
     /// Another computer uses the name of a remote vehicle: its place in words, and until when it counts as present;
     /// `None`: no longer.
     pub fn on_remote_rival(&self, id: VehicleId, rival: Option<(String, MonoTime)>) {

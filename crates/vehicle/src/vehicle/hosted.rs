@@ -33,14 +33,6 @@ impl Vehicle {
         }
     }
 
-    /// Its recording goes on from another place: what was heard until now is of another time.
-    pub fn on_sought(&mut self, now: MonoTime) {
-        self.boot.reset();
-        self.timesync.forget_clock();
-        self.telemetry.forget_before(now);
-        self.tracker.reset();
-    }
-
     /// A text that its autopilot wrote at an earlier time, which says nothing about the present.
     pub fn on_text_told(&mut self, text: &StatusText, at: MonoTime, now: MonoTime) {
         self.on_text_of(self.address.component, text, at, now);

@@ -17,7 +17,6 @@ const BY_UNIT: Readonly<Record<string, readonly string[]>> = {
     ...['PTCH_TRIM_DEG', 'ROLL_LIMIT_DEG'],
   ],
   s: [...['BATT_LOW_TIMER', 'FS_LONG_TIMEOUT', 'FS_SHORT_TIMEOUT', 'LAND_FLARE_SEC', 'NAVL1_PERIOD', 'RC_FS_TIMEOUT']],
-  '0.1 s': ['TKOFF_THR_DELAY'],
   V: ['BATT_CRT_VOLT', 'BATT_LOW_VOLT'],
   mAh: ['BATT_CAPACITY', 'BATT_CRT_MAH', 'BATT_LOW_MAH'],
   '%': ['THR_MAX', 'THR_MIN', 'TKOFF_THR_MAX', 'TRIM_THROTTLE'],

@@ -74,7 +74,7 @@ export const meaningsEn = {
   TKOFF_ALT: 'Altitude of a take-off in mode TAKEOFF',
   TKOFF_LVL_ALT: 'Altitude up to which it climbs with level wings',
   TKOFF_ROTATE_SPD: 'Airspeed at which it lifts off',
-  TKOFF_THR_DELAY: 'Wait after the launch before the motor runs',
+  TKOFF_THR_DELAY: 'Wait after the launch before the motor runs, tenths of a second',
   TKOFF_THR_MAX: 'Largest throttle at take-off',
   TKOFF_THR_MINACC: 'Acceleration of a launch that starts the motor',
   TRIM_THROTTLE: 'Throttle of level flight',

@@ -76,7 +76,7 @@ export const meaningsEs: Record<keyof typeof meaningsEn, string> = {
   TKOFF_ALT: 'Altitud de un despegue en modo TAKEOFF',
   TKOFF_LVL_ALT: 'Altitud hasta la que asciende con las alas niveladas',
   TKOFF_ROTATE_SPD: 'Velocidad del aire a la que despega',
-  TKOFF_THR_DELAY: 'Espera tras el lanzamiento antes de arrancar el motor',
+  TKOFF_THR_DELAY: 'Espera tras el lanzamiento antes de arrancar el motor, en décimas de segundo',
   TKOFF_THR_MAX: 'Potencia máxima en el despegue',
   TKOFF_THR_MINACC: 'Aceleración del lanzamiento que arranca el motor',
   TRIM_THROTTLE: 'Potencia del vuelo nivelado',
