@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     from vencejo.what_if import Trigger, WhatIf
 
 __all__ = ["Danger", "PlanKind", "VehicleState", "command_number", "height_of", "joined"]
+    _Upload: TypeAlias = tuple[_native.Pending, tuple[Finding, ...]]
+
 
 Danger: TypeAlias = Literal[
     "force-arm",
@@ -357,11 +359,11 @@ class VehicleState:
             raise InvalidRequest("nothing can be rehearsed: it is not known to fly, and how")
         return tuple(WhatIf._from_native(one) for one in found)
 
-    def _require_sound(self, plan: Plan) -> None:
-        """Refuse a plan with an error, checked as one that waits on board until the plane flies."""
+    def _require_sound(self, plan: Plan) -> tuple[Finding, ...]:
+        """Refuse a plan with an error, checked as one that waits on board until the plane flies; the warnings."""
         from vencejo.plan import findings_of, refuse_errors
 
-        refuse_errors(findings_of(self._native.check_plan(plan._to_native(), True)))
+        return refuse_errors(findings_of(self._native.check_plan(plan._to_native(), True)))
 
     # Starts of operations, shared with vencejo.aio, which only waits differently for their end.
 
@@ -371,23 +373,23 @@ class VehicleState:
         """Start a request of the core by its name and values; ``None`` stands for a value that is not given."""
         return self._native.request(name, values, confirm, despite_mixed_plan)
 
-    def _upload(self, plan: Plan, kind: PlanKind, check: bool, while_heard: bool = False) -> _native.Pending:
+    def _upload(self, plan: Plan, kind: PlanKind, check: bool, while_heard: bool = False) -> _Upload:
         from vencejo.plan import Plan
 
         if not isinstance(plan, Plan):
             raise TypeError(f"a Plan is uploaded, not a {type(plan).__name__}; Plan.load reads one from a file")
-        if check and kind == "mission":
-            self._require_sound(plan)
+        findings = self._require_sound(plan) if check and kind == "mission" else ()
         pending = self._native.upload(kind, plan._to_native(), not check)
         if while_heard:
             watch = self.on_event(lambda event: pending.cancel() if event.kind == "lost" else None)
             pending.on_done(watch.close)
-        return pending
+        return pending, findings
 
-    def _uploaded(self, kind: PlanKind, pending: _native.Pending) -> PlanState:
+    def _uploaded(self, kind: PlanKind, upload: _Upload) -> PlanState:
         from dataclasses import replace
 
-        return replace(self.plan_state(kind), position_error_m=pending.position_error_m())
+        pending, findings = upload
+        return replace(self.plan_state(kind), position_error_m=pending.position_error_m(), findings=findings)
 
     def _command_int(
         self,

@@ -474,14 +474,19 @@ class AsyncVehicle(VehicleState):
         Cancelled
             When the vehicle was lost and `while_heard` is set.
         """
-        pending = self._upload(plan, kind, check, while_heard)
-        await self._wait(pending, progress)
-        return self._uploaded(kind, pending)
+        upload = self._upload(plan, kind, check, while_heard)
+        await self._wait(upload[0], progress)
+        return self._uploaded(kind, upload)
 
     async def download(
         self, *, kinds: Sequence[PlanKind] = ("mission",), progress: ProgressCallback | None = None
     ) -> Plan:
         """Read the mission from the vehicle, and the fence and the rally points if `kinds` names them."""
+        Returns
+        -------
+        PlanState
+            With the warnings of the checks in ``findings``.
+
         from vencejo.plan import Plan
 
         parts = {kind: Plan._from_native(await self._wait(self._native.download(kind), progress)) for kind in kinds}
@@ -531,7 +536,7 @@ class AsyncVehicle(VehicleState):
         """Make an item, counted from 1, the current one; refused while the mission may be mixed, see `arm`."""
         await self._wait(self._ask("mission/current", item=item, despite_mixed_plan=despite_mixed_plan))
 
-    async def send_and_fly(self, plan: Plan, *, progress: ProgressCallback | None = None) -> None:
+    async def send_and_fly(self, plan: Plan, *, progress: ProgressCallback | None = None) -> PlanState:
         """Upload a mission, verify it, prepare the flight, arm and start it at its first item: the one operation that does all.
 
         A vehicle that is armed already is neither prepared nor armed. One that was armed by this call is disarmed again
@@ -542,7 +547,7 @@ class AsyncVehicle(VehicleState):
         VencejoError
             Whatever step fails; later steps are then not taken. Its text says so if the vehicle may still be armed.
         """
-        await self.upload(plan, progress=progress)
+        on_board = await self.upload(plan, progress=progress)
         if self.telemetry.is_armed:
             await self.start_mission(from_item=1)
             return
@@ -554,6 +559,11 @@ class AsyncVehicle(VehicleState):
             except (CommandRefused, ControlHeld, NotPossibleNow):
                 may_be_armed = False
                 raise
+        Returns
+        -------
+        PlanState
+            As `upload`: it flies in spite of the warnings in ``findings``.
+
             await self.start_mission(from_item=1)
         except BaseException as error:
             if may_be_armed:
@@ -566,7 +576,7 @@ class AsyncVehicle(VehicleState):
 
         telemetry = self.telemetry
         if telemetry.is_armed and telemetry.mode in modes.MISSION:
-            return
+            return on_board
         try:
             await self.disarm()
         except VencejoError as error:
@@ -576,6 +586,7 @@ class AsyncVehicle(VehicleState):
     async def note(self, text: str, *, severity: int = 6) -> None:
         """Add a note to the vehicle's texts, for everyone who uses this station. Nothing is sent to the vehicle.
 
+        return on_board
         Parameters
         ----------
         text : str

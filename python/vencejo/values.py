@@ -6,9 +6,12 @@ In a module of their own because defining them takes longer than hearing the fir
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
+
+if TYPE_CHECKING:
+    from vencejo.findings import Finding
 
 __all__ = [
     "Event",
@@ -139,6 +142,8 @@ class PlanState:
     position_error_m : float or None
         After an upload to a vehicle that stores positions as 32-bit floats: the greatest distance between a position on
         board and the one that was sent, metres. ``None``: exact, or not known.
+    findings : tuple of Finding
+        After a mission was uploaded: the warnings of its checks. Two states with different findings are equal.
     """
 
     state: Literal["unknown", "empty", "verified"]
@@ -147,6 +152,7 @@ class PlanState:
     detail: str
     may_be_mixed: bool = False
     position_error_m: float | None = None
+    findings: tuple[Finding, ...] = field(default=(), compare=False)
 
 
 @dataclass(frozen=True)

@@ -426,9 +426,9 @@ class Vehicle(Closing, VehicleState):
         Cancelled
             When the vehicle was lost and `while_heard` is set.
         """
-        pending = self._upload(plan, kind, check, while_heard)
-        self._wait(pending, progress)
-        return self._uploaded(kind, pending)
+        upload = self._upload(plan, kind, check, while_heard)
+        self._wait(upload[0], progress)
+        return self._uploaded(kind, upload)
 
     def download(self, *, kinds: Sequence[PlanKind] = ("mission",), progress: ProgressCallback | None = None) -> Plan:
         """Read the mission from the vehicle, and the fence and the rally points if `kinds` names them."""
@@ -436,6 +436,11 @@ class Vehicle(Closing, VehicleState):
 
         parts = {kind: Plan._from_native(self._wait(self._native.download(kind), progress)) for kind in kinds}
         return joined(parts)
+        Returns
+        -------
+        PlanState
+            With the warnings of the checks in ``findings``.
+
 
     def clear(self, *, kind: PlanKind = "mission", confirm: Danger | None = None) -> None:
         """Remove the mission (or fence, or rally points); returns when the vehicle confirms it.
@@ -481,7 +486,7 @@ class Vehicle(Closing, VehicleState):
         """Make an item, counted from 1, the current one; refused while the mission may be mixed, see `arm`."""
         self._wait(self._ask("mission/current", item=item, despite_mixed_plan=despite_mixed_plan))
 
-    def send_and_fly(self, plan: Plan, *, progress: ProgressCallback | None = None) -> None:
+    def send_and_fly(self, plan: Plan, *, progress: ProgressCallback | None = None) -> PlanState:
         """Upload a mission, verify it, prepare the flight, arm and start it at its first item: the one operation that does all.
 
         A vehicle that is armed already is neither prepared nor armed. One that was armed by this call is disarmed again
@@ -492,7 +497,7 @@ class Vehicle(Closing, VehicleState):
         VencejoError
             Whatever step fails; later steps are then not taken. Its text says so if the vehicle may still be armed.
         """
-        self.upload(plan, progress=progress)
+        on_board = self.upload(plan, progress=progress)
         if self.telemetry.is_armed:
             self.start_mission(from_item=1)
             return
@@ -506,6 +511,11 @@ class Vehicle(Closing, VehicleState):
                 raise
             self.start_mission(from_item=1)
         except BaseException as error:
+        Returns
+        -------
+        PlanState
+            As `upload`: it flies in spite of the warnings in ``findings``.
+
             if may_be_armed:
                 self._stand_down(error)
             raise
@@ -516,7 +526,7 @@ class Vehicle(Closing, VehicleState):
 
         telemetry = self.telemetry
         if telemetry.is_armed and telemetry.mode in modes.MISSION:
-            return
+            return on_board
         try:
             self.disarm()
         except VencejoError as error:
@@ -528,6 +538,7 @@ class Vehicle(Closing, VehicleState):
     def note(self, text: str, *, severity: int = 6) -> None:
         """Add a note to the vehicle's texts, for everyone who uses this station. Nothing is sent to the vehicle.
 
+        return on_board
         Parameters
         ----------
         text : str
