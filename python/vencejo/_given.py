@@ -30,6 +30,11 @@ def check(owner: object, **kinds: tuple[type, ...]) -> None:
         _check(f"{type(owner).__name__}.{name}", getattr(owner, name), types)
 
 
+def check_argument(name: str, value: object, *types: type) -> None:
+    """Look at an argument of a function; `TypeError` as `check` raises it."""
+    _check(name, value, types)
+
+
 def check_each(owner: object, name: str, *types: type) -> tuple[Any, ...]:
     """The values of a field as a tuple, each of one of these types; `TypeError` as `check` raises it."""
     where, values = f"{type(owner).__name__}.{name}", getattr(owner, name)

@@ -14,6 +14,7 @@ from vencejo.errors import InvalidRequest
 
 if TYPE_CHECKING:
     from vencejo.findings import Finding
+    from vencejo.items import Home
     from vencejo.landing import Wind
     from vencejo.link import LinkInfo
     from vencejo.plan import Plan
@@ -24,9 +25,9 @@ if TYPE_CHECKING:
     from vencejo.values import Event, FlightPreparation, MissionProgress, PlanChange, PlanState, StatusText
     from vencejo.what_if import Trigger, WhatIf
 
-__all__ = ["Danger", "PlanKind", "VehicleState", "command_number", "height_of", "joined"]
     _Upload: TypeAlias = tuple[_native.Pending, tuple[Finding, ...]]
 
+__all__ = ["Danger", "PlanKind", "VehicleState", "command_number", "height_of", "joined", "place_of"]
 
 Danger: TypeAlias = Literal[
     "force-arm",
@@ -445,6 +446,16 @@ def height_of(
     if len(given) != 1:
         raise InvalidRequest("give the altitude once: as alt_rel_home_m, alt_amsl_m or alt_terrain_m")
     return given[0]
+
+
+def place_of(home: Home | None) -> dict[str, Any]:
+    from dataclasses import asdict
+
+    from vencejo._given import NONE, check_argument
+    from vencejo.items import Home
+
+    check_argument("home", home, Home, NONE)
+    return {} if home is None else asdict(home)
 
 
 def command_number(command: int | str) -> int:

@@ -26,7 +26,7 @@ from typing import Any, Literal, cast
 
 from vencejo import _native
 from vencejo._given import check_timeout, deadline_of, number
-from vencejo._vehicle_state import Danger, PlanKind, VehicleState, command_number, height_of, joined
+from vencejo._vehicle_state import Danger, PlanKind, VehicleState, command_number, height_of, joined, place_of
 from vencejo.errors import (
     CommandRefused,
     CommandTimeout,
@@ -377,10 +377,7 @@ class AsyncVehicle(VehicleState):
         InvalidRequest
             For a position that is not on Earth, or is 0/0.
         """
-        from dataclasses import asdict
-
-        place: dict[str, Any] = {} if home is None else asdict(home)
-        await self._wait(self._ask("home", **place))
+        await self._wait(self._ask("home", **place_of(home)))
 
     async def switch_fence(self, on: bool, *, confirm: Danger | None = None) -> None:
         """Switch the fence on board on or off (``confirm="fence-off"``), until a parameter or a restart changes it.

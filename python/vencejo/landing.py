@@ -36,7 +36,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias, TypedDict
 
 from vencejo import _native
-from vencejo._given import NUMBER, check
+from vencejo._given import NONE, NUMBER, check, check_argument
 from vencejo.plan import Command, GeoPoint, Home, MissionItem, Plan
 
 if TYPE_CHECKING:
@@ -398,6 +398,7 @@ def _start(home: Home | None) -> tuple[float, float, float] | None:
 
 
 def _site(at: GeoPoint | Runway) -> Any:
+    check_argument("at", at, GeoPoint, Runway)
     return (_place(at.begin), _place(at.end)) if isinstance(at, Runway) else _place(at)
 
 
@@ -413,6 +414,8 @@ def _asked(options: LandingOptions) -> dict[str, Any]:
         known = ", ".join(LandingOptions.__annotations__)
         raise TypeError(f"landings have no option {', '.join(sorted(unknown))}; they have {known}")
     coming_from, wind, parameters = options.get("coming_from"), options.get("wind"), options.get("parameters")
+    check_argument("coming_from", coming_from, GeoPoint, NONE)
+    check_argument("wind", wind, Wind, NONE)
     return {name: options.get(name) for name in _ASKED} | {
         "coming_from": None if coming_from is None else _place(coming_from),
         "wind": None if wind is None else (wind.from_deg, wind.speed_m_s),

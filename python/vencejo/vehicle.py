@@ -15,7 +15,7 @@ from vencejo import _native
 from vencejo._closing import Closing
 from vencejo._given import deadline_of, number
 from vencejo._native import MavlinkMessage
-from vencejo._vehicle_state import Danger, PlanKind, VehicleState, command_number, height_of, joined
+from vencejo._vehicle_state import Danger, PlanKind, VehicleState, command_number, height_of, joined, place_of
 from vencejo.errors import (
     CommandRefused,
     CommandTimeout,
@@ -327,10 +327,7 @@ class Vehicle(Closing, VehicleState):
         InvalidRequest
             For a position that is not on Earth, or is 0/0.
         """
-        from dataclasses import asdict
-
-        place: dict[str, Any] = {} if home is None else asdict(home)
-        self._wait(self._ask("home", **place))
+        self._wait(self._ask("home", **place_of(home)))
 
     def switch_fence(self, on: bool, *, confirm: Danger | None = None) -> None:
         """Switch the fence on board on or off (``confirm="fence-off"``), until a parameter or a restart changes it.

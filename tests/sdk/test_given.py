@@ -28,6 +28,8 @@ PlanSettings: Any = vencejo.PlanSettings
 Polygon: Any = vencejo.Polygon
 RallyPoint: Any = vencejo.RallyPoint
 Wind: Any = vencejo.landing.Wind
+design_landing: Any = vencejo.landing.design_landing
+save_params: Any = vencejo.save_params
 
 Parameters: Any = vencejo.Parameters
 
@@ -66,6 +68,9 @@ WRONG: list[tuple[Callable[[], object], str]] = [
     (lambda: Parameters(VEHICLE).set("WP_RADIUS", "5"), "value is '5' (str): give a number"),
     (lambda: Parameters(VEHICLE).set("WP_RADIUS", True), "value is True (bool): give a number"),
     (lambda: call_back(VEHICLE, cast("Any", 5)), "the callback is 5 (int): give a function"),
+    (lambda: design_landing((40.3, -3.7)), "at is (40.3, -3.7) (tuple): give a GeoPoint or a Runway"),
+    (lambda: design_landing(HERE, wind=(270, 5)), "wind is (270, 5) (tuple): give a Wind or None"),
+    (lambda: save_params({}, "all.param"), "params is a str: give a dict"),
     (lambda: Floors(maps_mb=2e3), "Floors.maps_mb is 2000.0 (float): give a whole number"),
 ]
 
