@@ -49,6 +49,9 @@ def methods(source: str, owner: ast.ClassDef) -> Iterator[str]:
             text = text.replace("    def ", "    async def ", 1)
             text = re.sub(r"^( *async def \w+\()(.*)(\) -> .*)$", folded, text, count=1, flags=re.MULTILINE)
         text = re.sub(r"(?<!await )\bself\.((?:_vehicle\.)?_wait)\(", r"await self.\1(", text)
+        text = re.sub(
+            rf"^( +>>> (?:\w+ = )?)(plane\.(?:{'|'.join(waiting)})\()", r"\1await \2", text, flags=re.MULTILINE
+        )
         text = re.sub(rf"(?<!await )\bself\.({'|'.join(waiting)})\(", r"await self.\1(", text)
         yield re.sub(r"\b(Parameters|Vehicle)\b(?=[:(]| ?->|\) ->)", r"Async\1", text)
 

@@ -21,7 +21,7 @@ import asyncio
 import contextlib
 import os
 import time
-from collections.abc import AsyncIterator, Callable, Iterable, Mapping, Sequence
+from collections.abc import AsyncIterator, Awaitable, Callable, Iterable, Mapping, Sequence
 from typing import Any, Literal, cast
 
 from vencejo import _native
@@ -610,8 +610,8 @@ class AsyncVehicle(VehicleState):
 
         Examples
         --------
-        >>> plane.ask("speed", {"kind": "airspeed", "speed_m_s": 18.0})  # doctest: +SKIP
-        >>> plane.ask("request-message", {"message": "HOME_POSITION"}).fields["altitude"]  # doctest: +SKIP
+        >>> await plane.ask("speed", {"kind": "airspeed", "speed_m_s": 18.0})  # doctest: +SKIP
+        >>> home = await plane.ask("request-message", {"message": "HOME_POSITION"})  # doctest: +SKIP
 
         Raises
         ------
@@ -723,3 +723,53 @@ class AsyncParameters:
         return {name: Parameter(name, value, kind, default) for name, value, kind, default in found}
 
     # (end of what is written by a script)
+    async def save(self, path: str | os.PathLike[str], *, progress: ProgressCallback | None = None) -> int:
+        """Read all parameters and write them to a ``.param`` file; returns their number."""
+        from vencejo.params import save_params
+
+        found = await self.all(progress=progress)
+        save_params(path, found)
+        return len(found)
+
+    async def load(
+        self, path: str | os.PathLike[str], *, progress: ProgressCallback | None = None
+    ) -> tuple[dict[str, Parameter], tuple[str, ...]]:
+        """Write the parameters of a file that differ from the vehicle's, one by one.
+
+        What the vehicle counts or measures by itself (``STAT_…``, the pressure on the ground) is left out. A parameter
+        that enables others may need a reboot and a second load.
+
+        Returns
+        -------
+        tuple of (dict of str to Parameter, tuple of str)
+            What was written, and the names that the vehicle does not have.
+
+        Raises
+        ------
+        FileFormatError
+            When the file cannot be read.
+        ParameterError
+            When the vehicle keeps a different value; those before it are written.
+        ConfirmationNeeded
+            For a value that switches the fence off: write it by `set`.
+        """
+        from vencejo.params import differing, load_params
+
+        wanted = load_params(path)
+        changes, unknown = differing(wanted, await self.all(progress=progress))
+        written = {}
+        for name, value in changes.items():
+            written[name] = await self.set(name, value)
+        return written, unknown
+
+
+    def __getitem__(self, name: str) -> Awaitable[float]:
+        """Read one value: ``await plane.params["AIRSPEED_CRUISE"]``. `set` writes one."""
+        return self._value(name)
+
+    async def _value(self, name: str) -> float:
+        return (await self.get(name)).value
+
+    # Neither can wait; without these Python would try `params[0]`.
+    __iter__ = None
+    __contains__ = None

@@ -7,6 +7,7 @@ an exception with the vehicle's own reasons.
 
 from __future__ import annotations
 
+import os
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Literal, cast
@@ -22,6 +23,7 @@ from vencejo.errors import (
     ControlHeld,
     InvalidRequest,
     NotPossibleNow,
+    ParameterError,
     VencejoError,
 )
 
@@ -567,7 +569,7 @@ class Vehicle(Closing, VehicleState):
         Examples
         --------
         >>> plane.ask("speed", {"kind": "airspeed", "speed_m_s": 18.0})  # doctest: +SKIP
-        >>> plane.ask("request-message", {"message": "HOME_POSITION"}).fields["altitude"]  # doctest: +SKIP
+        >>> home = plane.ask("request-message", {"message": "HOME_POSITION"})  # doctest: +SKIP
 
         Raises
         ------
@@ -661,6 +663,10 @@ class Parameters:
     def set(self, name: str, value: float, *, confirm: Danger | None = None) -> Parameter:
         """Write one parameter and return the vehicle's new value. Switching the fence off needs ``confirm="fence-off"``.
 
+    >>> "Q_ENABLE" in plane.params  # doctest: +SKIP
+    False
+    >>> plane.params.save("bixler.param")  # doctest: +SKIP
+    1024
         Raises
         ------
         ParameterError
@@ -695,3 +701,56 @@ def check_request(name: str, values: Mapping[str, Any]) -> None:
         For an unknown name, listing the known ones, and for a value that is wrong or missing.
     """
     _native.check_request(name, dict(values))
+    def save(self, path: str | os.PathLike[str], *, progress: ProgressCallback | None = None) -> int:
+        """Read all parameters and write them to a ``.param`` file; returns their number."""
+        from vencejo.params import save_params
+
+        found = self.all(progress=progress)
+        save_params(path, found)
+        return len(found)
+
+    def load(
+        self, path: str | os.PathLike[str], *, progress: ProgressCallback | None = None
+    ) -> tuple[dict[str, Parameter], tuple[str, ...]]:
+        """Write the parameters of a file that differ from the vehicle's, one by one.
+
+        What the vehicle counts or measures by itself (``STAT_…``, the pressure on the ground) is left out. A parameter
+        that enables others may need a reboot and a second load.
+
+        Returns
+        -------
+        tuple of (dict of str to Parameter, tuple of str)
+            What was written, and the names that the vehicle does not have.
+
+        Raises
+        ------
+        FileFormatError
+            When the file cannot be read.
+        ParameterError
+            When the vehicle keeps a different value; those before it are written.
+        ConfirmationNeeded
+            For a value that switches the fence off: write it by `set`.
+        """
+        from vencejo.params import differing, load_params
+
+        wanted = load_params(path)
+        changes, unknown = differing(wanted, self.all(progress=progress))
+        written = {}
+        for name, value in changes.items():
+            written[name] = self.set(name, value)
+        return written, unknown
+
+    def __contains__(self, name: object) -> bool:
+        """Whether the vehicle has this parameter, which is read."""
+        if not isinstance(name, str):
+            return False
+        try:
+            self.get(name)
+        except ParameterError:
+            return False
+        return True
+
+    def __iter__(self) -> Iterator[str]:
+        """The names of all parameters, which are read."""
+        return iter(self.all())
+

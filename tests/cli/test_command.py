@@ -28,9 +28,10 @@ from vencejo.cli.common import EXIT_CODES, Exit, clean, describe_error
 from vencejo.cli.demo import demo_mission
 from vencejo.cli.map_areas import _wanted
 from vencejo.cli.onboard import tell_status
-from vencejo.cli.params import Change, compare, same, write_all
+from vencejo.cli.params import Change, compare, write_all
 from vencejo.cli.record import _watch_recording
 from vencejo.cli.serve import tell_storage
+from vencejo.params import same
 from vencejo.recording import summarize
 from vencejo.storage import StorageProblem
 

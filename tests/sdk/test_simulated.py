@@ -217,8 +217,18 @@ def test_parameters_are_read_written_and_refused(plane: vencejo.Vehicle, tmp_pat
         plane.params.get("NO_SUCH_PARAM")
     with pytest.raises(vencejo.VencejoError, match=r"nan|finite"):
         plane.params.set("WP_RADIUS", float("nan"))
-    vencejo.save_params(tmp_path / "all.param", {name: param.value for name, param in everything.items()})
-    assert len(vencejo.load_params(tmp_path / "all.param")) == len(everything)
+    file = tmp_path / "all.param"
+    vencejo.save_params(file, everything)
+    assert len(vencejo.load_params(file)) == len(everything) == plane.params.save(file)
+    plane.params["WP_RADIUS"] = 45
+    vencejo.save_params(file, {**everything, "NO_SUCH_PARAM": 1.0, "STAT_BOOTCNT": 1_000})
+    written, unknown = plane.params.load(file)
+    assert ({name: param.value for name, param in written.items()}, unknown) == (
+        {"WP_RADIUS": 50.0},
+        ("NO_SUCH_PARAM",),
+    )
+    assert ("WP_RADIUS" in plane.params, "NO_SUCH_PARAM" in plane.params, 1 in plane.params) == (True, False, False)
+    assert list(plane.params) == list(everything)
     # Now that it is known how the plane flies, what a rehearsal shows stops a sending too: here its turn reaches into a zone.
     turns = [(LAT + 0.009, LON), (LAT + 0.0045, LON + 0.0008)]
     waypoints = (MissionItem.waypoint(*place, alt_rel_home_m=60.0) for place in turns)
@@ -350,7 +360,9 @@ async def test_asyncio_does_the_same(link: str) -> None:
         state = await plane.upload(MISSION, progress=lambda done, total: None)
         assert state.state == "verified"
         assert [item.name for item in await plane.download()] == [item.name for item in MISSION]
-        assert (await plane.params.get("WP_RADIUS")).value == 50.0
+        assert (await plane.params.get("WP_RADIUS")).value == await plane.params["WP_RADIUS"] == 50.0
+        with pytest.raises(TypeError, match=r"not iterable|not a container|not callable"):
+            _ = "WP_RADIUS" in plane.params  # type: ignore[misc]
         values = await asyncio.gather(*(plane.params.get(name) for name in ("WP_RADIUS", "AIRSPEED_CRUISE")))
         assert [param.value for param in values] == [50.0, 22.0]
         async for telemetry in plane.stream(rate_hz=50.0):

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import fnmatch
 import math
-import struct
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -34,9 +33,6 @@ params_app = typer.Typer(
     no_args_is_help=True,
     help="Read and write the vehicle's parameters.\n\nExample: vencejo params get WP_RADIUS AIRSPEED_CRUISE",
 )
-
-OWN_VALUES = ("STAT_*", "BARO?_GND_PRESS")
-"""Names of what the vehicle counts or measures by itself, ``*`` and ``?`` standing for anything: a file never sets them."""
 
 
 @params_app.command()
@@ -145,7 +141,7 @@ def save(
         raise Failed(f"{file}: there is no folder {file.resolve().parent}")
     with on.vehicle() as vehicle:
         found = read_all(vehicle, quiet=json)
-    save_params(file, {name: parameter.value for name, parameter in found.items()})
+    save_params(file, found)
     if json:
         put_json({"file": str(file), "count": len(found)})
     else:
@@ -245,25 +241,10 @@ class Change:
 
 def compare(wanted: Mapping[str, float], present: Mapping[str, Parameter]) -> tuple[list[Change], list[str]]:
     """What a file would change, and the names that the vehicle does not have."""
-    changes, unknown = [], []
-    for name, value in sorted(wanted.items()):
-        here = present.get(name)
-        if any(fnmatch.fnmatchcase(name, own) for own in OWN_VALUES):
-            continue
-        if here is None:
-            unknown.append(name)
-        elif not same(here.value, value):
-            changes.append(Change(name, here.value, value))
-    return changes, unknown
+    from vencejo.params import differing
 
-
-def same(one: float, other: float) -> bool:
-    """Whether two values are the same to a vehicle, which keeps 32-bit floats, and to a file, which rounds to six digits."""
-    try:
-        (kept,) = struct.unpack("<f", struct.pack("<f", other))
-    except OverflowError:
-        return False
-    return bool(one == kept or math.isclose(one, kept, rel_tol=2e-6, abs_tol=1e-9))
+    changes, unknown = differing(wanted, present)
+    return [Change(name, present[name].value, value) for name, value in changes.items()], list(unknown)
 
 
 def changes_table(changes: list[Change]) -> object:
