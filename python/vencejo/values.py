@@ -185,13 +185,31 @@ class Event:
     Attributes
     ----------
     kind : str
-        Such as ``"mode"``, ``"armed"``, ``"disarmed"``, ``"text"``, ``"item_reached"``, ``"lost"``, ``"regained"``,
-        ``"unreached"`` (heard, but it does not hear us), ``"reached"``, ``"param"`` (a parameter that was read has
-        another value; ``detail`` has its name and value).
+        One of those below. A program passes over others: more may come.
     time_s : float
         On the clock of `Telemetry.time_s`.
     detail : mapping of str to object
-        Values of the kind: ``{"mode": "AUTO"}``, ``{"item": 3}``…
+        The values that the list names with each kind; empty for the others.
+
+    Notes
+    -----
+    - ``lost``: nothing was heard for 5 s; ``regained``: it is heard again
+    - ``unreached``: it is heard, but does not hear us; ``reached``: it does again
+    - ``rebooted``: the autopilot restarted; telemetry begins anew, plans are unknown
+    - ``mode``: detail ``mode``, and ``from``, the one before or ``None``
+    - ``armed``, ``disarmed``: detail ``is_armed``; also when it is first heard
+    - ``landed``: detail ``landed``, as in `ExtendedState`
+    - ``text``: detail ``severity`` (MAV_SEVERITY) and ``text``
+    - ``item``: the current item changed to detail ``item``, counted from 1; ``item_reached``: that was reached
+    - ``mission_complete``: the mission was flown to its end
+    - ``plan``: what is known of a plan on board changed; detail ``kind`` and ``state``
+    - ``target_elsewhere``: in AUTO it flies somewhere else than to its item, detail ``item`` and ``distance_m``;
+      ``target_as_planned``: no more
+    - ``home``: the vehicle moved its home
+    - ``param``: a parameter that was read has another value; detail ``name`` and ``value``
+    - ``contested``: another vehicle uses the same system id; ``uncontested``: no more
+    - ``terrain_unknown``: it asks for terrain that no map here has; ``terrain_known``: it has all
+    - ``streams_fell_back``: it does not know SET_MESSAGE_INTERVAL; data streams were requested instead
     """
 
     kind: str
