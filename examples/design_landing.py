@@ -7,7 +7,7 @@ Usage: python design_landing.py FILE WIND_FROM_DEG WIND_SPEED_M_S [LINK]
 import sys
 
 import vencejo
-from vencejo import GeoPoint, MissionItem, Plan
+from vencejo import MissionItem, Plan
 from vencejo.geodesy import destination
 from vencejo.landing import Wind, design_landing
 
@@ -15,8 +15,9 @@ file, wind_from_deg, wind_speed_m_s = sys.argv[1], float(sys.argv[2]), float(sys
 link = sys.argv[4] if len(sys.argv) > 4 else "tcp:127.0.0.1:5760"
 
 with vencejo.connect(link, record=False) as plane:
-    home = plane.wait_until(lambda now: now.home is not None, timeout_s=60, what="having a home").home
-field = GeoPoint(home.lat_deg, home.lon_deg)
+    home = plane.wait_until(lambda now: now.home, timeout_s=60, what="having a home").home
+assert home is not None
+field = home.point
 
 # ground_rel_home_m=0: we land where we start. A steeper slope or another circle are arguments as well.
 landing = design_landing(field, wind=Wind(wind_from_deg, wind_speed_m_s), ground_rel_home_m=0.0, has_land_start=False)

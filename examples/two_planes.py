@@ -7,7 +7,7 @@ Usage: vencejo sim --planes 2, then python two_planes.py [LINK]
 import asyncio
 import sys
 
-from vencejo import GeoPoint, Station, Telemetry, aio
+from vencejo import Station, Telemetry, aio
 from vencejo.geodesy import destination, distance_m
 
 
@@ -15,15 +15,16 @@ async def fly(plane: aio.AsyncVehicle, alt_rel_home_m: float) -> None:
     def is_high(now: Telemetry) -> bool:
         return now.position is not None and (now.position.alt_rel_home_m or 0.0) > alt_rel_home_m - 10.0
 
-    start = (await plane.wait_until(lambda now: now.home is not None, timeout_s=60)).home
-    there = destination(GeoPoint(start.lat_deg, start.lon_deg), bearing_deg=0.0, distance_m=600.0)
+    home = (await plane.wait_until(lambda now: now.home, timeout_s=60, what="having a home")).home
+    assert home is not None
+    there = destination(home.point, bearing_deg=0.0, distance_m=600.0)
 
     def is_there(now: Telemetry) -> bool:
-        here = now.position
-        return here is not None and distance_m(GeoPoint(here.lat_deg, here.lon_deg), there) < 150.0
+        here = now.position.point if now.position else None
+        return here is not None and distance_m(here, there) < 150.0
 
     await plane.prepare_flight()
-    await plane.wait_until(lambda now: now.sys_status is not None and now.sys_status.is_ready_to_arm, timeout_s=60)
+    await plane.wait_until(lambda now: now.sys_status and now.sys_status.is_ready_to_arm, timeout_s=60)
     await plane.takeoff(alt_rel_home_m=alt_rel_home_m)  # mode TAKEOFF: an ArduPlane rolls when it is armed
     await plane.arm()
     await plane.wait_until(is_high, timeout_s=120, what="the climb")

@@ -77,6 +77,19 @@ def class_of(name: str, schema: Mapping[str, Any]) -> Iterator[str]:
     yield from ('    """', "")
     for field, described in fields.items():
         yield f"    {field}: {type_of(field, described)}"
+    if {"lat_deg", "lon_deg"} <= fields.keys():
+        yield from point("None" in type_of("lat_deg", fields["lat_deg"]))
+
+
+def point(is_optional: bool) -> Iterator[str]:
+    """Yield the property of a group that is at a place."""
+    yield from ("", "    @property", f"    def point(self) -> GeoPoint{' | None' if is_optional else ''}:")
+    if is_optional:
+        yield '        """The position as functions of `vencejo.geodesy` take it; ``None`` without one."""'
+        yield "        return None if self.lat_deg is None or self.lon_deg is None else _point(self.lat_deg, self.lon_deg)"
+    else:
+        yield '        """The position as functions of `vencejo.geodesy` take it."""'
+        yield "        return _point(self.lat_deg, self.lon_deg)"
 
 
 def text() -> str:

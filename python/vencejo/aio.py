@@ -171,7 +171,7 @@ class AsyncVehicle(VehicleState):
             await asyncio.sleep(due - now)
 
     async def wait_until(
-        self, condition: Callable[[Telemetry], bool], *, timeout_s: float | None, what: str = "the condition"
+        self, condition: Callable[[Telemetry], object], *, timeout_s: float | None, what: str = "the condition"
     ) -> Telemetry:
         """Wait until a function of the telemetry is true; see `vencejo.Vehicle.wait_until`."""
         deadline = deadline_of(timeout_s)

@@ -25,7 +25,7 @@ import os
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from vencejo import _native
 from vencejo._files import read_bounded
@@ -34,6 +34,9 @@ from vencejo.errors import FileFormatError, PlanRefused
 from vencejo.findings import Finding
 from vencejo.items import Command, Frame, GeoPoint, Home, MissionItem
 from vencejo.storage import write_file
+
+if TYPE_CHECKING:
+    from vencejo.telemetry import HomePosition
 
 __all__ = [
     "Circle",
@@ -302,12 +305,14 @@ class Plan:
             [(item.kind, item.json) for item in settings.complex_items],
         )
 
-    def check(self, *, position: GeoPoint | Home | None = None, on_ground: bool | None = None) -> tuple[Finding, ...]:
+    def check(
+        self, *, position: GeoPoint | Home | HomePosition | None = None, on_ground: bool | None = None
+    ) -> tuple[Finding, ...]:
         """Find what would make the plan fail or be refused.
 
         Parameters
         ----------
-        position : GeoPoint or Home, optional
+        position : GeoPoint, Home or HomePosition, optional
             Position of the vehicle or its home; finds plans for another place.
         on_ground : bool, optional
             Whether the vehicle is on the ground; then the mission must begin with a take-off.
@@ -326,7 +331,7 @@ class Plan:
         return findings_of(_native.check_plan(self._to_native(), at, on_ground))
 
     def require_sound(
-        self, *, position: GeoPoint | Home | None = None, on_ground: bool | None = None
+        self, *, position: GeoPoint | Home | HomePosition | None = None, on_ground: bool | None = None
     ) -> tuple[Finding, ...]:
         """Check the plan, and raise if it has an error; returns the warnings.
 

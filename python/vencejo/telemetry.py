@@ -25,9 +25,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from functools import cached_property
-from typing import Any, Final, Literal, TypeVar
+from typing import TYPE_CHECKING, Any, Final, Literal, TypeVar
 
 from vencejo import _native
+
+if TYPE_CHECKING:
+    from vencejo.items import GeoPoint
 
 STALE_AFTER_S: Final = 3.5
 """A group older than this is stale: shown, but marked."""
@@ -61,6 +64,13 @@ class Group:
 
 
 _G = TypeVar("_G", bound=Group)
+
+
+def _point(lat_deg: float, lon_deg: float) -> GeoPoint:
+    from vencejo.items import GeoPoint
+
+    return GeoPoint(lat_deg, lon_deg)
+
 
 # Written by scripts/telemetry_classes.py: do not edit.
 
@@ -154,6 +164,11 @@ class Position(Group):
     velocity_down_m_s: float | None
     heading_deg: float | None
 
+    @property
+    def point(self) -> GeoPoint | None:
+        """The position as functions of `vencejo.geodesy` take it; ``None`` without one."""
+        return None if self.lat_deg is None or self.lon_deg is None else _point(self.lat_deg, self.lon_deg)
+
 
 @dataclass(frozen=True, kw_only=True)
 class Hud(Group):
@@ -230,6 +245,11 @@ class Gps(Group):
     course_deg: float | None
     horizontal_accuracy_m: float | None
     vertical_accuracy_m: float | None
+
+    @property
+    def point(self) -> GeoPoint | None:
+        """The position as functions of `vencejo.geodesy` take it; ``None`` without one."""
+        return None if self.lat_deg is None or self.lon_deg is None else _point(self.lat_deg, self.lon_deg)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -374,6 +394,11 @@ class HomePosition(Group):
     lat_deg: float
     lon_deg: float
     alt_amsl_m: float
+
+    @property
+    def point(self) -> GeoPoint:
+        """The position as functions of `vencejo.geodesy` take it."""
+        return _point(self.lat_deg, self.lon_deg)
 
 
 @dataclass(frozen=True, kw_only=True)

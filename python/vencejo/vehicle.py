@@ -116,7 +116,7 @@ class Vehicle(Closing, VehicleState):
             time.sleep(due - now)
 
     def wait_until(
-        self, condition: Callable[[Telemetry], bool], *, timeout_s: float | None, what: str = "the condition"
+        self, condition: Callable[[Telemetry], object], *, timeout_s: float | None, what: str = "the condition"
     ) -> Telemetry:
         """Wait until a function of the telemetry is true, and return the snapshot for which it is.
 
