@@ -1,13 +1,15 @@
 #!/usr/bin/env python3
 """All telemetry of a vehicle in the terminal, until Ctrl-C. Usage: python dashboard.py [LINK]."""
 
+import contextlib
 import sys
 
 import vencejo
 from rich.live import Live
 from rich.table import Table
 
-with vencejo.connect(sys.argv[1] if len(sys.argv) > 1 else "tcp:127.0.0.1:5760") as plane, Live() as screen:
+link = sys.argv[1] if len(sys.argv) > 1 else "tcp:127.0.0.1:5760"
+with contextlib.suppress(KeyboardInterrupt), vencejo.connect(link) as plane, Live() as screen:
     for now in plane.stream(rate_hz=4):
         table = Table("group", "age, s", "values", title=f"vehicle {plane.system_id} · {now.mode}")
         for name, group in now.groups():

@@ -16,9 +16,11 @@ with vencejo.connect(link) as plane:
     # Each act raises when it failed; none is a side effect of another.
     on_board = plane.upload(plan)  # checked before; read back and compared
     print(f"{on_board.count} items on board, {on_board.state}")
+    for warning in on_board.findings:
+        print(f"warning: {warning}")
     plane.prepare_flight()  # a mode that arms, the mission at its beginning
     plane.wait_until(
-        lambda now: now.sys_status is not None and now.sys_status.is_ready_to_arm,
+        lambda now: now.sys_status and now.sys_status.is_ready_to_arm,
         timeout_s=60,
         what="being ready to arm",
     )
@@ -35,11 +37,17 @@ with vencejo.connect(link) as plane:
         raise
 
     item = None
-    for now in plane.stream(rate_hz=10):
+    plane.wait_until(lambda now: now.is_armed, timeout_s=10, what="being armed")
+    for now in plane.stream(rate_hz=10, timeout_s=5):
         progress = plane.mission_progress
         if progress.item != item:
             item = progress.item
             print(f"item {item} of {progress.total}, mode {now.mode}")
         if now.is_armed is False:
             break
+    else:
+        # The plane flies on, and its own failsafe decides what it does; lost_link.py waits for it and sends it home.
+        sys.exit(
+            f"nothing heard for 5 s; the last that was heard: item {item}, {now.position.point if now.position else None}"
+        )
 print("flown to its end" if progress.is_complete else "disarmed before its end")

@@ -7,6 +7,8 @@ import io
 import itertools
 import json
 import runpy
+import signal
+import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -59,8 +61,7 @@ def test_follow_to_csv(
 
 def test_dashboard(link: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     end_streams_after(30, monkeypatch)
-    with pytest.raises(KeyboardInterrupt):
-        run("dashboard.py", link, monkeypatch=monkeypatch)
+    run("dashboard.py", link, monkeypatch=monkeypatch)
     assert "attitude" in capsys.readouterr().out
 
 
@@ -102,6 +103,30 @@ def test_two_planes(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixtu
         run("two_planes.py", link, monkeypatch=monkeypatch)
     told = capsys.readouterr().out.splitlines()
     assert sorted(told) == [f"plane {number} {what}" for number in (1, 2) for what in ("circles", "is up")]
+
+
+def test_lost_link() -> None:
+    """The plane stands armed; its process stands still until the program has said that it is lost."""
+    simulator = [sys.executable, str(ROOT / "tests" / "booted.py"), "--link", "tcp:127.0.0.1:0"]
+    with subprocess.Popen(simulator, stdout=subprocess.PIPE, text=True) as plane:
+        assert plane.stdout is not None
+        link = json.loads(plane.stdout.readline())["listening"]
+        program = [sys.executable, str(EXAMPLES / "lost_link.py"), link]
+        with subprocess.Popen(program, stdout=subprocess.PIPE, text=True) as watching:
+            assert watching.stdout is not None
+            try:
+                with vencejo.connect(link, record=False) as other:
+                    other.arm()
+                assert watching.stdout.readline() == "armed\n"
+                plane.send_signal(signal.SIGSTOP)
+                assert watching.stdout.readline().startswith("lost; last seen at GeoPoint(")
+                plane.send_signal(signal.SIGCONT)
+                assert "in mode RTL" in watching.stdout.readline()
+                assert watching.stdout.readline() == "it circles at home\n"
+                assert watching.wait(60) == 0
+            finally:
+                watching.kill()
+                plane.kill()
 
 
 def test_all_are_run() -> None:
