@@ -4,6 +4,19 @@
 const { Ice } = require("ice");
 const { jderobot } = ["pose3d", "navdata", "ardroneextra", "mission"].map((name) => require(`jderobot/${name}`)).pop();
 
+/** As in docs/jderobot.md. The reason in words is in the driver's terminal, and on its page. */
+const ANSWERS = [
+  "it flies",
+  "a bad pose, or a mission that the checks refuse",
+  "no vehicle is heard",
+  "another mission or transfer is in progress",
+  "the mission could not be sent or verified",
+  "the vehicle refused, for example arming",
+  "the vehicle did not answer",
+  "the vehicle must be in GUIDED",
+  "something else",
+];
+
 async function main(communicator) {
   const proxy = (kind, name, port) => {
     const text = process.env[name] ?? `${name}:tcp -h 127.0.0.1 -p ${port}`;
@@ -21,7 +34,7 @@ async function main(communicator) {
   const poses = places.map(([dx, dy, h]) => new jderobot.Pose3DData(pose.x + dx, pose.y + dy, 0, h));
   const mission = await proxy(jderobot.MissionPrx, "ardrone_mission", 10008);
   const answer = await mission.setMissionData(new jderobot.MissionData(poses));
-  console.log(answer === 0 ? "it flies" : `it does not fly: answer ${answer} of docs/jderobot.md`);
+  console.log(answer === 0 ? ANSWERS[0] : `it does not fly: ${ANSWERS[answer]} (${answer})`);
   return answer;
 }
 

@@ -15,6 +15,19 @@ files = [str(SLICES / "jderobot" / f"{name}.ice") for name in ("pose3d", "navdat
 Ice.loadSlice("", ["--all", f"-I{SLICES}", *files])
 import jderobot  # noqa: E402 - Ice has just made it
 
+ANSWERS = (
+    "it flies",
+    "a bad pose, or a mission that the checks refuse",
+    "no vehicle is heard",
+    "another mission or transfer is in progress",
+    "the mission could not be sent or verified",
+    "the vehicle refused, for example arming",
+    "the vehicle did not answer",
+    "the vehicle must be in GUIDED",
+    "something else",
+)
+"""As in docs/jderobot.md. The reason in words is in the driver's terminal, and on its page."""
+
 
 def main() -> int:
     with Ice.initialize() as communicator:
@@ -34,7 +47,7 @@ def main() -> int:
         places = [(0.0, -0.003, 50), (0.004, -0.006, 80), (0.004, 0.006, 80), (0.0, 0.012, 60), (0.0, 0.0, 0)]
         poses = [jderobot.Pose3DData(x=pose.x + dx, y=pose.y + dy, h=height) for dx, dy, height in places]
         answer = proxy(jderobot.MissionPrx, "ardrone_mission", 10008).setMissionData(jderobot.MissionData(poses))
-        print("it flies" if answer == 0 else f"it does not fly: answer {answer} of docs/jderobot.md")
+        print(ANSWERS[0] if answer == 0 else f"it does not fly: {ANSWERS[answer]} ({answer})")
         return answer
 
 

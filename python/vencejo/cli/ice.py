@@ -130,4 +130,8 @@ def tell_ice(proxies: Mapping[str, str] | None) -> None:
     if proxies is not None:
         say("The JdeRobot interfaces (ZeroC Ice) are at")
         for proxy in proxies.values():
-            say(f"  {proxy}")
+            identity, colon, endpoints = proxy.partition(":")
+            # module `vencejo` has three objects at its port
+            parts = ("telemetry", "missions", "control") if identity.endswith("_telemetry") else ()
+            for name in [f"{identity.removesuffix('telemetry')}{part}" for part in parts] or [identity]:
+                say(f"  {name}{colon}{endpoints}")
