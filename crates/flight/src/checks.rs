@@ -7,11 +7,13 @@ mod border;
 mod english;
 mod finding;
 mod fix;
+mod reach;
 mod rehearsed;
 mod surveyed;
 
 pub use finding::{Datum, FenceFault, Finding, FindingCode, FindingKind, Missing, RallyFault, Severity};
 pub use fix::{Fix, FixKind, Inspection, fixes};
+pub use reach::{OutOfReach, REACH_M, out_of_reach};
 pub use rehearsed::{CLEARANCE_M, rehearse_and_check, with_flown};
 pub use surveyed::check_survey;
 
@@ -378,6 +380,11 @@ impl<'a> Check<'a> {
                 continue;
             };
             let about = Some((index, item));
+            if let Some(OutOfReach { distance_m, is_swapped }) = out_of_reach(point, home, self.context.position) {
+                self.error(about, FindingKind::OutOfReach { distance_m, reach_m: REACH_M, is_swapped });
+                previous = None;
+                continue;
+            }
             let far_m = self.context.far_from_home_m;
             if let Some(distance_m) = home.map(|home| distance_m(home, point)).filter(|d| *d > far_m) {
                 self.warn(about, FindingKind::FarFromHome { distance_m, far_m });

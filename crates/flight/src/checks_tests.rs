@@ -153,6 +153,7 @@ fn places() {
     check(|items| items[2].params[4..6].fill(None), MissingPosition, Error, Some(2));
     check(moved(2, at(0.0, 21_000.0)), FarFromHome, Warning, Some(2));
     check(moved(1, at(0.0, 6_000.0)), FarFirst, Warning, Some(1));
+    check(moved(2, at(0.0, 201_000.0)), OutOfReach, Error, Some(2));
     check(moved(2, at(270.0, 730.0)), ShortLeg, Warning, Some(2));
     check(|items| items[2].params[6] = Some(0.0), BelowHome, Warning, Some(2));
     check(

@@ -126,6 +126,16 @@ fn sentences(kind: &FindingKind, name: &str, is_whole: bool) -> (String, String)
                 format!("check it; far is {:.0} km", far_m / 1_000.0),
             );
         }
+        OutOfReach { distance_m, reach_m, is_swapped } => {
+            return (
+                format!("{name} lies {:.0} km from home and from the plane: out of reach", distance_m / 1_000.0),
+                if *is_swapped {
+                    "latitude and longitude are swapped?".to_owned()
+                } else {
+                    format!("check its position; in reach is {:.0} km", reach_m / 1_000.0)
+                },
+            );
+        }
         FarFirst { distance_m } => (
             format!("{name}, the first destination, lies {:.1} km from the plane", distance_m / 1_000.0),
             "check that the mission is for this place",

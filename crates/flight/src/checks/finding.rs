@@ -248,6 +248,15 @@ kinds! {
         /// The limit.
         far_m: f64,
     },
+    /// Farther from home and from the plane than it flies.
+    OutOfReach = "out-of-reach" {
+        /// To home or the plane, whichever is nearer.
+        distance_m: f64,
+        /// The limit.
+        reach_m: f64,
+        /// Whether the place is in reach with latitude and longitude swapped.
+        is_swapped: bool,
+    },
     /// The first destination is far from the plane.
     FarFirst = "far-first" {
         /// How far.

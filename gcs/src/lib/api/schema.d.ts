@@ -4382,6 +4382,24 @@ export interface components {
             /** @enum {string} */
             code: "far-first";
             /** @description The first destination is far from the plane. */
+        } | {
+            /** @enum {string} */
+            code: "out-of-reach";
+            /** @description Farther from home and from the plane than it flies. */
+            figures: {
+                /**
+                 * Format: double
+                 * @description To home or the plane, whichever is nearer.
+                 */
+                distance_m: number;
+                /** @description Whether the place is in reach with latitude and longitude swapped. */
+                is_swapped: boolean;
+                /**
+                 * Format: double
+                 * @description The limit.
+                 */
+                reach_m: number;
+            };
             figures: {
                 /**
                  * Format: double
