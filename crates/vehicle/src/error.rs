@@ -7,7 +7,7 @@ use vencejo_flight::plan::{Command, PlanKind};
 use vencejo_proto::{Address, Counted, Seconds};
 
 use crate::command::{CommandResult, numbered};
-use crate::modes::{FlightMode, UnknownMode};
+use crate::modes::{FlightMode, ModeFamily, UnknownMode};
 use crate::plan_state::{PlanState, Unknown};
 use crate::refusal::{remedies, remedy_of_silence};
 use crate::transfer::TransferError;
@@ -227,7 +227,11 @@ impl VehicleError {
             Self::CommandBusy { command },
             Self::TransferBusy { running: "upload" },
             Self::Transfer(TransferError::Cancelled),
-            Self::UnknownMode(UnknownMode { name: "AUTOO".into(), suggestions: vec!["AUTO"] }),
+            Self::UnknownMode(UnknownMode {
+                family: ModeFamily::ArduPlane,
+                name: "AUTOO".into(),
+                suggestions: vec!["AUTO"],
+            }),
             Self::NoModeFor { action: "landing" },
             Self::InvalidValue { field: "lat_deg", value: "NaN".into(), expected: "-90 to 90" },
             Self::Plan(vencejo_flight::FlightError::NotOnEarth { lat_deg: 91.0, lon_deg: 0.0 }),

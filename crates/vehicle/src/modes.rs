@@ -79,7 +79,11 @@ impl ModeFamily {
         };
         match by_name.or_else(by_alias).or_else(by_number) {
             Some(custom_mode) => Ok(FlightMode { family: self, custom_mode }),
-            None => Err(UnknownMode { name: name.chars().take(40).collect(), suggestions: self.nearest(&wanted) }),
+            None => Err(UnknownMode {
+                family: self,
+                name: name.chars().take(40).collect(),
+                suggestions: self.nearest(&wanted),
+            }),
         }
     }
 
@@ -242,16 +246,24 @@ impl Action {
 
 /// A mode name that the vehicle does not have.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
-#[error("no flight mode is called {name:?}{}", suggest(suggestions))]
+#[error("no flight mode is called {name:?}{}", suggest(*family, suggestions))]
 pub struct UnknownMode {
+    /// Whose modes were looked at.
+    pub family: ModeFamily,
     /// The name given (its first 40 characters).
     pub name: String,
     /// Similar names.
     pub suggestions: Vec<&'static str>,
 }
 
-fn suggest(suggestions: &[&str]) -> String {
-    if suggestions.is_empty() { String::new() } else { format!("; did you mean {}?", suggestions.join(" or ")) }
+/// The similar names, or where there are none all.
+fn suggest(family: ModeFamily, suggestions: &[&str]) -> String {
+    let names: Vec<_> = family.modes().iter().map(|(_, name)| *name).collect();
+    match (suggestions, &names[..]) {
+        ([], []) => String::new(),
+        ([], names) => format!("; it has {}", names.join(", ")),
+        (suggestions, _) => format!("; did you mean {}?", suggestions.join(" or ")),
+    }
 }
 
 /// Upper case, letters and digits only.

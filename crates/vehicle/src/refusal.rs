@@ -100,6 +100,9 @@ pub(crate) fn remedy_of_silence(command: Command, result: CommandResult) -> Opti
         (Command::DO_REPOSITION, CommandResult::DENIED) => Some(
             "choose a position inside the fence (its area, its circle, FENCE_ALT_MIN and FENCE_ALT_MAX), and an altitude above home that is not 0",
         ),
+        (Command::DO_CHANGE_SPEED, CommandResult::FAILED | CommandResult::DENIED) => {
+            Some("choose a speed in metres per second; an ArduPlane takes airspeeds from AIRSPEED_MIN to AIRSPEED_MAX")
+        }
         _ => None,
     }
 }
