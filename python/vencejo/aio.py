@@ -244,16 +244,22 @@ class AsyncVehicle(VehicleState):
         clockwise: bool = True,
         speed_m_s: float | None = None,
         change_mode: bool = True,
+        below_home: bool = False,
     ) -> None:
         """Fly to a position and circle there (mode GUIDED, of a PX4 AUTO_LOITER, entered unless `change_mode` is false).
 
         Give the altitude once, in one of its three references. The speed is over ground, of a PX4 an airspeed; a PX4 takes
         a sense with a radius only.
 
+        An altitude more than 20 m below home is refused unless `below_home` is set: it is usually one above the sea
+        given as one above home, or the reverse. Within 500 m of the vehicle the ground decides instead, if the vehicle
+        reports it (``telemetry.terrain``): a valley needs no `below_home` there, a hill above home's level does.
+
         Raises
         ------
         InvalidRequest
-            For a position that is not on Earth, or is 0/0; an altitude that is missing or given twice; a radius or
+            For a position that is not on Earth, is 0/0, or lies more than 200 km from home and from the vehicle, as one
+            with latitude and longitude swapped; an altitude that is missing, given twice, or too low; a radius or
             speed out of its range.
         """
         await self._wait(
@@ -266,6 +272,7 @@ class AsyncVehicle(VehicleState):
                 clockwise=clockwise,
                 speed_m_s=speed_m_s,
                 change_mode=change_mode,
+                below_home=below_home,
             )
         )
 
@@ -277,18 +284,22 @@ class AsyncVehicle(VehicleState):
         """Change the minimum ground speed. A fixed wing with PX4 takes airspeeds alone."""
         await self._wait(self._ask("speed", kind="groundspeed", speed_m_s=groundspeed_m_s))
 
-    async def set_altitude(self, *, alt_rel_home_m: float | None = None, alt_amsl_m: float | None = None) -> None:
+    async def set_altitude(
+        self, *, alt_rel_home_m: float | None = None, alt_amsl_m: float | None = None, below_home: bool = False
+    ) -> None:
         """Change the altitude of the present target. Not to 0, which ArduPlane takes for no altitude.
 
         In AUTO it holds until the next item. A PX4 takes one in AUTO_LOITER alone: elsewhere it would leave its mode.
 
         Raises
         ------
+        InvalidRequest
+            For an altitude too low for `goto` unless `below_home` is set.
         NotPossibleNow
             While an ArduPlane is landing, or may be landing in a mission that was not read: it would flare and stop its
             motor in the air.
         """
-        await self._wait(self._ask("altitude", **height_of(alt_rel_home_m, alt_amsl_m)))
+        await self._wait(self._ask("altitude", **height_of(alt_rel_home_m, alt_amsl_m), below_home=below_home))
 
     async def fly_course(self, course_deg: float, *, accel_m_s2: float = 5.0) -> None:
         """Turn to a course over ground and stay on it. Only for an ArduPlane that is in GUIDED.
@@ -303,10 +314,19 @@ class AsyncVehicle(VehicleState):
         await self._wait(self._ask("course", course_deg=course_deg, accel_m_s2=accel_m_s2))
 
     async def climb_to(
-        self, *, alt_rel_home_m: float | None = None, alt_amsl_m: float | None = None, rate_m_s: float
+        self,
+        *,
+        alt_rel_home_m: float | None = None,
+        alt_amsl_m: float | None = None,
+        rate_m_s: float,
+        below_home: bool = False,
     ) -> None:
-        """Climb or sink to an altitude at a rate (above 0 to 50 m/s). Only for an ArduPlane that is in GUIDED."""
-        await self._wait(self._ask("climb", **height_of(alt_rel_home_m, alt_amsl_m), rate_m_s=rate_m_s))
+        """Climb or sink to an altitude at a rate (above 0 to 50 m/s). Only for an ArduPlane that is in GUIDED.
+
+        One that is too low for `goto` is refused unless `below_home` is set.
+        """
+        height = height_of(alt_rel_home_m, alt_amsl_m)
+        await self._wait(self._ask("climb", **height, rate_m_s=rate_m_s, below_home=below_home))
 
     async def set_velocity(
         self,
@@ -375,7 +395,7 @@ class AsyncVehicle(VehicleState):
         Raises
         ------
         InvalidRequest
-            For a position that is not on Earth, or is 0/0.
+            For a position that is not on Earth, is 0/0, or lies more than 200 km from home and from the vehicle.
         """
         await self._wait(self._ask("home", **place_of(home)))
 
@@ -462,6 +482,11 @@ class AsyncVehicle(VehicleState):
         progress : function of (done, total), optional
             Called during the transfer.
 
+        Returns
+        -------
+        PlanState
+            With the warnings of the checks in ``findings``.
+
         Raises
         ------
         PlanRefused
@@ -479,11 +504,6 @@ class AsyncVehicle(VehicleState):
         self, *, kinds: Sequence[PlanKind] = ("mission",), progress: ProgressCallback | None = None
     ) -> Plan:
         """Read the mission from the vehicle, and the fence and the rally points if `kinds` names them."""
-        Returns
-        -------
-        PlanState
-            With the warnings of the checks in ``findings``.
-
         from vencejo.plan import Plan
 
         parts = {kind: Plan._from_native(await self._wait(self._native.download(kind), progress)) for kind in kinds}
@@ -539,6 +559,11 @@ class AsyncVehicle(VehicleState):
         A vehicle that is armed already is neither prepared nor armed. One that was armed by this call is disarmed again
         when the mission does not start, whatever the reason: an error, Ctrl-C, a cancelled task.
 
+        Returns
+        -------
+        PlanState
+            As `upload`: it flies in spite of the warnings in ``findings``.
+
         Raises
         ------
         VencejoError
@@ -547,7 +572,7 @@ class AsyncVehicle(VehicleState):
         on_board = await self.upload(plan, progress=progress)
         if self.telemetry.is_armed:
             await self.start_mission(from_item=1)
-            return
+            return on_board
         await self.prepare_flight()
         may_be_armed = True
         try:
@@ -556,16 +581,12 @@ class AsyncVehicle(VehicleState):
             except (CommandRefused, ControlHeld, NotPossibleNow):
                 may_be_armed = False
                 raise
-        Returns
-        -------
-        PlanState
-            As `upload`: it flies in spite of the warnings in ``findings``.
-
             await self.start_mission(from_item=1)
         except BaseException as error:
             if may_be_armed:
                 await self._stand_down(error)
             raise
+        return on_board
 
     async def _stand_down(self, reason: BaseException) -> None:
         """Disarm a vehicle that was armed for a flight that did not begin; one that flies its mission already goes on."""
@@ -573,7 +594,7 @@ class AsyncVehicle(VehicleState):
 
         telemetry = self.telemetry
         if telemetry.is_armed and telemetry.mode in modes.MISSION:
-            return on_board
+            return
         try:
             await self.disarm()
         except VencejoError as error:
@@ -583,7 +604,6 @@ class AsyncVehicle(VehicleState):
     async def note(self, text: str, *, severity: int = 6) -> None:
         """Add a note to the vehicle's texts, for everyone who uses this station. Nothing is sent to the vehicle.
 
-        return on_board
         Parameters
         ----------
         text : str
@@ -722,7 +742,6 @@ class AsyncParameters:
         found = await self._vehicle._wait(self._vehicle._native.param_list(), progress)
         return {name: Parameter(name, value, kind, default) for name, value, kind, default in found}
 
-    # (end of what is written by a script)
     async def save(self, path: str | os.PathLike[str], *, progress: ProgressCallback | None = None) -> int:
         """Read all parameters and write them to a ``.param`` file; returns their number."""
         from vencejo.params import save_params
@@ -762,6 +781,7 @@ class AsyncParameters:
             written[name] = await self.set(name, value)
         return written, unknown
 
+    # (end of what is written by a script)
 
     def __getitem__(self, name: str) -> Awaitable[float]:
         """Read one value: ``await plane.params["AIRSPEED_CRUISE"]``. `set` writes one."""

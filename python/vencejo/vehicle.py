@@ -196,16 +196,22 @@ class Vehicle(Closing, VehicleState):
         clockwise: bool = True,
         speed_m_s: float | None = None,
         change_mode: bool = True,
+        below_home: bool = False,
     ) -> None:
         """Fly to a position and circle there (mode GUIDED, of a PX4 AUTO_LOITER, entered unless `change_mode` is false).
 
         Give the altitude once, in one of its three references. The speed is over ground, of a PX4 an airspeed; a PX4 takes
         a sense with a radius only.
 
+        An altitude more than 20 m below home is refused unless `below_home` is set: it is usually one above the sea
+        given as one above home, or the reverse. Within 500 m of the vehicle the ground decides instead, if the vehicle
+        reports it (``telemetry.terrain``): a valley needs no `below_home` there, a hill above home's level does.
+
         Raises
         ------
         InvalidRequest
-            For a position that is not on Earth, or is 0/0; an altitude that is missing or given twice; a radius or
+            For a position that is not on Earth, is 0/0, or lies more than 200 km from home and from the vehicle, as one
+            with latitude and longitude swapped; an altitude that is missing, given twice, or too low; a radius or
             speed out of its range.
         """
         self._wait(
@@ -218,6 +224,7 @@ class Vehicle(Closing, VehicleState):
                 clockwise=clockwise,
                 speed_m_s=speed_m_s,
                 change_mode=change_mode,
+                below_home=below_home,
             )
         )
 
@@ -229,18 +236,22 @@ class Vehicle(Closing, VehicleState):
         """Change the minimum ground speed. A fixed wing with PX4 takes airspeeds alone."""
         self._wait(self._ask("speed", kind="groundspeed", speed_m_s=groundspeed_m_s))
 
-    def set_altitude(self, *, alt_rel_home_m: float | None = None, alt_amsl_m: float | None = None) -> None:
+    def set_altitude(
+        self, *, alt_rel_home_m: float | None = None, alt_amsl_m: float | None = None, below_home: bool = False
+    ) -> None:
         """Change the altitude of the present target. Not to 0, which ArduPlane takes for no altitude.
 
         In AUTO it holds until the next item. A PX4 takes one in AUTO_LOITER alone: elsewhere it would leave its mode.
 
         Raises
         ------
+        InvalidRequest
+            For an altitude too low for `goto` unless `below_home` is set.
         NotPossibleNow
             While an ArduPlane is landing, or may be landing in a mission that was not read: it would flare and stop its
             motor in the air.
         """
-        self._wait(self._ask("altitude", **height_of(alt_rel_home_m, alt_amsl_m)))
+        self._wait(self._ask("altitude", **height_of(alt_rel_home_m, alt_amsl_m), below_home=below_home))
 
     def fly_course(self, course_deg: float, *, accel_m_s2: float = 5.0) -> None:
         """Turn to a course over ground and stay on it. Only for an ArduPlane that is in GUIDED.
@@ -255,10 +266,19 @@ class Vehicle(Closing, VehicleState):
         self._wait(self._ask("course", course_deg=course_deg, accel_m_s2=accel_m_s2))
 
     def climb_to(
-        self, *, alt_rel_home_m: float | None = None, alt_amsl_m: float | None = None, rate_m_s: float
+        self,
+        *,
+        alt_rel_home_m: float | None = None,
+        alt_amsl_m: float | None = None,
+        rate_m_s: float,
+        below_home: bool = False,
     ) -> None:
-        """Climb or sink to an altitude at a rate (above 0 to 50 m/s). Only for an ArduPlane that is in GUIDED."""
-        self._wait(self._ask("climb", **height_of(alt_rel_home_m, alt_amsl_m), rate_m_s=rate_m_s))
+        """Climb or sink to an altitude at a rate (above 0 to 50 m/s). Only for an ArduPlane that is in GUIDED.
+
+        One that is too low for `goto` is refused unless `below_home` is set.
+        """
+        height = height_of(alt_rel_home_m, alt_amsl_m)
+        self._wait(self._ask("climb", **height, rate_m_s=rate_m_s, below_home=below_home))
 
     def set_velocity(
         self,
@@ -327,7 +347,7 @@ class Vehicle(Closing, VehicleState):
         Raises
         ------
         InvalidRequest
-            For a position that is not on Earth, or is 0/0.
+            For a position that is not on Earth, is 0/0, or lies more than 200 km from home and from the vehicle.
         """
         self._wait(self._ask("home", **place_of(home)))
 
@@ -416,6 +436,11 @@ class Vehicle(Closing, VehicleState):
         progress : function of (done, total), optional
             Called during the transfer.
 
+        Returns
+        -------
+        PlanState
+            With the warnings of the checks in ``findings``.
+
         Raises
         ------
         PlanRefused
@@ -435,11 +460,6 @@ class Vehicle(Closing, VehicleState):
 
         parts = {kind: Plan._from_native(self._wait(self._native.download(kind), progress)) for kind in kinds}
         return joined(parts)
-        Returns
-        -------
-        PlanState
-            With the warnings of the checks in ``findings``.
-
 
     def clear(self, *, kind: PlanKind = "mission", confirm: Danger | None = None) -> None:
         """Remove the mission (or fence, or rally points); returns when the vehicle confirms it.
@@ -491,6 +511,11 @@ class Vehicle(Closing, VehicleState):
         A vehicle that is armed already is neither prepared nor armed. One that was armed by this call is disarmed again
         when the mission does not start, whatever the reason: an error, Ctrl-C, a cancelled task.
 
+        Returns
+        -------
+        PlanState
+            As `upload`: it flies in spite of the warnings in ``findings``.
+
         Raises
         ------
         VencejoError
@@ -499,7 +524,7 @@ class Vehicle(Closing, VehicleState):
         on_board = self.upload(plan, progress=progress)
         if self.telemetry.is_armed:
             self.start_mission(from_item=1)
-            return
+            return on_board
         self.prepare_flight()
         may_be_armed = True
         try:
@@ -510,14 +535,10 @@ class Vehicle(Closing, VehicleState):
                 raise
             self.start_mission(from_item=1)
         except BaseException as error:
-        Returns
-        -------
-        PlanState
-            As `upload`: it flies in spite of the warnings in ``findings``.
-
             if may_be_armed:
                 self._stand_down(error)
             raise
+        return on_board
 
     def _stand_down(self, reason: BaseException) -> None:
         """Disarm a vehicle that was armed for a flight that did not begin; one that flies its mission already goes on."""
@@ -525,7 +546,7 @@ class Vehicle(Closing, VehicleState):
 
         telemetry = self.telemetry
         if telemetry.is_armed and telemetry.mode in modes.MISSION:
-            return on_board
+            return
         try:
             self.disarm()
         except VencejoError as error:
@@ -537,7 +558,6 @@ class Vehicle(Closing, VehicleState):
     def note(self, text: str, *, severity: int = 6) -> None:
         """Add a note to the vehicle's texts, for everyone who uses this station. Nothing is sent to the vehicle.
 
-        return on_board
         Parameters
         ----------
         text : str
@@ -643,6 +663,10 @@ class Parameters:
     >>> plane.params["AIRSPEED_CRUISE"]  # doctest: +SKIP
     22.0
     >>> plane.params["AIRSPEED_CRUISE"] = 18  # doctest: +SKIP
+    >>> "Q_ENABLE" in plane.params  # doctest: +SKIP
+    False
+    >>> plane.params.save("bixler.param")  # doctest: +SKIP
+    1024
     """
 
     def __init__(self, vehicle: Vehicle) -> None:
@@ -663,10 +687,6 @@ class Parameters:
     def set(self, name: str, value: float, *, confirm: Danger | None = None) -> Parameter:
         """Write one parameter and return the vehicle's new value. Switching the fence off needs ``confirm="fence-off"``.
 
-    >>> "Q_ENABLE" in plane.params  # doctest: +SKIP
-    False
-    >>> plane.params.save("bixler.param")  # doctest: +SKIP
-    1024
         Raises
         ------
         ParameterError
@@ -685,22 +705,6 @@ class Parameters:
         found = self._vehicle._wait(self._vehicle._native.param_list(), progress)
         return {name: Parameter(name, value, kind, default) for name, value, kind, default in found}
 
-    def __getitem__(self, name: str) -> float:
-        return self.get(name).value
-
-    def __setitem__(self, name: str, value: float) -> None:
-        self.set(name, value)
-
-
-def check_request(name: str, values: Mapping[str, Any]) -> None:
-    """Check a request of `Vehicle.ask` without a vehicle.
-
-    Raises
-    ------
-    InvalidRequest
-        For an unknown name, listing the known ones, and for a value that is wrong or missing.
-    """
-    _native.check_request(name, dict(values))
     def save(self, path: str | os.PathLike[str], *, progress: ProgressCallback | None = None) -> int:
         """Read all parameters and write them to a ``.param`` file; returns their number."""
         from vencejo.params import save_params
@@ -754,3 +758,19 @@ def check_request(name: str, values: Mapping[str, Any]) -> None:
         """The names of all parameters, which are read."""
         return iter(self.all())
 
+    def __getitem__(self, name: str) -> float:
+        return self.get(name).value
+
+    def __setitem__(self, name: str, value: float) -> None:
+        self.set(name, value)
+
+
+def check_request(name: str, values: Mapping[str, Any]) -> None:
+    """Check a request of `Vehicle.ask` without a vehicle.
+
+    Raises
+    ------
+    InvalidRequest
+        For an unknown name, listing the known ones, and for a value that is wrong or missing.
+    """
+    _native.check_request(name, dict(values))

@@ -193,8 +193,17 @@ def test_every_operation_from_python(client: Client) -> None:
     assert call("Control", "setAltitude", 0, 70.0) is None
     call.refused(precise.InvalidRequest, "Control", "setVelocity", 0, 1.0, 0.0, 0.0, 0.0)
     assert call("Pose3D", "setPose3DData", jderobot.Pose3DData(x=LAT, y=LON, z=ALT + 60.0)) == 0, "in GUIDED it goes"
-    for x, y, z in ((95.0, LON, ALT), (LAT, 181.0, ALT), (LAT, LON, 1e30), (math.inf, LON, ALT)):
+    for x, y, z in (
+        (95.0, LON, ALT),
+        (LAT, 181.0, ALT),
+        (LAT, LON, 1e30),
+        (math.inf, LON, ALT),
+        (LON, LAT, ALT),
+        (LAT, LON, 60.0),
+    ):
         assert call("Pose3D", "setPose3DData", jderobot.Pose3DData(x=x, y=y, z=z)) == 1, (x, y, z)
+    valley = jderobot.Pose3DData(x=LAT, y=LON, z=ALT - 60.0)
+    assert call("Pose3D", "setPose3DData", valley, {"below_home": "true"}) == 0
     assert call("Pose3D", "setPose3DData", None) == 1
     assert call("CMDVel", "setCMDVelData", jderobot.CMDVelData(linearX=18.0)) == 0
     assert call("Control", "loiter", 0) is None

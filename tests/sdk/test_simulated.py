@@ -259,6 +259,35 @@ def test_positions_that_cannot_be_are_not_sent(plane: vencejo.Vehicle, bad: floa
         plane.goto(LAT, LON)
 
 
+def test_what_no_flight_means_is_not_sent_and_what_is_doubtful_is_told(plane: vencejo.Vehicle) -> None:
+    swapped = Plan(
+        items=(
+            MissionItem.takeoff(LON, LAT, alt_rel_home_m=50.0),
+            MissionItem.waypoint(LON + 0.01, LAT, alt_rel_home_m=50.0),
+            MissionItem.return_to_launch(),
+        )
+    )
+    with pytest.raises(vencejo.PlanRefused, match="latitude and longitude are swapped") as caught:
+        plane.send_and_fly(swapped)
+    assert {finding.code for finding in caught.value.findings if finding.severity == "error"} == {"out-of-reach"}
+    with pytest.raises(vencejo.InvalidRequest, match="are latitude and longitude swapped"):
+        plane.goto(LON, LAT, alt_rel_home_m=50.0)
+    with pytest.raises(vencejo.InvalidRequest, match="swapped"):
+        plane.set_home(vencejo.Home(LON, LAT, 600.0))
+    with pytest.raises(vencejo.InvalidRequest, match=r"500 m below .*below_home"):
+        plane.goto(LAT, LON, alt_amsl_m=100.0)
+    with pytest.raises(vencejo.InvalidRequest, match=r"50 m below .*below_home"):
+        plane.goto(LAT, LON, alt_rel_home_m=-50.0)
+    with pytest.raises(vencejo.InvalidRequest, match=r"30 m below .*below_home"):
+        plane.set_altitude(alt_rel_home_m=-30.0)
+    plane.set_altitude(alt_rel_home_m=-30.0, below_home=True)
+    valley = Plan(items=(*MISSION.items[:1], MissionItem.waypoint(LAT + 0.004, LON, alt_rel_home_m=-40.0)))
+    state = plane.upload(valley)
+    assert {finding.code for finding in state.findings} == {"below-home", "no-landing"}
+    assert state == plane.plan_state(), "findings do not make another plan"
+    plane.clear(confirm="clear-mission")
+
+
 def test_raw_messages_both_ways(plane: vencejo.Vehicle) -> None:
     intervals: list[int] = []
     with plane.on_message(lambda message: intervals.append(message.fields["interval_us"]), names=["MESSAGE_INTERVAL"]):

@@ -33,22 +33,31 @@ pub fn act_of(request: &Request, confirmed: Option<Danger>) -> Result<Act, &'sta
         Request::SetMode { mode: ModeChoice::Name(name) } => Deed::Mode(name.clone()),
         Request::SetMode { mode: ModeChoice::Custom(number) } => Deed::ModeNumber(*number),
         Request::Takeoff { alt_rel_home_m } => Deed::Takeoff(*alt_rel_home_m),
-        Request::Reposition { lat_deg, lon_deg, alt_m, alt_frame, radius_m, turn, speed_m_s, change_mode } => {
-            Deed::Reposition(Reposition {
-                lat_deg: *lat_deg,
-                lon_deg: *lon_deg,
-                alt_m: *alt_m,
-                frame: alt_frame.mav_frame().into(),
-                radius_m: *radius_m,
-                counter_clockwise: *turn == Turn::CounterClockwise,
-                speed_m_s: *speed_m_s,
-                change_mode: *change_mode,
-            })
-        }
+        Request::Reposition {
+            lat_deg,
+            lon_deg,
+            alt_m,
+            alt_frame,
+            radius_m,
+            turn,
+            speed_m_s,
+            change_mode,
+            below_home,
+        } => Deed::Reposition(Reposition {
+            lat_deg: *lat_deg,
+            lon_deg: *lon_deg,
+            alt_m: *alt_m,
+            frame: alt_frame.mav_frame().into(),
+            radius_m: *radius_m,
+            counter_clockwise: *turn == Turn::CounterClockwise,
+            speed_m_s: *speed_m_s,
+            change_mode: *change_mode,
+            below_home: *below_home,
+        }),
         Request::ChangeSpeed { kind: SpeedKind::Airspeed, speed_m_s } => Deed::Airspeed(*speed_m_s),
         Request::ChangeSpeed { kind: SpeedKind::Groundspeed, speed_m_s } => Deed::Groundspeed(*speed_m_s),
-        Request::ChangeAltitude { alt_m, alt_frame } => {
-            Deed::Altitude(Altitude { alt_m: *alt_m, frame: alt_frame.mav_frame().into() })
+        Request::ChangeAltitude { alt_m, alt_frame, below_home } => {
+            Deed::Altitude(Altitude { alt_m: *alt_m, frame: alt_frame.mav_frame().into(), below_home: *below_home })
         }
         Request::LoiterHere => Deed::LoiterHere(Nothing {}),
         Request::ReturnToLaunch => Deed::ReturnToLaunch(Nothing {}),
@@ -62,9 +71,12 @@ pub fn act_of(request: &Request, confirmed: Option<Danger>) -> Result<Act, &'sta
         Request::GuidedCourse { course_deg, accel_m_s2 } => {
             Deed::Course(Course { course_deg: *course_deg, accel_m_s2: *accel_m_s2 })
         }
-        Request::GuidedClimb { alt_m, alt_frame, rate_m_s } => {
-            Deed::Climb(Climb { alt_m: *alt_m, frame: alt_frame.mav_frame().into(), rate_m_s: *rate_m_s })
-        }
+        Request::GuidedClimb { alt_m, alt_frame, rate_m_s, below_home } => Deed::Climb(Climb {
+            alt_m: *alt_m,
+            frame: alt_frame.mav_frame().into(),
+            rate_m_s: *rate_m_s,
+            below_home: *below_home,
+        }),
         Request::Reboot => Deed::Reboot(Nothing {}),
         Request::RawCommandLong(long) if long.target == THE_AUTOPILOT => {
             Deed::Long(Long { command: long.command.into(), params: long.params.to_vec() })
@@ -145,10 +157,13 @@ pub fn request_of(act: &Act) -> Result<(Request, Option<Danger>), BadPayload> {
             turn: if to.counter_clockwise { Turn::CounterClockwise } else { Turn::Clockwise },
             speed_m_s: to.speed_m_s,
             change_mode: to.change_mode,
+            below_home: to.below_home,
         },
         Deed::Airspeed(speed_m_s) => Request::ChangeSpeed { kind: SpeedKind::Airspeed, speed_m_s: *speed_m_s },
         Deed::Groundspeed(speed_m_s) => Request::ChangeSpeed { kind: SpeedKind::Groundspeed, speed_m_s: *speed_m_s },
-        Deed::Altitude(to) => Request::ChangeAltitude { alt_m: to.alt_m, alt_frame: alt_frame(to.frame)? },
+        Deed::Altitude(to) => {
+            Request::ChangeAltitude { alt_m: to.alt_m, alt_frame: alt_frame(to.frame)?, below_home: to.below_home }
+        }
         Deed::LoiterHere(_) => Request::LoiterHere,
         Deed::ReturnToLaunch(_) => Request::ReturnToLaunch,
         Deed::Land(_) => Request::Land,
@@ -157,9 +172,12 @@ pub fn request_of(act: &Act) -> Result<(Request, Option<Danger>), BadPayload> {
         Deed::MissionPause(_) => Request::MissionPause,
         Deed::MissionResume(_) => Request::MissionResume,
         Deed::Course(to) => Request::GuidedCourse { course_deg: to.course_deg, accel_m_s2: to.accel_m_s2 },
-        Deed::Climb(to) => {
-            Request::GuidedClimb { alt_m: to.alt_m, alt_frame: alt_frame(to.frame)?, rate_m_s: to.rate_m_s }
-        }
+        Deed::Climb(to) => Request::GuidedClimb {
+            alt_m: to.alt_m,
+            alt_frame: alt_frame(to.frame)?,
+            rate_m_s: to.rate_m_s,
+            below_home: to.below_home,
+        },
         Deed::Reboot(_) => Request::Reboot,
         Deed::Long(long) => Request::RawCommandLong(CommandLong {
             target: THE_AUTOPILOT,
@@ -330,6 +348,7 @@ mod tests {
             turn,
             speed_m_s: None,
             change_mode: true,
+            below_home: false,
         };
         let requests = [
             Request::Arm { force: true },
@@ -341,7 +360,7 @@ mod tests {
             reposition(AltFrame::Terrain, Turn::Clockwise, None),
             Request::ChangeSpeed { kind: SpeedKind::Airspeed, speed_m_s: 14.2 },
             Request::ChangeSpeed { kind: SpeedKind::Groundspeed, speed_m_s: 14.2 },
-            Request::ChangeAltitude { alt_m: 100.0, alt_frame: AltFrame::Amsl },
+            Request::ChangeAltitude { alt_m: 100.0, alt_frame: AltFrame::Amsl, below_home: false },
             Request::LoiterHere,
             Request::ReturnToLaunch,
             Request::Land,
@@ -355,7 +374,7 @@ mod tests {
             Request::SetCurrentItem { item: 65_535 },
             Request::DespiteMixedPlan(Box::new(Request::Arm { force: false })),
             Request::GuidedCourse { course_deg: 271.3, accel_m_s2: 2.0 },
-            Request::GuidedClimb { alt_m: 99.9, alt_frame: AltFrame::Terrain, rate_m_s: 1.5 },
+            Request::GuidedClimb { alt_m: 99.9, alt_frame: AltFrame::Terrain, rate_m_s: 1.5, below_home: true },
             Request::SetHome { lat_deg: None, lon_deg: None, alt_amsl_m: None },
             Request::SetHome { lat_deg: Some(40.123_456_789), lon_deg: Some(-3.7), alt_amsl_m: Some(612.3) },
             Request::Reboot,
@@ -420,7 +439,10 @@ mod tests {
         }
         assert_eq!(request_of(&Act::default()), Err(BadPayload::Field("deed")));
         let odd = |deed| request_of(&Act { deed: Some(deed), ..Act::default() });
-        assert_eq!(odd(Deed::Altitude(Altitude { alt_m: 1.0, frame: 1 })), Err(BadPayload::Field("frame")));
+        assert_eq!(
+            odd(Deed::Altitude(Altitude { alt_m: 1.0, frame: 1, below_home: false })),
+            Err(BadPayload::Field("frame"))
+        );
         let long = |command, count| odd(Deed::Long(Long { command, params: vec![0.0; count] }));
         assert_eq!(
             (long(65_536, 7), long(1, 8)),

@@ -141,6 +141,9 @@ pub struct Reposition {
     /// Whether to enter GUIDED for it.
     #[prost(bool, tag = "8")]
     pub change_mode: bool,
+    /// Whether a height far below home is meant.
+    #[prost(bool, tag = "9")]
+    pub below_home: bool,
 }
 
 /// How high to fly.
@@ -152,6 +155,9 @@ pub struct Altitude {
     /// `MAV_FRAME`: 0, 3 or 10.
     #[prost(uint32, tag = "2")]
     pub frame: u32,
+    /// Whether a height far below home is meant.
+    #[prost(bool, tag = "3")]
+    pub below_home: bool,
 }
 
 /// How to abort a landing.
@@ -216,6 +222,9 @@ pub struct Climb {
     /// How fast.
     #[prost(double, tag = "3")]
     pub rate_m_s: f64,
+    /// Whether a height far below home is meant.
+    #[prost(bool, tag = "4")]
+    pub below_home: bool,
 }
 
 /// A plan to upload.

@@ -67,10 +67,10 @@ pub enum Request {
         #[cfg_attr(feature = "describe", schema(minimum = 1, maximum = 10_000))]
         alt_rel_home_m: f64,
     },
-    /// Flies to a position and circles there: MAV_CMD_DO_REPOSITION by COMMAND_INT. An ArduPlane from before
-    /// COMMAND_INT gets MISSION_ITEM with `current` = 2 instead, which enters GUIDED by itself and knows neither radius
-    /// nor sense nor speed. A fixed wing with PX4 gets MAV_CMD_DO_ORBIT for a radius or sense of its own, and
-    /// MAV_CMD_DO_CHANGE_SPEED for a speed, which is an airspeed then.
+    /// Flies to a position, at most 200 km from home or the vehicle, and circles there: MAV_CMD_DO_REPOSITION by
+    /// COMMAND_INT. An ArduPlane from before COMMAND_INT gets MISSION_ITEM with `current` = 2 instead, which enters
+    /// GUIDED by itself and knows neither radius nor sense nor speed. A fixed wing with PX4 gets MAV_CMD_DO_ORBIT for a
+    /// radius or sense of its own, and MAV_CMD_DO_CHANGE_SPEED for a speed, which is an airspeed then.
     #[cfg_attr(feature = "describe", serde(rename = "goto"))]
     Reposition {
         /// WGS-84 latitude.
@@ -96,6 +96,10 @@ pub enum Request {
         /// Whether to enter GUIDED for it, which it does when absent; without it a vehicle in another mode refuses.
         #[cfg_attr(feature = "describe", serde(default = "given::yes"))]
         change_mode: bool,
+        /// Whether an altitude more than 20 m below home is meant, or below the ground that the vehicle reports
+        /// (TERRAIN_REPORT; for a position up to 500 m away); refused when absent. A plane that flies into a valley.
+        #[cfg_attr(feature = "describe", serde(default))]
+        below_home: bool,
     },
     /// Changes the speed: MAV_CMD_DO_CHANGE_SPEED.
     #[cfg_attr(feature = "describe", serde(rename = "speed"))]
@@ -116,6 +120,9 @@ pub enum Request {
         alt_m: f64,
         /// What `alt_m` is counted from.
         alt_frame: AltFrame,
+        /// As for `goto`.
+        #[cfg_attr(feature = "describe", serde(default))]
+        below_home: bool,
     },
     /// Turns to a course over ground and stays on it: MAV_CMD_GUIDED_CHANGE_HEADING. Only for an ArduPlane in GUIDED,
     /// which no request enters for it.
@@ -139,6 +146,9 @@ pub enum Request {
         /// How fast, up or down, 0.01 to 50.
         #[cfg_attr(feature = "describe", schema(minimum = 0.01, maximum = 50))]
         rate_m_s: f64,
+        /// As for `goto`.
+        #[cfg_attr(feature = "describe", serde(default))]
+        below_home: bool,
     },
     /// Flies at a velocity: SET_POSITION_TARGET_LOCAL_NED, relative to the heading. Only for an ArduCopter in GUIDED or
     /// a PX4 in OFFBOARD, which no request enters for it. It has no answer: done when it is sent. The vehicle stops by
@@ -203,7 +213,8 @@ pub enum Request {
         #[cfg_attr(feature = "describe", schema(minimum = 1, maximum = 65_534))]
         item: u16,
     },
-    /// Moves home to a position, or to where the vehicle is when none of its values is given: MAV_CMD_DO_SET_HOME.
+    /// Moves home to a position, at most 200 km from the old one or the vehicle, or to where the vehicle is when none of
+    /// its values is given: MAV_CMD_DO_SET_HOME.
     #[cfg_attr(feature = "describe", serde(rename = "home"))]
     SetHome {
         /// WGS-84 latitude.

@@ -24,6 +24,7 @@ __all__ = [
     "Gate",
     "Peer",
     "Presence",
+    "below_home",
     "despite_mixed_plan",
     "peer_of",
     "raise_file_limit",
@@ -222,10 +223,19 @@ def web_origin(connection: Any) -> str | None:
 
 def despite_mixed_plan(current: Any) -> bool:
     """Whether the request's context has ``despite_mixed_plan``: then it is done although the mission on board may be mixed."""
+    return _is_set(current, "despite_mixed_plan")
+
+
+def below_home(current: Any) -> bool:
+    """Whether the request's context has ``below_home``: then an altitude far below home is meant."""
+    return _is_set(current, "below_home")
+
+
+def _is_set(current: Any, name: str) -> bool:
     if current is None:
         return False
     with tolerant():
-        return bool(current.ctx.get("despite_mixed_plan") == "true")
+        return bool(current.ctx.get(name) == "true")
 
 
 def raise_file_limit(connections: int) -> None:

@@ -6,6 +6,7 @@ import math
 from typing import Any
 
 from vencejo.errors import Busy, VencejoError
+from vencejo.jderobot.access import below_home
 from vencejo.jderobot.answers import Answer, answer_of
 from vencejo.jderobot.runtime import Slices
 from vencejo.jderobot.subject import Held, Subject
@@ -58,13 +59,14 @@ class Pose3D:
 
     def setPose3DData(self, data: Any, current: Any = None) -> Any:
         """Fly to a position, with altitude above mean sea level in z, if the vehicle is in GUIDED; the mode is not changed."""
+        below = below_home(current)
         try:
-            return self._workers.later(lambda: int(self._goto(data)))
+            return self._workers.later(lambda: int(self._goto(data, below)))
         except Busy as error:
             self._subject.tell(f"setPose3DData: {error}")
             return int(Answer.BUSY)
 
-    def _goto(self, data: Any) -> Answer:
+    def _goto(self, data: Any, below_home: bool) -> Answer:
         try:
             if data is None or not all(map(math.isfinite, (data.x, data.y, data.z))):
                 return Answer.BAD_VALUE
@@ -72,7 +74,7 @@ class Pose3D:
             if vehicle.telemetry.mode not in ("GUIDED", "OFFBOARD"):
                 self._subject.tell("setPose3DData: the vehicle is not in GUIDED, and no pose changes its mode")
                 return Answer.WRONG_MODE
-            vehicle.goto(data.x, data.y, alt_amsl_m=data.z, change_mode=False)
+            vehicle.goto(data.x, data.y, alt_amsl_m=data.z, change_mode=False, below_home=below_home)
         except VencejoError as error:
             self._subject.tell(f"setPose3DData: {error}")
             return answer_of(error)

@@ -7,7 +7,7 @@ from concurrent.futures import Future
 from typing import Any, Final, cast
 
 from vencejo.errors import InvalidRequest
-from vencejo.jderobot.access import Gate, despite_mixed_plan
+from vencejo.jderobot.access import Gate, below_home, despite_mixed_plan
 from vencejo.jderobot.faults import Faults
 from vencejo.jderobot.feed import Feed
 from vencejo.jderobot.runtime import Slices, tolerant
@@ -315,9 +315,12 @@ class Control:
         current: Any = None,
     ) -> Future[Any]:
         """Fly to a position."""
+        below = below_home(current)
         return self._later(
             systemId,
-            lambda vehicle: vehicle.goto(latDeg, lonDeg, alt_rel_home_m=altRelHomeM, change_mode=changeMode),
+            lambda vehicle: vehicle.goto(
+                latDeg, lonDeg, alt_rel_home_m=altRelHomeM, change_mode=changeMode, below_home=below
+            ),
         )
 
     def loiter(self, systemId: int, current: Any = None) -> Future[Any]:
@@ -343,7 +346,8 @@ class Control:
 
     def setAltitude(self, systemId: int, altRelHomeM: float, current: Any = None) -> Future[Any]:
         """Change the height."""
-        return self._later(systemId, lambda vehicle: vehicle.set_altitude(alt_rel_home_m=altRelHomeM))
+        below = below_home(current)
+        return self._later(systemId, lambda vehicle: vehicle.set_altitude(alt_rel_home_m=altRelHomeM, below_home=below))
 
     def flyCourse(
         self,
@@ -357,7 +361,11 @@ class Control:
 
     def climbTo(self, systemId: int, altAmslM: float, rateMS: float, current: Any = None) -> Future[Any]:
         """Climb or sink."""
-        return self._later(systemId, lambda vehicle: vehicle.climb_to(alt_amsl_m=altAmslM, rate_m_s=rateMS))
+        below = below_home(current)
+        return self._later(
+            systemId,
+            lambda vehicle: vehicle.climb_to(alt_amsl_m=altAmslM, rate_m_s=rateMS, below_home=below),
+        )
 
     def setVelocity(
         self,

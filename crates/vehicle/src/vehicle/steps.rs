@@ -19,6 +19,7 @@ use crate::streams::interval_params;
 use crate::telemetry::{Freshness, MissionCurrent, MissionState, Severity, Telemetry};
 use crate::transfer::ParamName;
 
+mod bounds;
 mod guided;
 mod step;
 
@@ -173,6 +174,7 @@ impl Context<'_> {
         height("alt_amsl_m", alt_m)?;
         if !is_here {
             Self::chosen(lat_deg, lon_deg, "a position that was chosen; leave it out for where the vehicle is")?;
+            self.in_reach(lat_deg, lon_deg)?;
         }
         let params = [f32::from(u8::from(is_here)), 0.0, 0.0, 0.0];
         let command = self.at_position(Command::DO_SET_HOME, 0, params, (lat_deg, lon_deg, alt_m))?;
@@ -311,7 +313,17 @@ impl Context<'_> {
                 })
             }
             Request::Takeoff { alt_rel_home_m } => return self.takeoff(alt_rel_home_m),
-            Request::Reposition { lat_deg, lon_deg, alt_m, alt_frame, radius_m, turn, speed_m_s, change_mode } => {
+            Request::Reposition {
+                lat_deg,
+                lon_deg,
+                alt_m,
+                alt_frame,
+                radius_m,
+                turn,
+                speed_m_s,
+                change_mode,
+                below_home,
+            } => {
                 let speed = match speed_m_s {
                     Some(speed) => in_range("speed_m_s", speed, 0.1..=200.0, "0.1 to 200 m/s")?,
                     None => -1.0,
@@ -321,6 +333,8 @@ impl Context<'_> {
                     None => 0.0,
                 };
                 Self::chosen(lat_deg, lon_deg, "a position that was chosen")?;
+                self.in_reach(lat_deg, lon_deg)?;
+                self.above_ground(alt_m, alt_frame, Some((lat_deg, lon_deg)), below_home)?;
                 if !self.has_command_int {
                     let is_plain = radius_m.is_none() && speed_m_s.is_none() && turn == Turn::Clockwise;
                     return self.guided_item((lat_deg, lon_deg, alt_m), alt_frame, is_plain, change_mode);
@@ -372,8 +386,9 @@ impl Context<'_> {
                 // −1: throttle unchanged.
                 Step::command(self.long(Command::DO_CHANGE_SPEED, [kind, speed, -1.0, 0.0, 0.0, 0.0, 0.0]))
             }
-            Request::ChangeAltitude { alt_m, alt_frame } => {
+            Request::ChangeAltitude { alt_m, alt_frame, below_home } => {
                 let family = self.family()?;
+                self.above_ground(alt_m, alt_frame, None, below_home)?;
                 let (alt_m, alt_frame) = self.as_counted(alt_m, alt_frame)?;
                 let alt = raw::new_height(alt_m)?;
                 if family == ModeFamily::Px4 {
@@ -407,7 +422,8 @@ impl Context<'_> {
                 let course = (course_deg as f32).min(359.999);
                 self.in_guided(Command::GUIDED_CHANGE_HEADING, 0, [0.0, course, accel, 0.0], 0.0)?
             }
-            Request::GuidedClimb { alt_m, alt_frame, rate_m_s } => {
+            Request::GuidedClimb { alt_m, alt_frame, rate_m_s, below_home } => {
+                self.above_ground(alt_m, alt_frame, None, below_home)?;
                 let alt = height("alt_m", alt_m)?;
                 if alt == 0.0 || alt == -1.0 {
                     return Err(invalid("alt_m", alt_m, "a height that ArduPlane takes; it does not take 0 and -1"));

@@ -1,5 +1,6 @@
 //! The aggregate against an imitated ArduPlane over a bad link, and against what a real one was recorded to answer.
 
+mod bounds;
 mod faults;
 mod guided;
 mod identity;
@@ -709,7 +710,7 @@ fn an_old_vehicle_takes_the_older_messages() {
     assert_eq!(error.to_string(), "item is 0, should be 1 to 65,534; the items of a mission are counted from 1");
     let error = ask(&mut world, Request::SetCurrentItem { item: 3 }).expect_err("not shown");
     assert!(matches!(&error, VehicleError::NotConfirmed { observed, .. } if observed == "item 0"), "{error}");
-    let higher = Request::ChangeAltitude { alt_m: 90.0, alt_frame: AltFrame::RelHome };
+    let higher = Request::ChangeAltitude { alt_m: 90.0, alt_frame: AltFrame::RelHome, below_home: false };
     assert!(ask(&mut world, higher).is_err());
     let older = world.plane.ints.last().expect("the older command");
     assert_eq!((older.command, older.frame, older.z), (Command::GUIDED_CHANGE_ALTITUDE.0, 3, 90.0));
@@ -1217,7 +1218,7 @@ fn every_request() -> Vec<Request> {
         Request::Takeoff { alt_rel_home_m: 60.0 },
         reposition(40.334, -3.79, 80.0),
         Request::ChangeSpeed { kind: SpeedKind::Airspeed, speed_m_s: 18.0 },
-        Request::ChangeAltitude { alt_m: 90.0, alt_frame: AltFrame::Amsl },
+        Request::ChangeAltitude { alt_m: 690.0, alt_frame: AltFrame::Amsl, below_home: false },
         Request::LoiterHere,
         Request::ReturnToLaunch,
         Request::Land,
@@ -1254,6 +1255,7 @@ fn reposition(lat_deg: f64, lon_deg: f64, alt_m: f64) -> Request {
         turn: Turn::CounterClockwise,
         speed_m_s: None,
         change_mode: true,
+        below_home: false,
     }
 }
 
@@ -1390,9 +1392,10 @@ fn what_is_sent_is_finite_and_in_range() {
                 turn: Turn::Clockwise,
                 speed_m_s: Some(number(15.0)),
                 change_mode: false,
+                below_home: false,
             },
             2 => Request::ChangeSpeed { kind: SpeedKind::Groundspeed, speed_m_s: number(15.0) },
-            3 => Request::ChangeAltitude { alt_m: number(80.0), alt_frame: AltFrame::RelHome },
+            3 => Request::ChangeAltitude { alt_m: number(80.0), alt_frame: AltFrame::RelHome, below_home: false },
             4 => Request::AbortLanding { alt_rel_home_m: Some(number(30.0)) },
             5 => Request::SetHome {
                 lat_deg: Some(number(40.3)),
@@ -1502,7 +1505,7 @@ fn a_raw_message_with_a_number_that_an_autopilot_does_not_survive_is_refused() {
         goes("PARAM_SET", &[("param_type", 9.0), ("param_value", 1e30)])
             && goes("NAMED_VALUE_FLOAT", &[("value", 1e30)])
     );
-    let level = Request::ChangeAltitude { alt_m: 0.0, alt_frame: AltFrame::RelHome };
+    let level = Request::ChangeAltitude { alt_m: 0.0, alt_frame: AltFrame::RelHome, below_home: false };
     assert!(matches!(ask(&mut world, level), Err(VehicleError::InvalidValue { .. })));
 }
 

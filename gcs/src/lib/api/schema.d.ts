@@ -1505,10 +1505,10 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Flies to a position and circles there: MAV_CMD_DO_REPOSITION by COMMAND_INT. An ArduPlane from before
-         *     COMMAND_INT gets MISSION_ITEM with `current` = 2 instead, which enters GUIDED by itself and knows neither radius
-         *     nor sense nor speed. A fixed wing with PX4 gets MAV_CMD_DO_ORBIT for a radius or sense of its own, and
-         *     MAV_CMD_DO_CHANGE_SPEED for a speed, which is an airspeed then.
+         * Flies to a position, at most 200 km from home or the vehicle, and circles there: MAV_CMD_DO_REPOSITION by
+         *     COMMAND_INT. An ArduPlane from before COMMAND_INT gets MISSION_ITEM with `current` = 2 instead, which enters
+         *     GUIDED by itself and knows neither radius nor sense nor speed. A fixed wing with PX4 gets MAV_CMD_DO_ORBIT for a
+         *     radius or sense of its own, and MAV_CMD_DO_CHANGE_SPEED for a speed, which is an airspeed then.
          */
         post: operations["goto"];
         delete?: never;
@@ -1526,7 +1526,10 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** Moves home to a position, or to where the vehicle is when none of its values is given: MAV_CMD_DO_SET_HOME. */
+        /**
+         * Moves home to a position, at most 200 km from the old one or the vehicle, or to where the vehicle is when none of
+         *     its values is given: MAV_CMD_DO_SET_HOME.
+         */
         post: operations["home"];
         delete?: never;
         options?: never;
@@ -4380,10 +4383,6 @@ export interface components {
             };
         } | {
             /** @enum {string} */
-            code: "far-first";
-            /** @description The first destination is far from the plane. */
-        } | {
-            /** @enum {string} */
             code: "out-of-reach";
             /** @description Farther from home and from the plane than it flies. */
             figures: {
@@ -4400,6 +4399,10 @@ export interface components {
                  */
                 reach_m: number;
             };
+        } | {
+            /** @enum {string} */
+            code: "far-first";
+            /** @description The first destination is far from the plane. */
             figures: {
                 /**
                  * Format: double
@@ -11992,6 +11995,8 @@ export interface operations {
                      * @description Height, counted as `alt_frame` says; not 0, which ArduPlane takes for none.
                      */
                     alt_m: number;
+                    /** @description As for `goto`. */
+                    below_home?: boolean;
                 };
             };
         };
@@ -12079,6 +12084,8 @@ export interface operations {
                      * @description Height, counted as `alt_frame` says; ArduPlane takes neither 0 nor −1.
                      */
                     alt_m: number;
+                    /** @description As for `goto`. */
+                    below_home?: boolean;
                     /**
                      * Format: double
                      * @description How fast, up or down, 0.01 to 50.
@@ -12296,6 +12303,11 @@ export interface operations {
                      * @description Height, counted as `alt_frame` says; above home or terrain not 0, which ArduPilot takes for none.
                      */
                     alt_m: number;
+                    /**
+                     * @description Whether an altitude more than 20 m below home is meant, or below the ground that the vehicle reports
+                     *     (TERRAIN_REPORT; for a position up to 500 m away); refused when absent. A plane that flies into a valley.
+                     */
+                    below_home?: boolean;
                     /** @description Whether to enter GUIDED for it, which it does when absent; without it a vehicle in another mode refuses. */
                     change_mode?: boolean;
                     /** @description Sense of the circle; clockwise when absent. */

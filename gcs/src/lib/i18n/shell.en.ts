@@ -142,6 +142,7 @@ export const shellEn = {
   'fly.goToItem': 'Go to item',
   'fly.modesForLift': 'With lift motors',
   'fly.largeChange': 'It is at {now}. Hold the button for {height}.',
+  'fly.belowHome': 'That is below home: only where the ground falls away.',
   'fly.speed': 'Airspeed',
   'fly.height': 'Height above home',
   'fly.set': 'Set',

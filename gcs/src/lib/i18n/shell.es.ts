@@ -144,6 +144,7 @@ export const shellEs: Record<keyof typeof shellEn, string> = {
   'fly.goToItem': 'Ir al punto',
   'fly.modesForLift': 'Con motores de sustentación',
   'fly.largeChange': 'Está a {now}. Mantén pulsado el botón para {height}.',
+  'fly.belowHome': 'Queda por debajo de casa: solo donde el terreno baja.',
   'fly.speed': 'Velocidad aire',
   'fly.height': 'Altura sobre casa',
   'fly.set': 'Fijar',

@@ -22,7 +22,7 @@ fn course(course_deg: f64) -> Request {
 }
 
 fn climb(alt_m: f64, rate_m_s: f64) -> Request {
-    Request::GuidedClimb { alt_m, alt_frame: AltFrame::Amsl, rate_m_s }
+    Request::GuidedClimb { alt_m, alt_frame: AltFrame::Amsl, rate_m_s, below_home: false }
 }
 
 fn velocity(forward_m_s: f64, down_m_s: f64) -> Request {

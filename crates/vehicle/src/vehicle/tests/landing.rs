@@ -46,7 +46,7 @@ fn fly(world: &mut Pair, mode: u32, seq: u16) {
 }
 
 fn higher() -> Request {
-    Request::ChangeAltitude { alt_m: 60.0, alt_frame: AltFrame::RelHome }
+    Request::ChangeAltitude { alt_m: 60.0, alt_frame: AltFrame::RelHome, below_home: false }
 }
 
 #[test]

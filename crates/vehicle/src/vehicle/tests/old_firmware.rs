@@ -80,6 +80,7 @@ fn go_to(change_mode: bool) -> Request {
         turn: Turn::Clockwise,
         speed_m_s: None,
         change_mode,
+        below_home: false,
     }
 }
 
@@ -209,6 +210,7 @@ fn it_goes_where_it_is_told() {
             turn,
             speed_m_s: None,
             change_mode: true,
+            below_home: false,
         };
         let error = ask(&mut world, wish).expect_err("not on this firmware");
         assert!(matches!(error, VehicleError::TooOld { .. }), "{error}");
@@ -229,7 +231,7 @@ fn it_goes_where_it_is_told() {
     assert!(matches!(error, VehicleError::CommandTimeout { attempts: 3.., .. }), "{error}");
     world.plane.mute = 0;
 
-    let climb = Request::ChangeAltitude { alt_m: 120.0, alt_frame: AltFrame::RelHome };
+    let climb = Request::ChangeAltitude { alt_m: 120.0, alt_frame: AltFrame::RelHome, below_home: false };
     assert_eq!(ask(&mut world, climb), Ok(Reply::Done));
     assert_eq!(world.plane.height.map(|height| height.alt_cm), Some(12_000));
     // The acknowledgements were not taken for another station's upload.

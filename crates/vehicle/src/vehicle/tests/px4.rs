@@ -114,6 +114,7 @@ fn go_to(alt_m: f64, alt_frame: AltFrame) -> Request {
         turn: Turn::Clockwise,
         speed_m_s: None,
         change_mode: true,
+        below_home: false,
     }
 }
 
@@ -130,7 +131,7 @@ fn it_is_sent_heights_above_mean_sea_level() {
         assert_eq!(ask(&mut world, go_to(alt_m, alt_frame)), Ok(Reply::Done));
         let sent = world.plane.ints.last().expect("a go-to");
         assert_eq!((sent.command, sent.frame, sent.z), (Command::DO_REPOSITION.0, 0, sent_m));
-        assert_eq!(ask(&mut world, Request::ChangeAltitude { alt_m, alt_frame }), Ok(Reply::Done));
+        assert_eq!(ask(&mut world, Request::ChangeAltitude { alt_m, alt_frame, below_home: false }), Ok(Reply::Done));
         let sent = world.plane.commands.last().expect("a change of height");
         assert_eq!((sent.command, sent.params[0], sent.params[1]), (Command::DO_CHANGE_ALTITUDE.0, sent_m, 0.0));
     }
@@ -140,20 +141,22 @@ fn it_is_sent_heights_above_mean_sea_level() {
 fn a_height_that_cannot_be_counted_from_there_is_not_sent() {
     let (mut world, mut homeless) = (flying(VehicleConfig::default()), flying(unasked()));
     let before = world.plane.commands.len();
-    for terrain in
-        [go_to(80.0, AltFrame::Terrain), Request::ChangeAltitude { alt_m: 80.0, alt_frame: AltFrame::Terrain }]
-    {
+    for terrain in [
+        go_to(80.0, AltFrame::Terrain),
+        Request::ChangeAltitude { alt_m: 80.0, alt_frame: AltFrame::Terrain, below_home: false },
+    ] {
         let error = ask(&mut world, terrain).expect_err("it knows no such frame");
         assert!(matches!(error, VehicleError::InvalidValue { field: "alt_frame", .. }), "{error}");
     }
     for (alt_m, alt_frame) in [(1e9, AltFrame::RelHome), (f64::NAN, AltFrame::RelHome), (f64::NAN, AltFrame::Amsl)] {
-        for request in [go_to(alt_m, alt_frame), Request::ChangeAltitude { alt_m, alt_frame }] {
+        for request in [go_to(alt_m, alt_frame), Request::ChangeAltitude { alt_m, alt_frame, below_home: false }] {
             assert!(matches!(ask(&mut world, request), Err(VehicleError::InvalidValue { field: "alt_m", .. })));
         }
     }
-    for request in
-        [go_to(80.0, AltFrame::RelHome), Request::ChangeAltitude { alt_m: 80.0, alt_frame: AltFrame::RelHome }]
-    {
+    for request in [
+        go_to(80.0, AltFrame::RelHome),
+        Request::ChangeAltitude { alt_m: 80.0, alt_frame: AltFrame::RelHome, below_home: false },
+    ] {
         assert_eq!(ask(&mut homeless, request), Err(VehicleError::HomeUnknown));
     }
     assert_eq!((world.plane.commands.len(), homeless.plane.commands.len()), (before, 0));
@@ -505,12 +508,22 @@ fn a_go_to_outside_of_its_fence_is_refused() {
 fn what_would_leave_the_mode_is_not_sent() {
     let mut world = flying(VehicleConfig::default());
     let stay = || match go_to(80.0, AltFrame::RelHome) {
-        Request::Reposition { lat_deg, lon_deg, alt_m, alt_frame, radius_m, turn, speed_m_s, .. } => {
-            Request::Reposition { lat_deg, lon_deg, alt_m, alt_frame, radius_m, turn, speed_m_s, change_mode: false }
+        Request::Reposition { lat_deg, lon_deg, alt_m, alt_frame, radius_m, turn, speed_m_s, below_home, .. } => {
+            Request::Reposition {
+                lat_deg,
+                lon_deg,
+                alt_m,
+                alt_frame,
+                radius_m,
+                turn,
+                speed_m_s,
+                change_mode: false,
+                below_home,
+            }
         }
         other => other,
     };
-    let climb = || Request::ChangeAltitude { alt_m: 90.0, alt_frame: AltFrame::RelHome };
+    let climb = || Request::ChangeAltitude { alt_m: 90.0, alt_frame: AltFrame::RelHome, below_home: false };
     assert_eq!(ask(&mut world, stay()), Ok(Reply::Done));
     assert_eq!(world.plane.ints.last().map(|int| int.params[1]), Some(1.0));
     assert_eq!(ask(&mut world, climb()), Ok(Reply::Done));
@@ -529,8 +542,18 @@ fn what_would_leave_the_mode_is_not_sent() {
 fn a_circle_of_its_own_is_flown_by_an_orbit_and_the_speed_set_after_it() {
     let mut world = flying(VehicleConfig::default());
     let with = |radius_m, turn, speed_m_s| match go_to(80.0, AltFrame::RelHome) {
-        Request::Reposition { lat_deg, lon_deg, alt_m, alt_frame, change_mode, .. } => {
-            Request::Reposition { lat_deg, lon_deg, alt_m, alt_frame, radius_m, turn, speed_m_s, change_mode }
+        Request::Reposition { lat_deg, lon_deg, alt_m, alt_frame, change_mode, below_home, .. } => {
+            Request::Reposition {
+                lat_deg,
+                lon_deg,
+                alt_m,
+                alt_frame,
+                radius_m,
+                turn,
+                speed_m_s,
+                change_mode,
+                below_home,
+            }
         }
         other => other,
     };
