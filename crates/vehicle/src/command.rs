@@ -119,6 +119,7 @@ pub const fn is_idempotent(command: Command) -> bool {
             | Command::DO_SET_SERVO
             | Command::DO_CHANGE_ALTITUDE
             | Command::DO_REPOSITION
+            | Command::DO_ORBIT
             | Command::DO_SET_ROI_LOCATION
             | Command::DO_SET_ROI_NONE
             | Command::DO_SET_ROI

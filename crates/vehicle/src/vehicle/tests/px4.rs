@@ -568,6 +568,9 @@ fn a_circle_of_its_own_is_flown_by_an_orbit_and_the_speed_set_after_it() {
         let speed = world.plane.commands.last().expect("a speed");
         assert_eq!((speed.command, speed.params[0], speed.params[1]), (Command::DO_CHANGE_SPEED.0, 0.0, 14.0));
     }
+    // Its answer may be lost.
+    world.plane.mute = 1;
+    assert_eq!(ask(&mut world, with(Some(150.0), Turn::Clockwise, None)), Ok(Reply::Done));
     let error = ask(&mut world, with(None, Turn::CounterClockwise, None)).expect_err("no radius");
     assert!(matches!(error, VehicleError::InvalidValue { field: "radius_m", .. }), "{error}");
     world.plane.is_outside_fence = true;
