@@ -8,7 +8,7 @@ use vencejo_flight::FlightError;
 use vencejo_flight::plan::{Difference, Field, PlanKind};
 use vencejo_proto::ftp::FtpError;
 use vencejo_proto::param::{ParamError, ParamName, ParamValue};
-use vencejo_proto::{Counted, MissionSeq, Seconds};
+use vencejo_proto::{Counted, Seconds};
 
 /// Most differences listed in a message.
 const DIFFERENCES_SHOWN: usize = 3;

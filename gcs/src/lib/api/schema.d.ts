@@ -6864,7 +6864,7 @@ export interface components {
          * @description Kind of note about a plan file, as in `heights-missing`.
          * @enum {string}
          */
-        PlanFileNoteCode: "heights-above-sea-level" | "heights-above-terrain" | "heights-taken-above-sea-level" | "heights-taken-above-home" | "heights-missing" | "not-places" | "points-left-out" | "tracks-left-out" | "items-missing" | "lines-joined" | "areas-taken-as-fence" | "holes-taken-as-fence" | "area-heights-not-kept" | "names-not-kept" | "rally-landings-not-kept" | "heights-written-above-sea-level" | "heights-not-written" | "heights-drawn-above-sea-level" | "heights-not-drawn" | "commands-not-written" | "items-not-written" | "home-not-written" | "fence-not-written" | "rally-not-written" | "complex-items-edited" | "settings-not-written";
+        PlanFileNoteCode: "heights-above-sea-level" | "heights-above-terrain" | "heights-taken-above-sea-level" | "heights-taken-above-home" | "heights-missing" | "not-places" | "points-left-out" | "tracks-left-out" | "items-missing" | "items-renumbered" | "items-elsewhere" | "lines-joined" | "areas-taken-as-fence" | "holes-taken-as-fence" | "area-heights-not-kept" | "names-not-kept" | "rally-landings-not-kept" | "heights-written-above-sea-level" | "heights-not-written" | "heights-drawn-above-sea-level" | "heights-not-drawn" | "commands-not-written" | "items-not-written" | "home-not-written" | "fence-not-written" | "rally-not-written" | "complex-items-edited" | "settings-not-written";
         /** @description One item of a mission. */
         PlanItem: {
             /** @description Whether the mission continues with the next item by itself. */
@@ -10993,7 +10993,13 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/octet-stream": number[];
+                    "application/json": number[];
+                    "text/plain": number[];
+                    "text/csv": number[];
+                    "application/vnd.google-earth.kml+xml": number[];
+                    "application/vnd.google-earth.kmz": number[];
+                    "application/geo+json": number[];
+                    "application/gpx+xml": number[];
                 };
             };
             /** @description What was wrong and what to do */

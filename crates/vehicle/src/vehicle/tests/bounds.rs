@@ -34,7 +34,7 @@ fn refusal(world: &mut Pair, request: Request) -> String {
 fn a_position_out_of_reach_is_refused_and_swapped_coordinates_are_told() {
     let mut world = connected();
     let swapped = refusal(&mut world, reposition(-3.7978, 40.3332, 80.0));
-    assert!(swapped.contains("6638 km") && swapped.contains("are latitude and longitude swapped?"), "{swapped}");
+    assert!(swapped.contains("6639 km") && swapped.contains("are latitude and longitude swapped?"), "{swapped}");
     let far = refusal(&mut world, reposition(43.0, -8.0, 80.0));
     assert!(far.contains("at most 200 km") && !far.contains("swapped"), "{far}");
     let home = Request::SetHome { lat_deg: Some(-3.7978), lon_deg: Some(40.3332), alt_amsl_m: Some(600.0) };

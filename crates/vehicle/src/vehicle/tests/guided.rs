@@ -49,9 +49,11 @@ fn the_zeros_of_a_position_that_was_never_filled_in_are_refused() {
         assert!(matches!(ask(&mut world, request), Err(VehicleError::InvalidValue { field: "lat_deg", .. })));
     }
     assert_eq!(world.plane.ints, [], "nothing was sent");
-    for request in [reposition(0.0, 0.001, 60.0), home(None, None), home(Some(0.001), Some(0.0))] {
-        assert_eq!(ask(&mut world, request), Ok(Reply::Done));
+    for request in [reposition(0.0, 0.001, 60.0), home(Some(0.001), Some(0.0))] {
+        let error = ask(&mut world, request).expect_err("far from there").to_string();
+        assert!(error.starts_with("the distance from home"), "one zero is a place: {error}");
     }
+    assert_eq!(ask(&mut world, home(None, None)), Ok(Reply::Done));
 }
 
 #[test]
