@@ -731,9 +731,8 @@ class AsyncParameters:
         """
         from vencejo.values import Parameter
 
-        return Parameter(
-            *await self._vehicle._wait(self._vehicle._native.param_set(name, number("value", value), confirm))
-        )
+        value = number("value", value)
+        return Parameter(*await self._vehicle._wait(self._vehicle._native.param_set(name, value, confirm)))
 
     async def all(self, *, progress: ProgressCallback | None = None) -> dict[str, Parameter]:
         """Read all parameters, by name."""

@@ -696,7 +696,8 @@ class Parameters:
         """
         from vencejo.values import Parameter
 
-        return Parameter(*self._vehicle._wait(self._vehicle._native.param_set(name, number("value", value), confirm)))
+        value = number("value", value)
+        return Parameter(*self._vehicle._wait(self._vehicle._native.param_set(name, value, confirm)))
 
     def all(self, *, progress: ProgressCallback | None = None) -> dict[str, Parameter]:
         """Read all parameters, by name."""

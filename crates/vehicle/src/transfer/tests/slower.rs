@@ -54,7 +54,7 @@ fn holding(plan: u16) -> MockPlane {
 
 fn with_params() -> MockPlane {
     let mut plane = MockPlane::new();
-    let param = |index: u16| Param { name: name(index), value: ParamValue::F32(f32::from(index)) };
+    let param = |index: u16| Param::new(name(index), ParamValue::F32(f32::from(index)));
     plane.params = (0..500).map(param).collect();
     plane
 }
