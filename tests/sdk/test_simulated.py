@@ -260,6 +260,7 @@ def test_positions_that_cannot_be_are_not_sent(plane: vencejo.Vehicle, bad: floa
 
 
 def test_what_no_flight_means_is_not_sent_and_what_is_doubtful_is_told(plane: vencejo.Vehicle) -> None:
+    plane.wait_until(lambda now: now.home and now.position, timeout_s=60.0, what="having a home and a position")
     swapped = Plan(
         items=(
             MissionItem.takeoff(LON, LAT, alt_rel_home_m=50.0),
