@@ -9,8 +9,7 @@ const LIMIT_KB = 400;
 const WORTH_PACKING = 1024;
 /** Chunks that are fetched when a person opens what needs them: everything else counts. */
 const LATER = [
-  /^MapsContent-/, // the panel of map sources
-  /^ParamsContent-/, // the panel of parameters
+  /^\w+Content-/, // panels (`ui/base/Lazy.svelte`)
   /^projection-transform-/, // proj4, for sources in UTM and the like
 ];
 

@@ -1,9 +1,6 @@
 // Texts of map sources, offline areas and elevation, in English.
 export const mapsEn = {
   'panel.maps': 'Maps',
-  'maps.loading': 'Loading…',
-  'maps.notLoaded': 'This part of the app did not come: is the station’s network there?',
-  'maps.again': 'Try again',
   'maps.tabs': 'Parts of the maps',
   'maps.tab.layers': 'Layers',
   'maps.tab.offline': 'Offline',

@@ -3,9 +3,6 @@ import type { mapsEn } from './maps.en';
 
 export const mapsEs: Record<keyof typeof mapsEn, string> = {
   'panel.maps': 'Mapas',
-  'maps.loading': 'Cargando…',
-  'maps.notLoaded': 'Esta parte de la aplicación no llegó: ¿hay red hasta la estación?',
-  'maps.again': 'Reintentar',
   'maps.tabs': 'Partes de los mapas',
   'maps.tab.layers': 'Capas',
   'maps.tab.offline': 'Sin conexión',

@@ -1,8 +1,6 @@
 // Texts of the parameters, in English.
 export const paramsEn = {
   'panel.params': 'Parameters',
-  'params.loading': 'Loading…',
-  'params.notLoaded': 'This part of the page could not be loaded.',
   'params.needVehicle': 'Its parameters appear when a vehicle is heard.',
   'params.read': 'Read parameters',
   'params.readAgain': 'Read again',

@@ -1,8 +1,6 @@
 // Textos de los parámetros, en español.
 export const paramsEs = {
   'panel.params': 'Parámetros',
-  'params.loading': 'Cargando…',
-  'params.notLoaded': 'Esta parte de la página no se ha podido cargar.',
   'params.needVehicle': 'Sus parámetros aparecen cuando se oye un vehículo.',
   'params.read': 'Leer los parámetros',
   'params.readAgain': 'Leer otra vez',

@@ -1,5 +1,8 @@
 // Texts of the shell, in English.
 export const shellEn = {
+  'lazy.loading': 'Loading…',
+  'lazy.notLoaded': 'This part of the app did not come: is the station’s network there?',
+  'lazy.again': 'Try again',
   'app.name': 'Vencejo',
 
   'panel.instruments': 'Horizon',

@@ -2,6 +2,9 @@
 import type { shellEn } from './shell.en';
 
 export const shellEs: Record<keyof typeof shellEn, string> = {
+  'lazy.loading': 'Cargando…',
+  'lazy.notLoaded': 'Esta parte de la aplicación no llegó: ¿hay red hasta la estación?',
+  'lazy.again': 'Reintentar',
   'app.name': 'Vencejo',
 
   'panel.instruments': 'Horizonte',
