@@ -4,7 +4,7 @@
 //! | part | what it does |
 //! |---|---|
 //! | `film` | what is played, whatever its file format |
-//! | `tlog` | a `.tlog` as a film; other formats are added by [`Station::add_film_format`] |
+//! | `tlog` | a `.tlog` as a film; other formats are added by [`add_film_format`](crate::Station::add_film_format) |
 //! | `pace` | where a replay is, and how it goes on |
 //! | `handle` | a replay and its state |
 //! | `opening` | how a station opens and ends one |
