@@ -25,7 +25,7 @@ link = sys.argv[1] if len(sys.argv) > 1 else "tcp:127.0.0.1:5760"
 events: queue.SimpleQueue[str] = queue.SimpleQueue()
 
 with vencejo.connect(link) as plane, plane.on_event(lambda event: events.put(event.kind)):
-    plane.wait_until(lambda now: now.is_armed, timeout_s=None)
+    plane.wait_until(lambda now: now.is_armed and now.position, timeout_s=None)
     print("armed", flush=True)
     while (kind := events.get()) != "disarmed":
         if kind == "lost":  # nothing was heard for 5 s; what is sent now may not arrive

@@ -15,17 +15,7 @@ files = [str(SLICES / "jderobot" / f"{name}.ice") for name in ("pose3d", "navdat
 Ice.loadSlice("", ["--all", f"-I{SLICES}", *files])
 import jderobot  # noqa: E402 - Ice has just made it
 
-ANSWERS = (
-    "it flies",
-    "a bad pose, or a mission that the checks refuse",
-    "no vehicle is heard",
-    "another mission or transfer is in progress",
-    "the mission could not be sent or verified",
-    "the vehicle refused, for example arming",
-    "the vehicle did not answer",
-    "the vehicle must be in GUIDED",
-    "something else",
-)
+ANSWERS = ["it flies", "bad mission", "no vehicle", "busy", "not verified", "refused", "no answer", "not GUIDED", "other"]
 """As in docs/jderobot.md. The reason in words is in the driver's terminal, and on its page."""
 
 

@@ -99,7 +99,7 @@ async def views(station: StationPage) -> AsyncIterator[str]:
     await station.button("map.layers").click()
     # The panel is loaded when it is first opened, and asks the server for its sources.
     await expect(station.page.get_by_text(station.text("maps.tab.offline"), exact=True)).to_be_visible()
-    await expect(station.page.get_by_text(station.text("maps.loading"), exact=True)).to_have_count(0)
+    await expect(station.page.get_by_text(station.text("lazy.loading"), exact=True)).to_have_count(0)
     yield "layers"
     await station.button("map.layers").click()
     await station.page.keyboard.press("Escape")

@@ -206,7 +206,7 @@ def test_ten_thousand_random_calls_move_nothing(mock: MockPlane, plane: vencejo.
         lambda: plane.params.set("WP_RADIUS", choose.randrange(10, 90)),
         lambda: plane.set_message_rate("ATTITUDE", 10.0),
         lambda: plane.command(mavlink.MAV_CMD_GET_HOME_POSITION),
-        lambda: cancelled(lambda: plane._upload(plan(), "mission", False)),
+        lambda: cancelled(lambda: plane._upload(plan(), "mission", False)[0]),
         lambda: cancelled(lambda: plane._native.download("mission")),
         lambda: cancelled(lambda: plane._native.param_list()),
         lambda: mock.do(mock.reboot) if choose.random() < 0.1 else None,

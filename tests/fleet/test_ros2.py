@@ -242,7 +242,7 @@ def missions(witness: Witness, vehicle: Vehicle) -> None:
     assert heights()[1:] == [60.0, 100.0, 90.0]
     before = on_board()
     for start, wrong, says in [
-        (0, [*plan, waypoint(witness, 3, 177, 0.0, 0.0, param1=99.0)], "mission/push: the mission has 1 errors"),
+        (0, [*plan, waypoint(witness, 3, 177, 0.0, 0.0, param1=99.0)], "mission/push: the mission has 1 error"),
         (0, [home, waypoint(witness, 3, 16, 500.0, math.nan)], "z is NaN"),
         (0, plan[1:], "waypoint 0 is home on ArduPilot"),
         (4, plan[:1], "waypoints 4 to 4 are not all on board"),

@@ -133,7 +133,7 @@ async function main(communicator) {
   await call("Control.loiter", 0);
   await call("Control.returnToLaunch", 0);
   await call("Control.takeoff", 0, 60);
-  await refused(vencejo.CommandRefused, "Control.land", 0);
+  await refused(vencejo.InvalidRequest, "Control.land", 0);
   await refused(vencejo.VencejoException, "Control.abortLanding", 0);
   assert.equal(await call("Control.command", 0, 410, []), 0);
   await call("Control.setMode", 0, "MANUAL");

@@ -73,6 +73,8 @@ ROUTES: dict[str, tuple[str, ...]] = {
     "Vehicle.wait_until": ("WS telemetry",),
     "Parameters.all": ("GET /params",),
     "Parameters.get": ("GET /params/{name}",),
+    "Parameters.load": ("POST /api/v1/params/parse", "PUT /params/{name}"),
+    "Parameters.save": ("GET /params", "POST /api/v1/params/format"),
     "Parameters.set": ("PUT /params/{name}",),
     "Station.add_operator": ("POST /api/v1/session",),
     "Station.close": (),  # the server's owner closes it

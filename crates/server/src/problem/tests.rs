@@ -83,7 +83,7 @@ fn each_kind_has_a_code_of_its_own_and_what_a_sentence_needs() {
             "Maps.Request Transfer.BadList",
             "Transfer.Item Vehicle.Plan",
             "Signing.BadName Signing.KeyInUse Signing.NameTaken Signing.NoSuchKey",
-            "Station.Link Vehicle.TooManyRequests",
+            "Station.Link Station.TooManyReplays Station.TooManyVehicles Vehicle.TooManyRequests",
             "Transfer.IntegerItemsIgnored Vehicle.TooOld",
             "Transfer.FtpAbsent Transfer.Timeout",
             "Transfer.BadFile Transfer.Ftp",
@@ -96,7 +96,7 @@ fn each_kind_has_a_code_of_its_own_and_what_a_sentence_needs() {
     );
     assert_eq!(
         of("Transfer.Refused"),
-        serde_json::json!({"code": "plan-refused", "plan": "mission", "result": "DENIED", "seq": 3})
+        serde_json::json!({"code": "plan-refused", "plan": "mission", "result": "DENIED", "item": 3})
     );
     assert_eq!(
         of("Vehicle.PlanUnknown"),
