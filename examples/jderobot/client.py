@@ -15,7 +15,7 @@ files = [str(SLICES / "jderobot" / f"{name}.ice") for name in ("pose3d", "navdat
 Ice.loadSlice("", ["--all", f"-I{SLICES}", *files])
 import jderobot  # noqa: E402 - Ice has just made it
 
-ANSWERS = ["it flies", "bad mission", "no vehicle", "busy", "not verified", "refused", "no answer", "not GUIDED", "other"]
+ANSWERS = ["it flies", "bad pose", "no vehicle", "busy", "not sent", "refused", "no answer", "not GUIDED", "other"]
 """As in docs/jderobot.md. The reason in words is in the driver's terminal, and on its page."""
 
 
