@@ -95,6 +95,7 @@ async def views(station: StationPage) -> AsyncIterator[str]:
                 await expect(station.items).to_have_count(len(Plan.load(DEMO)))
             await station.item(5).click()
             await expect(panel.get_by_text(station.text("plan.checks.checking"), exact=True)).to_have_count(0)
+        await expect(station.page.get_by_text(station.text("lazy.loading"), exact=True)).to_have_count(0)
         yield name
     await station.button("map.layers").click()
     # The panel is loaded when it is first opened, and asks the server for its sources.
