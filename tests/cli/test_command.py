@@ -437,6 +437,7 @@ def test_a_full_disk_below_the_output_is_told() -> None:
             stderr=subprocess.PIPE,
             timeout=60,
             check=False,
+            env={name: value for name, value in os.environ.items() if name != "PYTHONUNBUFFERED"},
         )
     assert (ended.returncode, ended.stderr.decode()) == (1, "Error: the output: No space left on device\n")
 

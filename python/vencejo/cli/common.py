@@ -220,7 +220,8 @@ class RootGroup(TyperGroup):
     def invoke(self, ctx: Any) -> Any:
         """Run the command."""
         try:
-            return super().invoke(ctx)
+            result = super().invoke(ctx)
+            sys.stdout.flush()
         except (typer.Exit, typer.Abort, BrokenPipeError):
             raise
         except Exception as error:
@@ -230,7 +231,18 @@ class RootGroup(TyperGroup):
                 traceback.print_exc()
             code, text = describe_error(error)
             say(f"Error: {text}")
+            if isinstance(error, OSError):
+                _drop_output()
             raise typer.Exit(code) from error
+        return result
+
+
+def _drop_output() -> None:
+    """Let go of what stdout could not write: trying it once more, Python would end with exit code 120."""
+    try:
+        sys.stdout.flush()
+    except OSError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def end_by_signal() -> None:
