@@ -263,6 +263,9 @@ pub struct Answer {
     /// done here.
     #[prost(uint64, tag = "17")]
     pub boot_age_ms: u64,
+    /// What shows the effect of an act that has ended, so that it is seen on the ground with the answer.
+    #[prost(message, optional, tag = "18")]
+    pub state: Option<State>,
 }
 
 /// A message with a version.

@@ -21,6 +21,8 @@ const QUICK: [u32; 3] = [0, 33, 74];
 const SPARING: Duration = Duration::from_millis(1_500);
 /// Who has control is sent again after this, where it has not changed.
 const HELD_AGAIN: Duration = Duration::from_secs(1);
+/// Those that show the effect of an act: HEARTBEAT, MISSION_CURRENT, EXTENDED_SYS_STATE.
+const EFFECTS: [u32; 3] = [0, 42, 245];
 /// Messages of which each one is sent: MISSION_ITEM_REACHED, STATUSTEXT.
 pub const EACH: [u32; 2] = [ITEM_REACHED, 253];
 const ITEM_REACHED: u32 = 46;
@@ -65,6 +67,7 @@ enum Extent {
     Everything,
     New,
     Sparing,
+    Effects,
 }
 
 impl StateSource {
@@ -119,8 +122,13 @@ impl StateSource {
         self.state(held, now, Extent::Everything)
     }
 
+    /// What shows the effect of an act that has ended now.
+    pub fn effects(&mut self, held: Held, now: MonoTime) -> State {
+        self.state(held, now, Extent::Effects)
+    }
+
     fn state(&mut self, held: Held, now: MonoTime, extent: Extent) -> State {
-        let is_sample = extent != Extent::Everything;
+        let is_sample = matches!(extent, Extent::New | Extent::Sparing);
         self.sequence += u64::from(is_sample);
         let clock_ms = millis(now.as_duration());
         let mut state = State {
@@ -137,6 +145,7 @@ impl StateSource {
         for (id, newest) in &mut self.newest {
             let is_due = match extent {
                 Extent::Everything => true,
+                Extent::Effects => EFFECTS.contains(id),
                 Extent::Sparing if !QUICK.contains(id) => {
                     newest.is_new && newest.sampled.is_none_or(|at| now.since(at) >= SPARING)
                 }
@@ -229,6 +238,12 @@ impl Listener {
             _ => Some((state.sequence, state.sequence)),
         };
         news
+    }
+
+    /// Processes what an answer of the followed boot has of its state, which says nothing about lost samples.
+    pub fn on_effects(&mut self, state: &State, now: MonoTime) -> StateUpdate {
+        let news = if self.boot == Some(state.boot) { self.take_in(state, now) } else { None };
+        news.map(|news| StateUpdate { missed_from: None, ..news }).unwrap_or_default()
     }
 
     /// A state of another boot than the one that is followed came; whether that boot is followed from now on.

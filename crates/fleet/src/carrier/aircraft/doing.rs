@@ -10,7 +10,7 @@ use super::{Post, Reading};
 use crate::act;
 use crate::authority::{Authority, Claim};
 use crate::judge::ToDo;
-use crate::payload::{self, MAX_MESSAGES};
+use crate::payload::{self, MAX_MESSAGES, State};
 
 impl Post<'_> {
     /// The progress of orders that report it.
@@ -63,13 +63,14 @@ impl Post<'_> {
             && let Some(index) = reading.claims.iter().position(|claim| claim.id == id)
         {
             let claim = reading.claims.remove(index);
-            self.finish(&claim, &Err(VehicleError::Cancelled.into()), authority);
+            self.finish(&claim, &Err(VehicleError::Cancelled.into()), None, authority);
         } else if let Some(under_way) = self.under_way.get(&id) {
             under_way.cancel();
         }
     }
 
-    pub(super) fn on_end(&mut self, claim: &Claim, result: &RequestResult, authority: &mut Authority) {
+    /// A request has ended in this state of the aircraft.
+    pub(super) fn on_end(&mut self, claim: &Claim, result: &RequestResult, state: &State, authority: &mut Authority) {
         let mut ended = vec![*claim];
         if let Some(reading) = self.reading.take_if(|reading| reading.id == claim.id) {
             ended = reading.claims;
@@ -83,14 +84,15 @@ impl Post<'_> {
         }
         self.holdings.look(self.vehicle);
         for claim in ended {
-            self.finish(&claim, result, authority);
+            self.finish(&claim, result, Some(state), authority);
         }
     }
 
-    fn finish(&mut self, claim: &Claim, result: &RequestResult, authority: &mut Authority) {
+    fn finish(&mut self, claim: &Claim, result: &RequestResult, state: Option<&State>, authority: &mut Authority) {
         let under_way = self.under_way.remove(&claim.id);
         let plan = under_way.as_ref().and_then(|under_way| under_way.plan);
-        let answer = self.holdings.complete(act::answer_of(claim, result), plan);
+        let mut answer = self.holdings.complete(act::answer_of(claim, result), plan);
+        answer.state = state.filter(|_| under_way.as_ref().is_some_and(|under_way| under_way.is_act)).cloned();
         authority.on_ended(claim.id, answer.clone(), self.station.now());
         if let Some((key, order)) = under_way.as_ref().map(|under_way| &under_way.order) {
             self.keep(&Entry::Order(&key.0, Some(order), &answer));

@@ -154,7 +154,14 @@ impl Post<'_> {
                     network::reply(query, event_key.clone(), kept);
                 }
                 Ok(query) = lists.recv_async() => self.holdings.on_asked(query, list_key.clone(), self.station),
-                Some((claim, result)) = self.ends.recv() => self.on_end(&claim, &result, authority),
+                Some((claim, result)) = self.ends.recv() => {
+                    // What the autopilot has said before is in the answer.
+                    for event in self.listen(source, heard) {
+                        network::tell(session, &event_key, &event, Priority::InteractiveHigh).await;
+                    }
+                    let state = source.effects(authority.held(), self.station.now());
+                    self.on_end(&claim, &result, &state, authority);
+                }
                 Some(took) = echoes.recv() => {
                     lost = if took.is_some() { 0 } else { lost + 1 };
                     match took {

@@ -28,7 +28,8 @@ pub(super) struct UnderWay {
     slot: Slot,
     /// The plan that it is about.
     pub(super) plan: Option<PlanKind>,
-    is_act: bool,
+    /// Whether it acts on the vehicle.
+    pub(super) is_act: bool,
     /// The key of its sender, and the order itself.
     pub(super) order: (PublicKey, Order),
     /// The queries that wait for its end.

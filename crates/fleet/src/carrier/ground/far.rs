@@ -84,6 +84,13 @@ impl FarAircraft {
         }
     }
 
+    /// Shows the state that an answer has, before whoever gave the order is told of its end.
+    pub(super) fn on_effects(self: &Arc<Self>, state: &State) {
+        let Some(fleet) = self.fleet.upgrade() else { return };
+        let news = self.known().listener.on_effects(state, fleet.station.now());
+        self.tell(&fleet, news);
+    }
+
     pub(super) fn on_event(self: &Arc<Self>, bytes: &[u8]) {
         let Some(fleet) = self.fleet.upgrade() else { return };
         let Ok(event) = Event::read(bytes) else { return };

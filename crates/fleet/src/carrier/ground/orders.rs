@@ -296,13 +296,16 @@ impl FarAircraft {
             let outcome = self.send_as(waited.id, Some(boot), Want::Act(act.clone()), &operator, epoch, patience).await;
             waited.has_ended = true;
             drop(waited);
-            let answer = match outcome? {
+            let mut answer = match outcome? {
                 delivery::Outcome::Answered(answer) => answer,
                 delivery::Outcome::Unreached => return Err(self.unreached()),
                 delivery::Outcome::Unknown { attempts } => {
                     return Err(act::unknown_end(&request, self.address(), attempts, patience));
                 }
             };
+            if let Some(state) = answer.state.take() {
+                self.on_effects(&state);
+            }
             match answer.end() {
                 End::Held => {
                     self.known().on_lost(epoch);

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use tokio::time::timeout;
-use vencejo_proto::{Message, StatusText};
+use vencejo_proto::{Address, CommandAck, Heartbeat, Message, StatusText};
 use vencejo_station::{StationConfig, StationError};
 use vencejo_vehicle::Request;
 
@@ -199,6 +199,30 @@ async fn of_two_computers_that_speak_as_one_aircraft_the_first_stays_under_contr
         aircraft.close().await;
         station.close().await;
     }
+    ground.close().await;
+    station.close().await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn the_effect_of_an_act_is_shown_when_it_has_ended() {
+    let (station, ground) = in_the_clear(Some(endpoint("tcp/127.0.0.1:0")), Vec::new()).await;
+    let (board, flying) = beside_plane().await;
+    let aircraft = plane7(&board, ground.endpoint());
+    until("it is seen", || shows(&ground, "plane7")).await;
+    let vehicle = station.vehicles().into_iter().next().expect("it is there");
+    let mode = || vehicle.telemetry().0.mode().and_then(|mode| mode.name());
+    for (number, name) in [(11, "RTL"), (12, "LOITER"), (11, "RTL"), (12, "LOITER")] {
+        let request = if name == "RTL" { Request::ReturnToLaunch } else { Request::LoiterHere };
+        let asked = vehicle.request(request);
+        flying.hears(COMMAND_LONG).await;
+        let heartbeat = Heartbeat { mav_type: 1, autopilot: 3, base_mode: 1, custom_mode: number, ..Heartbeat::default() };
+        flying.say(&Message::CommandAck(CommandAck { command: 176, result: 0, progress: 0, result_param2: 0, target: Address::new(0, 0) })).await;
+        flying.say(&Message::Heartbeat(heartbeat)).await;
+        timeout(WAIT, asked.wait()).await.expect("it ends").expect("it was not given up").expect("it is done");
+        assert_eq!(mode(), Some(name));
+    }
+    aircraft.close().await;
+    board.close().await;
     ground.close().await;
     station.close().await;
 }
