@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 
 use vencejo_proto::dialect::{MavMessage, PARAM_REQUEST_LIST_DATA, PARAM_VALUE_DATA};
-use vencejo_proto::param::{Param, ShownEncodings, decode_packed_params};
+use vencejo_proto::param::{Param, ParamName, ParamValue, ShownEncodings, decode_packed_params};
 use vencejo_proto::{Address, Message, MonoTime};
 
-use super::{Heard, NO_INDEX, request_read};
+use super::{Heard, NO_INDEX, read, request_read};
 use crate::transfer::ftp::{FileEnd, FileRead};
 use crate::transfer::items::Outbox;
 use crate::transfer::timing::{ITEM_TIMEOUT, MESSAGE_TIMEOUT, RESTARTS, RoundTrip, SILENCE_LIMIT};
@@ -30,6 +30,8 @@ const MAX_REQUESTS: usize = 10;
 pub struct ParamList {
     config: TransferConfig,
     by: ListBy,
+    /// Values told while the file is read, which may hold earlier ones.
+    told: BTreeMap<ParamName, ParamValue>,
     result: Option<Result<Vec<Param>, TransferError>>,
     is_over: bool,
     out: Outbox,
@@ -84,7 +86,8 @@ impl ParamList {
     /// Begins to read.
     pub fn new(config: &TransferConfig, now: MonoTime) -> Self {
         let by = ListBy::Messages(Messages::new(config, now));
-        let mut list = Self { config: config.clone(), by, result: None, is_over: false, out: Outbox::new() };
+        let (told, out) = (BTreeMap::new(), Outbox::new());
+        let mut list = Self { config: config.clone(), by, told, result: None, is_over: false, out };
         if config.is_ardupilot && config.has_ftp {
             list.by_file(Attempt::First, now);
         } else {
@@ -128,7 +131,12 @@ impl ParamList {
         match file.result() {
             None => {}
             Some(Ok(bytes)) => match decode_packed_params(&bytes) {
-                Ok(params) if params.len() <= MAX_PARAMS => self.end(Ok(params)),
+                Ok(mut params) if params.len() <= MAX_PARAMS => {
+                    for param in &mut params {
+                        param.value = self.told.get(&param.name).copied().unwrap_or(param.value);
+                    }
+                    self.end(Ok(params));
+                }
                 _ if attempt == Attempt::First => self.by_file(Attempt::Second, now),
                 _ => self.by_messages(now),
             },
@@ -259,6 +267,14 @@ impl Transfer for ParamList {
         }
         match &mut self.by {
             ListBy::File(file, _) => {
+                if let Message::Dialect(MavMessage::PARAM_VALUE(value)) = message
+                    && value.param_index == NO_INDEX
+                    && self.config.concerns_us(from, message)
+                    && let Some(param) = read(&self.config, value)
+                    && self.told.len() < MAX_PARAMS
+                {
+                    self.told.insert(param.name, param.value);
+                }
                 file.on_message(from, message, now);
                 self.advance(now);
             }

@@ -4,13 +4,15 @@
 use std::time::Duration;
 
 use vencejo_flight::plan::PlanKind;
-use vencejo_proto::dialect::{MISSION_COUNT_DATA, MISSION_REQUEST_INT_DATA, MavMessage, MavMissionType};
+use vencejo_proto::dialect::{
+    MISSION_COUNT_DATA, MISSION_REQUEST_INT_DATA, MavMessage, MavMissionType, MavParamType, PARAM_VALUE_DATA,
+};
 use vencejo_proto::{Address, Message, MissionAck, MissionItemInt, MonoTime};
 
 use super::{LIMIT, by_ftp, by_items, has};
 use crate::transfer::testing::{Endpoint, Faults, MockPlane, PLANE, RIVAL, Running, STATION, World, run};
 use crate::transfer::{
-    Param, ParamList, ParamName, ParamValue, PlanDownload, PlanUpload, TransferConfig, TransferError,
+    Param, ParamList, ParamName, ParamValue, PlanDownload, PlanUpload, Transfer, TransferConfig, TransferError,
 };
 
 /// What is done to a message that the vehicle says: nothing, something else, or it is not said. The number counts those
@@ -455,4 +457,24 @@ fn default_values_are_read_with_the_parameters_unless_the_vehicle_refuses() {
     for refuses in [false, true] {
         assert_eq!(read(untold.clone(), refuses), Ok(untold.clone()), "without a query, or one that is ignored");
     }
+}
+
+/// Its block of the file may have been read before.
+#[test]
+fn a_parameter_that_is_set_while_the_file_is_read_has_its_new_value() {
+    let name = ParamName::new("FENCE_ENABLE").expect("a name");
+    let of = |value| Param { default: Some(ParamValue::I8(0)), ..Param::new(name, ParamValue::I8(value)) };
+    let mut plane = MockPlane::new();
+    plane.params = vec![of(0)];
+    let mut list = ParamList::new(&by_ftp(Duration::ZERO, 1), MonoTime::ZERO);
+    let told = PARAM_VALUE_DATA {
+        param_value: 1.0,
+        param_index: u16::MAX,
+        param_id: name.to_field().into(),
+        param_type: MavParamType::MAV_PARAM_TYPE_INT8,
+        ..PARAM_VALUE_DATA::default()
+    };
+    list.on_message(PLANE, &Message::Dialect(MavMessage::PARAM_VALUE(told)), MonoTime::ZERO);
+    let mut world = World::new(Running::new(list), plane, Faults::default(), 1);
+    assert_eq!(run(&mut world, LIMIT).0, Ok(vec![of(1)]));
 }
