@@ -264,8 +264,8 @@ pub struct Answer {
     #[prost(uint64, tag = "17")]
     pub boot_age_ms: u64,
     /// What shows the effect of an act that has ended, so that it is seen on the ground with the answer.
-    #[prost(message, optional, tag = "18")]
-    pub state: Option<State>,
+    #[prost(message, optional, boxed, tag = "18")]
+    pub state: Option<Box<State>>,
 }
 
 /// A message with a version.

@@ -92,7 +92,8 @@ impl Post<'_> {
         let under_way = self.under_way.remove(&claim.id);
         let plan = under_way.as_ref().and_then(|under_way| under_way.plan);
         let mut answer = self.holdings.complete(act::answer_of(claim, result), plan);
-        answer.state = state.filter(|_| under_way.as_ref().is_some_and(|under_way| under_way.is_act)).cloned();
+        let is_act = under_way.as_ref().is_some_and(|under_way| under_way.is_act);
+        answer.state = state.filter(|_| is_act).cloned().map(Box::new);
         authority.on_ended(claim.id, answer.clone(), self.station.now());
         if let Some((key, order)) = under_way.as_ref().map(|under_way| &under_way.order) {
             self.keep(&Entry::Order(&key.0, Some(order), &answer));

@@ -215,8 +215,17 @@ async fn the_effect_of_an_act_is_shown_when_it_has_ended() {
         let request = if name == "RTL" { Request::ReturnToLaunch } else { Request::LoiterHere };
         let asked = vehicle.request(request);
         flying.hears(COMMAND_LONG).await;
-        let heartbeat = Heartbeat { mav_type: 1, autopilot: 3, base_mode: 1, custom_mode: number, ..Heartbeat::default() };
-        flying.say(&Message::CommandAck(CommandAck { command: 176, result: 0, progress: 0, result_param2: 0, target: Address::new(0, 0) })).await;
+        let heartbeat =
+            Heartbeat { mav_type: 1, autopilot: 3, base_mode: 1, custom_mode: number, ..Heartbeat::default() };
+        flying
+            .say(&Message::CommandAck(CommandAck {
+                command: 176,
+                result: 0,
+                progress: 0,
+                result_param2: 0,
+                target: Address::new(0, 0),
+            }))
+            .await;
         flying.say(&Message::Heartbeat(heartbeat)).await;
         timeout(WAIT, asked.wait()).await.expect("it ends").expect("it was not given up").expect("it is done");
         assert_eq!(mode(), Some(name));
