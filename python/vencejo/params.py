@@ -8,20 +8,21 @@ import os
 import struct
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from vencejo import _native
 from vencejo._files import read_bounded
 from vencejo.errors import FileFormatError
 from vencejo.storage import write_file
-
-if TYPE_CHECKING:
-    from vencejo.values import Parameter
+from vencejo.values import Parameter
 
 __all__ = ["load_params", "save_params"]
 
 OWN_VALUES: Final = ("STAT_*", "BARO?_GND_PRESS")
 """Names of what the vehicle counts or measures by itself, ``*`` and ``?`` standing for anything: a file never sets them."""
+
+FIRST_FLOAT: Final = 9
+"""MAV_PARAM_TYPE_REAL32; those before it are whole numbers."""
 
 
 def load_params(path: str | os.PathLike[str]) -> dict[str, float]:
@@ -52,7 +53,7 @@ def save_params(path: str | os.PathLike[str], params: Mapping[str, float | Param
     """
     if not isinstance(params, Mapping):
         raise TypeError(f"params is a {type(params).__name__}: give a dict of values by name, after the path")
-    values = sorted((name, one if isinstance(one, (int, float)) else one.value) for name, one in params.items())
+    values = sorted((name, one.value if isinstance(one, Parameter) else one) for name, one in params.items())
     write_file(path, _native.format_params(values).encode())
 
 
@@ -63,13 +64,19 @@ def differing(
     taken = [name for name in sorted(wanted) if not any(fnmatch.fnmatchcase(name, own) for own in OWN_VALUES)]
     unknown = tuple(name for name in taken if name not in present)
     known = [name for name in taken if name in present]
-    return {name: wanted[name] for name in known if not same(present[name].value, wanted[name])}, unknown
+    return {name: wanted[name] for name in known if not same(present[name], wanted[name])}, unknown
 
 
-def same(one: float, other: float) -> bool:
-    """Whether two values are the same to a vehicle, which keeps 32-bit floats, and to a file, which rounds to six digits."""
+def same(parameter: Parameter, wanted: float) -> bool:
+    """Whether a parameter has the value of a file.
+
+    A vehicle keeps 32-bit floats, which files write with as few as six digits. Whole numbers are written in full: in a
+    bit mask, or the id of a device, each one counts.
+    """
     try:
-        (kept,) = struct.unpack("<f", struct.pack("<f", other))
+        (kept,) = struct.unpack("<f", struct.pack("<f", wanted))
     except OverflowError:
         return False
-    return bool(one == kept or math.isclose(one, kept, rel_tol=2e-6, abs_tol=1e-9))
+    if parameter.value in (wanted, kept):
+        return True
+    return parameter.type >= FIRST_FLOAT and math.isclose(parameter.value, kept, rel_tol=2e-6, abs_tol=1e-9)

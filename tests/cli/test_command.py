@@ -34,6 +34,7 @@ from vencejo.cli.serve import tell_storage
 from vencejo.params import same
 from vencejo.recording import summarize
 from vencejo.storage import StorageProblem
+from vencejo.values import Parameter
 
 from tests.cli.doubles import FakeStation
 from tests.support import CAPTURES
@@ -427,19 +428,33 @@ def test_an_endless_key_file_is_read_to_its_limit(tmp_path: Path) -> None:
         assert (result.exit_code, "/dev/zero: it has more than" in result.stderr) == (1, True), result.output
 
 
+NO_FLIGHT = "QGC WPL 110\n0\t1\t0\t16\t0\t0\t0\t0\t40\t-3\t600\t1\n1\t0\t3\t16\t0\t0\t0\t0\t-40\t-3\t100\t1\n"
+"""Its only item is out of reach."""
+
+
+def run_alone(*arguments: str, **options: Any) -> subprocess.CompletedProcess[str]:
+    """Run a command as a process whose output Python buffers, as it does by default."""
+    environment = {name: value for name, value in os.environ.items() if name != "PYTHONUNBUFFERED"}
+    program = [sys.executable, "-c", "from vencejo.cli import main; main()", *arguments]
+    streams = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE} | options
+    return subprocess.run(program, text=True, timeout=60, check=False, env=environment, **streams)
+
+
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="Linux has it")
-def test_a_full_disk_below_the_output_is_told() -> None:
+@pytest.mark.parametrize("arguments", [("--help",), ("links", "--json"), ("plan", "check", "bad.waypoints")])
+def test_a_full_disk_below_the_output_is_told(tmp_path: Path, arguments: tuple[str, ...]) -> None:
+    """Of help, of a command that is done, and of one that ends with a code of its own."""
+    (tmp_path / "bad.waypoints").write_text(NO_FLIGHT)
     with Path("/dev/full").open("w") as full:
-        code = "from vencejo.cli import main; main()"
-        ended = subprocess.run(
-            [sys.executable, "-c", code, "links", "--json"],
-            stdout=full,
-            stderr=subprocess.PIPE,
-            timeout=60,
-            check=False,
-            env={name: value for name, value in os.environ.items() if name != "PYTHONUNBUFFERED"},
-        )
-    assert (ended.returncode, ended.stderr.decode()) == (1, "Error: the output: No space left on device\n")
+        ended = run_alone(*arguments, stdout=full, cwd=tmp_path)
+    assert (ended.returncode, ended.stderr) == (1, "Error: the output: No space left on device\n")
+
+
+@pytest.mark.skipif(os.name != "posix", reason="a closed descriptor")
+def test_it_runs_without_an_output() -> None:
+    """As a service manager or a script (``>&-``) may start it."""
+    ended = run_alone("links", preexec_fn=lambda: os.close(1))
+    assert (ended.returncode, ended.stderr) == (0, "")
 
 
 def test_replay_to_a_station() -> None:
@@ -512,10 +527,16 @@ def test_a_replay_begins_when_its_links_are_up_and_ends_when_the_last_frame_has_
 
 
 def test_same_value_in_a_file_and_on_a_vehicle() -> None:
-    assert same(0.10000000149011612, 0.1)
-    assert same(943.2181, 943.21814)
-    assert not same(50.0, 50.1)
-    assert not same(0.0, 1e300)
+    def is_same(value: float, wanted: float, kind: int = 9) -> bool:
+        return same(Parameter("ANY", value, kind), wanted)
+
+    assert is_same(0.10000000149011612, 0.1)
+    assert is_same(943.2181, 943.21814)
+    assert not is_same(50.0, 50.1)
+    assert not is_same(0.0, 1e300)
+    assert is_same(1_048_574.0, 1_048_572.0)
+    assert not is_same(1_048_574.0, 1_048_572.0, kind=6), "one bit of a mask"
+    assert is_same(16_777_216.0, 16_777_217.0, kind=6), "what a vehicle that tells it as a float makes of it"
 
 
 @pytest.mark.parametrize("end", [None, vencejo.CommandTimeout("no answer"), KeyboardInterrupt()])

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import os
 import signal
+import sys
 
 __all__ = ["main"]
 
@@ -19,6 +20,7 @@ def main() -> None:
     is_usual = signal.getsignal(signal.SIGINT) is signal.default_int_handler
     if is_usual:
         signal.signal(signal.SIGINT, lambda *_: os._exit(130))
+    _have_outputs()
     from typer.main import get_command
 
     from vencejo.cli.commands import app
@@ -30,3 +32,10 @@ def main() -> None:
     if is_usual:
         signal.signal(signal.SIGINT, signal.default_int_handler)
     command(prog_name="vencejo")
+
+
+def _have_outputs() -> None:
+    """Replace outputs that are closed: they are ``None`` then, and a link's socket would take their descriptor."""
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, "w"))  # noqa: SIM115, PTH123 - for as long as the program runs

@@ -217,11 +217,24 @@ class RootGroup(TyperGroup):
         self.debug = "--debug" in args[:end] or bool(os.environ.get("VENCEJO_DEBUG"))
         return super().parse_args(ctx, [arg for arg in args[:end] if arg != "--debug"] + args[end:])
 
+    def main(self, *args: Any, **values: Any) -> Any:
+        """Run the program."""
+        try:
+            return super().main(*args, **values)
+        except OSError as error:  # of help, which is written before there is a command
+            code, text = describe_error(error)
+            say(f"Error: {text}")
+            _drop_output()
+            sys.exit(code)
+
     def invoke(self, ctx: Any) -> Any:
         """Run the command."""
         try:
-            result = super().invoke(ctx)
-            sys.stdout.flush()
+            try:
+                return super().invoke(ctx)
+            finally:
+                # What is left is written now, when it can still be told that it was not.
+                sys.stdout.flush()
         except (typer.Exit, typer.Abort, BrokenPipeError):
             raise
         except Exception as error:
@@ -234,7 +247,6 @@ class RootGroup(TyperGroup):
             if isinstance(error, OSError):
                 _drop_output()
             raise typer.Exit(code) from error
-        return result
 
 
 def _drop_output() -> None:
