@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, Final
 
 from vencejo.errors import Busy, VencejoError
 from vencejo.jderobot.access import below_home
@@ -13,6 +13,9 @@ from vencejo.jderobot.subject import Held, Subject
 from vencejo.jderobot.workers import Workers
 
 __all__ = ["Pose3D", "quaternion"]
+
+GOING_MODES: Final = ("GUIDED", "AUTO_LOITER")
+"""Modes in which a vehicle goes where it is told: of ArduPilot, and of PX4."""
 
 
 def quaternion(roll_rad: float, pitch_rad: float, yaw_rad: float) -> tuple[float, float, float, float]:
@@ -58,7 +61,7 @@ class Pose3D:
         return self._slices.jderobot.Pose3DData(lat, lon, alt, alt, *quaternion(roll, -pitch, yaw))
 
     def setPose3DData(self, data: Any, current: Any = None) -> Any:
-        """Fly to a position, with altitude above mean sea level in z, if the vehicle is in GUIDED; the mode is not changed."""
+        """Fly to a position, altitude above mean sea level in z, if the vehicle is in a mode for that; it is not changed."""
         below = below_home(current)
         try:
             return self._workers.later(lambda: int(self._goto(data, below)))
@@ -71,8 +74,9 @@ class Pose3D:
             if data is None or not all(map(math.isfinite, (data.x, data.y, data.z))):
                 return Answer.BAD_VALUE
             vehicle = self._subject.hear()
-            if vehicle.telemetry.mode not in ("GUIDED", "OFFBOARD"):
-                self._subject.tell("setPose3DData: the vehicle is not in GUIDED, and no pose changes its mode")
+            if vehicle.telemetry.mode not in GOING_MODES:
+                modes = " or ".join(GOING_MODES)
+                self._subject.tell(f"setPose3DData: the vehicle is not in {modes}, and no pose changes its mode")
                 return Answer.WRONG_MODE
             vehicle.goto(data.x, data.y, alt_amsl_m=data.z, change_mode=False, below_home=below_home)
         except VencejoError as error:
