@@ -42,8 +42,16 @@ def test_a_recording_is_replayed_over_http(tmp_path: Path) -> None:
         assert summary["replay"] == client.done("GET", "replays")[0]
         assert client.ask("POST", f"{state}/arm").status == 409
 
+        client.done("PATCH", at, {"position_s": 250})
+        texts = client.done("GET", f"{state}/texts")
+        assert 150 < texts[-1]["time_s"] <= 250, "their time is their place in the recording"
+        assert client.done("GET", f"{state}/texts") == texts
+        elsewhere = client.done("PATCH", at, {"position_s": 20})
+        assert elsewhere["seeks"] == 3
+        assert all(text["time_s"] <= 20 for text in client.done("GET", f"{state}/texts")), "it answers once it is there"
+
         moved = client.done("PATCH", at, {"position_s": 1e6, "is_paused": False})
-        assert (moved["seeks"], moved["position_s"]) == (2, moved["duration_s"])
+        assert (moved["seeks"], moved["position_s"]) == (4, moved["duration_s"])
         wait_for(lambda: client.done("GET", "replays")[0]["is_over"], "its end")
         again = client.done("PATCH", at, {"is_paused": False})
         assert not again["is_over"]

@@ -51,7 +51,7 @@ impl PyReplay {
         start_s: f64,
         repeat: bool,
     ) -> PyResult<Self> {
-        let options = ReplayOptions { speed: speed_in(speed)?, start: place(start_s)?, repeat };
+        let options = ReplayOptions { speed: speed_in(speed)?, start: place(start_s)?, repeat, stands_in: true };
         let station = station.station();
         let opened = runtime::wait(py, None, station.open_replay(&path, options))?;
         let opened = opened.ok_or_else(|| errors::raise("ClosedError", "interrupted"))?;

@@ -31,7 +31,7 @@ pub struct Roster {
 impl Roster {
     /// The present rows.
     pub fn now(station: &Station) -> Self {
-        let rows = station.vehicles().iter().map(row).collect();
+        let rows = station.shown_vehicles().iter().map(row).collect();
         Self { time_s: convert::seconds(station.now()), rows }
     }
 
@@ -134,7 +134,7 @@ fn of_vehicle(vehicle: &VehicleHandle) -> RosterRow {
         alarm: alarm.map(|text| RosterText {
             severity: text.severity.0,
             text: text.text,
-            time_s: convert::seconds(vehicle.on_station_clock(text.at)),
+            time_s: vehicle.moment(text.at).as_secs_f64(),
         }),
     }
 }

@@ -139,9 +139,16 @@ impl Station {
         self.shared.control.enlist(name, self.now())
     }
 
-    /// The vehicles heard so far.
+    /// The vehicles heard so far, without those of recordings that are only looked at
+    /// ([`ReplayOptions::stands_in`](crate::ReplayOptions::stands_in)).
     pub fn vehicles(&self) -> Vec<VehicleHandle> {
-        self.shared.core().vehicles.iter().map(|(system, _)| self.handle(system)).collect()
+        let core = self.shared.core();
+        core.vehicles.iter().filter(|(id, _)| !core.is_aside(*id)).map(|(id, _)| self.handle(id)).collect()
+    }
+
+    /// All vehicles, also those of recordings that are only looked at.
+    pub fn shown_vehicles(&self) -> Vec<VehicleHandle> {
+        self.shared.core().vehicles.iter().map(|(id, _)| self.handle(id)).collect()
     }
 
     /// A vehicle by its id, if it was heard.
@@ -159,13 +166,16 @@ impl Station {
         if self.is_closed() { DropOldest::ended() } else { core.subscriptions.subscribe(ids, capacity) }
     }
 
-    /// Waits for a vehicle, the first that is heard when none is named. Cancelling it ends it with
+    /// Waits for a vehicle, the first of [`Self::vehicles`] that is heard when none is named. Cancelling it ends it with
     /// [`StationError::NoVehicle`].
     pub fn wait_vehicle(&self, wanted: Option<VehicleId>) -> Pending<Result<VehicleHandle, StationError>> {
         let mut core = self.shared.core();
         let found = match wanted {
             Some(system) => core.vehicles.get(system).filter(|vehicle| is_heard(vehicle)).map(|_| system),
-            None => core.vehicles.iter().find(|(_, vehicle)| is_heard(vehicle)).map(|(system, _)| system),
+            None => {
+                let mut vehicles = core.vehicles.iter().filter(|(id, _)| !core.is_aside(*id));
+                vehicles.find(|(_, vehicle)| is_heard(vehicle)).map(|(id, _)| id)
+            }
         };
         if let Some(system) = found {
             return Pending::ended(Ok(self.handle(system)));

@@ -46,7 +46,7 @@ fn flight_parameters(known: vehicle::FlightParameters) -> dto::FlightParameters 
 }
 
 pub(crate) fn vehicle_summaries(station: &Station) -> Vec<dto::VehicleSummary> {
-    station.vehicles().iter().map(vehicle_summary).collect()
+    station.shown_vehicles().iter().map(vehicle_summary).collect()
 }
 
 pub(crate) fn progress(vehicle: &VehicleHandle) -> dto::MissionProgress {
@@ -115,6 +115,6 @@ pub(crate) fn vehicle_state(vehicle: &VehicleHandle) -> dto::VehicleState {
 
 pub(crate) fn texts(vehicle: &VehicleHandle) -> Vec<dto::Text> {
     let texts = vehicle.texts().into_iter();
-    let time_s = |at| seconds(vehicle.on_station_clock(at));
+    let time_s = |at| vehicle.moment(at).as_secs_f64();
     texts.map(|text| dto::Text { time_s: time_s(text.at), severity: text.severity.0, text: text.text }).collect()
 }

@@ -154,7 +154,7 @@ pub enum ServerMessage {
         severity: u8,
         /// The text.
         text: String,
-        /// Time of reception, seconds on the station's clock.
+        /// Time of reception, seconds on the station's clock; of a replay, the position in its recording.
         time_s: f64,
     },
     /// An event of a vehicle.

@@ -159,7 +159,7 @@ pub struct VehicleState {
 /// A status text from the vehicle (STATUSTEXT).
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct Text {
-    /// Time of reception, seconds on the station's clock.
+    /// Time of reception, seconds on the station's clock; of a replay, the position in its recording.
     pub time_s: f64,
     /// `MAV_SEVERITY`: 0 emergency to 7 debug.
     pub severity: u8,

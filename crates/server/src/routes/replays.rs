@@ -63,11 +63,11 @@ async fn open_replay(
         Some(place) => history::find(&app, &place, &new.name).await?,
         None => recordings::find(&app, &new.name).await?.0,
     };
-    let replay = app.station().open_replay(&path, ReplayOptions { speed, start, repeat: false }).await?;
+    let replay = app.station().open_replay(&path, ReplayOptions { speed, start, ..ReplayOptions::default() }).await?;
     Ok((StatusCode::CREATED, Json(convert::replay(&replay))))
 }
 
-/// Pauses a replay, lets it go on, changes its speed, or goes to another position.
+/// Pauses a replay, lets it go on, changes its speed, or goes to another position; answers once it is there.
 #[utoipa::path(patch, path = "/replays/{id}", tag = "recordings", request_body = ReplayChange,
     params(("id" = u32, Path, description = "The replay's id")), responses((status = 200, body = Replay), Problem))]
 async fn change_replay(
@@ -89,6 +89,7 @@ async fn change_replay(
         Some(false) => replay.play(),
         None => {}
     }
+    replay.arrived().await;
     Ok(Json(convert::replay(&replay)))
 }
 

@@ -49,7 +49,7 @@ impl App {
             }
             let now = self.now();
             self.change_sessions(|sessions| sessions.expire(now));
-            let vehicles = self.shared.station.vehicles();
+            let vehicles = self.shared.station.shown_vehicles();
             let came_or_went = self.follow_vehicles(&vehicles, &mut followed);
             if came_or_went || count.is_multiple_of(TELL_EVERY) {
                 let (app, is_due) = (self.clone(), count.is_multiple_of(TELL_EVERY));
@@ -173,8 +173,7 @@ impl App {
         let (kind, detail): (_, BTreeMap<_, _>) = match &observed.event {
             VehicleEvent::Text(words) => {
                 let (severity, text) = (words.severity.0, words.text.clone());
-                let time_s =
-                    if vehicle.is_recorded() { convert::seconds(vehicle.on_station_clock(words.at)) } else { time_s };
+                let time_s = if vehicle.is_recorded() { vehicle.moment(words.at).as_secs_f64() } else { time_s };
                 outboxes.put_event(&ServerMessage::Text { vehicle: system, severity, text, time_s });
                 return;
             }

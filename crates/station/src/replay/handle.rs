@@ -17,6 +17,9 @@ use super::pace::{Pace, SPEEDS};
 /// Most replays open at once.
 pub const MAX_REPLAYS: usize = 8;
 
+/// The number of seeks that are done of a closed replay, for which nobody waits any more.
+const CLOSED: u64 = u64::MAX;
+
 /// Identifies a replay of a station; never reused.
 pub type ReplayId = u32;
 
@@ -32,11 +35,15 @@ pub struct ReplayOptions {
     pub start: Duration,
     /// Whether it begins again at the end.
     pub repeat: bool,
+    /// Whether its aircraft are taken for the station's vehicles, as those of a link are
+    /// ([`Station::vehicles`](crate::Station::vehicles)). Otherwise they are only looked at: beside them an aircraft that
+    /// is heard later must still be the first.
+    pub stands_in: bool,
 }
 
 impl Default for ReplayOptions {
     fn default() -> Self {
-        Self { speed: 1.0, start: Duration::ZERO, repeat: false }
+        Self { speed: 1.0, start: Duration::ZERO, repeat: false, stands_in: false }
     }
 }
 
@@ -51,9 +58,9 @@ pub struct ReplayStatus {
     pub speed: f64,
     /// Whether it stands still.
     pub is_paused: bool,
-    /// Whether it has come to the end.
+    /// Whether it has come to the end, or was closed.
     pub is_over: bool,
-    /// How often it went to another place. After that nothing from before holds any more.
+    /// How often it went to another place, and is there. After that nothing from before holds any more.
     pub seeks: u64,
     /// Why it cannot go on.
     pub fault: Option<String>,
@@ -70,10 +77,13 @@ pub(super) struct Shared {
     pub(super) name: String,
     pub(super) path: PathBuf,
     pub(super) info: FilmInfo,
+    pub(super) stands_in: bool,
     pub(super) vehicles: Vec<(Address, VehicleId)>,
     pub(super) state: Mutex<State>,
     /// Wakes the task.
     pub(super) wake: watch::Sender<()>,
+    /// How many of the state's seeks are done; [`CLOSED`] once it is closed.
+    pub(super) done: watch::Sender<u64>,
 }
 
 pub(super) struct State {
@@ -81,6 +91,7 @@ pub(super) struct State {
     /// Nothing beyond is shown yet.
     pub(super) limit: Duration,
     pub(super) is_over: bool,
+    /// How often it was asked to go to another place.
     pub(super) seeks: u64,
     pub(super) fault: Option<String>,
     /// UTC of a place before the present one.
@@ -100,6 +111,8 @@ pub(crate) struct Shown {
     pub(crate) replay: Replay,
     /// The present moment in the time of its recording.
     pub(crate) now: MonoTime,
+    /// Whether it was last shown what was known at the beginning of a place, which is no news.
+    pub(crate) is_past: bool,
 }
 
 impl std::fmt::Debug for Replay {
@@ -149,6 +162,7 @@ impl Replay {
     /// Its state.
     pub fn status(&self) -> ReplayStatus {
         let state = self.state();
+        let done = *self.shared.done.borrow();
         let position = state.pace.place().min(state.limit);
         let unix_us = state.clock.map(|(at, unix_us)| {
             unix_us.saturating_add(u64::try_from(position.saturating_sub(at).as_micros()).unwrap_or(u64::MAX))
@@ -158,8 +172,8 @@ impl Replay {
             unix_us,
             speed: state.pace.speed,
             is_paused: state.pace.is_paused,
-            is_over: state.is_over,
-            seeks: state.seeks,
+            is_over: state.is_over || done == CLOSED,
+            seeks: state.seeks.min(done),
             fault: state.fault.clone(),
         }
     }
@@ -185,7 +199,25 @@ impl Replay {
         self.change(|state| state.pace.set(speed, state.pace.is_paused));
     }
 
-    /// Goes to another place: the vehicles begin anew there. It stays paused if it was.
+    /// It is closed.
+    pub(super) fn on_closed(&self) {
+        self.shared.done.send_replace(CLOSED);
+    }
+
+    /// Whether its aircraft are only looked at.
+    pub(crate) fn is_aside(&self) -> bool {
+        !self.shared.stands_in
+    }
+
+    /// Waits until it is where it was last told to go, cannot go there, or is closed.
+    pub async fn arrived(&self) {
+        let seeks = self.state().seeks;
+        // The sender is in the replay.
+        let _ = self.shared.done.subscribe().wait_for(|done| *done >= seeks).await;
+    }
+
+    /// Goes to another place: the vehicles begin anew there, as soon as that is read ([`Self::arrived`]). It stays paused
+    /// if it was.
     pub fn seek(&self, to: Duration) {
         self.change(|state| state.seek(to));
     }

@@ -3,6 +3,7 @@
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
+use std::time::Duration;
 
 use tokio::sync::watch;
 use vencejo_proto::{Address, MonoTime};
@@ -41,8 +42,8 @@ impl Station {
         self.shared.replays().formats.insert(ending, open);
     }
 
-    /// Replays a recording: its aircraft appear as vehicles of their own. A recording that is replayed already goes to
-    /// the start of these options instead.
+    /// Replays a recording: its aircraft appear as vehicles of their own. A recording that is looked at already goes on
+    /// from the start of these options instead, for all who look at it.
     ///
     /// # Errors
     /// [`StationError::BadRecording`] when it cannot be read or holds no aircraft, [`StationError::TooManyReplays`],
@@ -71,9 +72,11 @@ impl Station {
         if self.is_closed() {
             return Err(StationError::Closed);
         }
-        if let Some((known, _)) = replays.open.iter().find(|(known, _)| known.path() == path) {
+        let is_it = |known: &Replay| known.is_aside() && !options.stands_in && known.path() == path;
+        if let Some((known, _)) = replays.open.iter().find(|(known, _)| is_it(known)) {
             known.set_speed(options.speed);
             known.seek(options.start);
+            known.play();
             return Ok(known.clone());
         }
         if replays.open.len() >= MAX_REPLAYS {
@@ -87,7 +90,17 @@ impl Station {
         let pace = Pace::new(options.start, info.duration, options.speed.clamp(*SPEEDS.start(), *SPEEDS.end()));
         let state = State { limit: pace.place(), pace, is_over: false, seeks: 1, fault: None, clock: None };
         let replay = Replay {
-            shared: Arc::new(Shared { id: replays.count, name, path, info, vehicles, state: Mutex::new(state), wake }),
+            shared: Arc::new(Shared {
+                id: replays.count,
+                name,
+                path,
+                info,
+                stands_in: options.stands_in,
+                vehicles,
+                state: Mutex::new(state),
+                wake,
+                done: watch::Sender::new(0),
+            }),
         };
         self.shared.show_replay(&replay);
         let task = playing::play(Arc::downgrade(&self.shared), replay.clone(), film, options.repeat, woken);
@@ -134,6 +147,7 @@ impl Station {
         task.abort();
         // Cancelled, or it has ended by itself; a panic was reported.
         let _ = task.await;
+        replay.on_closed();
         self.shared.dismiss(replay.vehicles());
         true
     }
@@ -141,9 +155,10 @@ impl Station {
     /// Ends all replays.
     pub(crate) async fn end_replays(&self) {
         let open = std::mem::take(&mut self.shared.replays().open);
-        for (_, task) in open {
+        for (replay, task) in open {
             task.abort();
             let _ = task.await;
+            replay.on_closed();
         }
     }
 }
@@ -151,8 +166,7 @@ impl Station {
 impl VehicleHandle {
     /// The replay that it belongs to.
     pub fn replay(&self) -> Option<Replay> {
-        let core = self.station.shared.core();
-        core.adopted.get(&self.id)?.shown.as_ref().map(|shown| shown.replay.clone())
+        self.station.shared.core().shown(self.id).map(|shown| shown.replay.clone())
     }
 
     /// Whether it comes from a recording, be it a replay or a link that plays one: it takes no requests.
@@ -160,13 +174,9 @@ impl VehicleHandle {
         self.station.shared.core().admit(self.id).is_err()
     }
 
-    /// A moment that it gave, on the station's clock: a replayed vehicle has the time of its recording.
-    pub fn on_station_clock(&self, at: MonoTime) -> MonoTime {
-        let now = self.station.now();
-        let core = self.station.shared.core();
-        match core.adopted.get(&self.id).and_then(|adopted| adopted.shown.as_ref()) {
-            Some(shown) => MonoTime::from_origin(now.as_duration().saturating_sub(shown.now.since(at))),
-            None => at,
-        }
+    /// A moment that it gave: the time of the station's clock, or of a replayed vehicle the position in its recording.
+    pub fn moment(&self, at: MonoTime) -> Duration {
+        let is_of_replay = self.station.shared.core().shown(self.id).is_some();
+        if is_of_replay { playing::place_of(at) } else { at.as_duration() }
     }
 }

@@ -25,6 +25,11 @@ fn moment_at(place: Duration) -> MonoTime {
     MonoTime::from_origin(BEFORE + place)
 }
 
+/// The place of a moment of that clock.
+pub(super) fn place_of(moment: MonoTime) -> Duration {
+    moment.as_duration().saturating_sub(BEFORE)
+}
+
 /// Does something that may block with a film.
 async fn with<T: Send + 'static>(
     mut film: Box<dyn Film>,
@@ -74,6 +79,7 @@ pub(super) async fn play(
                 if let Some(station) = station.upgrade() {
                     station.begin_replay(&replay, &past, place);
                 }
+                replay.shared.done.send_replace(seeks);
             })
         } else if queue.is_empty() && !has_ended {
             let Some((same, more)) = with(film, |film| film.read()).await else { return };
@@ -90,6 +96,7 @@ pub(super) async fn play(
             replay.state().fault = Some(error.to_string());
             (shown_seeks, has_ended) = (seeks, true);
             queue.clear();
+            replay.shared.done.send_replace(seeks);
         }
         let Some(next) = queue.front().map(|moment| moment.at) else {
             if has_ended {
@@ -132,7 +139,7 @@ pub(super) async fn play(
             }
         }
         let Some(station) = station.upgrade() else { return };
-        station.show_moments(&replay, &said, shown_until);
+        station.show_moments(&replay, &said, shown_until, false);
     }
 }
 
@@ -149,7 +156,7 @@ async fn end(station: &Weak<Shared>, replay: &Replay, seeks: u64, repeat: bool, 
         state.limit
     };
     if let Some(station) = station.upgrade() {
-        station.show_moments(replay, &[], place);
+        station.show_moments(replay, &[], place, false);
     }
     if repeat && replay.state().fault.is_none() {
         tokio::time::sleep(REPEAT_PAUSE).await;
@@ -172,7 +179,8 @@ impl Shared {
         for id in replay.vehicles() {
             core.vehicles.begin_replay(id, moment_at(Duration::ZERO));
             if let Some(adopted) = core.adopted.get_mut(&id) {
-                adopted.shown = Some(Shown { replay: replay.clone(), now: moment_at(Duration::ZERO) });
+                let now = moment_at(Duration::ZERO);
+                adopted.shown = Some(Shown { replay: replay.clone(), now, is_past: true });
             }
         }
     }
@@ -186,11 +194,11 @@ impl Shared {
                 core.vehicles.begin_replay(*id, moment_at(first));
             }
         }
-        self.show_moments(replay, past, place);
+        self.show_moments(replay, past, place, true);
     }
 
-    /// Shows what was said until a place.
-    fn show_moments(self: &Arc<Self>, replay: &Replay, said: &[Moment], place: Duration) {
+    /// Shows what was said until a place; `is_past` where that is what was known at the beginning of it.
+    fn show_moments(self: &Arc<Self>, replay: &Replay, said: &[Moment], place: Duration, is_past: bool) {
         let now = self.clock.now();
         let mut core = self.core();
         for moment in said {
@@ -208,7 +216,7 @@ impl Shared {
         for id in replay.vehicles() {
             core.vehicles.on_replay_time(id, moment_at(place));
             if let Some(shown) = core.adopted.get_mut(&id).and_then(|adopted| adopted.shown.as_mut()) {
-                shown.now = moment_at(place);
+                (shown.now, shown.is_past) = (moment_at(place), is_past);
             }
             if let Some(watchers) = core.watchers.get(&id) {
                 watchers.changes.notify();

@@ -13,7 +13,7 @@ use vencejo_vehicle::Request;
 use vencejo_vehicle::telemetry::Severity;
 
 use super::{MarkKind, Replay, ReplayOptions};
-use crate::{Station, StationConfig, StationError, VehicleHandle};
+use crate::{Station, StationConfig, StationError, Taken, VehicleHandle};
 
 const START_US: u64 = 1_700_000_000_000_000;
 const PLANE: Address = Address::new(1, 1);
@@ -128,8 +128,7 @@ async fn it_is_paused_and_played_at_any_speed_in_the_time_of_the_recording() {
     sleep(Duration::from_secs(20)).await;
     assert_eq!(replay.status().position.as_secs(), 32);
     let text = plane.newest_text(Severity::WARNING, Duration::from_secs(5)).expect("a text of the last seconds");
-    let on_ours = plane.on_station_clock(text.at);
-    assert!(station.now().since(on_ours) < Duration::from_secs(3), "{on_ours:?} at {:?}", station.now());
+    assert_eq!(plane.moment(text.at).as_secs(), 30, "its time is its place in the recording");
     station.close().await;
 }
 
@@ -152,7 +151,8 @@ async fn at_another_place_nothing_from_elsewhere_is_current() {
     let (telemetry, now) = plane.telemetry();
     assert_eq!(telemetry.home.map(|home| home.age(now).as_millis()), Some(47_500));
     replay.seek(Duration::from_millis(1_200));
-    settled(&replay).await;
+    assert_eq!(replay.status().seeks, 1, "it is not there yet");
+    replay.arrived().await;
     assert_eq!(known(&plane), (Some("MANUAL".into()), Some(200), false, 0), "there was neither home nor text yet");
     assert_eq!(
         (replay.status().position.as_millis(), replay.status().seeks, replay.status().is_paused),
@@ -162,6 +162,11 @@ async fn at_another_place_nothing_from_elsewhere_is_current() {
     replay.seek(Duration::from_secs(20));
     settled(&replay).await;
     assert_eq!(known(&plane), (Some("FBWA".into()), Some(0), true, 0), "the last one counts");
+    let events = plane.subscribe_events(64);
+    replay.seek(Duration::from_secs(50));
+    replay.arrived().await;
+    assert_eq!(known(&plane).3, 1);
+    assert!(matches!(events.take_ready(), Taken::TimedOut), "what was known there is no news");
     station.close().await;
 }
 
@@ -201,13 +206,21 @@ async fn a_live_vehicle_and_its_recording_stay_two_whatever_their_ids() {
         let source = Address { system: SystemId(1), component: ComponentId(1) };
         station.shared.on_frame(origin, &heartbeat(custom_mode).encode(header(source)), station.now());
     };
+    let early = station.open_replay(&recording(&folder, "early.tlog"), ReplayOptions::default()).await.expect("opened");
+    early.arrived().await;
+    let waiting = station.wait_vehicle(None);
+    settled(&early).await;
+    assert!(waiting.end().is_none(), "no recording is taken for the plane");
+    assert!(station.close_replay(early.id()).await && early.status().is_over);
     hear(10);
+    assert!(waiting.wait().await.is_some_and(|found| found.is_ok_and(|plane| plane.id() == SystemId(1).into())));
     let one = station.open_replay(&recording(&folder, "a.tlog"), ReplayOptions::default()).await.expect("opened");
     let other = station.open_replay(&recording(&folder, "b.tlog"), ReplayOptions::default()).await.expect("opened");
     hear(10);
     sleep(Duration::from_secs(3)).await;
     let live = station.vehicle(SystemId(1)).expect("heard");
-    let names: Vec<_> = station.vehicles().iter().map(|vehicle| (vehicle.remote_name(), mode(vehicle))).collect();
+    assert_eq!(station.vehicles().len(), 1, "those that are only looked at are not taken for the station's");
+    let names: Vec<_> = station.shown_vehicles().iter().map(|vehicle| (vehicle.remote_name(), mode(vehicle))).collect();
     let told = |name: Option<&str>, mode: &str| (name.map(str::to_owned), Some(mode.to_owned()));
     assert_eq!(names.len(), 3);
     assert_eq!((live.is_recorded(), live.rival(), mode(&live).as_deref()), (false, None, Some("AUTO")));

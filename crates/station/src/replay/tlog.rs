@@ -17,6 +17,8 @@ const MAX_AUTOPILOTS: usize = 16;
 const AT_ONCE: usize = 256;
 /// Messages of which each one counts: MISSION_ITEM_REACHED, STATUSTEXT.
 const EACH: [u32; 2] = [46, 253];
+/// The end of the year 9999, microseconds since 1970.
+const LATEST_US: u64 = 253_402_300_799_999_999;
 
 pub(super) struct TlogFilm {
     file: TlogFile,
@@ -70,7 +72,7 @@ impl TlogFilm {
         let info = FilmInfo {
             autopilots: told.into_iter().map(|one| one.from).collect(),
             aircraft: None,
-            start_unix_us: file.start_unix_us(),
+            start_unix_us: file.start_unix_us().filter(is_date),
             duration: file.duration(),
             marks,
             skipped_bytes: file.skipped().total(),
@@ -79,9 +81,14 @@ impl TlogFilm {
     }
 }
 
+/// Whether a time is one of our calendar: the stamps of a file are whatever was written.
+fn is_date(unix_us: &u64) -> bool {
+    *unix_us <= LATEST_US
+}
+
 fn moment(PlayedFrame { at, unix_us, frame }: PlayedFrame) -> Option<Moment> {
     let message = frame.decode().ok()?;
-    Some(Moment { at, unix_us: Some(unix_us), from: frame.source(), message })
+    Some(Moment { at, unix_us: Some(unix_us).filter(is_date), from: frame.source(), message })
 }
 
 impl Film for TlogFilm {

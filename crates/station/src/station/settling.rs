@@ -78,7 +78,8 @@ impl Shared {
         if !core.vehicles.get(system).is_some_and(is_heard) {
             return;
         }
-        let is_theirs = |waiting: &mut Waiting| waiting.wanted.is_none_or(|wanted| wanted == system);
+        let is_aside = core.is_aside(system);
+        let is_theirs = |waiting: &mut Waiting| waiting.wanted.map_or(!is_aside, |wanted| wanted == system);
         for waiting in core.waiting.extract_if(.., is_theirs) {
             let station = Station { shared: self.clone() };
             waiting.finisher.finish(Ok(station.handle(system)));
@@ -123,6 +124,7 @@ impl Shared {
                     }
                 }
                 Output::Event(VehicleEvent::Unreached | VehicleEvent::Reached) if core.is_replayed(system) => {}
+                Output::Event(_) if core.is_shown_past(system) => {}
                 Output::Event(event) => {
                     match event {
                         VehicleEvent::Unreached => {

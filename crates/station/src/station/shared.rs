@@ -21,7 +21,7 @@ use crate::namesake::Namesake;
 use crate::pending::Finisher;
 use crate::records::Records;
 use crate::remote::Adopted;
-use crate::replay::Replays;
+use crate::replay::{Replays, Shown};
 use crate::signing::{SigningError, Vault};
 use crate::subscriptions::Subscriptions;
 
@@ -98,9 +98,24 @@ pub(crate) struct Core {
 }
 
 impl Core {
+    /// What a vehicle of a replay has for the station.
+    pub(crate) fn shown(&self, id: VehicleId) -> Option<&Shown> {
+        self.adopted.get(&id)?.shown.as_ref()
+    }
+
     /// The present moment of a vehicle of a replay, in the time of its recording.
     pub(crate) fn replay_time(&self, id: VehicleId) -> Option<MonoTime> {
-        self.adopted.get(&id)?.shown.as_ref().map(|shown| shown.now)
+        self.shown(id).map(|shown| shown.now)
+    }
+
+    /// Whether a vehicle is one of a recording that is only looked at.
+    pub(super) fn is_aside(&self, id: VehicleId) -> bool {
+        self.shown(id).is_some_and(|shown| shown.replay.is_aside())
+    }
+
+    /// Whether a vehicle of a replay is shown what was known at a place to which it went: that is no news.
+    pub(super) fn is_shown_past(&self, id: VehicleId) -> bool {
+        self.shown(id).is_some_and(|shown| shown.is_past)
     }
 
     pub(super) fn end_requests(&mut self) {

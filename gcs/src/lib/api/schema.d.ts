@@ -1241,7 +1241,7 @@ export interface paths {
         delete: operations["close_replay"];
         options?: never;
         head?: never;
-        /** Pauses a replay, lets it go on, changes its speed, or goes to another position. */
+        /** Pauses a replay, lets it go on, changes its speed, or goes to another position; answers once it is there. */
         patch: operations["change_replay"];
         trace?: never;
     };
@@ -8024,7 +8024,7 @@ export interface components {
             text: string;
             /**
              * Format: double
-             * @description Time of reception, seconds on the station's clock.
+             * @description Time of reception, seconds on the station's clock; of a replay, the position in its recording.
              */
             time_s: number;
             /** @enum {string} */
@@ -8700,7 +8700,7 @@ export interface components {
             text: string;
             /**
              * Format: double
-             * @description Time of reception, seconds on the station's clock.
+             * @description Time of reception, seconds on the station's clock; of a replay, the position in its recording.
              */
             time_s: number;
         };

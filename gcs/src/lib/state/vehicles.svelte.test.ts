@@ -70,7 +70,8 @@ describe('a recorded vehicle', () => {
     vehicle.isRecorded = true;
     expect(vehicle.applyReplay(replay, 10_000)).toBe(false);
     vehicle.apply({ groups, progress, heardAt_ms: heardAt(groups, 10_000) });
-    vehicle.addText({ severity: 4, text: 'Bad', time_s: 0 }, 10_000);
+    vehicle.addText({ severity: 4, text: 'Bad', time_s: 60 }, 10_000);
+    expect(vehicle.texts[0]?.at).toEqual(new Date(1_700_000_060_000));
     clock.tick(60_000);
     expect([vehicle.isLost, vehicle.ghost(60_000)]).toEqual([true, null]);
     expect(vehicle.applyReplay({ ...replay, position_s: 5, seeks: 2 }, 60_000)).toBe(true);

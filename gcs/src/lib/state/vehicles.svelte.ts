@@ -348,8 +348,9 @@ export class Vehicle {
   setTexts(texts: readonly StatusText[], now_ms: number): void {
     const known = new Map(this.texts.map((text) => [keyOf(text), text]));
     const newest_s = this.texts.at(-1)?.time_s ?? -Infinity;
-    // a restarted server counts from zero
-    const isSameClock = this.#serverOffset_s === null || newest_s <= this.#serverOffset_s + now_ms / 1000;
+    // a restarted server counts from zero; a recording has its own time
+    const isSameClock =
+      this.replay !== null || this.#serverOffset_s === null || newest_s <= this.#serverOffset_s + now_ms / 1000;
     const isNews = (text: StatusText): boolean => this.#hasPastTexts && (!isSameClock || text.time_s > newest_s);
     this.texts = texts
       .slice(-TEXTS_KEPT)
@@ -362,6 +363,7 @@ export class Vehicle {
   }
 
   #timeOfDay(time_s: number, now_ms: number): Date {
+    if (this.replay !== null) return new Date(((this.replay.is.start_unix_s ?? 0) + time_s) * 1000);
     const age_ms = this.#serverOffset_s === null ? 0 : Math.max(0, now_ms - (time_s - this.#serverOffset_s) * 1000);
     return new Date(Date.now() - age_ms);
   }
