@@ -207,6 +207,7 @@ class Subscription:
 @final
 class TelemetrySnapshot:
     time_s: float
+    messages: int
     invalid_values: int
     def group(self, name: str) -> Any: ...
 

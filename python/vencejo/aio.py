@@ -158,14 +158,18 @@ class AsyncVehicle(VehicleState):
             raise InvalidRequest(f"rate_hz is {rate_hz}, should be 0.1 to 50")
         seen: int | None = None
         due = time.monotonic()
+        heard, deadline = None, deadline_of(timeout_s)
         while True:
-            deadline = deadline_of(timeout_s)
             while (count := self._changed(seen)) is None:
                 if deadline is not None and time.monotonic() >= deadline:
                     return
                 await asyncio.sleep(_POLL_S)
-            seen = count
-            yield self.telemetry
+            seen, snapshot = count, self.telemetry
+            if snapshot.messages != heard:
+                heard, deadline = snapshot.messages, deadline_of(timeout_s)
+            elif deadline is not None and time.monotonic() >= deadline:
+                return
+            yield snapshot
             now = time.monotonic()
             due = max(due + 1.0 / rate_hz, now)
             await asyncio.sleep(due - now)
@@ -381,7 +385,8 @@ class AsyncVehicle(VehicleState):
         Raises
         ------
         NotPossibleNow
-            For a disarmed plane, and for a PX4 plane on the ground: it would land, or take off, as soon as it is armed.
+            For a disarmed plane, which would land as soon as it is armed, and for a PX4 plane on the ground, which
+            would be armed by it and take off.
         """
         await self._wait(self._ask("land", despite_mixed_plan=despite_mixed_plan))
 

@@ -814,6 +814,11 @@ class Telemetry:
         return self.extended.landed == "on ground"
 
     @property
+    def messages(self) -> int:
+        """Messages so far that a group here is of."""
+        return self._native.messages
+
+    @property
     def invalid_values(self) -> int:
         """Values so far that could not be and were not used."""
         return self._native.invalid_values

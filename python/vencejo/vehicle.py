@@ -93,7 +93,7 @@ class Vehicle(Closing, VehicleState):
         rate_hz : float, optional
             From 0.1 to 50.
         timeout_s : float, optional
-            End the stream when nothing new has arrived for this long. By default it waits for ever.
+            End the stream when the vehicle has not said anything new for this long. By default it waits for ever.
 
         Raises
         ------
@@ -104,13 +104,18 @@ class Vehicle(Closing, VehicleState):
             raise InvalidRequest(f"rate_hz is {rate_hz}, should be 0.1 to 50")
         seen: int | None = None
         due = time.monotonic()
+        heard, deadline = None, deadline_of(timeout_s)
         while True:
-            deadline = deadline_of(timeout_s)
             while (count := self._wait_change(seen, deadline)) is None:
                 if deadline is not None and time.monotonic() >= deadline:
                     return
-            seen = count
-            yield self.telemetry
+            seen, snapshot = count, self.telemetry
+            # What the station notes, such as that it is lost, is nothing from the vehicle.
+            if snapshot.messages != heard:
+                heard, deadline = snapshot.messages, deadline_of(timeout_s)
+            elif deadline is not None and time.monotonic() >= deadline:
+                return
+            yield snapshot
             now = time.monotonic()
             due = max(due + 1.0 / rate_hz, now)
             time.sleep(due - now)
@@ -333,7 +338,8 @@ class Vehicle(Closing, VehicleState):
         Raises
         ------
         NotPossibleNow
-            For a disarmed plane, and for a PX4 plane on the ground: it would land, or take off, as soon as it is armed.
+            For a disarmed plane, which would land as soon as it is armed, and for a PX4 plane on the ground, which
+            would be armed by it and take off.
         """
         self._wait(self._ask("land", despite_mixed_plan=despite_mixed_plan))
 

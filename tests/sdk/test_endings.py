@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import gc
+import itertools
 import os
 import signal
 import subprocess
@@ -105,6 +106,15 @@ async def test_a_stream_without_news_ends_in_time(mock: MockPlane) -> None:
         assert len([telemetry async for telemetry in plane.stream(rate_hz=50.0, timeout_s=0.6)]) >= 1
         sync = vencejo.Vehicle(plane._native, plane.station)
         assert len(list(sync.stream(rate_hz=50.0, timeout_s=0.1))) >= 1
+
+
+def test_what_the_station_notes_is_no_news_of_the_vehicle(monkeypatch: pytest.MonkeyPatch, mock: MockPlane) -> None:
+    """Such as that it is lost: a stream that waits for it ends nevertheless."""
+    with vencejo.connect(mock.link, record=False) as plane:
+        mock.heartbeats = False
+        notes = itertools.count()
+        monkeypatch.setattr(vencejo.Vehicle, "_wait_change", lambda *_: next(notes))
+        assert len(list(itertools.islice(plane.stream(rate_hz=50.0, timeout_s=0.2), 100))) < 100
 
 
 def test_nothing_is_missed_between_a_look_and_the_wait(mock: MockPlane) -> None:

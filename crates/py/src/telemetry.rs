@@ -37,6 +37,11 @@ impl TelemetrySnapshot {
 
     /// Values so far that could not be and were not used.
     #[getter]
+    fn messages(&self) -> u64 {
+        self.telemetry.messages
+    }
+
+    #[getter]
     fn invalid_values(&self) -> u64 {
         self.telemetry.invalid_values
     }

@@ -38,6 +38,7 @@ use crate::plan_record::StoredRecord;
 use crate::plan_state::{PlanState, Unknown};
 use crate::request::{Output, Reply, Request, RequestId, VehicleEvent};
 use crate::streams::StreamConfig;
+use crate::transfer::TransferError;
 use crate::transfer::testing::{Endpoint, Faults, MockPlane, PLANE, RIVAL, STATION, World, recorded};
 
 /// A vehicle as one end of a link; keeps results and events.
@@ -765,6 +766,17 @@ fn a_circle_that_it_is_set_to_again_counts_anew() {
         assert_eq!(world.station.results.get(&id), Some(&Ok(Reply::Done)));
         assert_eq!(circles(&mut world, 530_000), Some(10.0), "old: {is_old}");
     }
+}
+
+#[test]
+fn whether_one_that_is_not_heard_has_a_parameter_is_not_known() {
+    let mut world = connected();
+    let read = || Request::ParamRead { name: "NO_SUCH".into() };
+    let error = ask(&mut world, read()).expect_err("it has none");
+    assert!(matches!(error, VehicleError::Transfer(TransferError::UnknownParam { .. })), "{error}");
+    world.faults.loss = 1.0;
+    let error = ask(&mut world, read()).expect_err("nothing comes");
+    assert!(matches!(error, VehicleError::Transfer(TransferError::Timeout { .. })), "{error}");
 }
 
 /// Success means that the vehicle shows it; failure comes in time; and there is one of them.

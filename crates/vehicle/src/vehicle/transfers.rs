@@ -212,6 +212,13 @@ impl Vehicle {
                 }
                 Err(match error {
                     TransferError::Cancelled => VehicleError::Cancelled,
+                    // Of one that has been silent for half of that time nothing is known.
+                    TransferError::UnknownParam { told: false, .. }
+                        if 2 * now.since(self.heard_at) >= now.since(lane.began) =>
+                    {
+                        let waited = now.since(lane.began);
+                        VehicleError::Transfer(TransferError::Timeout { step: "PARAM_REQUEST_READ", waited })
+                    }
                     error => VehicleError::Transfer(error),
                 })
             }
