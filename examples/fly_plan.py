@@ -46,7 +46,7 @@ with vencejo.connect(link) as plane:
         if now.is_armed is False:
             break
     else:
-        # The plane flies on, and its own failsafe decides what it does; lost_link.py waits for it and sends it home.
+        # The plane flies on, and its own failsafe decides what it does; lost_link.py, started before, would send it home.
         sys.exit(
             f"nothing heard for 5 s; the last that was heard: item {item}, {now.position.point if now.position else None}"
         )

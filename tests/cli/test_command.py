@@ -116,6 +116,7 @@ def test_alone_it_shows_help() -> None:
 def test_ctrl_c_while_it_starts_shows_no_traceback() -> None:
     program = """
 import os, signal, sys
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a job in the background ignores it
 class Interrupting:
     def find_spec(self, name, *_):
         if name == "typer":

@@ -187,14 +187,17 @@ def replay(
     Example: vencejo replay plane7_2026-11-25T08-00-00Z.mcap --serve --speed 4
     """
     require_file(file)
-    if file.suffix == ".mcap" and to:
+    is_history = file.suffix.lower() == ".mcap"
+    if is_history and to:
         raise Failed("an .mcap file has no frames to send: show it with --serve", Exit.USAGE)
+    if serve and to:
+        raise Failed("either --serve, or --to: a recording is shown here or sent", Exit.USAGE)
     if serve:
         _serve(file, speed=speed, start_s=start, port=port, json=json)
         return
     if start:
         raise Failed("--start needs --serve", Exit.USAGE)
-    if file.suffix == ".mcap":
+    if is_history:
         tell_history(file, json=json)
         return
     from vencejo.recording import summarize
