@@ -481,6 +481,9 @@ mod tests {
         let silent = unknown(Command::COMPONENT_ARM_DISARM, target, 1);
         assert_eq!(told(&Err(silent.clone())), Err(silent.clone()));
         assert_eq!(told(&Err(VehicleError::Rebooted.into())), Err(silent), "it may or may not have been done");
+        let rejected = TransferError::Rejected { reasons: vec!["Takeoff waypoint required".into()] };
+        let rejected: StationError = VehicleError::Transfer(rejected).into();
+        assert_eq!(told(&Err(rejected.clone())), Err(rejected));
         let other = told(&Err(VehicleError::HomeUnknown.into())).expect_err("refused");
         assert!(
             matches!(other, StationError::RemoteRefused { why, .. } if why.contains("home")),
