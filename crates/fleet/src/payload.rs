@@ -325,25 +325,28 @@ impl State {
     /// # Errors
     /// [`BadPayload`].
     pub fn read(bytes: &[u8]) -> Result<Self, BadPayload> {
-        let state: Self = read(bytes)?;
-        if !(1..=255).contains(&state.system) {
+        read::<Self>(bytes)?.checked()
+    }
+
+    fn checked(self) -> Result<Self, BadPayload> {
+        if !(1..=255).contains(&self.system) {
             return Err(BadPayload::Field("system"));
         }
-        if state.component > 255 {
+        if self.component > 255 {
             return Err(BadPayload::Field("component"));
         }
-        let count = state.message_ids.len();
-        if [count, state.plans.len(), state.under_way.len()].into_iter().any(|count| count > MAX_MESSAGES) {
+        let count = self.message_ids.len();
+        if [count, self.plans.len(), self.under_way.len()].into_iter().any(|count| count > MAX_MESSAGES) {
             return Err(BadPayload::Field("message_ids"));
         }
-        let size = state.sizes.iter().try_fold(0_usize, |all, size| all.checked_add(usize::try_from(*size).ok()?));
-        if (state.ages_ms.len(), state.sizes.len(), size) != (count, count, Some(state.payloads.len())) {
+        let size = self.sizes.iter().try_fold(0_usize, |all, size| all.checked_add(usize::try_from(*size).ok()?));
+        if (self.ages_ms.len(), self.sizes.len(), size) != (count, count, Some(self.payloads.len())) {
             return Err(BadPayload::Field("sizes"));
         }
-        if state.held.as_ref().is_some_and(|held| !name_is_short(&held.holder) || !name_is_short(&held.asking)) {
+        if self.held.as_ref().is_some_and(|held| !name_is_short(&held.holder) || !name_is_short(&held.asking)) {
             return Err(BadPayload::Field("held"));
         }
-        Ok(state)
+        Ok(self)
     }
 }
 
@@ -410,6 +413,7 @@ impl Answer {
         clean(&mut answer.holder);
         answer.reasons.truncate(MAX_MESSAGES);
         answer.reasons.iter_mut().for_each(clean);
+        answer.state = answer.state.map(State::checked).transpose()?;
         Ok(answer)
     }
 }
@@ -484,6 +488,10 @@ mod tests {
         assert_eq!(Order::read(&short.encode_to_vec()), Err(BadPayload::Field("id")));
         let endless = Answer { version: VERSION, ..Answer::default() };
         assert_eq!(Answer::read(&endless.encode_to_vec()), Err(BadPayload::Field("end")));
+        let holder = Held { holder: "x".repeat(161), ..Held::default() };
+        let boasting = State { system: 1, held: Some(holder), ..State::default() };
+        let answer = Answer { version: VERSION, end: End::Done.into(), state: Some(boasting), ..Answer::default() };
+        assert_eq!(Answer::read(&answer.encode_to_vec()), Err(BadPayload::Field("held")));
     }
 
     #[test]
