@@ -214,12 +214,13 @@ type Found = (Option<String>, Vec<StreamOf>, Option<u64>, f64, u64);
 fn history_contents(py: Python<'_>, path: PathBuf) -> PyResult<Found> {
     let read = py.detach(|| Contents::read(&path));
     let contents = read.map_err(|error| errors::raise("FileFormatError", format!("{}: {error}", path.display())))?;
+    let start_unix_ns = contents.start_unix_ns();
     let stream = |(boot, stream, ranges): (u64, vencejo_fleet::history::Stream, vencejo_fleet::history::Ranges)| {
         (boot, stream.as_str(), ranges.iter().collect())
     };
     let streams = contents.streams.into_iter().map(stream).collect();
     let duration_s = contents.duration.as_secs_f64();
-    Ok((contents.aircraft, streams, contents.start_unix_ns, duration_s, contents.skipped_bytes))
+    Ok((contents.aircraft, streams, start_unix_ns, duration_s, contents.skipped_bytes))
 }
 
 /// From when to when a certificate is good, and for which names.

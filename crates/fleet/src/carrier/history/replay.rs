@@ -24,12 +24,12 @@ pub struct Contents {
     pub aircraft: Option<String>,
     /// Its streams by boot, in the order in which the boots begin in the file: what is there of each.
     pub streams: Vec<(u64, Stream, Ranges)>,
-    /// UTC of the first record as it was estimated, ns since 1970.
-    pub start_unix_ns: Option<u64>,
     /// How long the boots were in it, all together.
     pub duration: Duration,
     /// Bytes that could not be read: damaged, or torn off at the end.
     pub skipped_bytes: u64,
+    /// When each boot begins: its time in the file, ms, and UTC by its last record, ns since 1970.
+    begins: Vec<(u64, u64)>,
     /// What there is to be seen, with its time in the file.
     timeline: Vec<(u64, Shown)>,
 }
@@ -46,7 +46,11 @@ impl Contents {
     /// # Errors
     /// When it cannot be read or is no history.
     pub fn read(path: &Path) -> io::Result<Self> {
-        let (aircraft, mut records, skipped_bytes) = Shelf::file(path)?;
+        let (aircraft, records, skipped_bytes) = Shelf::file(path)?;
+        Ok(Self::of(aircraft, records, skipped_bytes))
+    }
+
+    fn of(aircraft: Option<String>, mut records: Vec<Record>, skipped_bytes: u64) -> Self {
         let mut boots: Vec<u64> = Vec::new();
         let mut streams: BTreeMap<(usize, Stream), Ranges> = BTreeMap::new();
         for record in &records {
@@ -56,31 +60,41 @@ impl Contents {
             });
             streams.entry((at, record.stream)).or_default().add(record.number, record.number);
         }
-        let start_unix_ns = records.iter().map(|record| record.unix_ns).min();
         // By boot and the clock on board: what was fetched later stands later in the file.
         let place = |record: &Record| boots.iter().position(|boot| *boot == record.boot);
         records.sort_by_cached_key(|record| (place(record), record.clock_ms, record.stream, record.number));
         records.dedup_by_key(|record| (record.boot, record.stream, record.number));
-        let (mut timeline, mut end_ms) = (Vec::new(), 0);
-        // The boot, when it begins here, and its clock then.
-        let mut begun: Option<(u64, u64, u64)> = None;
-        for record in &records {
-            let (boot, clock_ms) = (record.boot, record.clock_ms);
-            let next_ms = if begun.is_some() { end_ms + BETWEEN_BOOTS_MS } else { 0 };
-            let now = begun.filter(|(of, ..)| *of == boot).unwrap_or((boot, next_ms, clock_ms));
-            let (_, offset, first) = now;
-            begun = Some(now);
-            end_ms = offset + (clock_ms - first);
-            let shown = match record.stream {
-                Stream::State => State::read(&record.data).ok().map(|state| Shown::State(Box::new(state))),
-                Stream::Event => Event::read(&record.data).ok().map(|event| Shown::Event(Box::new(event))),
-                Stream::Audit => None,
-            };
-            timeline.extend(shown.map(|shown| (end_ms, shown)));
+        let (mut timeline, mut begins, mut end_ms) = (Vec::new(), Vec::new(), 0);
+        for boot in records.chunk_by(|one, next| one.boot == next.boot) {
+            let (Some(first), Some(last)) = (boot.first(), boot.last()) else { continue };
+            let begins_ms = if begins.is_empty() { 0 } else { end_ms + BETWEEN_BOOTS_MS };
+            // The clock on board may have been set in the course of the boot.
+            let lasts_ns = (last.clock_ms - first.clock_ms).saturating_mul(1_000_000);
+            begins.push((begins_ms, last.unix_ns.saturating_sub(lasts_ns)));
+            for record in boot {
+                end_ms = begins_ms + (record.clock_ms - first.clock_ms);
+                let shown = match record.stream {
+                    Stream::State => State::read(&record.data).ok().map(|state| Shown::State(Box::new(state))),
+                    Stream::Event => Event::read(&record.data).ok().map(|event| Shown::Event(Box::new(event))),
+                    Stream::Audit => None,
+                };
+                timeline.extend(shown.map(|shown| (end_ms, shown)));
+            }
         }
         let streams = streams.into_iter().map(|((at, stream), ranges)| (boots[at], stream, ranges)).collect();
         let duration = Duration::from_millis(end_ms);
-        Ok(Self { aircraft, streams, start_unix_ns, duration, skipped_bytes, timeline })
+        Self { aircraft, streams, begins, duration, skipped_bytes, timeline }
+    }
+
+    /// UTC of the first record as it was estimated, ns since 1970.
+    pub fn start_unix_ns(&self) -> Option<u64> {
+        self.unix_ns(0)
+    }
+
+    /// UTC at a time in the file, ms.
+    fn unix_ns(&self, at_ms: u64) -> Option<u64> {
+        let (begins_ms, unix_ns) = self.begins.iter().rev().find(|(begins_ms, _)| *begins_ms <= at_ms)?;
+        Some(unix_ns.saturating_add((at_ms - begins_ms).saturating_mul(1_000_000)))
     }
 
     /// The newest of each message before a place in the timeline, with its age at the last state there, as one state.
@@ -138,7 +152,7 @@ impl HistoryFilm {
         let info = FilmInfo {
             autopilots: vec![autopilot],
             aircraft: contents.aircraft.clone(),
-            start_unix_us: contents.start_unix_ns.map(|unix_ns| unix_ns / 1000),
+            start_unix_us: contents.start_unix_ns().map(|unix_ns| unix_ns / 1000),
             duration: contents.duration,
             marks: Vec::new(),
             skipped_bytes: contents.skipped_bytes,
@@ -146,14 +160,9 @@ impl HistoryFilm {
         Ok(Self { info, autopilot, contents, place: 0, heard: BTreeMap::new(), last: Duration::ZERO })
     }
 
-    fn moment(&self, at: Duration, message: Message) -> Moment {
-        let passed_us = u64::try_from(at.as_micros()).unwrap_or(u64::MAX);
-        let unix_us = self.info.start_unix_us.map(|start_us| start_us.saturating_add(passed_us));
-        Moment { at, unix_us, from: self.autopilot, message }
-    }
-
     /// What a state or event at a time says that was not said before.
-    fn take_in(&mut self, at: Duration, shown: &Shown) -> Vec<Moment> {
+    fn take_in(&mut self, at_ms: u64, shown: &Shown) -> Vec<Moment> {
+        let (at, unix_ns) = (Duration::from_millis(at_ms), self.contents.unix_ns(at_ms));
         let (said, is_each) = match shown {
             Shown::State(state) => (state.said().collect(), false),
             Shown::Event(event) => (event.said.iter().cloned().collect::<Vec<_>>(), true),
@@ -164,7 +173,9 @@ impl HistoryFilm {
             let is_known = !is_each && self.heard.get(&said.message_id).is_some_and(|heard| *heard >= said_at);
             let Some(message) = said.message().filter(|_| !is_known) else { continue };
             self.heard.insert(said.message_id, said_at);
-            moments.push(self.moment(said_at, message));
+            // Of its boot, also where it was said before the first record of that.
+            let unix_us = unix_ns.map(|unix_ns| (unix_ns / 1000).saturating_sub(u64::from(said.age_ms) * 1000));
+            moments.push(Moment { at: said_at, unix_us, from: self.autopilot, message });
         }
         moments.sort_by_key(|moment| moment.at);
         for moment in &mut moments {
@@ -191,11 +202,11 @@ impl Film for HistoryFilm {
         let events: Vec<_> = events.cloned().collect();
         let mut past = Vec::new();
         for (at_ms, event) in events.iter().rev() {
-            past.extend(self.take_in(Duration::from_millis(*at_ms), event));
+            past.extend(self.take_in(*at_ms, event));
         }
         self.last = Duration::ZERO;
         if let Some((at_ms, before)) = newest_ms.zip(self.contents.before(self.place)) {
-            past.extend(self.take_in(Duration::from_millis(at_ms), &Shown::State(Box::new(before))));
+            past.extend(self.take_in(at_ms, &Shown::State(Box::new(before))));
         }
         past.sort_by_key(|moment| moment.at);
         Ok(past)
@@ -206,7 +217,7 @@ impl Film for HistoryFilm {
         while moments.is_empty() {
             let Some((at_ms, shown)) = self.contents.timeline.get(self.place).cloned() else { break };
             self.place += 1;
-            moments = self.take_in(Duration::from_millis(at_ms), &shown);
+            moments = self.take_in(at_ms, &shown);
         }
         Ok(moments)
     }
@@ -214,9 +225,11 @@ impl Film for HistoryFilm {
 
 #[cfg(test)]
 mod tests {
+    use prost::Message as _;
     use vencejo_proto::{Header, Heartbeat, MavVersion};
 
     use super::*;
+    use crate::payload::VERSION;
 
     #[test]
     fn a_value_from_before_the_place_has_its_age_there() {
@@ -228,7 +241,7 @@ mod tests {
         let contents = Contents {
             aircraft: None,
             streams: Vec::new(),
-            start_unix_ns: None,
+            begins: Vec::new(),
             duration: Duration::from_secs(600),
             skipped_bytes: 0,
             timeline: vec![state(0, 147), state(599_000, 74), state(600_000, 33)],
@@ -236,6 +249,35 @@ mod tests {
         let before = contents.before(3).expect("states");
         let ages: Vec<_> = before.said().map(|said| (said.message_id, said.age_ms)).collect();
         assert_eq!(ages, [(33, 300), (74, 1_300), (147, 600_300)]);
+    }
+
+    #[test]
+    fn each_boot_is_shown_at_its_own_utc() {
+        const NINE: u64 = 1_800_000_000_000_000_000;
+        const HOUR: u64 = 3_600_000_000_000;
+        let record = |boot, clock_ms, unix_ns| {
+            let mut state = State { version: VERSION, boot, clock_ms, system: 1, component: 1, ..State::default() };
+            let frame = Message::Heartbeat(Heartbeat { autopilot: 3, mav_type: 1, ..Heartbeat::default() });
+            let header = Header { sequence: 0, source: Address::new(1, 1), version: MavVersion::V2 };
+            state.say(&Said::of(&frame.encode(header), 0));
+            Record { stream: Stream::State, boot, number: clock_ms, clock_ms, unix_ns, data: state.encode_to_vec() }
+        };
+        // The computer's clock is set while it runs. Six hours later it is switched on again.
+        let records = vec![
+            record(7, 5_000, 20_000_000_000),
+            record(7, 65_000, NINE + HOUR / 60),
+            record(8, 1_000, NINE + 6 * HOUR),
+            record(8, 3_000, NINE + 6 * HOUR + 2_000_000_000),
+        ];
+        let mut film = HistoryFilm::new(Contents::of(None, records, 0)).expect("an aircraft");
+        assert_eq!(film.info.start_unix_us, Some(NINE / 1000));
+        film.seek(Duration::ZERO).expect("read");
+        let mut next = || film.read().expect("read")[0].unix_us;
+        let told = [next(), next(), next()];
+        assert_eq!(
+            told,
+            [NINE + HOUR / 60, NINE + 6 * HOUR, NINE + 6 * HOUR + 2_000_000_000].map(|ns| Some(ns / 1000))
+        );
     }
 
     #[test]
@@ -252,7 +294,7 @@ mod tests {
         let contents = Contents {
             aircraft: Some("plane7".into()),
             streams: Vec::new(),
-            start_unix_ns: Some(1_700_000_000_000_000_000),
+            begins: vec![(0, 1_700_000_000_000_000_000)],
             duration: Duration::from_secs(3),
             skipped_bytes: 0,
             timeline,
