@@ -170,16 +170,14 @@ impl Vehicle {
             Message::StatusText(text) => self.on_text(self.address.component, text, now),
             Message::CommandAck(ack) => {
                 // From any station.
-                let is_jump = matches!(
-                    Command(ack.command),
+                match Command(ack.command) {
+                    _ if ack.result != 0 => {}
+                    Command::DO_GO_AROUND => self.tracker.on_set_current(),
                     Command::DO_SET_MISSION_CURRENT
-                        | Command::DO_LAND_START
-                        | Command::DO_RETURN_PATH_START
-                        | Command::DO_GO_AROUND
-                        | Command::DO_JUMP_TAG
-                );
-                if is_jump && ack.result == 0 {
-                    self.tracker.on_set_current();
+                    | Command::DO_LAND_START
+                    | Command::DO_RETURN_PATH_START
+                    | Command::DO_JUMP_TAG => self.on_jump(),
+                    _ => {}
                 }
                 self.commands.on_ack(self.address, ack, now);
                 self.pump(now);
@@ -276,7 +274,8 @@ impl Vehicle {
         }
     }
 
-    /// Notes where a PX4 leaves its mission to return. The landing may become the current item just before the mode is shown.
+    /// Notes where a PX4 leaves its mission to return. A failsafe holds first (COM_FAIL_ACT_T), as a pilot may, and the
+    /// landing may become the current item just before the mode is shown.
     fn note_interruption(&mut self, now: MonoTime) {
         let (Some(mode), Some(current)) = (self.telemetry.mode(), self.telemetry.mission) else { return };
         let is_flying = self.telemetry.is_armed() == Some(true);
@@ -284,22 +283,26 @@ impl Vehicle {
             self.interrupted = Interrupted::default();
             return;
         }
-        let lands = self.mission().is_some_and(|mission| leads_to_landing(mission, usize::from(current.value.seq)));
+        let seq = current.value.seq;
+        let lands = self.mission().map(|mission| leads_to_landing(mission, usize::from(seq)));
+        let (flies_mission, returns) = (mode.follows_mission(), Action::ReturnToLaunch.mode(mode.family) == Some(mode));
         let noted = &mut self.interrupted;
-        if mode.follows_mission() {
-            noted.left_at = None;
-            if lands {
-                noted.landing_since.get_or_insert(now);
-            } else {
-                (noted.flown, noted.landing_since) = (Some(current.value.seq), None);
+        if lands == Some(false) || lands.is_none() && flies_mission {
+            *noted = Interrupted { before_landing: Some(seq), ..Interrupted::default() };
+        } else if lands == Some(true) || returns {
+            let since = *noted.landing_since.get_or_insert(now);
+            if flies_mission {
+                noted.left_at = None;
+            } else if returns && now.since(since) <= JUMPED_WITHIN {
+                noted.left_at = noted.left_at.or(noted.before_landing);
             }
-        } else if Action::ReturnToLaunch.mode(mode.family) == Some(mode) {
-            let has_jumped = noted.landing_since.is_none_or(|since| now.since(since) <= JUMPED_WITHIN);
-            noted.left_at = noted.left_at.or(noted.flown.filter(|_| has_jumped));
-            noted.flown = None;
-        } else {
-            noted.flown = None;
         }
+    }
+
+    /// The mission was set to an item, by any station: it goes on there.
+    pub(super) fn on_jump(&mut self) {
+        self.tracker.on_set_current();
+        self.interrupted = Interrupted::default();
     }
 
     fn on_position(&mut self) {

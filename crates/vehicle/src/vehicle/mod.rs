@@ -131,15 +131,15 @@ struct Told {
     reached: Option<u16>,
 }
 
-/// The item of a PX4's mission that was flown when it left that to return: RTL_TYPE 1, the default of a fixed wing, makes the
-/// mission's landing the current item, and the mission would go on there.
+/// Where a PX4 left its mission to return: RTL_TYPE 1, the default of a fixed wing, makes the mission's landing the current
+/// item, and the mission would go on there.
 #[derive(Debug, Default)]
 struct Interrupted {
-    /// The last item before its landing, in the mode that flies it.
-    flown: Option<u16>,
-    /// Since when it flies the landing.
+    /// The last current item that was not of the landing.
+    before_landing: Option<u16>,
+    /// Since when an item of the landing has been the current one.
     landing_since: Option<MonoTime>,
-    /// The item that the mission was left at.
+    /// The item that was current when the return changed it to the landing.
     left_at: Option<u16>,
 }
 

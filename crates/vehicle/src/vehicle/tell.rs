@@ -67,7 +67,7 @@ impl Vehicle {
         let is_change = command.effect.mode().is_some_and(|mode| command.mode_before != Some(mode));
         if is_shown && (!telling.waits_for_ack() || is_change) {
             if matches!(command.effect, Effect::Current(_) | Effect::NotBefore(_) | Effect::AtBeginning(_)) {
-                self.tracker.on_set_current();
+                self.on_jump();
             }
             let id = self.ops[index].id;
             self.ops[index].state = State::Ready;

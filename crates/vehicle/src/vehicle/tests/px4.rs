@@ -596,26 +596,52 @@ fn a_mission_left_to_return_goes_on_where_it_was_left() {
     let upload = Request::UploadPlan { kind: PlanKind::Mission, items, home: None, despite_findings: false };
     let mut world = flying(VehicleConfig::default());
     ask(&mut world, upload).expect("uploaded");
-    let mut resumed = |from: u16, first_jumps: bool| {
-        (world.plane.mode, world.plane.current) = (AUTO_MISSION, from);
-        wait(&mut world, 6_000);
-        if first_jumps {
-            world.plane.current = 4;
-            wait(&mut world, 500);
-        }
-        world.plane.mode = AUTO_RTL;
-        wait(&mut world, 1_500);
-        world.plane.current = 4;
-        wait(&mut world, 3_000);
+    let mission = (Command::DO_SET_MODE.0, 1.0, 4.0);
+    let to = |seq| (Command::DO_SET_MISSION_CURRENT.0, seq, 0.0);
+    // A failsafe holds for 5 s (COM_FAIL_ACT_T), a pilot for as long as he likes.
+    for (from, holds_ms, jumps_first, sent) in [
+        (2, 0, false, vec![mission, to(2.0)]),
+        (2, 0, true, vec![mission, to(2.0)]),
+        (2, 5_000, false, vec![mission, to(2.0)]),
+        (2, 60_000, true, vec![mission, to(2.0)]),
+        (4, 0, false, vec![mission]),
+        (4, 5_000, false, vec![mission]),
+    ] {
+        fly_and_return(&mut world, from, holds_ms, jumps_first);
         let before = world.plane.commands.len();
         assert_eq!(ask(&mut world, Request::MissionResume), Ok(Reply::Done));
-        acts(&world, before)
-    };
-    let mission = (Command::DO_SET_MODE.0, 1.0, 4.0);
-    let back = (Command::DO_SET_MISSION_CURRENT.0, 2.0, 0.0);
-    assert_eq!(resumed(2, false), [mission, back]);
-    assert_eq!(resumed(2, true), [mission, back]);
-    assert_eq!(resumed(4, false), [mission], "on its landing already");
+        assert_eq!(acts(&world, before), sent, "from {from}, {holds_ms} ms in AUTO_LOITER, {jumps_first}");
+    }
+    // Set to another item meanwhile, by this station or another, it goes on there.
+    for (chosen, by_us) in [(1, true), (1, false), (5, true)] {
+        fly_and_return(&mut world, 2, 5_000, false);
+        if by_us {
+            assert_eq!(ask(&mut world, Request::SetCurrentItem { item: chosen + 1 }), Ok(Reply::Done));
+        }
+        world.plane.current = chosen;
+        wait(&mut world, 1_500);
+        let before = world.plane.commands.len();
+        assert_eq!(ask(&mut world, Request::MissionResume), Ok(Reply::Done));
+        assert_eq!((acts(&world, before), world.plane.current), (vec![mission], chosen), "by us: {by_us}");
+    }
+}
+
+/// Flies item `from` of its mission, and returns, perhaps after a while in AUTO_LOITER.
+fn fly_and_return(world: &mut Pair, from: u16, holds_ms: u64, jumps_first: bool) {
+    (world.plane.mode, world.plane.current) = (AUTO_MISSION, from);
+    wait(world, 6_000);
+    if holds_ms > 0 {
+        world.plane.mode = AUTO_LOITER;
+        wait(world, holds_ms);
+    }
+    if jumps_first {
+        world.plane.current = 4;
+        wait(world, 500);
+    }
+    world.plane.mode = AUTO_RTL;
+    wait(world, 1_500);
+    world.plane.current = 4;
+    wait(world, 3_000);
 }
 
 #[test]
