@@ -12,7 +12,7 @@ use vencejo_proto::{Address, ComponentId, Message, MissionAck, MissionSeq, MonoT
 use super::lane::Written;
 use super::operation::State;
 use super::steps::Effect;
-use super::{Interrupted, Told, Vehicle};
+use super::{Interrupted, Reached, Told, Vehicle};
 use crate::conduct::leads_to_landing;
 use crate::error::VehicleError;
 use crate::modes::{Action, ModeFamily};
@@ -31,6 +31,9 @@ const JUMPED_WITHIN: Duration = Duration::from_millis(2_500);
 /// A plan file that an upload left open has been closed by then: ArduPilot closes a session that is idle for 20 s
 /// (`GCS_FTP.h`), and up to 4.7 it does so when another file is opened.
 const FILE_LEFT_OPEN: Duration = Duration::from_secs(30);
+/// PX4 v1.17 repeats that it has reached an item ten times, once a second (`MavlinkMissionManager::send`), also where it has
+/// been set back to that item meanwhile.
+const REACHED_REPEATED: Duration = Duration::from_secs(12);
 /// Two restarts within this are one.
 const RESTART_ONCE: Duration = Duration::from_secs(3);
 
@@ -83,7 +86,7 @@ impl Vehicle {
                 }
                 match group {
                     Group::Mission => self.on_mission_current(now),
-                    Group::ItemReached => self.on_item_reached(),
+                    Group::ItemReached => self.on_item_reached(now),
                     Group::Extended => self.on_extended(),
                     Group::Home => self.on_home(),
                     Group::Version => self.on_version(now),
@@ -340,7 +343,9 @@ impl Vehicle {
         let changes = self.tracker.on_current(&current);
         self.note_interruption(now);
         if let Some(seq) = changes.current {
-            self.told.reached = self.told.reached.filter(|reached| *reached != seq.0);
+            if let Some(reached) = self.told.reached.as_mut().filter(|reached| reached.seq == seq.0) {
+                reached.is_current_again = true;
+            }
             self.event(VehicleEvent::CurrentItemChanged { seq });
         }
         if changes.has_completed {
@@ -359,11 +364,14 @@ impl Vehicle {
         self.on_total(total, now);
     }
 
-    pub(super) fn on_item_reached(&mut self) {
+    pub(super) fn on_item_reached(&mut self, now: MonoTime) {
         let Some(seq) = self.telemetry.item_reached.map(|reached| reached.value) else { return };
-        // PX4 repeats each ten times, twice a second (`MavlinkMissionManager::send`).
-        if self.family() == Some(ModeFamily::Px4) && self.told.reached.replace(seq) == Some(seq) {
-            return;
+        if self.family() == Some(ModeFamily::Px4) {
+            let is_repeated = |told: Reached| !told.is_current_again || now.since(told.at) < REACHED_REPEATED;
+            if self.told.reached.is_some_and(|told| told.seq == seq && is_repeated(told)) {
+                return;
+            }
+            self.told.reached = Some(Reached { seq, at: now, is_current_again: false });
         }
         let (last, first, mission) = (self.last_nav(), self.first_seq(), self.mission().map(Arc::clone));
         let changes = self.tracker.on_reached(seq, last, mission.as_deref(), first);

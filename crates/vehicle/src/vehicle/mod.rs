@@ -127,8 +127,19 @@ struct Told {
     is_armed: Option<bool>,
     landed: Option<LandedState>,
     home: Option<Home>,
-    /// The item that a PX4 reached last, until it is the current one again.
-    reached: Option<u16>,
+    /// The item that a PX4 reached last.
+    reached: Option<Reached>,
+}
+
+/// An item that a PX4 told as reached.
+#[derive(Debug, Clone, Copy)]
+struct Reached {
+    /// Which one.
+    seq: u16,
+    /// When it was first told.
+    at: MonoTime,
+    /// Whether it has become the current item again since.
+    is_current_again: bool,
 }
 
 /// Where a PX4 left its mission to return: RTL_TYPE 1, the default of a fixed wing, makes the mission's landing the current

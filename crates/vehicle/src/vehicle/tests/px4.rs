@@ -722,29 +722,31 @@ fn a_plane_takes_airspeeds_alone() {
     assert!(matches!(error, VehicleError::InvalidValue { field: "kind", .. }), "{error}");
 }
 
-// It tells each ten times more within 5 s, while it flies to the next one.
+// It tells each ten times more, once a second, while it flies to the next one.
 #[test]
 fn an_item_is_reached_once_each_time() {
     let mut world = flying(VehicleConfig::default());
-    let mut fly = |seq: u16| {
+    let mut reached_after = |seq: u16, set_back_after: usize| {
         world.plane.current = seq;
-        wait(&mut world, 1_000);
-        for _ in 0..11 {
+        wait(&mut world, 1_500);
+        for told in 0..11 {
             let reached = MISSION_ITEM_REACHED_DATA { seq };
             world.plane.out.push_back(Message::Dialect(MavMessage::MISSION_ITEM_REACHED(reached)));
-            world.plane.current = seq + 1;
-            wait(&mut world, 500);
+            world.plane.current = if told < set_back_after { seq + 1 } else { seq };
+            wait(&mut world, 1_000);
         }
+        wait(&mut world, 1_500);
+        let reached = world.station.events.iter().filter_map(|event| match event {
+            VehicleEvent::ItemReached { seq } => Some(seq.0),
+            _ => None,
+        });
+        reached.collect::<Vec<_>>()
     };
-    // A jump leads back to it.
-    for seq in [1, 2, 1] {
-        fly(seq);
-    }
-    let told = world.station.events.iter().filter_map(|event| match event {
-        VehicleEvent::ItemReached { seq } => Some(seq.0),
-        _ => None,
-    });
-    assert_eq!(told.collect::<Vec<_>>(), [1, 2, 1]);
+    assert_eq!(reached_after(1, 11), [1]);
+    assert_eq!(reached_after(2, 11), [1, 2]);
+    assert_eq!(reached_after(1, 11), [1, 2, 1], "a jump leads back to it");
+    assert_eq!(reached_after(2, 3), [1, 2, 1, 2], "set back to it while that is told");
+    assert_eq!(reached_after(2, 11), [1, 2, 1, 2, 2]);
 }
 
 // It acknowledges both, and says nothing more.
