@@ -14,6 +14,8 @@ use crate::vehicle::raw::invalid;
 const BELOW_M: f64 = 20.0;
 /// Distance from the vehicle within which the ground below it says something about that of a target, metres.
 const SAME_GROUND_M: f64 = 500.0;
+/// How much lower the ground of a target may be than that below the vehicle, metres for each metre of distance.
+const SLOPE: f64 = 0.5;
 
 impl Context<'_> {
     fn home_point(&self) -> Option<GeoPoint> {
@@ -39,9 +41,9 @@ impl Context<'_> {
         Err(invalid("the distance from home and the vehicle", format!("{:.0} km", distance_m / 1_000.0), expected))
     }
 
-    /// Refuses an altitude under the ground that the vehicle reports (TERRAIN_REPORT), where the target is near it, and
-    /// otherwise one far below home, unless `below_home` says that it is meant. `place`: the target's latitude and
-    /// longitude; `None`: where the vehicle flies.
+    /// Refuses an altitude under the ground that the vehicle reports below it (TERRAIN_REPORT), where the target is near,
+    /// less what the ground may slope down to there, and otherwise one far below home, unless `below_home` says that it is
+    /// meant. `place`: the target's latitude and longitude; `None`: where the vehicle flies.
     pub(super) fn above_ground(
         &self,
         alt_m: f64,
@@ -55,28 +57,34 @@ impl Context<'_> {
             AltFrame::RelHome => home_m.map(|home_m| home_m + alt_m),
             AltFrame::Terrain => None,
         };
-        let ground_m = self.ground_amsl_m(place);
-        let (below_m, level) = match (alt_frame, alt_amsl_m.zip(ground_m), alt_amsl_m.zip(home_m)) {
-            (AltFrame::Terrain, ..) => (-alt_m, "the ground"),
-            (_, Some((alt_amsl_m, ground_m)), _) => (ground_m - alt_amsl_m, "the ground there"),
-            (_, None, Some((alt_amsl_m, home_m))) => (home_m - alt_amsl_m, "home"),
-            (AltFrame::RelHome, None, None) => (-alt_m, "home"),
+        let ground = self.ground_amsl_m(place);
+        let (below_m, level, lower_m) = match (alt_frame, alt_amsl_m.zip(ground), alt_amsl_m.zip(home_m)) {
+            (AltFrame::Terrain, ..) => (-alt_m, "the ground", 0.0),
+            (_, Some((alt_amsl_m, (ground_m, distance_m))), _) => {
+                (ground_m - alt_amsl_m, "the ground under the vehicle", distance_m * SLOPE)
+            }
+            (_, None, Some((alt_amsl_m, home_m))) => (home_m - alt_amsl_m, "home", 0.0),
+            (AltFrame::RelHome, None, None) => (-alt_m, "home", 0.0),
             (AltFrame::Amsl, None, None) => return Ok(()),
         };
-        if below_home || below_m <= BELOW_M || below_m.is_nan() {
+        if below_home || below_m <= BELOW_M + lower_m || below_m.is_nan() {
             return Ok(());
         }
-        let expected = "at most 20 m below it, unless below_home is set; is it counted from another level?";
+        let expected = if lower_m > 0.0 {
+            "at most 20 m plus half the distance below it, unless below_home is set; is it counted from another level?"
+        } else {
+            "at most 20 m below it, unless below_home is set; is it counted from another level?"
+        };
         Err(invalid("alt_m", format!("{below_m:.0} m below {level}"), expected))
     }
 
-    /// The ground that the vehicle reports below it, if that is recent and `place` is near.
-    fn ground_amsl_m(&self, place: Option<(f64, f64)>) -> Option<f64> {
+    /// The ground that the vehicle reports below it, and the distance to `place`, if that is recent and `place` is near.
+    fn ground_amsl_m(&self, place: Option<(f64, f64)>) -> Option<(f64, f64)> {
         let terrain = self.telemetry.terrain.filter(|terrain| terrain.freshness(self.now) == Freshness::Fresh)?;
-        if let Some((lat_deg, lon_deg)) = place {
-            let place = GeoPoint::new(lat_deg, lon_deg).ok()?;
-            self.here().filter(|here| distance_m(*here, place) <= SAME_GROUND_M)?;
-        }
-        terrain.value.ground_amsl_m
+        let distance_m = match place {
+            Some((lat_deg, lon_deg)) => distance_m(self.here()?, GeoPoint::new(lat_deg, lon_deg).ok()?),
+            None => 0.0,
+        };
+        terrain.value.ground_amsl_m.filter(|_| distance_m <= SAME_GROUND_M).map(|ground_m| (ground_m, distance_m))
     }
 }

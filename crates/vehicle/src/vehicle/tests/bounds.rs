@@ -78,6 +78,12 @@ fn near_the_plane_the_ground_that_it_reports_decides() {
     assert_eq!(ask(&mut world, go_to(HERE, -200.0, home, false)), Ok(Reply::Done), "100 m above the valley");
     assert!(refusal(&mut world, go_to(far, -200.0, home, false)).contains("200 m below home"));
     ground(&mut world, 900.0);
-    assert!(refusal(&mut world, go_to(HERE, 200.0, home, false)).contains("100 m below the ground there"));
+    let error = refusal(&mut world, go_to(HERE, 200.0, home, false));
+    assert!(error.contains("100 m below the ground under the vehicle"), "{error}");
+    let climb = Request::ChangeAltitude { alt_m: 200.0, alt_frame: home, below_home: false };
+    assert!(refusal(&mut world, climb).contains("at most 20 m below it"));
     assert_eq!(ask(&mut world, go_to(far, 200.0, home, false)), Ok(Reply::Done));
+    // 450 m down a slope of 20 % it is 60 m above the ground there, and 30 m below that under the plane.
+    let downhill = (40.3332, -3.7978 + 0.0053);
+    assert_eq!(ask(&mut world, go_to(downhill, 270.0, home, false)), Ok(Reply::Done));
 }
