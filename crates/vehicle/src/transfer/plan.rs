@@ -448,7 +448,7 @@ impl Transfer for PlanClear {
         match &mut self.step {
             Clear::Asking { retry_at } if now >= *retry_at => {
                 let waited = now.since(self.began);
-                if waited >= SILENCE_LIMIT {
+                if waited >= self.round_trip.limit(SILENCE_LIMIT) {
                     self.step = Clear::Over(Some(Err(TransferError::Timeout { step: "MISSION_CLEAR_ALL", waited })));
                 } else {
                     self.round_trip.timed_out();

@@ -13,7 +13,8 @@ pub(crate) const ITEM_TIMEOUT: Duration = Duration::from_millis(250);
 
 /// A vehicle from which nothing that concerns the transfer came for this long is gone. The mission protocol gives up
 /// after 5 retries of 1500 ms (7.5 s); ArduPilot ends an upload 8 s after the last item. A bit longer than both, so
-/// that it is the vehicle that ends first, and short enough to fail cleanly within 15 s (tests/faults, row 3).
+/// that it is the vehicle that ends first, and short enough to fail cleanly within 15 s (tests/faults, row 3). On a slow
+/// link it is longer: [`RoundTrip::limit`].
 pub(crate) const SILENCE_LIMIT: Duration = Duration::from_secs(10);
 
 /// Another station's upload of which nothing is heard for this long has ended: ArduPilot gives one up 8 s after its
@@ -86,7 +87,7 @@ pub(crate) const FTP_REQUEST_SPACING: Duration = Duration::from_micros(4400);
 pub(crate) const FTP_QUEUE: usize = 5;
 
 /// A parameter that the vehicle says nothing about for this long does not exist: older ArduPilots have no PARAM_ERROR.
-/// Enough for four tries from [`PARAM_TIMEOUT`] on, each twice as long.
+/// Enough for four tries from [`PARAM_TIMEOUT`] on, each twice as long; on a slow link it is longer: [`RoundTrip::limit`].
 pub(crate) const PARAM_ANSWER_LIMIT: Duration = Duration::from_secs(5);
 
 /// First wait for one parameter's answer on an unknown link.
@@ -96,9 +97,9 @@ pub(crate) const PARAM_TIMEOUT: Duration = Duration::from_millis(500);
 const MIN_TIMEOUT: Duration = Duration::from_millis(60);
 /// Longest wait before asking again on an unknown link.
 const MAX_UNKNOWN: Duration = Duration::from_millis(4000);
-/// Longest wait before asking again where answers do not take longer than that: half of [`SILENCE_LIMIT`], so that a
-/// lost request is repeated before the vehicle counts as gone.
-const MAX_TIMEOUT: Duration = Duration::from_millis(5000);
+/// First waits for an answer within which nothing is given up: five tries, the others after twice the first wait. With
+/// 20 % lost each way all five are lost once in 170.
+const PATIENCE: u32 = 8;
 /// Least allowance for variation: two turns of the main loop.
 const MIN_VARIATION: Duration = Duration::from_millis(40);
 
@@ -152,11 +153,16 @@ impl RoundTrip {
         let first = self.first_timeout();
         let most = match self.estimate {
             None => MAX_UNKNOWN,
-            // Four times the usual: enough to measure a link whose delay has doubled. Longer waits cost more where the
-            // answer was lost than they gain where it is late.
-            Some(_) => (first * 4).clamp(2 * ITEM_TIMEOUT, first.max(MAX_TIMEOUT)),
+            // Four times the usual, on a slow link twice: enough to measure one whose delay has doubled. Longer waits cost
+            // more where the answer was lost than they gain where it is late.
+            Some(_) => (first * 4).clamp(2 * ITEM_TIMEOUT, MESSAGE_TIMEOUT.max(first * 2)),
         };
         (first * (1 << self.backoff)).min(most)
+    }
+
+    /// The time without an answer after which to give up: at least so long, and longer on a slow link.
+    pub(crate) fn limit(&self, least: Duration) -> Duration {
+        self.estimate.map_or(least, |_| least.max(self.first_timeout() * PATIENCE))
     }
 
     /// Shortest round trip seen.
@@ -185,12 +191,14 @@ mod tests {
         let mut slow = RoundTrip::new(Some(ms(2000)), MESSAGE_TIMEOUT);
         assert_eq!(slow.timeout(), ms(4000));
         slow.timed_out();
-        assert_eq!(slow.timeout(), MAX_TIMEOUT, "a lost request is repeated before the vehicle counts as gone");
+        assert_eq!(slow.timeout(), ms(8000));
         let mut far = RoundTrip::new(Some(ms(1000)), MESSAGE_TIMEOUT);
         for _ in 0..40 {
             far.timed_out();
         }
-        assert_eq!(far.timeout(), MAX_TIMEOUT);
+        assert_eq!(far.timeout(), ms(4000));
+        let limits = [&near, &far, &RoundTrip::new(None, MESSAGE_TIMEOUT)].map(|link| link.limit(SILENCE_LIMIT));
+        assert_eq!(limits, [SILENCE_LIMIT, ms(16_000), SILENCE_LIMIT]);
         // An answer that takes twice as long comes within the second wait.
         for least in [5, 100, 400, 1600, 2200] {
             let mut settled = RoundTrip::new(None, MESSAGE_TIMEOUT);

@@ -345,7 +345,7 @@ impl Session {
         if !self.was_heard && now >= self.absent_at() {
             return Event::Failed(TransferError::FtpAbsent { waited });
         }
-        if waited >= SILENCE_LIMIT {
+        if waited >= self.round_trip.limit(SILENCE_LIMIT) {
             return Event::Failed(TransferError::Timeout { step: "transferring a file by MAVFTP", waited });
         }
         match self.opening {
@@ -373,7 +373,7 @@ impl Session {
     }
 
     fn deadline(&self) -> MonoTime {
-        let gone = self.progressed + SILENCE_LIMIT;
+        let gone = self.progressed + self.round_trip.limit(SILENCE_LIMIT);
         let gone = if self.was_heard { gone } else { gone.min(self.absent_at()) };
         match self.opening {
             Opening::Asked { retry_at, .. } | Opening::Busy { retry_at } | Opening::Closing { retry_at } => {

@@ -317,16 +317,16 @@ impl Transfer for ItemDownload {
         if self.deadline().is_none_or(|at| now < at) {
             return;
         }
-        let waited = now.since(self.heard);
+        let (waited, silence) = (now.since(self.heard), self.round_trip.limit(SILENCE_LIMIT));
         if now >= self.progressed + PROGRESS_LIMIT {
             let attempts = self.restarts + 1;
             return self.end(Err(TransferError::NoProgress { step: "reading a plan item by item", attempts }));
         }
         match self.state {
-            Download::Listing { .. } if waited >= SILENCE_LIMIT => {
+            Download::Listing { .. } if waited >= silence => {
                 self.end(Err(TransferError::Timeout { step: "MISSION_REQUEST_LIST", waited }));
             }
-            Download::Reading(_) if waited >= SILENCE_LIMIT => {
+            Download::Reading(_) if waited >= silence => {
                 self.end(Err(TransferError::Timeout { step: "MISSION_REQUEST_INT", waited }));
             }
             Download::Listing { tries, .. } => {
@@ -358,7 +358,7 @@ impl Transfer for ItemDownload {
             Download::Reading(reading) => {
                 let timeout = self.item_timeout();
                 let late = reading.asked.iter().map(|asked| asked.at + timeout).min();
-                let gone = (self.heard + SILENCE_LIMIT).min(limit);
+                let gone = (self.heard + self.round_trip.limit(SILENCE_LIMIT)).min(limit);
                 Some(late.map_or(gone, |late| late.min(gone)))
             }
             Download::Over(_) => None,

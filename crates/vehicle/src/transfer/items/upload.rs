@@ -347,7 +347,7 @@ impl Transfer for ItemUpload {
         match self.state {
             Upload::Counting { tries, .. } => {
                 let waited = now.since(self.heard);
-                if waited >= SILENCE_LIMIT {
+                if waited >= self.round_trip.limit(SILENCE_LIMIT) {
                     self.end(Err(TransferError::Timeout { step: "MISSION_COUNT", waited }));
                 } else {
                     self.round_trip.timed_out();

@@ -300,7 +300,7 @@ impl Transfer for ParamList {
             ListBy::Messages(messages) => messages,
         };
         let waited = now.since(messages.progressed);
-        if waited >= SILENCE_LIMIT {
+        if waited >= messages.round_trip.limit(SILENCE_LIMIT) {
             return self.end(Err(TransferError::Timeout { step: "PARAM_REQUEST_LIST", waited }));
         }
         if now < messages.retry_at() {
@@ -334,7 +334,9 @@ impl Transfer for ParamList {
         }
         match &self.by {
             ListBy::File(file, _) => file.deadline(),
-            ListBy::Messages(messages) => Some(messages.retry_at().min(messages.progressed + SILENCE_LIMIT)),
+            ListBy::Messages(messages) => {
+                Some(messages.retry_at().min(messages.progressed + messages.round_trip.limit(SILENCE_LIMIT)))
+            }
         }
     }
 

@@ -77,7 +77,7 @@ impl Transfer for ParamRead {
         if self.deadline().is_none_or(|at| now < at) {
             return;
         }
-        if now.since(self.began) >= PARAM_ANSWER_LIMIT {
+        if now.since(self.began) >= self.round_trip.limit(PARAM_ANSWER_LIMIT) {
             self.end(Err(TransferError::UnknownParam { name: self.name, told: false }));
         } else {
             self.round_trip.timed_out();
@@ -86,7 +86,7 @@ impl Transfer for ParamRead {
     }
 
     fn deadline(&self) -> Option<MonoTime> {
-        self.retry_at.map(|at| at.min(self.began + PARAM_ANSWER_LIMIT))
+        self.retry_at.map(|at| at.min(self.began + self.round_trip.limit(PARAM_ANSWER_LIMIT)))
     }
 
     fn poll_output(&mut self) -> Option<TransferOutput> {
@@ -249,7 +249,7 @@ impl Transfer for ParamSet {
                     }
                     None => self.round_trip.timed_out(),
                 }
-                if waited >= SILENCE_LIMIT {
+                if waited >= self.round_trip.limit(SILENCE_LIMIT) {
                     self.step = Set::Over(Some(Err(TransferError::Timeout { step: "PARAM_SET", waited })));
                     return;
                 }

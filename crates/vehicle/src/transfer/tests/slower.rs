@@ -1,4 +1,5 @@
-//! Links whose delay doubles while a transfer runs: no answer comes within the wait that was measured.
+//! Slow links: those whose delay doubles while a transfer runs, where no answer comes within the wait that was measured,
+//! and those that lose, where few tries fit into the time in which a transfer is given up.
 
 use std::time::Duration;
 
@@ -7,7 +8,7 @@ use vencejo_proto::MonoTime;
 use vencejo_proto::param::{Param, ParamName, ParamValue};
 
 use super::{LIMIT, by_ftp, by_items, has, mission, ms};
-use crate::transfer::testing::{Faults, MockPlane, PLANE, Running, STATION, World, run};
+use crate::transfer::testing::{Faults, MockPlane, PLANE, Running, STATION, World, run, seeds};
 use crate::transfer::{
     ParamList, ParamRead, ParamSet, PlanDownload, PlanRoute, PlanUpload, Transfer, TransferConfig, VerifiedPlan,
 };
@@ -109,4 +110,70 @@ fn parameters_go_on_where_the_delay_doubles() {
     check("a parameter", read, |param, _| param.value == ParamValue::F32(7.0));
     let set = |known, _| (ParamSet::new(&by_items(known), name(7), 1.5, MonoTime::ZERO), with_params());
     check("a parameter set", set, |_, plane| plane.params[7].value == ParamValue::F32(1.5));
+}
+
+/// Runs a transfer over links that lose 20 % each way, and returns where fewer than 95 % succeed. What succeeds is right.
+fn check_losing<T: Transfer>(
+    what: &str,
+    begin: impl Fn(Duration, u32) -> (T, MockPlane),
+    is_right: impl Fn(&T::Value, &MockPlane) -> bool,
+) -> Vec<String> {
+    let mut poor = Vec::new();
+    for round_trip in [50, 800, 1_600].map(ms) {
+        let seeds = seeds(100);
+        let mut took: Vec<_> = (0..seeds as u32)
+            .filter_map(|seed| {
+                let (transfer, plane) = begin(round_trip, seed);
+                let faults = Faults { loss: 0.2, jitter: round_trip / 20, ..Faults::round_trip(round_trip) };
+                let mut world = World::new(Running::new(transfer), plane, faults, u64::from(seed));
+                let (result, took) = run(&mut world, LIMIT);
+                match result {
+                    Ok(value) => assert!(is_right(&value, &world.plane), "{what}, {round_trip:?}, seed {seed}"),
+                    Err(error) => {
+                        println!("{what}, {round_trip:?}, seed {seed}: {error}, {took:?}");
+                        return None;
+                    }
+                }
+                Some(took)
+            })
+            .collect();
+        took.sort();
+        let share = took.len() as f64 / seeds as f64;
+        println!("{what}, {round_trip:?}: {share}, {:?}, at most {:?}", took[took.len() / 2], took[took.len() - 1]);
+        if share < 0.95 {
+            poor.push(format!("{what}, {round_trip:?}: {share}"));
+        }
+    }
+    poor
+}
+
+#[test]
+fn slow_links_that_lose_are_served() {
+    let items = mission(30);
+    let upload =
+        |config| (PlanUpload::new(&config, PlanKind::Mission, items.clone(), MonoTime::ZERO), MockPlane::new());
+    let download = |config| (PlanDownload::new(&config, PlanKind::Mission, MonoTime::ZERO), holding(30));
+    let read = |known, _| (ParamRead::new(&by_items(known), name(7), MonoTime::ZERO), with_params());
+    let set = |known, _| (ParamSet::new(&by_items(known), name(7), 1.5, MonoTime::ZERO), with_params());
+    let list = |config| (ParamList::new(&config, MonoTime::ZERO), with_params());
+    let is_whole = |read: &Vec<Param>, plane: &MockPlane| *read == plane.params;
+    let poor = [
+        check_losing("a parameter", read, |param, _| param.value == ParamValue::F32(7.0)),
+        check_losing("a parameter set", set, |_, plane| plane.params[7].value == ParamValue::F32(1.5)),
+        check_losing("parameters by file", |known, seed| list(by_ftp(known, seed)), is_whole),
+        check_losing("parameters one by one", |known, _| list(by_items(known)), is_whole),
+        check_losing(
+            "download by file",
+            |known, seed| download(by_ftp(known, seed)),
+            |plan, _| has(&plan.items, &items),
+        ),
+        check_losing("download by items", |known, _| download(by_items(known)), |plan, _| has(&plan.items, &items)),
+        check_losing(
+            "upload by file",
+            |known, seed| upload(by_ftp(known, seed)),
+            |_, plane| has(&plane.plans[0], &items),
+        ),
+        check_losing("upload by items", |known, _| upload(by_items(known)), |_, plane| has(&plane.plans[0], &items)),
+    ];
+    assert!(poor.concat().is_empty(), "{poor:#?}");
 }
