@@ -17,6 +17,9 @@ const SILENCE: Duration = Duration::from_secs(1);
 const LAG: Duration = Duration::from_secs(1);
 /// How long a backlog of old messages may take to drain after a silence.
 const DRAIN: Duration = Duration::from_secs(3);
+/// A clock that has advanced by no more than this over a silence stood still meanwhile, as that of a simulator that was
+/// paused. Between two states of a remote vehicle lies a second or two.
+const STOOD_STILL_MS: u32 = 3_000;
 
 /// An event shown by the time since boot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -35,6 +38,8 @@ pub enum BootEvent {
 #[derive(Debug, Default)]
 pub struct BootClock {
     newest: Option<(u32, MonoTime)>,
+    /// The first time that was heard after a silence, if it was slightly before the newest.
+    earlier_ms: Option<u32>,
     back: Option<Back>,
     lag: Option<Lag>,
 }
@@ -51,6 +56,8 @@ struct Back {
 #[derive(Debug)]
 struct Lag {
     since: MonoTime,
+    /// The time since boot then.
+    first_ms: u32,
     anchor: (u32, MonoTime),
 }
 
@@ -60,7 +67,8 @@ impl BootClock {
     /// A restart shows in two ways: the time goes back for several messages in a row (one old datagram that was delayed
     /// is no restart), or, after a silence, it stays behind by more than 1 s. The second is for a restart soon after
     /// boot, whose time has grown past the old one when it is heard: that takes a silence as long as the old life was,
-    /// so no silence, pause or delay makes a vehicle that has been up for longer look restarted.
+    /// so no silence, pause or delay makes a vehicle that has been up for longer look restarted. A clock that stood still
+    /// in the silence and runs on from there is no restart either.
     pub fn observe(&mut self, boot_ms: u32, now: MonoTime) -> Option<BootEvent> {
         let Some((newest_ms, newest_at)) = self.newest else {
             self.newest = Some((boot_ms, now));
@@ -71,8 +79,9 @@ impl BootClock {
             self.back = None;
             let silence = now.since(newest_at);
             let could_hide_a_life = u128::from(newest_ms) <= silence.as_millis() + u128::from(REORDER_MS);
+            let first_ms = self.earlier_ms.take().unwrap_or(boot_ms);
             if silence > SILENCE && could_hide_a_life {
-                self.lag = Some(Lag { since: now, anchor: (newest_ms, newest_at) });
+                self.lag = Some(Lag { since: now, first_ms, anchor: (newest_ms, newest_at) });
             }
             self.newest = Some((boot_ms, now));
             let passed = Duration::from_millis(u64::from(boot_ms.wrapping_sub(newest_ms)));
@@ -83,6 +92,9 @@ impl BootClock {
         }
         if newest_ms - boot_ms <= REORDER_MS {
             self.back = None;
+            if now.since(newest_at) > SILENCE {
+                self.earlier_ms.get_or_insert(boot_ms);
+            }
             return None;
         }
         match &mut self.back {
@@ -111,12 +123,20 @@ impl BootClock {
         if now.since(lag.since) < DRAIN {
             return None;
         }
+        // Messages from before a restart may come first.
+        let runs_on =
+            Duration::from_millis(u64::from(boot_ms.wrapping_sub(lag.first_ms))) <= now.since(lag.since) + LAG;
+        let stood_still = lag.first_ms.checked_sub(anchor_ms).is_some_and(|ahead_ms| ahead_ms <= STOOD_STILL_MS);
+        if stood_still && runs_on {
+            self.lag = None;
+            return None;
+        }
         let since = lag.since;
         Some(self.rebooted(boot_ms, since, now))
     }
 
     fn rebooted(&mut self, boot_ms: u32, since: MonoTime, now: MonoTime) -> BootEvent {
-        *self = Self { newest: Some((boot_ms, now)), back: None, lag: None };
+        *self = Self { newest: Some((boot_ms, now)), ..Self::default() };
         BootEvent::Rebooted { since }
     }
 
@@ -213,6 +233,20 @@ mod tests {
         let mut samples = vec![(300_000, 0)];
         samples.extend((0..100).map(|n| (300_100 + n * 100, 20_000 + u64::from(n) * 100)));
         assert_eq!(noticed(&samples), None);
+    }
+
+    #[test]
+    fn a_clock_that_stood_still_as_long_as_the_vehicle_was_up_is_no_restart() {
+        // A simulator that was paused for 25 s after 20 s; as it is heard on its link, and far away.
+        for (first_ms, step) in [(20_100, 1), (21_900, 20)] {
+            let mut samples = vec![(20_000, 0)];
+            samples.extend((0..1_000).step_by(step).map(|n: u32| (first_ms + n * 100, 25_000 + u64::from(n) * 100)));
+            assert_eq!(noticed(&samples), None, "{first_ms}");
+        }
+        // The same, and its last words from before a restart come first.
+        let mut samples = vec![(5_000, 0), (5_100, 20_000), (5_200, 20_010)];
+        samples.extend((0..50).map(|n| (15_000 + n * 100, 20_020 + u64::from(n) * 100)));
+        assert_eq!(noticed(&samples), Some(23_020));
     }
 
     #[test]
