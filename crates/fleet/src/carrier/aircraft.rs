@@ -160,6 +160,7 @@ async fn live(
     let frames = history.is_some_and(|history| history.has_frames).then(|| vehicle.subscribe_messages(None, WAITING));
     let mut post = Post::new(station, &vehicle, config, status);
     (post.history, post.frames) = (history, frames);
+    let mut failures = 0;
     for turn in 0.. {
         let routers = post.routers();
         let Some(router) = routers.get(turn % routers.len().max(1)) else { return };
@@ -167,6 +168,7 @@ async fn live(
         let dialled = network::dial(std::slice::from_ref(router), identity.as_ref());
         let end = match post.meanwhile(&mut source, &mut authority, &heard, dialled).await {
             Ok(session) => {
+                failures = 0;
                 post.router = Some(router.clone());
                 post.certificate_ends = post.place.as_ref().and_then(|place| Some(place.member.facts().ok()?.ends));
                 let end = post.serve(&session, &mut source, &mut authority, &heard, routers.len() > 1).await;
@@ -182,9 +184,11 @@ async fn live(
             Err(error) => error.to_string(),
         };
         tracing::debug!(problem, "the router is not reached");
+        failures += 1;
         {
             let mut status = status.lock().unwrap_or_else(PoisonError::into_inner);
-            (status.is_connected, status.problem) = (false, Some(problem));
+            // A router is away for a moment when it admits a new member: the cause is reported at the second failure.
+            (status.is_connected, status.problem) = (false, Some(problem).filter(|_| failures > 1));
         }
         // Another router is dialled at once; after all of them follows a pause.
         if (turn + 1) % routers.len() == 0 {

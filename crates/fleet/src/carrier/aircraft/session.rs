@@ -31,6 +31,9 @@ const DEAD_BESIDE_OTHERS: u32 = 8;
 const GONE_BESIDE_OTHERS: Duration = Duration::from_secs(1);
 /// Echoes lost in a row after which it is reported: a router that does not know an aircraft does not answer.
 const TELL_AFTER: u32 = 3;
+/// What is reported then, of a router that is reached, and of one that is not.
+const SILENT: &str = "it is reached and answers nothing: has this aircraft been revoked? see: vencejo fleet doctor";
+const ENDED: &str = "the connection has ended and is dialled again: is `vencejo serve --fleet` running there?";
 
 impl Post<'_> {
     /// Serves until the station is closed or the session is dead.
@@ -64,6 +67,8 @@ impl Post<'_> {
         let mut budget = Budget::new(self.config.uplink_bit_s, self.station.now());
         let (echoed, mut echoes) = mpsc::channel(4);
         let (mut sample_due, mut look_due, mut lost) = (MonoTime::ZERO, MonoTime::ZERO, 0);
+        // Echoes lost in a row while the router was reached.
+        let mut unanswered = 0;
         let mut asked_at = None;
         let (numbered, mut numbers) = mpsc::channel(4);
         let (renewed, mut renewals) = mpsc::channel(4);
@@ -86,6 +91,8 @@ impl Post<'_> {
                         is_with_since = now;
                     } else if has_others && now.since(is_with_since) >= GONE_BESIDE_OTHERS {
                         return Err(self.problem("it has gone"));
+                    } else {
+                        unanswered = 0;
                     }
                     let audience = match authority.lease() {
                         Some(_) => Audience::Holder,
@@ -114,7 +121,12 @@ impl Post<'_> {
                             place.renew(&renewed, now);
                         }
                     }
-                    self.show(authority, budget.rate_hz(audience), lost);
+                    let silent = match (lost, unanswered) {
+                        (_, TELL_AFTER..) => Some(SILENT),
+                        (TELL_AFTER.., _) => Some(ENDED),
+                        _ => None,
+                    };
+                    self.show(authority, budget.rate_hz(audience), silent);
                 }
                 Some(renewed) = renewals.recv() => match (renewed, self.place.as_mut()) {
                     (Renewed::Certificate(member), Some(place)) => {
@@ -163,7 +175,7 @@ impl Post<'_> {
                     self.on_end(&claim, &result, &state, authority);
                 }
                 Some(took) = echoes.recv() => {
-                    lost = if took.is_some() { 0 } else { lost + 1 };
+                    (lost, unanswered) = if took.is_some() { (0, 0) } else { (lost + 1, unanswered + 1) };
                     match took {
                         Some(took) => budget.on_echo(took, self.station.now()),
                         None => budget.on_echo_lost(),
@@ -201,11 +213,10 @@ impl Post<'_> {
         FleetError::Network { address, problem: problem.to_owned() }
     }
 
-    fn show(&self, authority: &Authority, rate_hz: f64, lost: u32) {
+    fn show(&self, authority: &Authority, rate_hz: f64, silent: Option<&str>) {
         let holder = Some(authority.held().holder).filter(|holder| !holder.is_empty());
         let certificate_ends = self.certificate_ends;
-        let silent = "it is reached and answers nothing: has this aircraft been revoked? see: vencejo fleet doctor";
-        let problem = (lost >= TELL_AFTER).then(|| self.problem(silent).to_string());
+        let problem = silent.map(|silent| self.problem(silent).to_string());
         let problem = problem.or_else(|| self.history.and_then(Board::problem));
         let status = AircraftStatus { is_connected: true, problem, holder, rate_hz, certificate_ends };
         *self.status.lock().unwrap_or_else(PoisonError::into_inner) = status;
