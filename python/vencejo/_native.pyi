@@ -343,6 +343,7 @@ class Vehicle:
 FLEET_WARN_BEFORE_S: int
 _Validity: TypeAlias = tuple[int, int, list[str]]
 _Member: TypeAlias = dict[str, Any]
+_Silent: TypeAlias = tuple[float, str]
 
 @final
 class FleetAircraft:
@@ -358,7 +359,7 @@ class FleetAircraft:
         member_file: str | os.PathLike[str],
         history: tuple[str | os.PathLike[str], int, bool] | None,
     ) -> None: ...
-    def status(self) -> tuple[bool, str | None, str | None, float, int | None]: ...
+    def status(self) -> tuple[bool, str | None, str | None, float, int | None, _Silent | None]: ...
     def close(self) -> None: ...
 
 class FleetGround:
@@ -377,7 +378,7 @@ class FleetGround:
     endpoint: str
     door: str | None
     key: str
-    def aircraft(self) -> list[tuple[str, int | None, bool, float, str | None, str | None]]: ...
+    def aircraft(self) -> list[tuple[str, int | None, bool, float, str | None, str | None, _Silent | None]]: ...
     def close(self) -> None: ...
 
 class FleetOrganisation:

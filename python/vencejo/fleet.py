@@ -53,6 +53,10 @@ class AircraftStatus:
         Rate at which the plane's state is sent.
     certificate_ends : datetime or None
         When its certificate expires (UTC); it is renewed 30 days before. ``None`` without encryption.
+    autopilot_silent_s : float or None
+        Time since the autopilot was last heard, or since the start if it never was; ``None`` below 5 s.
+    links : str or None
+        The station's links and their states, in words, while the autopilot is silent.
     """
 
     is_connected: bool
@@ -60,6 +64,8 @@ class AircraftStatus:
     holder: str | None
     rate_hz: float
     certificate_ends: datetime | None
+    autopilot_silent_s: float | None
+    links: str | None
 
 
 class Aircraft(Closing):
@@ -133,13 +139,16 @@ class Aircraft(Closing):
     @property
     def status(self) -> AircraftStatus:
         """The present state."""
-        is_connected, problem, holder, rate_hz, ends = self._native.status()
+        is_connected, problem, holder, rate_hz, ends, silence = self._native.status()
+        silent_s, links = silence or (None, None)
         return AircraftStatus(
             is_connected=is_connected,
             problem=problem,
             holder=holder,
             rate_hz=rate_hz,
             certificate_ends=None if ends is None else datetime.fromtimestamp(ends, timezone.utc),
+            autopilot_silent_s=silent_s,
+            links=links,
         )
 
     def close(self) -> None:
@@ -174,6 +183,11 @@ class FarAircraft:
         Time since its newest message.
     holder, asking : str or None
         Who has control of it, and who asks for control.
+    autopilot_silent_s : float or None
+        Time since the station on board last heard its autopilot; ``None`` below 5 s, and while the station on board is
+        not heard either.
+    links : str or None
+        The links of the station on board and their states, in words, while the autopilot is silent.
     """
 
     name: str
@@ -182,6 +196,8 @@ class FarAircraft:
     age_s: float
     holder: str | None
     asking: str | None
+    autopilot_silent_s: float | None
+    links: str | None
 
 
 class Fleet(Closing):
@@ -274,8 +290,11 @@ class Fleet(Closing):
     @property
     def aircraft(self) -> list[FarAircraft]:
         """The aircraft that were heard of, by name."""
-        names = ("name", "system_id", "is_present", "age_s", "holder", "asking")
-        return [FarAircraft(**dict(zip(names, far, strict=True))) for far in self._native.aircraft()]
+        names = ("name", "system_id", "is_present", "age_s", "holder", "asking", "autopilot_silent_s", "links")
+        return [
+            FarAircraft(**dict(zip(names, (*far, *(silence or (None, None))), strict=True)))
+            for *far, silence in self._native.aircraft()
+        ]
 
     def close(self) -> None:
         """Leave the fleet; control that it has of aircraft is given up."""

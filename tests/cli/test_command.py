@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 import inspect
 import io
 import json
@@ -13,6 +14,7 @@ import socket
 import subprocess
 import sys
 import threading
+import time
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
@@ -23,6 +25,7 @@ import vencejo
 import vencejo.errors
 from typer.testing import CliRunner, Result
 from vencejo.cli import common
+from vencejo.cli.aboard import KNOWS, LinkNote, PlaneLinks, link_checks
 from vencejo.cli.commands import app
 from vencejo.cli.common import EXIT_CODES, Exit, clean, describe_error
 from vencejo.cli.demo import demo_mission
@@ -215,9 +218,55 @@ def test_those_who_serve_go_on_when_nobody_reads_what_they_say(
     told = tell_storage([low], {})
     assert tell_storage([], told) == {}
     for as_json in (False, True):
-        status: Any = SimpleNamespace(is_connected=False, holder=None, problem="no router")
-        assert tell_status(status, None, json=as_json) == (False, None, frozenset({"no router"}))
+        status: Any = SimpleNamespace(
+            is_connected=False, holder=None, problem="no router", autopilot_silent_s=None, links=None
+        )
+        assert tell_status(status, None, json=as_json) == (False, None, frozenset({"no router"}), None)
     assert len(written) == 4
+
+
+def test_a_silent_autopilot_is_told_on_board_once_and_when_it_changes(capsys: pytest.CaptureFixture[str]) -> None:
+    told = None
+    for silent_s, links in [
+        (None, None),
+        (5.2, "serial:/dev/ttyS0:57600 (not open: no such device)"),
+        (6.2, "serial:/dev/ttyS0:57600 (not open: no such device)"),
+        (9.0, "serial:/dev/ttyS0:57600 (open, no MAVLink in 90 bytes: another baud rate?)"),
+        (10.0, "serial:/dev/ttyS0:57600 (open, no MAVLink in 900 bytes: another baud rate?)"),
+        (None, None),
+    ]:
+        status: Any = SimpleNamespace(
+            is_connected=False, holder=None, problem=None, autopilot_silent_s=silent_s, links=links
+        )
+        told = tell_status(status, told, json=False)
+    assert capsys.readouterr().err.splitlines() == [
+        "Not in the fleet yet",
+        "Warning: no message of the autopilot for 5 s: serial:/dev/ttyS0:57600 (not open: no such device)",
+        "Warning: no message of the autopilot for 9 s: serial:/dev/ttyS0:57600 (open, no MAVLink in 90 bytes: another baud rate?)",
+        "The autopilot is heard.",
+    ]
+
+
+@pytest.mark.skipif(not KNOWS, reason="no locks that show that a program runs")
+def test_the_doctor_on_board_knows_the_link_of_the_running_program(tmp_path: Path) -> None:
+    path = tmp_path / "onboard.json"
+
+    def found() -> tuple[bool, str]:
+        (check,) = link_checks(path)
+        return check.ok, check.message
+
+    assert "is not running here" in found()[1]
+    with LinkNote(path) as note:
+        heard = PlaneLinks(name=None, links=("/dev/ttyS0,57600",), silent_since=None, states=None)
+        note.write([heard])
+        assert found() == (True, "the autopilot is heard on /dev/ttyS0,57600")
+        states = "serial:/dev/ttyS0:57600 (open, nothing received)"
+        note.write([dataclasses.replace(heard, silent_since=time.time() - 64.0, states=states)])
+        assert found() == (False, f"no message of the autopilot for 64 s: {states}")
+        with LinkNote(path) as second:
+            second.write([heard])
+        assert not found()[0], "the first one has the file"
+    assert "is not running here" in found()[1]
 
 
 def test_a_link_that_cannot_be_read() -> None:

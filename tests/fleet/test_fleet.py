@@ -117,3 +117,10 @@ def test_a_station_that_is_not_trusted_sees_and_does_nothing(tmp_path: Path) -> 
         with pytest.raises(ControlHeld):
             plane.set_mode("CIRCLE")
         assert board.wait_vehicle().telemetry.mode == "FBWA"
+        # The cable comes off: the computer on board is heard, and says so.
+        assert (fleet.aircraft[0].autopilot_silent_s, aircraft.status.links) == (None, None)
+        for each in board.links:
+            board.close_link(each.id)
+        wait_for(lambda: fleet.aircraft[0].autopilot_silent_s is not None, "the autopilot's silence")
+        assert (fleet.aircraft[0].is_present, fleet.aircraft[0].links) == (True, "no link")
+        assert (aircraft.status.autopilot_silent_s or 0.0) > 5.0

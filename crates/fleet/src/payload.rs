@@ -81,6 +81,12 @@ pub struct State {
     /// Number of the newest [`Event`] of this boot; 0 before the first.
     #[prost(uint64, tag = "13")]
     pub events: u64,
+    /// While the autopilot is silent: when it was last heard, by the clock on board, ms.
+    #[prost(uint64, optional, tag = "17")]
+    pub silent_since_ms: Option<u64>,
+    /// The links to it and their states, in words, while it is silent; in a sample every ten seconds.
+    #[prost(string, tag = "18")]
+    pub links: String,
 }
 
 /// The progress of an order.
@@ -328,7 +334,8 @@ impl State {
         read::<Self>(bytes)?.checked()
     }
 
-    fn checked(self) -> Result<Self, BadPayload> {
+    fn checked(mut self) -> Result<Self, BadPayload> {
+        self.links = vencejo_proto::plain(&self.links, MAX_TEXT);
         if !(1..=255).contains(&self.system) {
             return Err(BadPayload::Field("system"));
         }

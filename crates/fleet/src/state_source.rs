@@ -5,6 +5,8 @@ use std::collections::{BTreeMap, VecDeque};
 use std::time::Duration;
 
 use vencejo_proto::{Address, Frame, Message, MonoTime};
+use vencejo_station::Silence;
+use vencejo_vehicle::telemetry::LOST_AFTER;
 
 use crate::payload::{Event, Held, Said, State, VERSION};
 use crate::rivals::{HELD_BACK, Rivals, Speaks, THERE_FOR};
@@ -21,6 +23,8 @@ const QUICK: [u32; 3] = [0, 33, 74];
 const SPARING: Duration = Duration::from_millis(1_500);
 /// Who has control is sent again after this, where it has not changed.
 const HELD_AGAIN: Duration = Duration::from_secs(1);
+/// The links of a silent autopilot are sent again after this.
+const LINKS_AGAIN: Duration = Duration::from_secs(10);
 /// Those that show the effect of an act: HEARTBEAT, MISSION_CURRENT, EXTENDED_SYS_STATE.
 const EFFECTS: [u32; 3] = [0, 42, 245];
 /// Messages of which each one is sent: MISSION_ITEM_REACHED, STATUSTEXT.
@@ -45,6 +49,10 @@ pub struct StateSource {
     newest: BTreeMap<u32, Newest>,
     /// Who had control in the last sample that has it, and when that was made.
     held: Option<(Held, MonoTime)>,
+    /// When the autopilot was last heard and its links in words, while it is silent.
+    silence: Option<(MonoTime, String)>,
+    /// When a sample last had the links.
+    links_at: Option<MonoTime>,
     sequence: u64,
     events: VecDeque<Event>,
     numbered: u64,
@@ -73,8 +81,24 @@ enum Extent {
 impl StateSource {
     /// A source without messages.
     pub fn new(boot: u64, autopilot: Address, stamper: Stamper) -> Self {
-        let (newest, events) = (BTreeMap::new(), VecDeque::new());
-        Self { boot, stamper, autopilot, newest, held: None, sequence: 0, events, numbered: 0 }
+        Self {
+            boot,
+            stamper,
+            autopilot,
+            newest: BTreeMap::new(),
+            held: None,
+            silence: None,
+            links_at: None,
+            sequence: 0,
+            events: VecDeque::new(),
+            numbered: 0,
+        }
+    }
+
+    /// The autopilot is silent: when it was last heard, and its links in words; `None` when it is heard.
+    pub fn on_silence(&mut self, silence: Option<(MonoTime, String)>) {
+        self.links_at.take_if(|_| silence.is_none());
+        self.silence = silence;
     }
 
     /// Adds a message of the autopilot; returns the event to send at once, if it is one.
@@ -166,6 +190,13 @@ impl StateSource {
             }
             state.held = Some(held);
         }
+        if let Some((since, links)) = &self.silence {
+            state.silent_since_ms = Some(millis(since.as_duration()));
+            if !is_sample || self.links_at.is_none_or(|at| now.since(at) >= LINKS_AGAIN) {
+                state.links.clone_from(links);
+                self.links_at = if is_sample { Some(now) } else { self.links_at };
+            }
+        }
         state
     }
 
@@ -191,6 +222,8 @@ pub struct Listener {
     /// When that was heard, by our clock.
     at: MonoTime,
     held: Held,
+    /// Since when its autopilot is silent, by the clock on board, ms, and its links in words.
+    silence: Option<(u64, String)>,
     /// Number of the next event that was not heard.
     next_event: u64,
     /// Number of the newest event known to exist.
@@ -280,6 +313,9 @@ impl Listener {
             if let Some(held) = &state.held {
                 self.held.clone_from(held);
             }
+            let known = self.silence.take().map(|(_, links)| links).filter(|_| state.links.is_empty());
+            let links = known.unwrap_or_else(|| state.links.clone());
+            self.silence = state.silent_since_ms.map(|since_ms| (since_ms, links));
         }
         self.newest_event = self.newest_event.max(state.events);
         let mut said = Vec::new();
@@ -364,6 +400,13 @@ impl Listener {
         now.since(self.at)
     }
 
+    /// The silence of its autopilot, by the newest state; `None` if the station on board is silent too.
+    pub fn silence(&self, now: MonoTime) -> Option<Silence> {
+        let (since_ms, links) = self.silence.as_ref().filter(|_| self.age(now) < LOST_AFTER)?;
+        let lasts = Duration::from_millis(self.clock_ms.saturating_sub(*since_ms)) + self.age(now);
+        Some(Silence { lasts, links: links.clone() })
+    }
+
     /// Who may act, by the newest state.
     pub fn held(&self) -> &Held {
         &self.held
@@ -379,6 +422,7 @@ impl Listener {
 
 #[cfg(test)]
 mod tests {
+    use prost::Message as _;
     use vencejo_proto::dialect::{
         BATTERY_STATUS_DATA, HOME_POSITION_DATA, MISSION_ITEM_REACHED_DATA, MavMessage, VFR_HUD_DATA,
     };
@@ -449,6 +493,37 @@ mod tests {
         assert_eq!(listener.held(), &ana);
         listener.on_state(&source.sample(Held::default(), at(5_200)), at(200));
         assert_eq!(listener.held(), &Held::default());
+    }
+
+    #[test]
+    fn the_silence_of_an_autopilot_is_told_as_long_as_it_lasts_and_costs_little() {
+        let (mut source, mut listener) = (source(), Listener::default());
+        source.on_frame(&frame(&heartbeat(1), PLANE), at(1_000));
+        let spoken = source.sparing(Held::default(), at(1_000));
+        listener.on_state(&spoken, at(51_000));
+        assert_eq!(listener.silence(at(51_000)), None);
+        let silence =
+            |lasts_ms, links: &str| Some(Silence { lasts: Duration::from_millis(lasts_ms), links: links.into() });
+        source.on_silence(Some((at(1_000), "ttyS0 (open)".into())));
+        let mut links = Vec::new();
+        for second in 6..=20 {
+            let state = source.sparing(Held::default(), at(second * 1_000));
+            assert!(state.encoded_len() < spoken.encoded_len() + 30, "{}", state.encoded_len());
+            links.extend((!state.links.is_empty()).then_some(second));
+            if second != 6 {
+                listener.on_state(&state, at(50_000 + second * 1_000));
+            }
+        }
+        assert_eq!(links, [6, 16]);
+        assert_eq!(listener.silence(at(70_500)), silence(19_500, "ttyS0 (open)"));
+        assert_eq!(listener.silence(at(75_000)), None, "the network is cut: nothing is known of the autopilot");
+        source.on_silence(Some((at(1_000), "ttyS0 (not open)".into())));
+        let mut newcomer = Listener::default();
+        newcomer.on_everything(&source.everything(Held::default(), at(21_000)), at(1_000));
+        assert_eq!(newcomer.silence(at(1_000)), silence(20_000, "ttyS0 (not open)"));
+        source.on_silence(None);
+        listener.on_state(&source.sparing(Held::default(), at(22_000)), at(72_000));
+        assert_eq!(listener.silence(at(72_000)), None);
     }
 
     #[test]

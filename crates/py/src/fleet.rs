@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use pyo3::prelude::*;
 use vencejo_fleet::authority::Role;
 use vencejo_fleet::carrier::{
-    Aircraft, AircraftConfig, Contents, Endpoint, Ground, GroundConfig, HistoryConfig, Membership, Organisation,
-    Standing, join, standing, try_address, unix_now,
+    Aircraft, AircraftConfig, AircraftStatus, Contents, Endpoint, Ground, GroundConfig, HistoryConfig, Membership,
+    Organisation, Standing, join, standing, try_address, unix_now,
 };
 use vencejo_fleet::key::Name;
 use vencejo_fleet::papers::certificate::{Facts, Identity, STATION_PREFIX, WARN_BEFORE_S};
@@ -15,6 +15,7 @@ use vencejo_fleet::papers::roll::{Entry, Newcomer, Out, station_called};
 use vencejo_fleet::papers::ticket::Ticket;
 use vencejo_fleet::signature::PublicKey;
 use vencejo_fleet::{FleetError, operator};
+use vencejo_station::Silence;
 use vencejo_vehicle::VehicleId;
 
 use crate::station::PyStation;
@@ -53,8 +54,15 @@ fn endpoints(texts: &[String]) -> Result<Vec<Endpoint>, FleetError> {
 }
 
 /// Whether it is connected to a router, the problem if not, the holder of control, states sent per second, expiry of
-/// the certificate.
-type Status = (bool, Option<String>, Option<String>, f64, Option<u64>);
+/// the certificate, the silence of the autopilot.
+type Status = (bool, Option<String>, Option<String>, f64, Option<u64>, Option<Silent>);
+
+/// For how long an autopilot has been silent, s, and its links in words.
+type Silent = (f64, String);
+
+fn silent(silence: Option<Silence>) -> Option<Silent> {
+    silence.map(|silence| (silence.lasts.as_secs_f64(), silence.links))
+}
 
 /// An aircraft of a fleet, on board.
 #[pyclass(frozen, name = "FleetAircraft", module = "vencejo._native")]
@@ -109,8 +117,8 @@ impl PyAircraft {
     }
 
     fn status(&self) -> Status {
-        let status = self.0.status();
-        (status.is_connected, status.problem, status.holder, status.rate_hz, status.certificate_ends)
+        let AircraftStatus { is_connected, problem, holder, rate_hz, certificate_ends, silence } = self.0.status();
+        (is_connected, problem, holder, rate_hz, certificate_ends, silent(silence))
     }
 
     fn close(&self, py: Python<'_>) -> PyResult<()> {
@@ -118,8 +126,9 @@ impl PyAircraft {
     }
 }
 
-/// Name, system id here, whether it is connected, age of its newest message, holder of control, and who asks for it.
-type Far = (String, Option<u16>, bool, f64, Option<String>, Option<String>);
+/// Name, system id here, whether it is connected, age of its newest message, holder of control, who asks for it, and the
+/// silence of its autopilot.
+type Far = (String, Option<u16>, bool, f64, Option<String>, Option<String>, Option<Silent>);
 
 /// A ground station of a fleet.
 #[pyclass(frozen, name = "FleetGround", module = "vencejo._native")]
@@ -193,7 +202,8 @@ impl PyGround {
 
     fn aircraft(&self) -> Vec<Far> {
         let far = |far: vencejo_fleet::carrier::Far| {
-            (far.name, far.id.map(VehicleId::number), far.is_present, far.age.as_secs_f64(), far.holder, far.asking)
+            let (id, age_s) = (far.id.map(VehicleId::number), far.age.as_secs_f64());
+            (far.name, id, far.is_present, age_s, far.holder, far.asking, silent(far.silence))
         };
         self.0.aircraft().into_iter().map(far).collect()
     }

@@ -124,6 +124,7 @@ fn of_vehicle(vehicle: &VehicleHandle) -> RosterRow {
         loss_pct: rounded(link.and_then(|source| source.rates.loss_ratio).map(|ratio| ratio * 100.0), 10.0),
         is_reached: vehicle.is_reached(),
         is_contested: Some(vehicle.rival().is_some()),
+        silence: vehicle.silence().map(|silence| silence.links),
         is_held_here: held.as_ref().map(|held| held.is_ours),
         holder: held.and_then(|held| held.holder),
         item: progress.current.and_then(|seq| vehicle.item_of_seq(seq)),

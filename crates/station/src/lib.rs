@@ -50,7 +50,7 @@ pub use error::StationError;
 pub use pending::{Pending, Progress};
 pub use queue::{DropOldest, Taken};
 pub use recording::{MAX_FLIGHT_BYTES, RecordedEvent, RecordingSummary, Sender, recorded_flight, summarize_recording};
-pub use remote::{Carried, FarHeld, Remote, Telling};
+pub use remote::{Carried, FarHeld, Remote, Silence, Telling};
 pub use replay::{
     Film, FilmInfo, MAX_MARKS, MAX_REPLAYS, Mark, MarkKind, Moment, OpenFilm, Replay, ReplayId, ReplayOptions,
     ReplayStatus, SPEEDS,

@@ -3,6 +3,7 @@
 use std::future::Future;
 use std::pin::Pin;
 use std::sync::Arc;
+use std::time::Duration;
 
 use vencejo_proto::MonoTime;
 use vencejo_vehicle::{Danger, Reply, Request};
@@ -31,6 +32,11 @@ pub trait Remote: Send + Sync {
     /// Who has control of it, as far as its station has reported.
     fn held(&self) -> FarHeld;
 
+    /// The silence of its autopilot, if its station on board is heard and reports it. Default none.
+    fn silence(&self) -> Option<Silence> {
+        None
+    }
+
     /// Whether it is played from a recording, and takes no requests. Default no.
     fn is_recording(&self) -> bool {
         false
@@ -44,6 +50,15 @@ pub struct FarHeld {
     pub holder: Option<String>,
     /// Whether that is an operator of this station.
     pub is_ours: bool,
+}
+
+/// The silence of an autopilot, as the station on board sees it.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Silence {
+    /// Time since it was last heard on board.
+    pub lasts: Duration,
+    /// The links of the station on board and their states, in words.
+    pub links: String,
 }
 
 /// A vehicle far away, as the station has it.

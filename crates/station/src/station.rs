@@ -80,6 +80,11 @@ impl Station {
         links.into_iter().filter_map(|link| Some((link.clone(), self.shared.hub.stats(link.id).ok()?))).collect()
     }
 
+    /// The open links and their states, in words for an error message.
+    pub fn describe_links(&self) -> String {
+        self.shared.describe_links()
+    }
+
     /// The address of a link's own socket while it is up: tells the port of a link that was opened with port 0.
     pub fn local_address(&self, id: LinkId) -> Option<SocketAddr> {
         self.shared.owned().links.iter().find(|link| link.id() == id)?.local_address()

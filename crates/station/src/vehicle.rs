@@ -28,7 +28,7 @@ use crate::control::Operator;
 use crate::error::StationError;
 use crate::pending::Pending;
 use crate::queue::DropOldest;
-use crate::remote::FarHeld;
+use crate::remote::{FarHeld, Silence};
 use crate::station::{RequestResult, Shared, Station, VehicleHandle};
 use crate::subscriptions::{Observed, Received};
 
@@ -75,6 +75,17 @@ impl VehicleHandle {
     /// Who has control of a remote vehicle; `None` for one at a link, or of a recording.
     pub fn held_far(&self) -> Option<FarHeld> {
         self.station.shared.remote(self.id).filter(|remote| !remote.is_recording()).map(|remote| remote.held())
+    }
+
+    /// The silence of a remote vehicle's autopilot, if its station on board is heard and reports it. `None` if the
+    /// station on board is not heard either: then nothing is known of the autopilot.
+    pub fn silence(&self) -> Option<Silence> {
+        self.station.shared.remote(self.id)?.silence()
+    }
+
+    /// When its autopilot was last heard.
+    pub fn heard_at(&self) -> Option<MonoTime> {
+        self.station.shared.with_vehicle(self.id, Vehicle::heard_at)
     }
 
     /// Its progress in the mission.

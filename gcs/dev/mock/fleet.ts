@@ -29,6 +29,7 @@ export function fleetRow(index: number, count: number, t_s: number): RosterRow {
     loss_pct: null,
     is_reached: null,
     is_contested: false,
+    silence: null,
     holder: of === 10 ? 'Field team' : index % 4 === 0 ? 'Mock' : null,
     is_held_here: of !== 10 && index % 4 === 0,
     item: 1 + (index % 24),

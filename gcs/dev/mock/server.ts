@@ -52,6 +52,7 @@ const summary = (system_id: number): VehicleSummary => ({
   round_trip_ms: 38 + 9 * Math.sin(time_s()),
   is_reached: scene !== 'oneway',
   rival: null,
+  silence: null,
   remote_name: system_id >= 300 ? `plane${system_id - 300}` : null,
   is_recorded: false,
   replay: null,

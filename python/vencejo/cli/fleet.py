@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from vencejo.cli.aboard import link_checks
 from vencejo.cli.common import (
     Exit,
     Failed,
@@ -301,6 +302,8 @@ def show_status(org: OrgOption = None, json: JsonOption = False) -> None:
             print(
                 f"{found.name} of the fleet {found.org}{_as_role(found)}; certificate until {found.certificate_ends:%Y-%m-%d}; dials {', '.join(found.routers)}"
             )
+            for check in () if found.is_station else link_checks():
+                print(clean(f"{check.message[:1].upper()}{check.message[1:]}"))
         return
     organisation = _existing(org)
     router, far = _look(organisation, quiet=json)
@@ -317,6 +320,10 @@ def show_status(org: OrgOption = None, json: JsonOption = False) -> None:
                 "revoked": None if each.revoked is None else each.revoked.isoformat(),
                 "is_present": None if router is None else seen is not None and seen.is_present,
                 "age_s": round(seen.age_s, 1) if seen is not None and is_heard else None,
+                "autopilot_silent_s": None
+                if seen is None or seen.autopilot_silent_s is None
+                else round(seen.autopilot_silent_s, 1),
+                "links": None if seen is None else seen.links,
                 "holder": None if seen is None else seen.holder,
             }
         )
@@ -352,14 +359,16 @@ def show_status(org: OrgOption = None, json: JsonOption = False) -> None:
         f"Fleet {organisation.org}: "
         + (f"router at {router}" if router else f"no router; start it: vencejo serve --fleet {organisation.org}")
     )
-    shown = table("aircraft", "certificate", "there", "heard", "control", right=("heard",))
+    shown = table("aircraft", "certificate", "there", "heard", "autopilot", "control", right=("heard",))
     for row in rows:
         present = "revoked" if row["revoked"] else {None: "–", True: "yes", False: "no"}[row["is_present"]]
         ends = f"{row['certificate_ends'][:10]}" + (" soon!" if row["certificate_days"] < 20 else "")
-        shown.add_row(
-            row["name"], ends, present, "–" if row["age_s"] is None else f"{row['age_s']} s ago", row["holder"] or "–"
-        )
+        heard = "–" if row["age_s"] is None else f"{row['age_s']} s ago"
+        shown.add_row(row["name"], ends, present, heard, _autopilot(row), row["holder"] or "–")
     stdout().print(shown)
+    for row in rows:
+        if row["autopilot_silent_s"] is not None:
+            print(clean(f"Nothing of the autopilot of {row['name']} is heard on board: {row['links']}"))
     if stations:
         shown = table("ground station", "certificate", "role")
         for row in stations:
@@ -371,6 +380,13 @@ def show_status(org: OrgOption = None, json: JsonOption = False) -> None:
             print(f"The router of {row['name']} at {router['address']}: {clean(router['problem'] or 'it answers')}")
     for name, ends in (*tokens.items(), *station_tokens.items()):
         print(f"A token for {name} is out until {ends[:16].replace('T', ' ')} UTC.")
+
+
+def _autopilot(row: dict[str, Any]) -> str:
+    """What the station on board hears of its autopilot, if it is there itself."""
+    if row["autopilot_silent_s"] is not None:
+        return f"silent for {row['autopilot_silent_s']:.0f} s"
+    return "heard" if row["is_present"] and row["age_s"] is not None else "–"
 
 
 def _places(org: str | None) -> list[Member] | None:
@@ -427,7 +443,8 @@ def _seen_at(organisation: Organisation, router: str) -> dict[str, FarAircraft]:
         began = time.monotonic()
         while True:
             far = {each.name: each for each in fleet.aircraft}
-            heard = {name for name, each in far.items() if each.system_id is not None}
+            # The links of a silent autopilot come a moment after its first state.
+            heard = {name for name, each in far.items() if each.system_id is not None and each.links != ""}
             there = {name for name, each in far.items() if each.is_present}
             passed_s = time.monotonic() - began
             if heard >= expected or passed_s >= LOOKS_S or (passed_s >= COMES_S and heard >= there):
@@ -463,7 +480,9 @@ def _checked(org: str | None) -> list[Check]:
 
     checks: list[Check] = []
     if (places := _places(org)) is not None:
-        checks += [check for found in places for check in check_board(found)]
+        for found in places:
+            checks += check_board(found)
+            checks += [] if found.is_station else link_checks()
     else:
         organisation = _organisation(org)
         checks += check_ground(organisation)
@@ -478,6 +497,13 @@ def _checked(org: str | None) -> list[Check]:
                     checks.append(
                         Check(ok=False, message=f"the router is reached, and {each.name} is not there", remedy=remedy)
                     )
+                elif each.revoked is None and (silent_s := far[each.name].autopilot_silent_s) is not None:
+                    message = (
+                        f"{each.name} is there, and its autopilot has been silent for {silent_s:.0f} s: "
+                        f"{far[each.name].links}"
+                    )
+                    remedy = "on board: check the cable, the baud rate, and that the autopilot is on"
+                    checks.append(Check(ok=False, message=message, remedy=remedy))
     return checks
 
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Final, TypeAlias
 
 import typer
 
+from vencejo.cli.aboard import LinkNote, PlaneLinks, without_counts
 from vencejo.cli.common import (
     UNREAD,
     Exit,
@@ -183,6 +184,7 @@ def onboard(
     with contextlib.ExitStack() as aboard:
         heard: list[tuple[str | None, Aircraft]] = []
         news: list[Ros2News] = []
+        note = aboard.enter_context(LinkNote())
         for each in planes:
             station = aboard.enter_context(
                 Station(
@@ -217,8 +219,12 @@ def onboard(
         forever = threading.Event()
         with contextlib.suppress(KeyboardInterrupt):
             while True:
-                for called, aircraft in heard:
-                    told[called] = tell_status(aircraft.status, told.get(called), json=json, name=called)
+                links: list[PlaneLinks] = []
+                for each, (called, aircraft) in zip(planes, heard, strict=True):
+                    status = aircraft.status
+                    told[called] = tell_status(status, told.get(called), json=json, name=called)
+                    links.append(PlaneLinks.of(each.name, each.links, status))
+                note.write(links)
                 for each_news in news:
                     each_news.tell()
                 if forever.wait(0.5):
@@ -247,8 +253,9 @@ def plane_of(text: str, system: int) -> Plane:
     return Plane(name, int(number) if at else system, (link,))
 
 
-Told: TypeAlias = tuple[bool, str | None, frozenset[str]]
-"""The state last reported: whether it is in the fleet, who has control, and the problems; while it is not, one of each router."""
+Told: TypeAlias = tuple[bool, str | None, frozenset[str], str | None]
+"""The state last reported: whether it is in the fleet, who has control, the problems (while it is not, one of each
+router), and the links of a silent autopilot without their counts."""
 
 
 def tell_status(status: AircraftStatus, told: Told | None, *, json: bool, name: str | None = None) -> Told:
@@ -256,7 +263,7 @@ def tell_status(status: AircraftStatus, told: Told | None, *, json: bool, name: 
     problems = frozenset({status.problem} if status.problem else ())
     if told is not None and not told[0] and not status.is_connected:
         problems |= told[2]
-    now = (status.is_connected, status.holder, problems)
+    now = (status.is_connected, status.holder, problems, without_counts(status.links))
     if now == told:
         return now
     of = "" if name is None else f"{name}: "
@@ -265,16 +272,30 @@ def tell_status(status: AircraftStatus, told: Told | None, *, json: bool, name: 
         # A closed output does not end the membership.
         with contextlib.suppress(*UNREAD):
             put_json(
-                {**called, "is_connected": status.is_connected, "holder": status.holder, "problem": status.problem}
+                {
+                    **called,
+                    "is_connected": status.is_connected,
+                    "holder": status.holder,
+                    "problem": status.problem,
+                    "autopilot_silent_s": status.autopilot_silent_s,
+                    "links": status.links,
+                }
             )
-    elif not status.is_connected:
-        say(f"{of}Not in the fleet yet: {status.problem or 'no plane is heard'}")
-    elif status.problem is not None:
-        say(f"{of}Warning: {status.problem}")
-    else:
-        say(f"{of}In the fleet. Control: {status.holder or 'nobody'}")
-        if told is None or not told[0]:
-            warn_of_end(status.certificate_ends)
+        return now
+    if told is None or now[:3] != told[:3]:
+        if not status.is_connected:
+            say(f"{of}Not in the fleet yet{'' if status.problem is None else f': {status.problem}'}")
+        elif status.problem is not None:
+            say(f"{of}Warning: {status.problem}")
+        else:
+            say(f"{of}In the fleet. Control: {status.holder or 'nobody'}")
+            if told is None or not told[0]:
+                warn_of_end(status.certificate_ends)
+    was_silent = told is not None and told[3] is not None
+    if status.autopilot_silent_s is not None and (told is None or now[3] != told[3]):
+        say(f"{of}Warning: no message of the autopilot for {status.autopilot_silent_s:.0f} s: {status.links}")
+    elif status.autopilot_silent_s is None and was_silent:
+        say(f"{of}The autopilot is heard.")
     return now
 
 

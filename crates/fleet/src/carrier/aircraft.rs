@@ -2,14 +2,15 @@
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::path::PathBuf;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::time::Duration;
 
 use tokio::runtime::Handle;
 use tokio::sync::{mpsc, watch};
 use tokio::task::JoinHandle;
 use vencejo_proto::MonoTime;
-use vencejo_station::{DropOldest, Operator, Received, RequestResult, Station, Taken, VehicleHandle};
+use vencejo_station::{DropOldest, Operator, Received, RequestResult, Silence, Station, Taken, VehicleHandle};
+use vencejo_vehicle::telemetry::LOST_AFTER;
 
 use self::holdings::{Holdings, PARAM_VALUE};
 use self::place::Place;
@@ -78,10 +79,16 @@ pub struct AircraftStatus {
     pub rate_hz: f64,
     /// When its certificate ends, seconds since 1970.
     pub certificate_ends: Option<u64>,
+    /// The silence of its autopilot, once it lasts 5 s; that of one that was never heard lasts since the start.
+    pub silence: Option<Silence>,
 }
 
 /// An aircraft of a fleet, seen from on board.
 pub struct Aircraft {
+    station: Station,
+    began: MonoTime,
+    /// The vehicle, once it is heard.
+    vehicle: Arc<OnceLock<VehicleHandle>>,
     status: Arc<Mutex<AircraftStatus>>,
     stop: watch::Sender<bool>,
     task: Mutex<Option<JoinHandle<()>>>,
@@ -113,10 +120,11 @@ impl Aircraft {
         let status = Arc::new(Mutex::new(AircraftStatus::default()));
         let (stop, mut stopped) = watch::channel(false);
         station.set_heartbeat(false);
-        let shown = status.clone();
+        let (shown, heard) = (status.clone(), Arc::new(OnceLock::new()));
+        let (of, began, vehicle) = (station.clone(), station.now(), heard.clone());
         let task = runtime.spawn(async move {
             tokio::select! {
-                () = live(&station, &config, (authority, stamper), &shown, history.as_ref()) => {}
+                () = live(&station, &config, (authority, stamper), (&shown, &heard), history.as_ref()) => {}
                 // An error means that the handle was dropped: end too.
                 _ = stopped.wait_for(|stopped| *stopped) => {}
             }
@@ -125,12 +133,14 @@ impl Aircraft {
                 history.close().await;
             }
         });
-        Ok(Self { status, stop, task: Mutex::new(Some(task)) })
+        Ok(Self { station: of, began, vehicle, status, stop, task: Mutex::new(Some(task)) })
     }
 
     /// The status.
     pub fn status(&self) -> AircraftStatus {
-        self.status.lock().unwrap_or_else(PoisonError::into_inner).clone()
+        let heard_at = self.vehicle.get().map_or(Some(self.began), VehicleHandle::heard_at);
+        let silence = heard_at.and_then(|heard_at| silence(&self.station, heard_at));
+        AircraftStatus { silence, ..self.status.lock().unwrap_or_else(PoisonError::into_inner).clone() }
     }
 
     /// Leaves the fleet. May be called again.
@@ -144,21 +154,28 @@ impl Aircraft {
     }
 }
 
+/// The silence of an autopilot that was last heard then, once it lasts.
+fn silence(station: &Station, heard_at: MonoTime) -> Option<Silence> {
+    let lasts = station.now().since(heard_at);
+    (lasts >= LOST_AFTER).then(|| Silence { lasts, links: station.describe_links() })
+}
+
 /// Waits for the vehicle and serves one router after the other, for ever.
 async fn live(
     station: &Station,
     config: &AircraftConfig,
     (mut authority, stamper): (Authority, Stamper),
-    status: &Arc<Mutex<AircraftStatus>>,
+    (status, heard_vehicle): (&Mutex<AircraftStatus>, &OnceLock<VehicleHandle>),
     history: Option<&Board>,
 ) {
     let Some(Ok(vehicle)) = station.wait_vehicle(None).wait().await else { return };
+    let vehicle = heard_vehicle.get_or_init(|| vehicle);
     let Some(address) = vehicle.address() else { return };
     let mut source = StateSource::new(authority.boot(), address, stamper);
     let ids: BTreeSet<u32> = NEWEST.iter().chain(&EACH).chain(&[PARAM_VALUE]).copied().collect();
     let heard = vehicle.subscribe_messages(Some(ids), WAITING);
     let frames = history.is_some_and(|history| history.has_frames).then(|| vehicle.subscribe_messages(None, WAITING));
-    let mut post = Post::new(station, &vehicle, config, status);
+    let mut post = Post::new(station, vehicle, config, status);
     (post.history, post.frames) = (history, frames);
     let mut failures = 0;
     for turn in 0.. {
@@ -312,10 +329,17 @@ impl<'a> Post<'a> {
             events.extend(source.on_frame(&received.frame, received.at));
         }
         events.iter().for_each(|event| self.keep(&Entry::Event(event)));
+        source.on_silence(self.silence().map(|(since, silence)| (since, silence.links)));
         while let Some(Taken::Item(received)) = self.frames.as_ref().map(|frames| frames.take_ready()) {
             self.keep(&Entry::Frame(received.frame.bytes()));
         }
         events
+    }
+
+    /// When the autopilot was last heard, if it is silent, and its silence.
+    fn silence(&self) -> Option<(MonoTime, Silence)> {
+        let heard_at = self.vehicle.heard_at()?;
+        Some((heard_at, silence(self.station, heard_at)?))
     }
 
     fn keep(&self, told: &Entry<'_>) {

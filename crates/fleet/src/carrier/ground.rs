@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use tokio::runtime::Handle;
 use tokio::sync::{Notify, watch};
 use tokio::task::JoinHandle;
-use vencejo_station::Station;
+use vencejo_station::{Silence, Station};
 use vencejo_vehicle::VehicleId;
 use vencejo_vehicle::telemetry::LOST_AFTER;
 use zenoh::Session;
@@ -87,6 +87,8 @@ pub struct Far {
     pub holder: Option<String>,
     /// Who asks for control of it.
     pub asking: Option<String>,
+    /// The silence of its autopilot, as its station on board reports it; `None` if that is not heard either.
+    pub silence: Option<Silence>,
 }
 
 /// A ground station of a fleet.
@@ -232,6 +234,7 @@ impl Ground {
                 age: known.listener.age(now),
                 holder: some(&known.listener.held().holder),
                 asking: some(&known.listener.held().asking),
+                silence: known.listener.silence(now),
             }
         };
         self.fleet.aircraft().iter().map(far).collect()

@@ -32,6 +32,7 @@ pub(crate) fn vehicle_summary(vehicle: &VehicleHandle) -> dto::VehicleSummary {
         round_trip_ms: link.as_ref().and_then(|link| link.round_trip_ms),
         is_reached: vehicle.is_reached(),
         rival: vehicle.rival(),
+        silence: vehicle.silence().map(|silence| silence.links),
         is_recorded: vehicle.is_recorded(),
         replay: vehicle.replay().as_ref().map(replay),
         lacks_terrain: vehicle.lacks_terrain() && !vehicle.is_recorded(),

@@ -4,8 +4,8 @@
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
-use vencejo_link::{LinkInfo, LinkState, Route, SendReport};
-use vencejo_proto::{MavVersion, Message, MonoTime};
+use vencejo_link::{LinkAddress, LinkInfo, LinkState, LinkStats, Route, SendReport};
+use vencejo_proto::{Counted, MavVersion, Message, MonoTime};
 use vencejo_vehicle::telemetry::LOST_AFTER;
 use vencejo_vehicle::{Output, RegistryEvent, RegistryOutput, Request, VehicleError, VehicleEvent, VehicleId};
 
@@ -230,21 +230,34 @@ impl Shared {
     }
 
     pub(super) fn no_vehicle(&self, waiting: &Waiting) -> StationError {
-        let links: Vec<_> = self.hub.links().iter().map(describe).collect();
-        StationError::NoVehicle {
-            wanted: waiting.wanted,
-            waited: self.clock.now().since(waiting.since),
-            links: if links.is_empty() { "no link".into() } else { links.join(", ") },
-        }
+        let waited = self.clock.now().since(waiting.since);
+        StationError::NoVehicle { wanted: waiting.wanted, waited, links: self.describe_links() }
+    }
+
+    /// The links and their states, for an error message.
+    pub(crate) fn describe_links(&self) -> String {
+        let links = self.hub.links();
+        let links: Vec<_> =
+            links.iter().filter_map(|link| Some(describe(link, &self.hub.stats(link.id).ok()?))).collect();
+        if links.is_empty() { "no link".into() } else { links.join(", ") }
     }
 }
 
-/// A link and its state, for an error message.
-fn describe(link: &LinkInfo) -> String {
+/// A link and its state.
+fn describe(link: &LinkInfo, stats: &LinkStats) -> String {
     let state = match &link.state {
         LinkState::Connecting { last_error: Some(error), .. } => format!("not open: {error}"),
         LinkState::Connecting { last_error: None, .. } => "not open yet".into(),
-        LinkState::Up { .. } => "open".into(),
+        LinkState::Up { .. } if stats.rates.frames_hz > 0.0 => "open, MAVLink from others only".into(),
+        LinkState::Up { .. } if stats.received.frames > 0 => "open".into(),
+        LinkState::Up { .. } if stats.received.bytes == 0 => "open, nothing received".into(),
+        LinkState::Up { .. } => {
+            let remedy = match link.address {
+                LinkAddress::Serial { .. } => ": another baud rate?",
+                _ => "",
+            };
+            format!("open, no MAVLink in {}{remedy}", Counted(stats.received.bytes, "byte"))
+        }
         LinkState::Down => "closed".into(),
         LinkState::Ended { .. } => "played to its end".into(),
     };

@@ -127,6 +127,29 @@ async fn an_old_wait_cancels_no_new_one() {
 }
 
 #[tokio::test]
+async fn a_link_without_a_vehicle_is_described_by_what_came_in() {
+    let station = start();
+    assert_eq!(station.describe_links(), "no link");
+    let link = station.open_link("udpin:127.0.0.1:0", LinkOptions::default()).expect("a link");
+    let said = |text: &'static str| {
+        let station = &station;
+        in_time(async move {
+            while !station.describe_links().contains(text) {
+                tokio::time::sleep(Duration::from_millis(10)).await;
+            }
+        })
+    };
+    said("(open, nothing received)").await;
+    let socket = UdpSocket::bind("127.0.0.1:0").expect("a socket");
+    let to = station.local_address(link).expect("it is open");
+    socket.send_to(&[7; 40], to).expect("sent");
+    said("(open, no MAVLink in 40 bytes)").await;
+    station.open_link("serial:/dev/no-such-port:57600", LinkOptions::default()).expect("a link");
+    said("(not open: cannot open /dev/no-such-port").await;
+    station.close().await;
+}
+
+#[tokio::test]
 async fn a_request_to_a_vehicle_that_is_forgotten_ends_and_cancels_no_other() {
     let station = start();
     station.hear(1, station.now());

@@ -7841,6 +7841,11 @@ export interface components {
             /** @description Name of a remote vehicle in its fleet; null for one on a link of this server. */
             remote_name?: string | null;
             /**
+             * @description What the station on board of a remote vehicle reports of its links to the autopilot, in English, while the autopilot
+             *     is silent; null when it is heard, and when the station on board is not heard either.
+             */
+            silence?: string | null;
+            /**
              * Format: double
              * @description An alarm: distance between the position it flies to and the current item of its plan; null when there is no
              *     alarm.
@@ -8859,6 +8864,11 @@ export interface components {
              * @description Round-trip time of the newest TIMESYNC exchange.
              */
             round_trip_ms: number | null;
+            /**
+             * @description What the station on board of a remote vehicle reports of its links to the autopilot, in English, while the autopilot
+             *     is silent; null when it is heard, and when the station on board is not heard either.
+             */
+            silence: string | null;
             /**
              * Format: int32
              * @description Id of the vehicle in this API: the MAVLink system id of one on a link, 256 to 65,535 for a remote or replayed one.

@@ -35,6 +35,7 @@ describe('attention', () => {
     ['nothing', { id: 1, battery_pct: 80, holder: 'Ana', is_held_here: true }, 1, [], 'none'],
     ['never heard', { id: 1 }, null, [], 'none'],
     ['lost', { id: 1, is_reached: false }, 9, ['lost'], 'danger'],
+    ['autopilot silent', { id: 1, silence: 'ttyS0 (open)' }, 9, ['silent'], 'danger'],
     ['late', { id: 1 }, 4, ['stale'], 'warn'],
     ['battery', { id: 1, battery_pct: 12 }, 1, ['battery-critical'], 'danger'],
     ['battery getting low', { id: 1, battery_pct: 20 }, 1, ['battery-low'], 'warn'],

@@ -23,6 +23,8 @@ export interface RosterRow {
   readonly loss_pct: number | null;
   readonly is_reached: boolean | null;
   readonly is_contested: boolean | null;
+  /** The links to a silent autopilot of which the station on board is heard. */
+  readonly silence: string | null;
   readonly holder: string | null;
   readonly is_held_here: boolean | null;
   readonly item: number | null;
@@ -55,6 +57,7 @@ const NEW: Omit<RosterRow, 'id'> = {
   loss_pct: null,
   is_reached: null,
   is_contested: null,
+  silence: null,
   holder: null,
   is_held_here: null,
   item: null,
@@ -72,6 +75,7 @@ export const changedRow = (row: RosterRow | undefined, change: RosterChange): Ro
 /** Reasons why a vehicle needs attention, the most urgent first. */
 const ATTENTION = [
   'lost',
+  'silent',
   'target',
   'battery-critical',
   'alarm',
@@ -92,6 +96,7 @@ export type AttentionLevel = (typeof ATTENTION_LEVELS)[number];
 
 const DANGERS: ReadonlySet<Attention> = new Set([
   'lost',
+  'silent',
   'target',
   'battery-critical',
   'alarm',
@@ -108,7 +113,8 @@ export function attentionTo(row: RosterRow, age_s: number | null): Attention[] {
   const fresh = freshness(age_s);
   const { battery_critical_pct, battery_low_pct, loss_high_pct } = ATTENTION_FROM;
   const is: Record<Attention, boolean> = {
-    lost: fresh === 'lost',
+    lost: fresh === 'lost' && row.silence === null,
+    silent: row.silence !== null,
     target: row.target_off_m !== null,
     'battery-critical': row.battery_pct !== null && row.battery_pct < battery_critical_pct,
     alarm: row.alarm !== null && row.alarm.severity <= ERROR,
@@ -124,6 +130,10 @@ export function attentionTo(row: RosterRow, age_s: number | null): Attention[] {
   };
   return ATTENTION.filter((reason) => is[reason]);
 }
+
+/** Whether what is shown of it is old. */
+export const isOld = (reasons: readonly Attention[]): boolean =>
+  reasons.some((reason) => reason === 'lost' || reason === 'silent' || reason === 'stale');
 
 export function levelOf(reasons: readonly Attention[]): AttentionLevel {
   const [first] = reasons;

@@ -40,6 +40,7 @@ export const fleetEn = {
   'fleet.here': '{name} (here)',
 
   'fleet.why.lost': 'Lost',
+  'fleet.why.silent': 'Autopilot silent, its computer is heard',
   'fleet.why.target': 'Off plan',
   'fleet.why.battery-critical': 'Battery very low',
   'fleet.why.alarm': 'Alarm',

@@ -42,6 +42,7 @@ export const fleetEs: Record<keyof typeof fleetEn, string> = {
   'fleet.here': '{name} (aquí)',
 
   'fleet.why.lost': 'Perdido',
+  'fleet.why.silent': 'Autopiloto mudo, su ordenador sí se oye',
   'fleet.why.target': 'Fuera del plan',
   'fleet.why.battery-critical': 'Batería muy baja',
   'fleet.why.alarm': 'Alarma',

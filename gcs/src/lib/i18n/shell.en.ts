@@ -35,6 +35,9 @@ export const shellEn = {
   'problem.noAnswer': 'The station does not answer.',
   'bar.serverAway': 'Vencejo is away',
   'bar.lostDetail': 'Last heard {age} ago. Values are old; the position is estimated.',
+  'bar.silent': 'Autopilot silent',
+  'bar.silentDetail':
+    'Last heard on board {age} ago. Its computer on board is heard, and reports: {links}. Values are old; the position is estimated.',
   'bar.unreached': 'One way',
   'bar.unreachedTitle': 'Heard, but it does not hear us',
   'bar.unreachedDetail':

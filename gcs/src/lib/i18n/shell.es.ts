@@ -37,6 +37,9 @@ export const shellEs: Record<keyof typeof shellEn, string> = {
   'problem.noAnswer': 'La estación no responde.',
   'bar.serverAway': 'Vencejo no responde',
   'bar.lostDetail': 'Última señal hace {age}. Los valores son antiguos; la posición es estimada.',
+  'bar.silent': 'Autopiloto mudo',
+  'bar.silentDetail':
+    'Última señal a bordo hace {age}. El ordenador de a bordo se oye e informa: {links}. Los valores son antiguos; la posición es estimada.',
   'bar.unreached': 'Un solo sentido',
   'bar.unreachedTitle': 'Se le oye, pero no nos oye',
   'bar.unreachedDetail':

@@ -133,11 +133,12 @@ class Fleet {
     else this.marked.delete(id);
   }
 
-  /** The marked rows in list order, lost vehicles last, so that reachable ones do not wait for them. */
+  /** The marked rows in list order, those that do not answer last, so that the others do not wait for them. */
   markedRows(): Listed[] {
     const some = this.listed.filter(({ row }) => this.marked.has(row.id));
-    const isLost = ({ attention }: Listed): number => Number(attention.includes('lost'));
-    return inOrder(some, 'name').sort((a, b) => isLost(a) - isLost(b));
+    const isMute = ({ attention }: Listed): number =>
+      Number(attention.includes('lost') || attention.includes('silent'));
+    return inOrder(some, 'name').sort((a, b) => isMute(a) - isMute(b));
   }
 
   /** The marked ones that are lost. */

@@ -27,6 +27,7 @@ it('does not lose what is told while it asks for the whole state', async () => {
     round_trip_ms: 1,
     is_reached: true,
     rival: null,
+    silence: null,
     remote_name: null,
     is_recorded: false,
     replay: null,

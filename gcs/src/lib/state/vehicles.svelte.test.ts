@@ -223,6 +223,7 @@ describe('Vehicle', () => {
       round_trip_ms: 1,
       is_reached: true,
       rival: null,
+      silence: null,
       remote_name: null,
       is_recorded: false,
       replay: null,

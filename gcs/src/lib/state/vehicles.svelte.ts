@@ -77,6 +77,8 @@ export class Vehicle {
   isReached = $state<boolean | null>(null);
   /** Where a second vehicle with the same system id is heard; commands do not go there. */
   rival = $state<string | null>(null);
+  /** The links to its silent autopilot, in English, of which the station on board is heard. */
+  silence = $state<string | null>(null);
   /** Whether it asks for the ground's altitude where no map of the server knows it. */
   lacksTerrain = $state(false);
   planStates = $state.raw<Readonly<Record<PlanKind, PlanState>> | null>(null);
@@ -296,6 +298,7 @@ export class Vehicle {
     this.link = { id: link, loss_pct, round_trip_ms };
     this.isReached = summary.is_reached;
     this.rival = summary.rival;
+    this.silence = summary.silence;
     this.lacksTerrain = summary.lacks_terrain;
     this.remoteName = summary.remote_name;
     this.#applyParameters(summary.flight_parameters);

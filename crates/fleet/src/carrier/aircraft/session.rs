@@ -218,7 +218,7 @@ impl Post<'_> {
         let certificate_ends = self.certificate_ends;
         let problem = silent.map(|silent| self.problem(silent).to_string());
         let problem = problem.or_else(|| self.history.and_then(Board::problem));
-        let status = AircraftStatus { is_connected: true, problem, holder, rate_hz, certificate_ends };
+        let status = AircraftStatus { is_connected: true, problem, holder, rate_hz, certificate_ends, silence: None };
         *self.status.lock().unwrap_or_else(PoisonError::into_inner) = status;
     }
 }

@@ -7,7 +7,7 @@ use prost::Message;
 use tokio::task::JoinSet;
 use vencejo_flight::plan::Mission;
 use vencejo_proto::MonoTime;
-use vencejo_station::{Carried, FarHeld, Remote, RequestResult, StationError, Telling};
+use vencejo_station::{Carried, FarHeld, Remote, RequestResult, Silence, StationError, Telling};
 use vencejo_vehicle::modes::ModeFamily;
 use vencejo_vehicle::{Danger, PlanState, Reply, Request, VehicleError};
 
@@ -491,6 +491,11 @@ impl Remote for FarAircraft {
         let mut known = self.known();
         let holder = Some(known.listener.held().holder.clone()).filter(|holder| !holder.is_empty());
         FarHeld { is_ours: holder.is_some() && own.is_some_and(|own| known.is_ours(&own)), holder }
+    }
+
+    fn silence(&self) -> Option<Silence> {
+        let now = self.fleet.upgrade()?.station.now();
+        self.known().listener.silence(now)
     }
 }
 
