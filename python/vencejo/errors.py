@@ -138,7 +138,8 @@ class CommandTimeout(VencejoError, TimeoutError):
     command : str
         Name of the MAV_CMD; empty if the wait was not for a single command.
     reasons : tuple[str, ...]
-        What the vehicle wrote in STATUSTEXT messages meanwhile.
+        What the vehicle wrote in STATUSTEXT messages meanwhile; of a remote vehicle that did not answer, what its
+        station on board reports of the autopilot's silence.
     """
 
     def __init__(self, message: str, command: str = "", reasons: tuple[str, ...] = ()) -> None:

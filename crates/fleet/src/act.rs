@@ -8,7 +8,7 @@ use vencejo_station::{RequestResult, StationError};
 use vencejo_vehicle::command::CommandResult;
 use vencejo_vehicle::modes::{FlightMode, ModeFamily};
 use vencejo_vehicle::transfer::TransferError;
-use vencejo_vehicle::{AltFrame, Danger, ModeChoice, Reply, Request, SpeedKind, Turn, VehicleError};
+use vencejo_vehicle::{AltFrame, Danger, ModeChoice, Recipient, Reply, Request, SpeedKind, Turn, VehicleError};
 
 use crate::authority::{Claim, answer};
 use crate::content::{Content, MAX_PACKED, pack_items, unpack_items};
@@ -273,12 +273,14 @@ pub fn answer_of(claim: &Claim, result: &RequestResult) -> Answer {
     }
 }
 
-/// The result of `request` by its answer; `name` and `target` are those of the vehicle on the ground.
+/// The result of `request` to the vehicle of this name by its answer.
 ///
 /// # Errors
 /// The error of the answer.
-pub fn result_of(answer: &Answer, request: &Request, name: &str, target: Address, family: ModeFamily) -> RequestResult {
+pub fn result_of(answer: &Answer, request: &Request, name: &str, family: ModeFamily) -> RequestResult {
     let refused = |why: String| Err(StationError::RemoteRefused { name: name.to_owned(), why });
+    let reasons = || std::iter::once(&answer.why).filter(|why| !why.is_empty()).chain(&answer.reasons).cloned();
+    let unknown_end = || Err(unknown_end(request, name, 1, Duration::ZERO, reasons().collect()));
     let command = u16::try_from(answer.command).ok().filter(|number| *number != 0).map(Command);
     match answer.end() {
         End::Done | End::Granted => Ok(Reply::Done),
@@ -288,43 +290,51 @@ pub fn result_of(answer: &Answer, request: &Request, name: &str, target: Address
         End::CommandRefused => {
             let cure = answer.cure.checked_sub(1).and_then(|number| u32::try_from(number).ok());
             Err(StationError::Vehicle(VehicleError::CommandRefused {
-                target,
+                target: Recipient::Remote(name.to_owned()),
                 command: command.unwrap_or_else(|| request.command()),
                 result: CommandResult(u8::try_from(answer.result).unwrap_or(u8::MAX)),
                 reasons: answer.reasons.clone(),
                 cure: cure.map(|custom_mode| FlightMode { family, custom_mode }),
             }))
         }
-        End::Unknown => Err(match command {
-            Some(command) => unknown(command, target, 1),
-            None => unknown_end(request, target, 1, Duration::ZERO),
-        }),
-        End::Failed => Err(match &answer.outcome {
-            Some(Outcome::Fault(fault)) => {
-                fault.read().unwrap_or_else(|_| unknown_end(request, target, 1, Duration::ZERO))
-            }
-            _ => unknown_end(request, target, 1, Duration::ZERO),
-        }),
+        // It has read nothing.
+        End::Unknown if command.is_none() && !request.is_act() => refused(reasons().collect::<Vec<_>>().join("; ")),
+        End::Unknown => {
+            command.map_or_else(unknown_end, |command| Err(unknown(command, name, 1, answer.reasons.clone())))
+        }
+        End::Failed => match &answer.outcome {
+            Some(Outcome::Fault(fault)) => fault.read().map_or_else(|_| unknown_end(), Err),
+            _ => unknown_end(),
+        },
         End::ListMissing => refused("the list has not arrived whole; send it again".to_owned()),
-        End::Stale | End::Refused | End::Held | End::Asked | End::Unspecified => refused(answer.why.clone()),
+        End::Stale | End::Refused | End::Held | End::Asked | End::Unspecified => {
+            refused(reasons().collect::<Vec<_>>().join("; "))
+        }
     }
 }
 
 /// The error when the outcome of a request is unknown after this many attempts in this time.
-pub fn unknown_end(request: &Request, target: Address, attempts: u32, waited: Duration) -> StationError {
+pub fn unknown_end(
+    request: &Request,
+    name: &str,
+    attempts: u32,
+    waited: Duration,
+    reasons: Vec<String>,
+) -> StationError {
     let error = match request {
         Request::UploadPlan { kind, .. } | Request::ClearPlan { kind } => unverified(*kind, waited),
         Request::DownloadPlan { .. } | Request::ParamList | Request::ParamRead { .. } | Request::ParamSet { .. } => {
             TransferError::Timeout { step: STEP, waited }
         }
-        request => return unknown(request.command(), target, attempts),
+        request => return unknown(request.command(), name, attempts, reasons),
     };
     VehicleError::Transfer(error).into()
 }
 
 /// It is unknown whether it was done.
-pub fn unknown(command: Command, target: Address, attempts: u32) -> StationError {
-    StationError::Vehicle(VehicleError::CommandTimeout { target, command, attempts })
+fn unknown(command: Command, name: &str, attempts: u32, reasons: Vec<String>) -> StationError {
+    let target = Recipient::Remote(name.to_owned());
+    StationError::Vehicle(VehicleError::CommandTimeout { target, command, attempts, reasons })
 }
 
 #[cfg(test)]
@@ -463,12 +473,11 @@ mod tests {
 
     #[test]
     fn what_the_vehicle_said_is_what_is_told_far_away() {
-        let target = Address::new(250, 1);
         let claim = Claim { boot: 1, epoch: 1, id: 5, based_on: StateStamp::default(), wish: Wish::Act };
         let arm = Request::Arm { force: false };
-        let told = |result: &RequestResult| {
-            result_of(&answer_of(&claim, result), &arm, "plane7", target, ModeFamily::ArduPlane)
-        };
+        let told =
+            |result: &RequestResult| result_of(&answer_of(&claim, result), &arm, "plane7", ModeFamily::ArduPlane);
+        let target = Recipient::Remote("plane7".into());
         assert_eq!(told(&Ok(Reply::Done)), Ok(Reply::Done));
         let refused = VehicleError::CommandRefused {
             target,
@@ -478,15 +487,27 @@ mod tests {
             cure: Some(FlightMode { family: ModeFamily::ArduPlane, custom_mode: 0 }),
         };
         assert_eq!(told(&Err(refused.clone().into())), Err(refused.into()));
-        let silent = unknown(Command::COMPONENT_ARM_DISARM, target, 1);
+        let silent = unknown(Command::COMPONENT_ARM_DISARM, "plane7", 1, Vec::new());
+        assert!(silent.to_string().starts_with("plane7 did not answer COMPONENT_ARM_DISARM (400), sent 1 time: "));
         assert_eq!(told(&Err(silent.clone())), Err(silent.clone()));
-        assert_eq!(told(&Err(VehicleError::Rebooted.into())), Err(silent), "it may or may not have been done");
+        let restarted = told(&Err(VehicleError::Rebooted.into())).expect_err("unknown").to_string();
+        assert!(restarted.contains("sent 1 time; the vehicle restarted meanwhile"), "{restarted}");
+        assert!(restarted.contains("it may or may not have executed it"), "{restarted}");
+        let unheard = vec!["its autopilot has been silent".to_owned()];
+        let of_silent = |error: StationError| {
+            let answer = Answer { reasons: unheard.clone(), ..answer_of(&claim, &Err(error)) };
+            result_of(&answer, &arm, "plane7", ModeFamily::ArduPlane).expect_err("not done").to_string()
+        };
+        let text = of_silent(silent);
+        assert!(text.contains("sent 1 time; its autopilot has been silent: it may or may not"), "{text}");
+        let text = of_silent(VehicleError::HomeUnknown.into());
+        assert!(text.contains("where home is") && text.ends_with("; its autopilot has been silent"), "{text}");
         let rejected = TransferError::Rejected { reasons: vec!["Takeoff waypoint required".into()] };
         let rejected: StationError = VehicleError::Transfer(rejected).into();
         assert_eq!(told(&Err(rejected.clone())), Err(rejected));
         let other = told(&Err(VehicleError::HomeUnknown.into())).expect_err("refused");
         assert!(
-            matches!(other, StationError::RemoteRefused { why, .. } if why.contains("home")),
+            matches!(other, StationError::RemoteRefused { why, .. } if why.contains("home") && !why.ends_with("; ")),
             "what the other said"
         );
     }

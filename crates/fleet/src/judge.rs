@@ -103,10 +103,12 @@ pub fn judge(
         let key = key.map(|key| key.to_string()).unwrap_or_default();
         let why = if to.has_list {
             format!(
-                "it takes no orders of the key {key}, which is on its fleet's list of ground stations no more, or never was"
+                "this ground station (its key begins with {}) is not on its list of the fleet's ground stations. A new list \
+                 arrives within seconds: try again; if it stays so, the station was revoked",
+                &key[..key.len().min(8)]
             )
         } else {
-            format!("it takes no orders of the key {key}: start it with --trust {key}")
+            format!("it takes no orders of this ground station: start it with --trust {key}")
         };
         return Judged::OfStranger(signed.key, refuse(&why));
     };

@@ -123,12 +123,11 @@ fn from_vehicle(error: &VehicleError) -> PyErr {
             let facts = (error.to_string(), name_of(*command), result_name, told, cure, tuple(py, &error.remedies()));
             raise_with(py, "CommandRefused", facts)
         }),
-        VehicleError::CommandTimeout { command, .. } => {
-            Python::attach(|py| raise_with(py, "CommandTimeout", (error.to_string(), name_of(*command))))
+        VehicleError::CommandTimeout { command, reasons, .. } | VehicleError::NotConfirmed { command, reasons, .. } => {
+            Python::attach(|py| {
+                raise_with(py, "CommandTimeout", (error.to_string(), name_of(*command), tuple(py, reasons)))
+            })
         }
-        VehicleError::NotConfirmed { command, reasons, .. } => Python::attach(|py| {
-            raise_with(py, "CommandTimeout", (error.to_string(), name_of(*command), tuple(py, reasons)))
-        }),
         VehicleError::MessageNotReceived { .. } => raise("CommandTimeout", error),
         VehicleError::CommandBusy { .. } | VehicleError::TransferBusy { .. } | VehicleError::TooManyRequests { .. } => {
             raise("Busy", error)

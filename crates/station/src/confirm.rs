@@ -27,8 +27,17 @@ pub struct Challenge {
     pub danger: Danger,
     /// The vehicle.
     pub vehicle: VehicleId,
+    /// Its name, if it is remote.
+    pub name: Option<String>,
     /// How long it is valid.
     pub valid_for: Duration,
+}
+
+impl Challenge {
+    /// The vehicle as an error message names it.
+    pub fn vehicle_name(&self) -> String {
+        self.name.clone().unwrap_or_else(|| format!("vehicle {}", self.vehicle))
+    }
 }
 
 #[derive(Debug)]
@@ -66,7 +75,7 @@ impl Confirmations {
         };
         oldest.and_then(|oldest| self.0.remove(oldest));
         self.0.push_back(Issued { id: id.clone(), operator, vehicle, act, until: now + VALID_FOR });
-        Some(Challenge { id, danger, vehicle, valid_for: VALID_FOR })
+        Some(Challenge { id, danger, vehicle, name: None, valid_for: VALID_FOR })
     }
 
     /// Whether a confirmation is valid for an act. It is used up in any case.

@@ -55,7 +55,7 @@ pub enum StationError {
     #[error("this operator is no longer one of the station's, and nothing was sent; connect again")]
     Dismissed,
     /// A dangerous act: it has to be requested again with a confirmation.
-    #[error("{} of vehicle {} {}; nothing was sent: confirm it", challenge.danger, challenge.vehicle, challenge.danger.words())]
+    #[error("{} of {} {}; nothing was sent: confirm it", challenge.danger, challenge.vehicle_name(), challenge.danger.words())]
     NeedsConfirmation {
         /// What is to be confirmed.
         challenge: Box<Challenge>,
@@ -118,6 +118,7 @@ impl StationError {
                     id: "0123456789abcdef".into(),
                     danger: Danger::Reboot,
                     vehicle: VehicleId::new(1),
+                    name: None,
                     valid_for: VALID_FOR,
                 }),
             },

@@ -24,6 +24,7 @@ use vencejo_vehicle::{
 };
 
 use crate::changes::Changes;
+use crate::confirm::Challenge;
 use crate::control::Operator;
 use crate::error::StationError;
 use crate::pending::Pending;
@@ -470,7 +471,7 @@ impl VehicleHandle {
         let Some(danger) = danger(&telemetry, now) else { return Ok(()) };
         let challenge = shared.confirmations().issue(operator.id(), self.id, danger, act(), now);
         // Without random numbers there is no confirmation, and nothing dangerous is done.
-        let challenge = challenge.ok_or(StationError::BadConfirmation)?;
+        let challenge = Challenge { name: self.remote_name(), ..challenge.ok_or(StationError::BadConfirmation)? };
         Err(StationError::NeedsConfirmation { challenge: Box::new(challenge) })
     }
 

@@ -1,5 +1,6 @@
 //! Errors of requests to a vehicle, named after the protocol's outcomes.
 
+use std::fmt;
 use std::time::Duration;
 
 use thiserror::Error;
@@ -12,15 +13,39 @@ use crate::plan_state::{PlanState, Unknown};
 use crate::refusal::{remedies, remedy_of_silence};
 use crate::transfer::TransferError;
 
+/// The addressee of a command, as error messages name it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Recipient {
+    /// A component at a link.
+    Component(Address),
+    /// A remote vehicle. Its MAVLink address on board is that of most others.
+    Remote(String),
+}
+
+impl fmt::Display for Recipient {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Component(address) => write!(f, "vehicle {address}"),
+            Self::Remote(name) => f.write_str(name),
+        }
+    }
+}
+
+impl From<Address> for Recipient {
+    fn from(address: Address) -> Self {
+        Self::Component(address)
+    }
+}
+
 /// Why a request failed.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum VehicleError {
     /// The vehicle refused a command.
-    #[error("vehicle {target} refused {}: {result}{}{}", numbered(*command), join_reasons(reasons), name_cure(*cure))]
+    #[error("{target} refused {}: {result}{}{}", numbered(*command), join_reasons(reasons), name_cure(*cure))]
     CommandRefused {
-        /// The addressed component.
-        target: Address,
+        /// The addressed component, or the vehicle.
+        target: Recipient,
         /// What.
         command: Command,
         /// Its `MAV_RESULT`.
@@ -32,18 +57,21 @@ pub enum VehicleError {
     },
     /// The vehicle did not answer a command. It may have executed it.
     #[error(
-        "vehicle {target} did not answer {}, sent {}: it may or may not have executed it; \
+        "{target} did not answer {}, sent {}{}: it may or may not have executed it; \
          check the link, read the vehicle's state, then decide",
         numbered(*command),
-        Counted(*attempts, "time")
+        Counted(*attempts, "time"),
+        reasons.iter().map(|reason| format!("; {reason}")).collect::<String>()
     )]
     CommandTimeout {
-        /// The addressed component.
-        target: Address,
+        /// The addressed component, or the vehicle.
+        target: Recipient,
         /// What.
         command: Command,
         /// Number of transmissions.
         attempts: u32,
+        /// What is known of its silence: for a remote vehicle, what its station on board reports.
+        reasons: Vec<String>,
     },
     /// The vehicle accepted, but its reports do not show the effect.
     #[error("vehicle accepted {} but within {} does not show {wanted}; it shows {observed}{}", numbered(*command), Seconds(*within), join_reasons(reasons))]
@@ -206,17 +234,17 @@ impl VehicleError {
     /// One of each kind, for tests of error mappings.
     #[doc(hidden)]
     pub fn examples() -> Vec<Self> {
-        let target = Address::new(1, 1);
+        let target = Recipient::Component(Address::new(1, 1));
         let command = Command::COMPONENT_ARM_DISARM;
         vec![
             Self::CommandRefused {
-                target,
+                target: target.clone(),
                 command,
                 result: CommandResult::FAILED,
                 reasons: vec!["PreArm: GPS 1: not healthy".into()],
                 cure: None,
             },
-            Self::CommandTimeout { target, command, attempts: 4 },
+            Self::CommandTimeout { target, command, attempts: 4, reasons: Vec::new() },
             Self::NotConfirmed {
                 command,
                 wanted: "armed".into(),

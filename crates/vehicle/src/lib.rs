@@ -114,7 +114,7 @@ pub use conduct::Conduct;
 pub use danger::Danger;
 #[cfg(feature = "describe")]
 pub use described::Described;
-pub use error::VehicleError;
+pub use error::{Recipient, VehicleError};
 pub use id::VehicleId;
 pub use kind::VehicleKind;
 pub use plan_record::{Doubt, PlanRecord, StoredRecord, VehicleKey, Writer};

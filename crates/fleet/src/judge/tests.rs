@@ -252,11 +252,11 @@ fn what_is_not_signed_or_is_for_others_is_refused_in_words() {
         assert_eq!(answer.end(), End::Refused);
         assert!(answer.why.contains(what), "{}", answer.why);
     };
-    says(&signed(&eve, &arm), true, "list of ground stations no more");
+    says(&signed(&eve, &arm), true, "is not on its list of the fleet's ground stations");
     says(&signed(&eve, &arm), false, &format!("--trust {}", eve.public()));
     let ours = Signed::decode(signed(&ana, &arm).as_slice()).expect("read");
     let theirs = Signed { key: eve.public().0.to_vec(), ..ours.clone() };
-    says(&theirs.encode_to_vec(), true, "list of ground stations no more");
+    says(&theirs.encode_to_vec(), true, "is not on its list of the fleet's ground stations");
     let changed = Order { epoch: 2, ..arm.clone() }.encode_to_vec();
     says(&Signed { order: changed, ..ours }.encode_to_vec(), true, "signature is wrong");
     says(&signed(&ana, &Order { aircraft: "plane8".into(), ..arm.clone() }), true, "another aircraft");

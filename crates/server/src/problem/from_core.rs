@@ -128,9 +128,9 @@ pub(super) fn from_vehicle(error: &VehicleError) -> Problem {
     };
     let problem = Problem::new(cause, error.to_string());
     match error {
-        VehicleError::CommandRefused { reasons, .. } | VehicleError::NotConfirmed { reasons, .. } => {
-            problem.refused(reasons, &error.remedies())
-        }
+        VehicleError::CommandRefused { reasons, .. }
+        | VehicleError::NotConfirmed { reasons, .. }
+        | VehicleError::CommandTimeout { reasons, .. } => problem.refused(reasons, &error.remedies()),
         _ => problem,
     }
 }

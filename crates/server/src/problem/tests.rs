@@ -155,7 +155,7 @@ fn refused(reasons: &[&str]) -> dto::Problem {
 
 fn refused_command(command: u16, reasons: &[&str]) -> dto::Problem {
     let error = VehicleError::CommandRefused {
-        target: Address::new(1, 1),
+        target: Address::new(1, 1).into(),
         command: Command(command),
         result: CommandResult(4),
         reasons: reasons.iter().map(|reason| (*reason).to_owned()).collect(),

@@ -79,7 +79,7 @@ impl Vehicle {
         let mode = self.telemetry.mode().filter(|_| command.effect == Effect::Armed(true));
         let cure = mode.and_then(|mode| mode.curing(&reasons));
         VehicleError::CommandRefused {
-            target: command.message.target(),
+            target: command.message.target().into(),
             command: command.name(),
             result,
             reasons,
@@ -443,9 +443,10 @@ impl Vehicle {
         match outcome {
             CommandOutcome::TimedOut { attempts } => {
                 let error = VehicleError::CommandTimeout {
-                    target: command.message.target(),
+                    target: command.message.target().into(),
                     command: command.name(),
                     attempts,
+                    reasons: Vec::new(),
                 };
                 self.finish(index, Err(error));
             }

@@ -46,7 +46,7 @@ impl Vehicle {
             // A command's refusal has no MAV_MISSION_RESULT; its text goes with the reasons.
             let reasons = vec![crate::transfer::MissionResult(ack.result).to_string()];
             let error = VehicleError::CommandRefused {
-                target: self.address,
+                target: self.address.into(),
                 command: telling.command.name(),
                 result: CommandResult::FAILED,
                 reasons,
@@ -118,9 +118,10 @@ impl Vehicle {
         (now >= telling.until).then(|| {
             if telling.waits_for_ack() {
                 VehicleError::CommandTimeout {
-                    target: self.address,
+                    target: self.address.into(),
                     command: command.name(),
                     attempts: telling.attempts,
+                    reasons: Vec::new(),
                 }
             } else {
                 self.not_confirmed(command, now)

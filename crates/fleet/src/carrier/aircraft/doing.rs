@@ -1,6 +1,7 @@
 //! Execution of orders on board: started, with progress reports, and answered at their end.
 
-use vencejo_station::RequestResult;
+use vencejo_proto::Seconds;
+use vencejo_station::{RequestResult, Silence};
 use vencejo_vehicle::{Reply, Request, VehicleError};
 use zenoh::query::Query;
 
@@ -92,6 +93,9 @@ impl Post<'_> {
         let under_way = self.under_way.remove(&claim.id);
         let plan = under_way.as_ref().and_then(|under_way| under_way.plan);
         let mut answer = self.holdings.complete(act::answer_of(claim, result), plan);
+        if let (Err(_), Some((_, Silence { lasts, links }))) = (result, self.silence()) {
+            answer.reasons.push(format!("its autopilot has been silent on board for {}: {links}", Seconds(lasts)));
+        }
         let is_act = under_way.as_ref().is_some_and(|under_way| under_way.is_act);
         answer.state = state.filter(|_| is_act).cloned().map(Box::new);
         authority.on_ended(claim.id, answer.clone(), self.station.now());

@@ -163,9 +163,4 @@ impl FarAircraft {
         self.known().id = Some(id);
         Some(id)
     }
-
-    /// The address of its autopilot, on board.
-    pub(super) fn address(&self) -> Address {
-        self.known().autopilot.unwrap_or(Address { system: SystemId::BROADCAST, component: ComponentId::AUTOPILOT })
-    }
 }

@@ -268,7 +268,7 @@ impl FarAircraft {
         let id = self.known().id;
         let mode = self.fleet.upgrade().and_then(|fleet| fleet.station.vehicle(id?)?.telemetry().0.mode());
         let family = mode.map_or(ModeFamily::Other, |mode| mode.family);
-        act::result_of(answer, request, self.name.as_str(), self.address(), family)
+        act::result_of(answer, request, self.name.as_str(), family)
     }
 
     async fn carry(
@@ -300,7 +300,7 @@ impl FarAircraft {
                 delivery::Outcome::Answered(answer) => answer,
                 delivery::Outcome::Unreached => return Err(self.unreached()),
                 delivery::Outcome::Unknown { attempts } => {
-                    return Err(act::unknown_end(&request, self.address(), attempts, patience));
+                    return Err(act::unknown_end(&request, self.name.as_str(), attempts, patience, Vec::new()));
                 }
             };
             if let Some(state) = answer.state.take() {

@@ -236,6 +236,37 @@ async fn the_effect_of_an_act_is_shown_when_it_has_ended() {
     station.close().await;
 }
 
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_silent_autopilot_is_told_apart_from_a_silent_computer() {
+    let (station, ground) = in_the_clear(Some(endpoint("tcp/127.0.0.1:0")), Vec::new()).await;
+    let (board, flying) = beside_plane().await;
+    let aircraft = plane7(&board, ground.endpoint());
+    until("it is seen", || shows(&ground, "plane7")).await;
+    let vehicle = station.vehicles().into_iter().next().expect("it is there");
+    let far = || ground.aircraft().into_iter().next().and_then(|far| far.silence);
+    assert_eq!((far(), vehicle.silence(), aircraft.status().silence), (None, None, None));
+    // The autopilot says nothing more.
+    let asked = vehicle.request(Request::ReturnToLaunch);
+    until("it is silent", || far().is_some()).await;
+    for silence in [far(), vehicle.silence(), aircraft.status().silence] {
+        let silence = silence.expect("it is silent");
+        assert!(silence.lasts >= LOST_AFTER && silence.links.ends_with("(open)"), "{silence:?}");
+    }
+    let ended = timeout(WAIT, asked.wait()).await.expect("it ends").expect("it was not given up");
+    let error = ended.expect_err("nobody answers").to_string();
+    assert!(error.starts_with("plane7 did not answer") && !error.contains("vehicle 1/1"), "{error}");
+    let asked = vehicle.request(Request::LoiterHere);
+    let ended = timeout(WAIT, asked.wait()).await.expect("it ends").expect("it was not given up");
+    let error = ended.expect_err("nobody answers").to_string();
+    assert!(error.contains("its autopilot has been silent on board for"), "{error}");
+    flying.say(&Message::Heartbeat(Heartbeat { mav_type: 1, autopilot: 3, ..Heartbeat::default() })).await;
+    until("it is heard", || (far(), vehicle.silence(), aircraft.status().silence) == (None, None, None)).await;
+    aircraft.close().await;
+    board.close().await;
+    ground.close().await;
+    station.close().await;
+}
+
 /// The computer may be the same one, started again, or another one with a copy of its card.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn what_was_ordered_before_another_computer_took_its_place_is_not_carried_to_that() {
