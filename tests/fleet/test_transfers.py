@@ -60,7 +60,13 @@ def test_plans_parameters_and_commands_reach_a_plane_far_away_and_a_cut_stops_no
             "old or new, never mixed"
         )
 
-        # To read is an order too, and gives what is there.
+        # To read is an order too. One that comes too late for being based on what was seen before the cut is given again.
+        plane.way.cut()
+        operation = ana.done("POST", f"{at}/plan/mission/read")
+        wait_for(lambda: ana.done("GET", at)["telemetry"]["heartbeat"]["age_s"] > 6.5, "its silence")
+        plane.way.heal()
+        wait_for(lambda: stands(operation)["state"] != "running", "its end")
+        assert stands(operation)["state"] == "done", stands(operation)
         assert ana.operation("POST", f"{at}/plan/mission/read") == on_board()["plan"]
 
         # Clearing asks for its confirmation first.

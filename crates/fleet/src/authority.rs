@@ -29,6 +29,9 @@ pub const ASKS_FOR: Duration = Duration::from_secs(10);
 pub const FRESH: Duration = Duration::from_secs(5);
 /// Why an order for another run is not done.
 pub const STARTED_AGAIN: &str = "the station on board has started again since; look at the aircraft, then decide";
+/// Why an order that comes later is not done.
+pub const TOO_LATE: &str = "it came too late: more than 5 s after the state of the aircraft that it is based on; look at \
+                            the aircraft, then give it again";
 /// How far in the future that state may be: clocks are read in whole milliseconds.
 const AHEAD: Duration = Duration::from_secs(1);
 /// How much longer an order is remembered: the network may deliver it twice, and its sender may not have noticed that
@@ -171,6 +174,8 @@ pub struct Authority {
     known: BTreeMap<u128, Known>,
     /// Ids of `known`, oldest first.
     ids: VecDeque<u128>,
+    /// Until when the orders that are no longer known were fresh, at most.
+    forgotten: MonoTime,
     fenced: Vec<u128>,
     recalled: Vec<u128>,
 }
@@ -189,6 +194,7 @@ impl Authority {
             local: None,
             known: BTreeMap::new(),
             ids: VecDeque::new(),
+            forgotten: MonoTime::ZERO,
             fenced: Vec::new(),
             recalled: Vec::new(),
         }
@@ -283,12 +289,10 @@ impl Authority {
         if claim.based_on.at > now + AHEAD || self.stamp(claim.based_on.at) != claim.based_on {
             return refused(claim, "it is based on a state that was never sent");
         }
+        let fresh_until = claim.based_on.at + FRESH + OVERTAKEN;
         if now.since(claim.based_on.at) > FRESH {
-            return ended(
-                claim,
-                End::Stale,
-                "it is based on a picture of the aircraft that is too old; look at it again",
-            );
+            // If it had been done, its answer would be known, or forgotten since.
+            return ended(claim, if fresh_until > self.forgotten { End::Stale } else { End::Unknown }, TOO_LATE);
         }
         if !self.make_room(now) {
             return refused(claim, "too many orders came at once; wait some seconds");
@@ -317,7 +321,6 @@ impl Authority {
             Verdict::Answer(answer) => Some((**answer).clone()),
             Verdict::UnderWay => return verdict,
         };
-        let fresh_until = claim.based_on.at + FRESH + OVERTAKEN;
         let epoch = (claim.wish != Wish::Read).then_some(self.epoch);
         let recalls = if let Wish::Recall(id) = claim.wish { Some(id) } else { None };
         let known = Known { key: caller.key, epoch, fresh_until, keep_until: now + KEEPS_ANSWERS, recalls, answer };
@@ -432,7 +435,9 @@ impl Authority {
             if !self.known.get(id).is_none_or(may_go) {
                 break;
             }
-            self.known.remove(id);
+            if let Some(gone) = self.known.remove(id) {
+                self.forgotten = self.forgotten.max(gone.fresh_until);
+            }
             self.ids.pop_front();
         }
         self.ids.len() < MAX_ANSWERS

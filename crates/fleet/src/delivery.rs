@@ -46,6 +46,8 @@ pub enum Outcome {
     Unknown {
         /// How often it was sent.
         attempts: u32,
+        /// Time since it was sent, or since its last sign of life.
+        waited: Duration,
     },
 }
 
@@ -100,7 +102,7 @@ impl OrderDelivery {
     #[must_use]
     pub fn on_nobody(&mut self, now: MonoTime) -> Step {
         let limit = if self.silent { self.patience } else { NOBODY_FOR.min(self.patience) };
-        if now.since(self.began) >= limit { Step::End(self.unanswered()) } else { self.send(AGAIN_AFTER, now) }
+        if now.since(self.began) >= limit { Step::End(self.unanswered(now)) } else { self.send(AGAIN_AFTER, now) }
     }
 
     /// No answer came in time.
@@ -124,19 +126,21 @@ impl OrderDelivery {
                 return Step::End(Outcome::Answered(Box::new(answer)));
             }
         }
-        // An earlier attempt may have been executed and forgotten since.
-        let is_forgotten = answer.end() == End::Stale && self.silent;
-        Step::End(if is_forgotten { self.unanswered() } else { Outcome::Answered(Box::new(answer)) })
+        Step::End(Outcome::Answered(Box::new(answer)))
     }
 
     fn silence(&mut self, after: Duration, now: MonoTime) -> Step {
         self.silent = true;
         let is_over = now.since(self.began) >= self.patience;
-        if is_over { Step::End(self.unanswered()) } else { self.send(after, now) }
+        if is_over { Step::End(self.unanswered(now)) } else { self.send(after, now) }
     }
 
-    fn unanswered(&self) -> Outcome {
-        if self.silent { Outcome::Unknown { attempts: self.attempts } } else { Outcome::Unreached }
+    fn unanswered(&self, now: MonoTime) -> Outcome {
+        if self.silent {
+            Outcome::Unknown { attempts: self.attempts, waited: now.since(self.began) }
+        } else {
+            Outcome::Unreached
+        }
     }
 
     fn send(&mut self, after: Duration, now: MonoTime) -> Step {
@@ -186,13 +190,14 @@ mod tests {
             waited += wait;
         }
         assert!(waited >= at(10_000) && waited <= at(14_000), "{waited}");
-        assert_eq!(delivery.on_silence(waited), Step::End(Outcome::Unknown { attempts: 5 }));
+        let unknown = Outcome::Unknown { attempts: 5, waited: waited.since(at(0)) };
+        assert_eq!(delivery.on_silence(waited), Step::End(unknown));
         let mut delivery = OrderDelivery::new(PATIENCE, RoundTrip::default(), at(0));
         let _ = (delivery.start(), delivery.on_silence(at(500)));
         assert_eq!(
             delivery.on_answer(stale(), at(0), at(600)),
-            Step::End(Outcome::Unknown { attempts: 2 }),
-            "the first may have been done"
+            Step::End(Outcome::Answered(Box::new(stale()))),
+            "none was done: on board they would know"
         );
     }
 
@@ -244,7 +249,8 @@ mod tests {
         assert_eq!(ended, Step::End(Outcome::Answered(Box::new(done))));
         let mut given_up = delivery.clone();
         let _ = given_up.on_answer(other(), at(9_000), at(9_500));
-        assert_eq!(given_up.on_answer(other(), at(9_500), at(10_000)), Step::End(Outcome::Unknown { attempts: 3 }));
+        let unknown = Outcome::Unknown { attempts: 3, waited: PATIENCE };
+        assert_eq!(given_up.on_answer(other(), at(9_500), at(10_000)), Step::End(unknown));
         // It was heard soon after the other one began: these may be its last words.
         let ended = delivery.on_answer(of_boot(1_000), at(9_400), at(9_500));
         assert!(matches!(ended, Step::End(Outcome::Answered(answer)) if answer.end() == End::Unknown));
@@ -277,7 +283,8 @@ mod tests {
         delivery.on_sign(at(9_000));
         delivery.on_sign(at(3_000));
         assert!(matches!(delivery.on_silence(at(18_999)), Step::Send { .. }));
-        assert!(matches!(delivery.on_silence(at(19_000)), Step::End(Outcome::Unknown { .. })));
+        let end = delivery.on_silence(at(19_000));
+        assert!(matches!(end, Step::End(Outcome::Unknown { waited: PATIENCE, .. })), "{end:?}");
     }
 
     #[test]
@@ -295,7 +302,7 @@ mod tests {
         assert!(matches!(delivery.on_nobody(at(2_000)), Step::Send { .. }));
         assert_eq!(
             delivery.on_nobody(at(10_000)),
-            Step::End(Outcome::Unknown { attempts: 3 }),
+            Step::End(Outcome::Unknown { attempts: 3, waited: PATIENCE }),
             "the first may have arrived"
         );
     }

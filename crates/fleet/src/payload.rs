@@ -215,13 +215,14 @@ pub enum End {
     Asked = 3,
     /// Another operator has control.
     Held = 4,
-    /// Not done: the state that it was based on is too old.
+    /// Never done: the state that it was based on is too old.
     Stale = 5,
     /// Not done, for the reason in `why`.
     Refused = 6,
     /// The autopilot refused.
     CommandRefused = 7,
-    /// The autopilot was asked and did not answer, or does not show it: it may or may not have been done.
+    /// The autopilot was asked and did not answer, or does not show it, or the order is too old to be remembered: it may
+    /// or may not have been done.
     Unknown = 8,
     /// A transfer failed; see the outcome.
     Failed = 9,

@@ -166,7 +166,14 @@ fn an_order_is_done_at_most_once() {
     let epoch = bench.granted(&ana);
     let late = Claim { epoch, ..act };
     let verdict = bench.authority.on_order(&ana, &late, bench.now);
-    assert!(matches!(verdict, Verdict::Answer(answer) if answer.end() == End::Stale), "forgotten, and too old");
+    assert!(matches!(verdict, Verdict::Answer(answer) if answer.end() == End::Unknown), "forgotten, and too old");
+    let late = bench.claim(Wish::Act, epoch);
+    bench.pass(5.1);
+    let verdict = bench.authority.on_order(&ana, &late, bench.now);
+    assert!(
+        matches!(verdict, Verdict::Answer(answer) if answer.end() == End::Stale),
+        "never done, for what was is known"
+    );
 }
 
 #[test]

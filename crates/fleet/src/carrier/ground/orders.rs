@@ -77,6 +77,11 @@ fn decides(answer: &[u8], id: &OrderId) -> bool {
     Answer::read(answer).is_ok_and(|answer| answer.id == id && answer.boot_age_ms == 0)
 }
 
+/// Whether the order came too late, and was never done.
+fn is_late(outcome: &delivery::Outcome) -> bool {
+    matches!(outcome, delivery::Outcome::Answered(answer) if answer.end() == End::Stale && answer.boot_age_ms == 0)
+}
+
 /// Attempts of one order: when each was sent, and what came back.
 type Attempts = JoinSet<(MonoTime, Replies)>;
 
@@ -231,16 +236,41 @@ impl FarAircraft {
         self.known().epoch(&own)
     }
 
-    /// The epoch in which we have control of this boot; requests control if we have none.
-    async fn control(&self, boot: u64, operator: &str) -> Result<u64, StationError> {
+    /// The epoch in which we have control of this boot; requests control if we have none. A request that came too late
+    /// is repeated once if `again`.
+    async fn control(self: &Arc<Self>, boot: u64, operator: &str, again: bool) -> Result<u64, StationError> {
         let _one = self.asking.lock().await;
         if let Some(epoch) = self.epoch() {
             return Ok(epoch);
         }
-        match self.send_to(boot, Want::Ask(Nothing {}), operator, CONTROL_PATIENCE).await? {
+        let ask = || self.send_to(boot, Want::Ask(Nothing {}), operator, CONTROL_PATIENCE);
+        let mut outcome = ask().await?;
+        if again && is_late(&outcome) {
+            self.look_again().await;
+            outcome = ask().await?;
+        }
+        match outcome {
             delivery::Outcome::Answered(answer) if answer.end() == End::Granted => Ok(answer.epoch),
             outcome => Err(self.not_done(outcome)),
         }
+    }
+
+    /// Requests a state that the next order can be based on.
+    async fn look_again(self: &Arc<Self>) {
+        if let Some(fleet) = self.fleet.upgrade() {
+            self.ask_everything(&fleet).await;
+        }
+    }
+
+    /// Waits, no longer than a transfer does, for a state that the next order can be based on.
+    async fn wait_fresh(&self) {
+        let fresh = async {
+            while self.age() >= Some(FRESH) {
+                tokio::time::sleep(AGAIN_AFTER).await;
+            }
+        };
+        // Without one, sending fails.
+        let _ = tokio::time::timeout(TRANSFER_PATIENCE, fresh).await;
     }
 
     /// The error of an order for control or of a part of a list.
@@ -256,8 +286,13 @@ impl FarAircraft {
     }
 
     pub(super) fn unreached(&self) -> StationError {
-        let age = self.fleet.upgrade().map_or(FRESH, |fleet| self.known().listener.age(fleet.station.now()));
-        StationError::Vehicle(VehicleError::NotHeard { age })
+        StationError::Vehicle(VehicleError::NotHeard { age: self.age().unwrap_or(FRESH) })
+    }
+
+    /// The age of its newest state; `None` when the fleet was left.
+    fn age(&self) -> Option<Duration> {
+        let now = self.fleet.upgrade()?.station.now();
+        Some(self.known().listener.age(now))
     }
 
     pub(super) fn refused(&self, why: &str) -> StationError {
@@ -284,23 +319,31 @@ impl FarAircraft {
             self.settle().await;
         }
         let mut act = act::act_of(&request, confirmed).map_err(|why| self.refused(why))?;
-        let mut list = self.prepare(&mut act).await?;
+        let list = self.prepare(&mut act).await?;
         let patience = if is_transfer(&request) { TRANSFER_PATIENCE } else { ACT_PATIENCE };
-        let (mut has_asked_again, mut has_sent_again) = (false, false);
+        // What changes the flight is given again by those who have looked at it again.
+        let may_repeat = is_transfer(&request) || !request.is_act();
+        let began = tokio::time::Instant::now();
+        let (mut has_asked_again, mut has_sent_again, mut sends_list) = (false, false, true);
         loop {
-            let control = async { if request.is_act() { self.control(boot, &operator).await } else { Ok(0) } };
-            let parts = std::mem::take(&mut list);
-            let kept = parts.clone();
+            let control =
+                async { if request.is_act() { self.control(boot, &operator, may_repeat).await } else { Ok(0) } };
+            let parts = if std::mem::take(&mut sends_list) { list.clone() } else { Vec::new() };
             let (epoch, ()) = tokio::try_join!(control, self.deliver(boot, parts, &operator))?;
             let mut waited = Waited::new(&self, self.new_id()?, &operator, &telling);
             let outcome = self.send_as(waited.id, Some(boot), Want::Act(act.clone()), &operator, epoch, patience).await;
             waited.has_ended = true;
             drop(waited);
-            let mut answer = match outcome? {
+            let outcome = outcome?;
+            if may_repeat && is_late(&outcome) && began.elapsed() < patience {
+                self.look_again().await;
+                continue;
+            }
+            let mut answer = match outcome {
                 delivery::Outcome::Answered(answer) => answer,
                 delivery::Outcome::Unreached => return Err(self.unreached()),
-                delivery::Outcome::Unknown { attempts } => {
-                    return Err(act::unknown_end(&request, self.name.as_str(), attempts, patience, Vec::new()));
+                delivery::Outcome::Unknown { attempts, waited } => {
+                    return Err(act::unknown_end(&request, self.name.as_str(), attempts, waited, Vec::new()));
                 }
             };
             if let Some(state) = answer.state.take() {
@@ -315,15 +358,15 @@ impl FarAircraft {
                     }
                 }
                 End::ListMissing if !std::mem::replace(&mut has_sent_again, true) => {
-                    list = kept;
+                    sends_list = true;
                     continue;
                 }
                 _ => {}
             }
             if let Err(error) = self.result_of(&answer, &request) {
                 // The answer does not have the state of the plan, which must be known before the next attempt.
-                if let (true, Some(fleet)) = (is_transfer(&request), self.fleet.upgrade()) {
-                    self.ask_everything(&fleet).await;
+                if is_transfer(&request) {
+                    self.look_again().await;
                 }
                 return Err(error);
             }
@@ -372,7 +415,8 @@ impl FarAircraft {
             match on_their_way.join_next().await {
                 None => return Ok(()),
                 Some(Ok(outcome)) => match outcome? {
-                    delivery::Outcome::Answered(answer) if answer.end() == End::Done => {}
+                    // The network may have been cut until now.
+                    delivery::Outcome::Answered(answer) if answer.end() == End::Done => self.wait_fresh().await,
                     outcome => return Err(self.not_done(outcome)),
                 },
                 Some(Err(_)) => return Err(StationError::Closed),
