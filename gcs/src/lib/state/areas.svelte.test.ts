@@ -34,6 +34,16 @@ it('keeps a half-drawn polygon while another tool or part is in hand', () => {
   expect([areas.isSketching, areas.interrupted]).toEqual([false, 0]);
 });
 
+it('makes a half-drawn polygon one of the other kind with the other tool', () => {
+  for (const n of [0, 1, 2]) areas.click(at(n));
+  areas.tool = 'out-circle';
+  areas.tool = 'out-polygon';
+  areas.click(at(3));
+  expect([areas.sketch.length, areas.interrupted]).toEqual([4, 0]);
+  areas.finish();
+  expect(plan.draft.fence.zones.map(({ points, inclusion }) => [points.length, inclusion])).toEqual([[4, false]]);
+});
+
 it('undoes the corners of what is drawn before changes of the plan', () => {
   areas.tool = 'in-circle';
   areas.click(at(5));

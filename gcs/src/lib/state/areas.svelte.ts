@@ -24,16 +24,21 @@ import type { ShapeEditor } from './shape-editor';
 export const FENCE_TOOLS = ['select', 'in-polygon', 'in-circle', 'out-polygon', 'out-circle', 'return'] as const;
 export type FenceTool = (typeof FENCE_TOOLS)[number];
 
+const isPolygonTool = (tool: FenceTool): boolean => tool.endsWith('polygon');
+
 /** Radius of a new circle, metres. */
 const NEW_RADIUS_M = 200;
 
 class AreaStore implements ShapeEditor {
   #tool = $state<FenceTool>('in-polygon');
   /** The tool that draws, or drew last, a polygon. */
-  #polygonTool = $state<FenceTool>('in-polygon');
-  /** Corners so far of the polygon that is being drawn; kept while another tool or part of the plan is in hand. */
+  #polygonTool: FenceTool = 'in-polygon';
+  /**
+   * Corners so far of the polygon that is being drawn; kept while another tool or part of the plan is in hand. The other tool for
+   * polygons makes it one of the other kind.
+   */
   #corners = $state.raw<readonly LonLat[]>([]);
-  sketch = $derived(plan.part === 'fence' && this.#tool === this.#polygonTool ? this.#corners : []);
+  sketch = $derived(plan.part === 'fence' && isPolygonTool(this.#tool) ? this.#corners : []);
   selected = $state.raw<AreaHandle | null>(null);
 
   /** Whether clicks on the map are for fence or rally points. */
@@ -54,7 +59,7 @@ class AreaStore implements ShapeEditor {
   }
   set tool(tool: FenceTool) {
     this.#tool = tool;
-    if (this.#corners.length === 0 && tool.endsWith('polygon')) this.#polygonTool = tool;
+    if (isPolygonTool(tool)) this.#polygonTool = tool;
   }
   get isInclusion(): boolean {
     return this.#tool.startsWith('in-');
@@ -64,11 +69,8 @@ class AreaStore implements ShapeEditor {
   click(at: LonLat): void {
     if (plan.part === 'rally') this.addRallyPoint(at);
     else if (this.#tool === 'select') this.selected = null;
-    else if (this.#tool.endsWith('polygon')) {
-      // The other kind of polygon begins anew.
-      this.#corners = this.#tool === this.#polygonTool ? [...this.#corners, at] : [at];
-      this.#polygonTool = this.#tool;
-    } else if (this.#tool.endsWith('circle')) {
+    else if (isPolygonTool(this.#tool)) this.#corners = [...this.#corners, at];
+    else if (this.#tool.endsWith('circle')) {
       const radius_m = roundLength_m(NEW_RADIUS_M, settings.units.length);
       plan.editAreas((areas) => ({ ...areas, fence: addCircle(areas.fence, this.isInclusion, at, radius_m) }));
       this.selected = { kind: 'centre', zone: plan.draft.fence.zones.length - 1 };
