@@ -98,6 +98,10 @@ export function roundLength_m(value_m: number, unit: LengthUnit): number {
   return lengthTo_m(Math.round(value / step) * step, unit);
 }
 
+/** A length in whole units, for fields that are typed into. */
+export const wholeLength_m = (value_m: number, unit: LengthUnit): number =>
+  lengthTo_m(Math.round(lengthFrom_m(value_m, unit)), unit);
+
 /** Climbing is read in the unit of heights: m/s, or feet per minute. */
 export const climbSymbol = ({ length }: Units): string => (length === 'm' ? 'm/s' : 'ft/min');
 export const climbFrom_m_s = (value_m_s: number, { length }: Units): number =>

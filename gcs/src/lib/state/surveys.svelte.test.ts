@@ -6,6 +6,7 @@ import { plan } from './plan.svelte';
 import { planFiles } from './plan-files.svelte';
 import { planGestures } from './plan-gestures.svelte';
 import { planWind } from './plan-wind.svelte';
+import { settings } from './settings.svelte';
 import { api, station } from './station.svelte';
 import { surveys } from './surveys.svelte';
 
@@ -40,6 +41,21 @@ describe('surveys of the mission', () => {
     surveys.close();
     plan.clear();
     planWind.unset();
+  });
+
+  it('begins at a round height in the units in use', async () => {
+    const camera = { sensor_width_mm: 23.5, sensor_height_mm: 15.6, image_width_px: 6000, image_height_px: 4000 };
+    surveys.cameras = [{ name: 'Sony a6000 16mm', camera: { ...camera, focal_length_mm: 16 } } as never];
+    await draw();
+    const { units } = settings;
+    settings.units = { ...units, length: 'ft' };
+    await draw();
+    [settings.units, surveys.cameras] = [units, []];
+    const asked = design.mock.calls.map(([{ height_m, gsd_m }]) => [(height_m ?? 0).toFixed(2), gsd_m]);
+    expect(asked).toEqual([
+      ['100.00', undefined],
+      ['106.68', undefined],
+    ]);
   });
 
   it('puts what was drawn before the end of the mission, and lays it out anew in one step a drag', async () => {
