@@ -10,7 +10,6 @@ import {
   type Listed,
   placesByName,
   type RosterChange,
-  rowsInSight,
 } from './roster';
 
 const row = (change: RosterChange) => changedRow(undefined, change);
@@ -77,12 +76,5 @@ describe('the list', () => {
     expect(ids(found(all, 'penon'))).toEqual([303]);
     expect(ids(found(all, '301'))).toEqual([301]);
     expect(found(all, '').length).toBe(4);
-  });
-
-  it('draws only what is in sight', () => {
-    expect(rowsInSight(1000, 50, 0, 400)).toEqual({ from: 0, to: 12 });
-    expect(rowsInSight(1000, 50, 10_000, 400, 2)).toEqual({ from: 198, to: 210 });
-    expect(rowsInSight(3, 50, 10_000, 400)).toEqual({ from: 3, to: 3 });
-    expect(rowsInSight(0, 50, 0, 400)).toEqual({ from: 0, to: 0 });
   });
 });

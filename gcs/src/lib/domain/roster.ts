@@ -194,19 +194,6 @@ export function inOrder(listed: readonly Listed[], order: RosterOrder): Listed[]
 /** What a vehicle is called in a stored group: its name far away, its system id at a link. */
 export const keyOf = (row: RosterRow): string => row.remote_name ?? `#${row.id}`;
 
-/** Which of `count` rows of one height are to be drawn, with some beyond each edge. */
-export function rowsInSight(
-  count: number,
-  row_px: number,
-  scrolled_px: number,
-  height_px: number,
-  beyond = 4,
-): { readonly from: number; readonly to: number } {
-  const first = Math.floor(scrolled_px / row_px);
-  const last = Math.ceil((scrolled_px + height_px) / row_px);
-  return { from: Math.min(count, Math.max(0, first - beyond)), to: Math.max(0, Math.min(count, last + beyond)) };
-}
-
 /** The same order as before, new rows last, so that no row moves from under the pointer. */
 export function keptOrder(before: readonly number[], listed: readonly Listed[]): Listed[] {
   const byId = new Map(listed.map((one) => [one.row.id, one]));
