@@ -156,8 +156,9 @@ class Vehicle(Closing, VehicleState):
         CommandRefused
             With the vehicle's pre-arm reasons.
         NotPossibleNow
-            While the mission on board may be a mixture of two (`PlanState.may_be_mixed`), unless `despite_mixed_plan`
-            is set, which is noted among the vehicle's texts.
+            While the mission on board may be a mixture of two (`PlanState.may_be_mixed`). In a mode that follows the
+            mission also while that leads out of reach, over 200 km from home and the vehicle, or neither of these is
+            known. `despite_mixed_plan` overrides both, which is noted among the vehicle's texts.
         ControlHeld
             When another operator holds control. Every request raises this.
         ConfirmationNeeded
@@ -176,7 +177,7 @@ class Vehicle(Closing, VehicleState):
     def set_mode(self, mode: str | int, *, despite_mixed_plan: bool = False) -> None:
         """Change the flight mode by name (``"AUTO"``, ``"fbwa"``…) or number; returns when the vehicle shows it.
 
-        A mode that follows the mission is refused while the mission may be mixed, see `arm`.
+        A mode that follows the mission is refused while that may be mixed or leads out of reach, see `arm`.
         """
         self._wait(self._ask("mode", mode=mode, despite_mixed_plan=despite_mixed_plan))
 
@@ -492,7 +493,8 @@ class Vehicle(Closing, VehicleState):
         """Begin the mission (mode AUTO), at an item counted from 1 if given. Does not arm.
 
         Item 1 rewinds the mission: jump counters start again. If an ArduPlane restarts its mission at each change to
-        AUTO (``MIS_RESTART`` 1), ``from_item`` is set once more. Refused while the mission may be mixed, see `arm`.
+        AUTO (``MIS_RESTART`` 1), ``from_item`` is set once more. Refused while the mission may be mixed or leads out of
+        reach, see `arm`.
         """
         self._wait(self._ask("mission/start", from_item=from_item, despite_mixed_plan=despite_mixed_plan))
 
@@ -503,7 +505,7 @@ class Vehicle(Closing, VehicleState):
     def resume_mission(self, *, despite_mixed_plan: bool = False) -> None:
         """Resume the mission at its current item (mode AUTO), also with ``MIS_RESTART`` 1.
 
-        Refused while the mission may be mixed, see `arm`.
+        Refused while the mission may be mixed or leads out of reach, see `arm`.
         """
         self._wait(self._ask("mission/resume", despite_mixed_plan=despite_mixed_plan))
 

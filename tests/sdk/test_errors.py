@@ -47,6 +47,7 @@ CLASSES = {
     "Vehicle.InvalidValue": vencejo.InvalidRequest,
     "Vehicle.Plan": vencejo.InvalidRequest,
     "Vehicle.PlanUnknown": vencejo.NotPossibleNow,
+    "Vehicle.OutOfReach": vencejo.NotPossibleNow,
     "Vehicle.Armed": vencejo.NotPossibleNow,
     "Vehicle.InTheAir": vencejo.NotPossibleNow,
     "Vehicle.NotFlying": vencejo.NotPossibleNow,

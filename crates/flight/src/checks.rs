@@ -13,7 +13,7 @@ mod surveyed;
 
 pub use finding::{Datum, FenceFault, Finding, FindingCode, FindingKind, Missing, RallyFault, Severity};
 pub use fix::{Fix, FixKind, Inspection, fixes};
-pub use reach::{OutOfReach, REACH_M, out_of_reach};
+pub use reach::{OutOfReach, REACH_M, first_out_of_reach, out_of_reach};
 pub use rehearsed::{CLEARANCE_M, rehearse_and_check, with_flown};
 pub use surveyed::check_survey;
 

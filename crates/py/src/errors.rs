@@ -139,6 +139,7 @@ fn from_vehicle(error: &VehicleError) -> PyErr {
         | VehicleError::Plan(_)
         | VehicleError::TooOld { .. } => raise("InvalidRequest", error),
         VehicleError::PlanUnknown { .. }
+        | VehicleError::OutOfReach { .. }
         | VehicleError::HomeUnknown
         | VehicleError::Armed { .. }
         | VehicleError::InTheAir { .. }

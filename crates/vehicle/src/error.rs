@@ -135,6 +135,22 @@ pub enum VehicleError {
         /// What is known of it.
         state: PlanState,
     },
+    /// The mission on board leads farther than any flight is meant to
+    /// ([`REACH_M`](vencejo_flight::checks::REACH_M)): following it is refused.
+    #[error(
+        "item {item} of the mission on board lies {:.0} km from home and the vehicle, of at most 200 km: {}; upload a corrected \
+         mission, or ask for that despite the plan (despite_mixed_plan)",
+        distance_m / 1e3,
+        if *is_swapped { "are latitude and longitude swapped?" } else { "check latitude and longitude" }
+    )]
+    OutOfReach {
+        /// The first such item, counted from 1.
+        item: usize,
+        /// To home or the vehicle, whichever is nearer, metres.
+        distance_m: f64,
+        /// Whether it is in reach with latitude and longitude swapped.
+        is_swapped: bool,
+    },
     /// Only possible when disarmed.
     #[error("the vehicle is armed; disarm it before {action}")]
     Armed {
@@ -264,6 +280,7 @@ impl VehicleError {
             Self::InvalidValue { field: "lat_deg", value: "NaN".into(), expected: "-90 to 90" },
             Self::Plan(vencejo_flight::FlightError::NotOnEarth { lat_deg: 91.0, lon_deg: 0.0 }),
             Self::PlanUnknown { kind: PlanKind::Mission, state: PlanState::Unknown(Unknown::TransferFailed) },
+            Self::OutOfReach { item: 2, distance_m: 6_638_600.0, is_swapped: true },
             Self::Armed { action: "restarting" },
             Self::InTheAir { action: "preparing a flight" },
             Self::NotFlying { action: "landing", consequence: "it would arm and take off" },
@@ -310,13 +327,14 @@ mod tests {
             VehicleError::InTheAir { .. } => 19,
             VehicleError::Landing { .. } => 20,
             VehicleError::NotFlying { .. } => 21,
+            VehicleError::OutOfReach { .. } => 22,
         }
     }
 
     #[test]
     fn each_kind_has_an_example_and_says_something() {
         let examples = VehicleError::examples();
-        assert_eq!(examples.iter().map(place).collect::<BTreeSet<_>>(), (0..=21).collect());
+        assert_eq!(examples.iter().map(place).collect::<BTreeSet<_>>(), (0..=22).collect());
         assert!(examples.iter().all(|error| !error.to_string().is_empty()));
     }
 }

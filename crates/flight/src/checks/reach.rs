@@ -1,6 +1,8 @@
 //! Whether a plane can fly to a place at all.
 
 use crate::geodesy::{GeoPoint, distance_m};
+use crate::plan::MissionItem;
+use crate::progress::target;
 
 /// Farthest from home and from the vehicle that a destination may lie, metres. It is ten times what counts as far from
 /// home, and an hour and a half at 37 m/s: a control link without relays ends before, and a place beyond it is nearly
@@ -26,6 +28,16 @@ pub fn out_of_reach(place: GeoPoint, home: Option<GeoPoint>, vehicle: Option<Geo
     let distance_m = nearest_m(place).filter(|distance_m| *distance_m > REACH_M)?;
     let swapped = GeoPoint::new(place.lon_deg(), place.lat_deg()).ok().and_then(nearest_m);
     Some(OutOfReach { distance_m, is_swapped: swapped.is_some_and(|distance_m| distance_m <= REACH_M) })
+}
+
+/// The first destination of a mission that is out of reach, and its index; as [`out_of_reach`].
+pub fn first_out_of_reach(
+    items: &[MissionItem],
+    home: Option<GeoPoint>,
+    vehicle: Option<GeoPoint>,
+) -> Option<(usize, OutOfReach)> {
+    let far = |item| out_of_reach(target(item)?, home, vehicle);
+    items.iter().enumerate().find_map(|(index, item)| Some((index, far(item)?)))
 }
 
 #[cfg(test)]

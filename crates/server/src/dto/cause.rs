@@ -338,6 +338,15 @@ causes! {
         #[schema(required = true)]
         reason: Option<PlanUncertainty>,
     } => CONFLICT, "The plan on board is not known",
+    /// The mission on board leads farther than any flight is meant to, so it is not started.
+    OutOfReach {
+        /// The first such item, counted from 1.
+        item: u64,
+        /// To home or the vehicle, whichever is nearer.
+        distance_m: f64,
+        /// Whether it is in reach with latitude and longitude swapped.
+        is_swapped: bool,
+    } => CONFLICT, "The mission is out of reach",
     /// The vehicle's firmware does not support this.
     TooOld {
         /// The unsupported function, in English.

@@ -114,6 +114,9 @@ pub(super) fn from_vehicle(error: &VehicleError) -> Problem {
         VehicleError::PlanUnknown { kind, state } => {
             Cause::PlanUnknown { plan: convert::plan_kind(*kind), reason: convert::uncertainty(*state) }
         }
+        VehicleError::OutOfReach { item, distance_m, is_swapped } => {
+            Cause::OutOfReach { item: *item as u64, distance_m: *distance_m, is_swapped: *is_swapped }
+        }
         VehicleError::TooOld { what, .. } => Cause::TooOld { what: (*what).to_owned() },
         VehicleError::Armed { action } => Cause::Armed { action: (*action).to_owned() },
         VehicleError::InTheAir { action } => Cause::InTheAir { action: (*action).to_owned() },

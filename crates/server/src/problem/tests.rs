@@ -124,6 +124,7 @@ fn statuses_are_those_of_the_contract() {
         ("Vehicle.InvalidValue", 422),
         ("Vehicle.Plan", 422),
         ("Vehicle.PlanUnknown", 409),
+        ("Vehicle.OutOfReach", 409),
         ("Vehicle.Armed", 409),
         ("Vehicle.InTheAir", 409),
         ("Vehicle.NotFlying", 409),

@@ -45,7 +45,7 @@ fn path_of(Described { name, text, values, brings_message }: Described) -> Utoip
         RequestBodyBuilder::new().content("application/json", content).required(Some(required)).build()
     });
     let id = parameter("id", ParameterIn::Path, Required::True, "The vehicle's id", u16::schema());
-    let despite = "Carry it out although the mission on board may be mixed";
+    let despite = "Carry it out although the mission on board may be mixed or lead out of reach";
     let operation = OperationBuilder::new()
         .tag("commands")
         .summary(Some(text))

@@ -96,7 +96,7 @@ pub(super) fn raw_message(app: &App, vehicle: &VehicleHandle, message: &Message)
 /// Sends any command as COMMAND_LONG. It is retransmitted only if repeating it is known to be safe.
 #[utoipa::path(post, path = "/vehicles/{id}/command/long", tag = "raw", request_body = RawCommandLong,
     params(("id" = u16, Path, description = "The vehicle's id"),
-        ("despite_mixed_plan" = Option<bool>, Query, description = "Carry it out although the mission on board may be mixed")),
+        ("despite_mixed_plan" = Option<bool>, Query, description = "Carry it out although the mission on board may be mixed or lead out of reach")),
     responses((status = 200, body = Acknowledged), Problem))]
 async fn command_long(
     pilot: Pilot,
@@ -113,7 +113,7 @@ async fn command_long(
 /// Sends any command as COMMAND_INT. It is retransmitted only if repeating it is known to be safe.
 #[utoipa::path(post, path = "/vehicles/{id}/command/int", tag = "raw", request_body = RawCommandInt,
     params(("id" = u16, Path, description = "The vehicle's id"),
-        ("despite_mixed_plan" = Option<bool>, Query, description = "Carry it out although the mission on board may be mixed")),
+        ("despite_mixed_plan" = Option<bool>, Query, description = "Carry it out although the mission on board may be mixed or lead out of reach")),
     responses((status = 200, body = Acknowledged), Problem))]
 async fn command_int(
     pilot: Pilot,
@@ -142,7 +142,7 @@ fn not_a_message(error: &FieldError) -> Problem {
 /// while an ArduPlane lands, or may be landing in a mission that was not read.
 #[utoipa::path(post, path = "/vehicles/{id}/messages", tag = "raw", request_body = NewMessage,
     params(("id" = u16, Path, description = "The vehicle's id"),
-        ("despite_mixed_plan" = Option<bool>, Query, description = "Carry it out although the mission on board may be mixed")),
+        ("despite_mixed_plan" = Option<bool>, Query, description = "Carry it out although the mission on board may be mixed or lead out of reach")),
     responses((status = 200, body = Done), Problem))]
 async fn send_message(
     pilot: Pilot,

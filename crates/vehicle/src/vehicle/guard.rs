@@ -1,6 +1,7 @@
-//! The guard against flying a mission that may be a mixture: which messages arm, start a mission or jump in it, and
-//! whether they may be sent. Every message of a request or a caller to a vehicle passes here.
+//! The guard against flying a mission that may be a mixture, or that leads out of reach: which messages arm, start a
+//! mission or jump in it, and whether they may be sent. Every message of a request or a caller to a vehicle passes here.
 
+use vencejo_flight::checks::{CheckContext, OutOfReach, first_out_of_reach};
 use vencejo_flight::plan::{Command, PlanKind};
 use vencejo_proto::dialect::MavMessage;
 use vencejo_proto::{Message, MonoTime, StatusText};
@@ -104,9 +105,9 @@ impl Vehicle {
             return None;
         }
         match self.family() {
-            // A disarmed PX4 takes DO_LAND_START for MISSION_START, which arms it (`navigator_main.cpp`, `Commander.cpp`).
+            // A disarmed PX4 takes DO_LAND_START for MISSION_START, which arms it too (`navigator_main.cpp`, `Commander.cpp`).
             Some(ModeFamily::Px4) if starts_mission(message) && self.telemetry.is_armed() != Some(true) => {
-                Some(Act::Arm)
+                Some(Act::FollowMission)
             }
             Some(family) => act_of(family, message),
             // Before its first heartbeat: what it would be to any.
@@ -135,20 +136,21 @@ impl Vehicle {
         despite: bool,
         now: MonoTime,
     ) -> Result<(), VehicleError> {
-        let mut act = None;
+        let mut acts = Vec::new();
         for step in steps {
             self.guard_landing_by(step, now)?;
-            act = act.or_else(|| self.act_of_step(step));
+            acts.extend(self.act_of_step(step));
         }
-        self.guard(act, despite, now)
+        self.guard(&acts, despite, now)
     }
 
     /// Checks a raw message of a caller to this vehicle, and notes its effect on the plans on board.
     ///
     /// # Errors
     /// [`VehicleError::PlanUnknown`] for one that arms, starts the mission or jumps in it while that may be a mixture,
-    /// unless it is `despite_mixed_plan`; [`VehicleError::Landing`] for one that would disturb the landing of an ArduPlane;
-    /// [`VehicleError::InvalidValue`] for a number that an autopilot cannot take.
+    /// and [`VehicleError::OutOfReach`] or [`VehicleError::HomeUnknown`] for one that has it follow a mission out of reach,
+    /// or perhaps out of reach, unless it is `despite_mixed_plan`; [`VehicleError::Landing`] for one that would disturb the
+    /// landing of an ArduPlane; [`VehicleError::InvalidValue`] for a number that an autopilot cannot take.
     pub fn on_sending(
         &mut self,
         message: &Message,
@@ -160,24 +162,55 @@ impl Vehicle {
         }
         raw::check_message(message, self.is_ardupilot())?;
         self.guard_landing(message, now)?;
-        self.guard(self.act_of(message), despite_mixed_plan, now)?;
+        self.guard(self.act_of(message).as_slice(), despite_mixed_plan, now)?;
         self.on_written(self.our, message, now);
         Ok(())
     }
 
-    fn guard(&mut self, act: Option<Act>, despite: bool, now: MonoTime) -> Result<(), VehicleError> {
-        let state = self.plans.get(PlanKind::Mission);
-        let Some(act) = act.filter(|_| state.may_be_mixed()) else { return Ok(()) };
+    fn guard(&mut self, acts: &[Act], despite: bool, now: MonoTime) -> Result<(), VehicleError> {
+        let Some((act, error)) = self.doubted(acts) else { return Ok(()) };
         if !despite {
-            return Err(VehicleError::PlanUnknown { kind: PlanKind::Mission, state });
+            return Err(error);
         }
-        tracing::warn!(vehicle = %self.address, act = act.name(), mission = %state, "done despite a mission that may be mixed");
-        self.note(
-            Severity::WARNING,
-            format!("{} by override, although the mission on board is {state}", act.name()),
-            now,
-        );
+        let doubt = match error {
+            VehicleError::PlanUnknown { state, .. } => format!("the mission on board is {state}"),
+            VehicleError::OutOfReach { item, .. } => format!("item {item} of the mission on board is out of reach"),
+            _ => "it is not known whether the mission on board is in reach".to_owned(),
+        };
+        tracing::warn!(vehicle = %self.address, act = act.name(), doubt, "done despite the mission on board");
+        self.note(Severity::WARNING, format!("{} by override, although {doubt}", act.name()), now);
         Ok(())
+    }
+
+    /// The first act that the mission on board speaks against, and why.
+    fn doubted(&self, acts: &[Act]) -> Option<(Act, VehicleError)> {
+        let first = *acts.first()?;
+        let state = self.plans.get(PlanKind::Mission);
+        if state.may_be_mixed() {
+            return Some((first, VehicleError::PlanUnknown { kind: PlanKind::Mission, state }));
+        }
+        let follows = |act: &Act| match act {
+            Act::FollowMission => true,
+            Act::Arm => self.conduct().follows_mission == Some(true),
+            Act::Jump => false,
+        };
+        let act = *acts.iter().find(|act| follows(act))?;
+        Some((act, self.beyond_reach()?))
+    }
+
+    /// Why the mission on board, where it is known, must not be followed: it leads out of reach, or that cannot be judged
+    /// yet. The checks before an upload may not have known home and position either.
+    fn beyond_reach(&self) -> Option<VehicleError> {
+        let items = &self.mission()?.items;
+        let CheckContext { home, position, on_ground, .. } = self.check_context();
+        let home = home.and_then(|home| home.point().ok());
+        if home.is_none() && position.is_none() {
+            let is_flying = on_ground == Some(false);
+            return (!is_flying && items.iter().any(|item| item.point().is_some()))
+                .then_some(VehicleError::HomeUnknown);
+        }
+        let (index, OutOfReach { distance_m, is_swapped }) = first_out_of_reach(items, home, position)?;
+        Some(VehicleError::OutOfReach { item: index + 1, distance_m, is_swapped })
     }
 
     /// Adds a text of ours to those of the vehicle.

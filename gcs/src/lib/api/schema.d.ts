@@ -2997,6 +2997,21 @@ export interface components {
             code: "in-the-air";
         } | {
             /** @description The action, in English. */
+        } | {
+            /** @enum {string} */
+            code: "out-of-reach";
+            /**
+             * Format: double
+             * @description To home or the vehicle, whichever is nearer.
+             */
+            distance_m: number;
+            /** @description Whether it is in reach with latitude and longitude swapped. */
+            is_swapped: boolean;
+            /**
+             * Format: int64
+             * @description The first such item, counted from 1.
+             */
+            item: number;
             action: string;
             /** @enum {string} */
             code: "not-flying";
@@ -11947,7 +11962,7 @@ export interface operations {
     abort_landing: {
         parameters: {
             query?: {
-                /** @description Carry it out although the mission on board may be mixed */
+                /** @description Carry it out although the mission on board may be mixed or lead out of reach */
                 despite_mixed_plan?: boolean;
             };
             header?: never;
@@ -11991,7 +12006,7 @@ export interface operations {
     altitude: {
         parameters: {
             query?: {
-                /** @description Carry it out although the mission on board may be mixed */
+                /** @description Carry it out although the mission on board may be mixed or lead out of reach */
                 despite_mixed_plan?: boolean;
             };
             header?: never;
@@ -12039,7 +12054,7 @@ export interface operations {
     arm: {
         parameters: {
             query?: {
-                /** @description Carry it out although the mission on board may be mixed */
+                /** @description Carry it out although the mission on board may be mixed or lead out of reach */
                 despite_mixed_plan?: boolean;
             };
             header?: never;
@@ -12080,7 +12095,7 @@ export interface operations {
     climb: {
         parameters: {
             query?: {
-                /** @description Carry it out although the mission on board may be mixed */
+                /** @description Carry it out although the mission on board may be mixed or lead out of reach */
                 despite_mixed_plan?: boolean;
             };
             header?: never;
@@ -12133,7 +12148,7 @@ export interface operations {
     command_int: {
         parameters: {
             query?: {
-                /** @description Carry it out although the mission on board may be mixed */
+                /** @description Carry it out although the mission on board may be mixed or lead out of reach */
                 despite_mixed_plan?: boolean;
             };
             header?: never;
@@ -12171,7 +12186,7 @@ export interface operations {
     command_long: {
         parameters: {
             query?: {
-                /** @description Carry it out although the mission on board may be mixed */
+                /** @description Carry it out although the mission on board may be mixed or lead out of reach */
                 despite_mixed_plan?: boolean;
             };
             header?: never;
@@ -12209,7 +12224,7 @@ export interface operations {
     course: {
         parameters: {
             query?: {
-                /** @description Carry it out although the mission on board may be mixed */
+                /** @description Carry it out although the mission on board may be mixed or lead out of reach */
                 despite_mixed_plan?: boolean;
             };
             header?: never;
@@ -12258,7 +12273,7 @@ export interface operations {
     disarm: {
         parameters: {
             query?: {
-                /** @description Carry it out although the mission on board may be mixed */
+                /** @description Carry it out although the mission on board may be mixed or lead out of reach */
                 despite_mixed_plan?: boolean;
             };
             header?: never;
@@ -12299,7 +12314,7 @@ export interface operations {
     goto: {
         parameters: {
             query?: {
-                /** @description Carry it out although the mission on board may be mixed */
+                /** @description Carry it out although the mission on board may be mixed or lead out of reach */
                 despite_mixed_plan?: boolean;
             };
             header?: never;
@@ -12374,7 +12389,7 @@ export interface operations {
     home: {
         parameters: {
             query?: {
-                /** @description Carry it out although the mission on board may be mixed */
+                /** @description Carry it out although the mission on board may be mixed or lead out of reach */
                 despite_mixed_plan?: boolean;
             };
             header?: never;
@@ -12428,7 +12443,7 @@ export interface operations {
     land: {
         parameters: {
             query?: {
-                /** @description Carry it out although the mission on board may be mixed */
+                /** @description Carry it out although the mission on board may be mixed or lead out of reach */
                 despite_mixed_plan?: boolean;
             };
             header?: never;
@@ -12462,7 +12477,7 @@ export interface operations {
     loiter: {
         parameters: {
             query?: {
-                /** @description Carry it out although the mission on board may be mixed */
+                /** @description Carry it out although the mission on board may be mixed or lead out of reach */
                 despite_mixed_plan?: boolean;
             };
             header?: never;
@@ -12496,7 +12511,7 @@ export interface operations {
     send_message: {
         parameters: {
             query?: {
-                /** @description Carry it out although the mission on board may be mixed */
+                /** @description Carry it out although the mission on board may be mixed or lead out of reach */
                 despite_mixed_plan?: boolean;
             };
             header?: never;
@@ -12604,7 +12619,7 @@ export interface operations {
     mission_current: {
         parameters: {
             query?: {
-                /** @description Carry it out although the mission on board may be mixed */
+                /** @description Carry it out although the mission on board may be mixed or lead out of reach */
                 despite_mixed_plan?: boolean;
             };
             header?: never;
@@ -12648,7 +12663,7 @@ export interface operations {
     mission_pause: {
         parameters: {
             query?: {
-                /** @description Carry it out although the mission on board may be mixed */
+                /** @description Carry it out although the mission on board may be mixed or lead out of reach */
                 despite_mixed_plan?: boolean;
             };
             header?: never;
@@ -12682,7 +12697,7 @@ export interface operations {
     mission_resume: {
         parameters: {
             query?: {
-                /** @description Carry it out although the mission on board may be mixed */
+                /** @description Carry it out although the mission on board may be mixed or lead out of reach */
                 despite_mixed_plan?: boolean;
             };
             header?: never;
@@ -12716,7 +12731,7 @@ export interface operations {
     mission_start: {
         parameters: {
             query?: {
-                /** @description Carry it out although the mission on board may be mixed */
+                /** @description Carry it out although the mission on board may be mixed or lead out of reach */
                 despite_mixed_plan?: boolean;
             };
             header?: never;
@@ -12761,7 +12776,7 @@ export interface operations {
     mode: {
         parameters: {
             query?: {
-                /** @description Carry it out although the mission on board may be mixed */
+                /** @description Carry it out although the mission on board may be mixed or lead out of reach */
                 despite_mixed_plan?: boolean;
             };
             header?: never;
@@ -13331,7 +13346,7 @@ export interface operations {
     prepare_flight: {
         parameters: {
             query?: {
-                /** @description Carry it out although the mission on board may be mixed */
+                /** @description Carry it out although the mission on board may be mixed or lead out of reach */
                 despite_mixed_plan?: boolean;
             };
             header?: never;
@@ -13396,7 +13411,7 @@ export interface operations {
     reboot: {
         parameters: {
             query?: {
-                /** @description Carry it out although the mission on board may be mixed */
+                /** @description Carry it out although the mission on board may be mixed or lead out of reach */
                 despite_mixed_plan?: boolean;
             };
             header?: never;
@@ -13430,7 +13445,7 @@ export interface operations {
     request_message: {
         parameters: {
             query?: {
-                /** @description Carry it out although the mission on board may be mixed */
+                /** @description Carry it out although the mission on board may be mixed or lead out of reach */
                 despite_mixed_plan?: boolean;
             };
             header?: never;
@@ -13471,7 +13486,7 @@ export interface operations {
     return_to_launch: {
         parameters: {
             query?: {
-                /** @description Carry it out although the mission on board may be mixed */
+                /** @description Carry it out although the mission on board may be mixed or lead out of reach */
                 despite_mixed_plan?: boolean;
             };
             header?: never;
@@ -13534,7 +13549,7 @@ export interface operations {
     set_message_rate: {
         parameters: {
             query?: {
-                /** @description Carry it out although the mission on board may be mixed */
+                /** @description Carry it out although the mission on board may be mixed or lead out of reach */
                 despite_mixed_plan?: boolean;
             };
             header?: never;
@@ -13646,7 +13661,7 @@ export interface operations {
     speed: {
         parameters: {
             query?: {
-                /** @description Carry it out although the mission on board may be mixed */
+                /** @description Carry it out although the mission on board may be mixed or lead out of reach */
                 despite_mixed_plan?: boolean;
             };
             header?: never;
@@ -13692,7 +13707,7 @@ export interface operations {
     switch_fence: {
         parameters: {
             query?: {
-                /** @description Carry it out although the mission on board may be mixed */
+                /** @description Carry it out although the mission on board may be mixed or lead out of reach */
                 despite_mixed_plan?: boolean;
             };
             header?: never;
@@ -13733,7 +13748,7 @@ export interface operations {
     takeoff: {
         parameters: {
             query?: {
-                /** @description Carry it out although the mission on board may be mixed */
+                /** @description Carry it out although the mission on board may be mixed or lead out of reach */
                 despite_mixed_plan?: boolean;
             };
             header?: never;
@@ -13808,7 +13823,7 @@ export interface operations {
     texts: {
         parameters: {
             query?: {
-                /** @description Carry it out although the mission on board may be mixed */
+                /** @description Carry it out although the mission on board may be mixed or lead out of reach */
                 despite_mixed_plan?: boolean;
             };
             header?: never;
@@ -13854,7 +13869,7 @@ export interface operations {
     velocity: {
         parameters: {
             query?: {
-                /** @description Carry it out although the mission on board may be mixed */
+                /** @description Carry it out although the mission on board may be mixed or lead out of reach */
                 despite_mixed_plan?: boolean;
             };
             header?: never;

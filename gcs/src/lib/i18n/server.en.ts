@@ -97,6 +97,9 @@ export const serverEn = {
   'problem.no-mode-for': 'The vehicle has no mode for that.',
   'problem.plan-unknown': 'What the vehicle has as {plan} is not known: it may be a mixture of two.',
   'problem.plan-unknown.remedy': 'Send it anew, or clear it.',
+  'problem.out-of-reach':
+    'Item {item} of the mission on board lies {distance_m} from home and the plane: out of reach.',
+  'problem.out-of-reach.remedy': 'Are latitude and longitude swapped? Correct the plan and send it again.',
   'problem.too-old': 'The vehicle’s firmware is too old for that.',
   'problem.too-old.remedy': 'Update the autopilot.',
   'problem.armed': 'That is only possible while the vehicle is disarmed.',

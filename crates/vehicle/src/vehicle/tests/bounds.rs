@@ -1,6 +1,6 @@
-//! Targets that no flight means are refused: out of reach, or under the ground.
+//! Targets that no flight means are refused: out of reach, or under the ground. So is following a mission to them.
 
-use vencejo_proto::dialect::TERRAIN_REPORT_DATA;
+use vencejo_proto::dialect::{MavModeFlag, SET_MODE_DATA, TERRAIN_REPORT_DATA};
 
 use super::*;
 
@@ -40,6 +40,75 @@ fn a_position_out_of_reach_is_refused_and_swapped_coordinates_are_told() {
     let home = Request::SetHome { lat_deg: Some(-3.7978), lon_deg: Some(40.3332), alt_amsl_m: Some(600.0) };
     assert!(refusal(&mut world, home).contains("swapped?"));
     assert_eq!(ask(&mut world, reposition(42.1, -3.7978, 80.0)), Ok(Reply::Done), "196 km");
+}
+
+fn swapped_mission() -> Vec<MissionItem> {
+    let takeoff = MissionItem::takeoff(40.3332, -3.7990, 50.0, 12.0);
+    vec![takeoff, MissionItem::waypoint(-3.8030, 40.3340, 80.0), MissionItem::land(-3.7978, 40.3332, 0.0)]
+}
+
+fn put(items: Vec<MissionItem>) -> Request {
+    Request::UploadPlan { kind: PlanKind::Mission, items, home: None, despite_findings: false }
+}
+
+fn starts() -> [Request; 6] {
+    let raw = CommandLong { target: PLANE, command: Command::MISSION_START.0, confirmation: 0, params: [0.0; 7] };
+    [
+        mode("auto"),
+        Request::SetMode { mode: ModeChoice::Custom(10) },
+        Request::MissionStart { from_item: None },
+        Request::MissionStart { from_item: Some(1) },
+        Request::MissionResume,
+        Request::RawCommandLong(raw),
+    ]
+}
+
+// Before home and a position were heard, the checks could not judge it.
+#[test]
+fn a_mission_that_leads_out_of_reach_is_not_followed_whoever_sent_it() {
+    let mut world = connected();
+    ask(&mut world, put(swapped_mission())).expect("uploaded");
+    for request in starts() {
+        let error = refusal(&mut world, request);
+        assert!(error.contains("item 2 of the mission") && error.contains("6639 km"), "{error}");
+        assert!(error.contains("are latitude and longitude swapped?"), "{error}");
+    }
+    let auto =
+        SET_MODE_DATA { custom_mode: 10, target_system: 1, base_mode: MavModeFlag::MAV_MODE_FLAG_CUSTOM_MODE_ENABLED };
+    let (auto, now) = (Message::Dialect(MavMessage::SET_MODE(auto)), world.now);
+    let error = world.station.vehicle.on_sending(&auto, false, now).expect_err("held back");
+    assert!(matches!(error, VehicleError::OutOfReach { item: 2, is_swapped: true, .. }), "{error}");
+
+    // Armed in AUTO it would fly off; armed in another mode it flies what the pilot does.
+    assert_eq!(ask(&mut world, ARM), Ok(Reply::Done));
+    assert_eq!(ask(&mut world, Request::Disarm { force: false }), Ok(Reply::Done));
+    world.plane.mode = 10;
+    wait(&mut world, 2_000);
+    assert!(refusal(&mut world, ARM).contains("item 2 of the mission"));
+    assert_eq!(ask(&mut world, mode("FBWA")), Ok(Reply::Done));
+    assert_eq!(ask(&mut world, Request::DespiteMixedPlan(Box::new(mode("auto")))), Ok(Reply::Done), "by override");
+    assert_eq!(ask(&mut world, mode("FBWA")), Ok(Reply::Done));
+    ask(&mut world, upload()).expect("corrected");
+    assert_eq!(ask(&mut world, mode("auto")), Ok(Reply::Done));
+}
+
+#[test]
+fn a_mission_is_not_started_before_its_distance_can_be_judged() {
+    let mut world = connected();
+    ask(&mut world, upload()).expect("uploaded");
+    let unknown = |world: &mut Pair| {
+        world.station.vehicle.telemetry.home = None;
+        world.station.vehicle.telemetry.position = None;
+    };
+    for request in starts() {
+        unknown(&mut world);
+        assert!(refusal(&mut world, request).contains("where home is"));
+    }
+    // In flight it is not kept from its mission.
+    world.plane.landed = MavLandedState::MAV_LANDED_STATE_IN_AIR;
+    wait(&mut world, 2_000);
+    unknown(&mut world);
+    assert_eq!(ask(&mut world, mode("auto")), Ok(Reply::Done));
 }
 
 // Home lies at 600.09 m.

@@ -663,9 +663,9 @@ fn what_it_does_not_take_is_not_sent() {
     assert!(error.contains("runs its checks also when it is to be armed by force"), "{error}");
 }
 
-// It arms: a mission that may be a mixture would be flown.
+// It arms and flies the mission, which may be a mixture or lead out of reach.
 #[test]
-fn a_raw_start_of_its_mission_is_guarded_as_arming() {
+fn a_raw_start_of_its_mission_is_guarded() {
     let mut world = flying(unasked());
     let act = |world: &Pair, command: Command| {
         world.station.vehicle.act_of(&CommandMessage::long(PLANE, command, [0.0; 7]).to_message())
@@ -673,8 +673,8 @@ fn a_raw_start_of_its_mission_is_guarded_as_arming() {
     assert_eq!(act(&world, Command::DO_LAND_START), Some(Act::Jump));
     world.plane.is_armed = false;
     wait(&mut world, 1_500);
-    assert_eq!(act(&world, Command::DO_LAND_START), Some(Act::Arm));
-    assert_eq!(act(&world, Command::MISSION_START), Some(Act::Arm));
+    assert_eq!(act(&world, Command::DO_LAND_START), Some(Act::FollowMission));
+    assert_eq!(act(&world, Command::MISSION_START), Some(Act::FollowMission));
 }
 
 // It stores a list beside the other, and changes over.

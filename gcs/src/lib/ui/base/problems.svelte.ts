@@ -4,6 +4,7 @@ import { isNoAnswer } from '$lib/api/problem';
 import type { Problem } from '$lib/api/types';
 import { hasText, t, translated, type MessageKey } from '$lib/i18n/index.svelte';
 import { settings } from '$lib/state/settings.svelte';
+import { distance } from './format.svelte';
 import { operatorName } from './names';
 
 interface ProblemWords {
@@ -67,7 +68,7 @@ function wordsOf(cause: Fields): Record<string, string> {
     Object.entries(cause).map(([name, value]) => {
       const key = `${named[name] ?? ''}.${String(value)}`;
       if (hasText(key)) return [name, t(key)];
-      if (typeof value === 'number') return [name, numberOf(name, value)];
+      if (typeof value === 'number') return [name, name === 'distance_m' ? distance(value) : numberOf(name, value)];
       if (name === 'wanted' || name === 'observed') return [name, shownWords(String(value))];
       if (name === 'holder' && typeof value === 'string') return [name, operatorName(value)];
       return [name, value === null ? t('value.none') : String(value)];
