@@ -53,7 +53,7 @@ from vencejo.vehicle import Parameters, Vehicle
 
 if TYPE_CHECKING:
     from vencejo.findings import Finding
-    from vencejo.link import LinkInfo
+    from vencejo.link import LinkInfo, SerialPort, serial_ports
     from vencejo.params import load_params, save_params
     from vencejo.plan import (
         Circle,
@@ -86,7 +86,7 @@ if TYPE_CHECKING:
 # Imported lazily: defining all these classes takes longer than hearing the first vehicle.
 _LATER = {
     "findings": {"Finding"},
-    "link": {"LinkInfo"},
+    "link": {"LinkInfo", "SerialPort", "serial_ports"},
     "params": {"load_params", "save_params"},
     "plan": {
         "Circle", "Command", "Fence", "Frame", "GeoPoint", "Home", "MissionItem", "Plan", "PlanNote", "PlanSettings", "Polygon",
@@ -165,6 +165,7 @@ __all__ = [
     "Polygon",
     "RallyPoint",
     "RecorderInfo",
+    "SerialPort",
     "SigningInfo",
     "SigningKeyInfo",
     "Station",
@@ -182,4 +183,5 @@ __all__ = [
     "default_signing_dir",
     "load_params",
     "save_params",
+    "serial_ports",
 ]

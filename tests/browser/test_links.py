@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import re
 from pathlib import Path
 
@@ -125,6 +126,40 @@ async def test_e7_a_link_is_weakened_until_it_breaks(open_station: OpenStation, 
             # Of a link that loses two fifths each way it may have been said that it works in one direction only, and that it
             # does in both again is told with the next list of vehicles.
             await station.eventually(is_calm, "the bar turns back")
+
+
+async def test_a_serial_port_that_is_plugged_in_is_offered_and_opened(open_station: OpenStation, serve: Serve) -> None:
+    plane_end, port_end = os.openpty()
+    device = os.ttyname(port_end)
+    plugged: list[dict[str, object]] = []
+    locked = {"device": "/dev/ttyUSB0", "lasting_path": None, "description": None, "usual_baud": 57_600}
+    cube = {"device": device, "lasting_path": None, "description": "Hex CubeOrange", "usual_baud": 115_200}
+    free: dict[str, object] = {"link": None, "is_in_use": False, "is_allowed": True}
+    served = serve("--link", "udpin:127.0.0.1:0")
+    try:
+        async with open_station(served.url) as station:
+            page = station.page
+            await page.route("**/api/v1/serial-ports", lambda route: route.fulfill(json=plugged))
+            await page.locator("summary", has_text=station.text("welcome.addLink")).click()
+            await expect(page.get_by_text(station.text("link.port.none"))).to_be_visible()
+            plugged.append(locked | free | {"is_allowed": False})
+            await expect(page.get_by_text(station.text("link.fault.no_serial_permission"))).to_be_visible()
+            plugged.append(cube | free)
+            port, baud = (station.choice(page.locator("form"), key) for key in ("link.device", "link.baud"))
+            await expect(port).to_have_value(device)
+            await expect(baud).to_have_value("115200")
+            await expect(page.get_by_text(station.text("link.port.new"))).to_be_visible()
+            await page.get_by_role("button", name=station.text("setting.add"), exact=True).click()
+            added = page.get_by_role("listitem").filter(has_text="Hex CubeOrange")
+            await expect(added).to_contain_text(station.text("link.up"))
+            # What a person has chosen stays chosen.
+            await port.select_option("/dev/ttyUSB0")
+            plugged.append(cube | free | {"device": "/dev/ttyACM9"})
+            await expect(port.get_by_role("option")).to_have_count(4)
+            await expect(port).to_have_value("/dev/ttyUSB0")
+    finally:
+        os.close(plane_end)
+        os.close(port_end)
 
 
 def place_of(told: str) -> str:

@@ -8,7 +8,7 @@ import re
 from typing import Any
 
 import vencejo
-from vencejo import aio, params, recording
+from vencejo import aio, link, params, recording
 from vencejo.replay import Replay
 
 from tests.support import ROOT
@@ -105,6 +105,7 @@ ROUTES: dict[str, tuple[str, ...]] = {
     "Plan.load": ("POST /api/v1/plan/parse",),
     "Plan.require_sound": ("POST /api/v1/plan/check",),
     "Plan.save": ("POST /api/v1/plan/format",),
+    "link.serial_ports": ("GET /api/v1/serial-ports",),
     "params.load_params": ("POST /api/v1/params/parse",),
     "params.save_params": ("POST /api/v1/params/format",),
     "Replay.close": ("DELETE /api/v1/replays/{id}",),
@@ -144,7 +145,16 @@ def own_path(operation: str) -> bool:
 
 
 def test_every_operation_has_its_route() -> None:
-    owners = (vencejo.Vehicle, vencejo.Station, vencejo.Plan, vencejo.vehicle.Parameters, Replay, params, recording)
+    owners = (
+        vencejo.Vehicle,
+        vencejo.Station,
+        vencejo.Plan,
+        vencejo.vehicle.Parameters,
+        Replay,
+        link,
+        params,
+        recording,
+    )
     operations = {name for name in set().union(*map(public, owners)) if name in ROUTES or not own_path(name)}
     assert operations == set(ROUTES), f"say which path does {operations ^ set(ROUTES)}"
 

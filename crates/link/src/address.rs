@@ -22,6 +22,7 @@ pub use forms::{
     AddressError, DEFAULT_BAUD, DEFAULT_TCP_PORT, DEFAULT_UDP_PORT, DEFAULT_USB_BAUD, HostPort, LinkAddress,
 };
 use parser::Parser;
+pub(crate) use parser::default_baud;
 use vencejo_proto::Address;
 
 impl LinkAddress {

@@ -9,8 +9,10 @@ pub enum FaultKind {
     AddressInUse,
     /// This machine does not have the address to listen on.
     NotOurAddress,
-    /// Permission denied: a serial port of another group, a port below 1024.
+    /// Permission denied: a port below 1024.
     NoPermission,
+    /// Permission denied: a serial port of a group that the user is not in.
+    NoSerialPermission,
     /// There is no such serial port.
     NoSerialPort,
     /// Another program uses the serial port.

@@ -70,6 +70,7 @@ mod played;
 mod port;
 mod recorder;
 mod router;
+mod serial_port;
 mod signing;
 mod stats;
 mod systems;
@@ -81,7 +82,7 @@ pub use address::{
     AddressError, DEFAULT_BAUD, DEFAULT_TCP_PORT, DEFAULT_UDP_PORT, DEFAULT_USB_BAUD, HostPort, LinkAddress,
 };
 pub use clock::{Clock, SystemClock};
-pub use endpoint::{LinkHandle, serial_ports};
+pub use endpoint::LinkHandle;
 pub use fault::{FaultKind, LinkFault};
 pub use hub::{FrameSink, Hub, LinkError, LinkInfo, OpenSink, Origin, ReadSink, Route, SendReport, SinkScope};
 pub use outlet::PeerId;
@@ -93,6 +94,7 @@ pub use recorder::{
     RecorderStatus, Recorders, Storage, StorageFile, StoredFile, Syncing, is_kept_recording, keep_recording,
 };
 pub use router::MAX_LINKS;
+pub use serial_port::{COMPANION_BAUD, SerialPort, serial_ports};
 pub use signing::{KeyId, SigningCounts, SigningState, UnsignedPolicy, VehicleKeys};
 pub use stats::{LinkStats, MAX_SOURCES_PER_LINK, Rates, RoundTrip, SourceStats, Traffic};
 pub use tlog::{SkippedBytes, TlogDecoder, TlogEntry, TlogReader, write_entry};

@@ -49,6 +49,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     geodesy::register(module)?;
     guidance::register(module)?;
     landing::register(module)?;
+    link::register(module)?;
     operator::register(module)?;
     plan::register(module)?;
     recording::register(module)?;

@@ -5,6 +5,27 @@ use pyo3::types::{PyDict, PyTuple};
 use vencejo_link::{LinkInfo, LinkState, LinkStats};
 use vencejo_station::{SigningInfo, Station};
 
+/// Adds the functions of this module.
+pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add_function(wrap_pyfunction!(serial_ports, module)?)
+}
+
+/// The serial ports of this machine, as `vencejo.link.SerialPort` wants them.
+#[pyfunction]
+fn serial_ports(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
+    let port_dict = |port: vencejo_link::SerialPort| {
+        let dict = PyDict::new(py);
+        dict.set_item("device", port.device)?;
+        dict.set_item("lasting_path", port.lasting_path)?;
+        dict.set_item("description", port.description)?;
+        dict.set_item("usual_baud", port.usual_baud)?;
+        dict.set_item("is_in_use", port.is_in_use)?;
+        dict.set_item("is_allowed", port.is_allowed)?;
+        Ok(dict)
+    };
+    py.detach(vencejo_link::serial_ports).into_iter().map(port_dict).collect()
+}
+
 /// A link as `vencejo.station.LinkInfo` wants it.
 pub fn link_dict<'py>(
     py: Python<'py>,

@@ -40,7 +40,7 @@ pub use command_table::{CommandCategory, CommandInfo, CommandParam, CommandSuppo
 pub use landing::{
     Landing, LandingAlternative, LandingCaution, LandingMove, LandingReasonText, LandingRequest, Runway,
 };
-pub use link::{LinkFault, LinkInfo, LinkState, NewLink};
+pub use link::{LinkFault, LinkInfo, LinkState, NewLink, SerialPort};
 pub use message::RawMessage;
 pub use operation::{Operation, OperationKind, OperationResult, OperationState};
 pub use plan::{

@@ -208,6 +208,7 @@ async function answer(method: string, path: string, query: string, body: string)
   if (path === '/session' && scene === 'token') return json({ title: 'Token needed', status: 401, detail: '' }, 401);
   if (path === '/session') return json(session);
   if (path === '/links') return json([link()]);
+  if (path === '/serial-ports') return json([]);
   if (path === '/plan/check') return json([]);
   if (path === '/plan/way') return json(way((JSON.parse(body) as { plan: Plan }).plan.items.length));
   if (path.startsWith('/control/')) return json(session);

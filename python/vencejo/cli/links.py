@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import sys
 import time
 from collections.abc import Iterator
 from dataclasses import asdict
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import typer
@@ -14,7 +12,7 @@ import typer
 from vencejo.cli.common import Failed, JsonOption, clean, number, put_json, stdout, table
 
 if TYPE_CHECKING:
-    from vencejo.link import LinkInfo
+    from vencejo.link import LinkInfo, SerialPort
     from vencejo.station import Station
 
 FORMS: Final = (
@@ -53,10 +51,12 @@ def links(
     if link:
         _watch(link, once=once, timeout_s=timeout, json=json)
         return
+    from vencejo.link import serial_ports
+
     ports = serial_ports()
     if json:
         forms = [{"form": form, "example": example, "use": use} for form, example, use in FORMS]
-        put_json({"forms": forms, "serial_ports": ports})
+        put_json({"forms": forms, "serial_ports": [asdict(port) | {"link": port.link} for port in ports]})
         return
     shown = table("form", "example", "what it is")
     for row in FORMS:
@@ -66,21 +66,20 @@ def links(
     print(
         "The forms of MAVSDK, MAVROS and pymavlink are understood too. VENCEJO_LINK holds the link used without --link."
     )
-    print("Serial ports: " + (", ".join(ports) if ports else "none found"))
+    if ports:
+        console.print(ports_table(ports))
+    else:
+        print("Serial ports: none found")
 
 
-def serial_ports() -> list[str]:
-    """Serial ports that may have an autopilot or a radio behind them, the ones with speaking names first."""
-    if sys.platform == "win32":
-        import winreg
-
-        try:
-            with winreg.OpenKey(winreg.HKEY_LOCAL_MACHINE, r"HARDWARE\DEVICEMAP\SERIALCOMM") as key:
-                return sorted(str(winreg.EnumValue(key, index)[1]) for index in range(winreg.QueryInfoKey(key)[1]))
-        except OSError:
-            return []  # no serial port, no key
-    patterns = ("serial/by-id/*", "ttyACM*", "ttyUSB*", "ttyAMA*", "serial[0-9]*", "cu.usb*", "cu.SLAB*", "cu.wch*")
-    return [str(port) for pattern in patterns for port in sorted(Path("/dev").glob(pattern))]
+def ports_table(found: list[SerialPort]) -> Any:
+    """Serial ports as a table."""
+    shown = table("serial port", "what it is", "link", "state")
+    for port in found:
+        state = "" if port.is_allowed else "not allowed: sudo usermod -aG dialout $USER, then log in again"
+        state = "in use" if port.is_in_use else state
+        shown.add_row(clean(port.device), clean(port.description or ""), clean(port.link), state)
+    return shown
 
 
 def _watch(addresses: list[str], *, once: bool, timeout_s: float, json: bool) -> None:

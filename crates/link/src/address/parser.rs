@@ -350,7 +350,8 @@ fn is_host_name(host: &str) -> bool {
     host.len() <= 253 && host.bytes().all(|b| b.is_ascii_alphanumeric() || matches!(b, b'.' | b'-' | b'_'))
 }
 
-fn default_baud(path: &str) -> u32 {
+/// The baud rate of a serial port that is named without one.
+pub(crate) fn default_baud(path: &str) -> u32 {
     let name = path.rsplit('/').next().unwrap_or(path);
     let is_usb = name.starts_with("ttyACM") || name.contains("usbmodem") || name.starts_with("usb-");
     if is_usb { DEFAULT_USB_BAUD } else { DEFAULT_BAUD }

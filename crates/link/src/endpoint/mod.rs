@@ -17,8 +17,6 @@ use tokio::task::JoinHandle;
 use tokio_util::sync::CancellationToken;
 use vencejo_proto::MonoTime;
 
-pub use serial::serial_ports;
-
 use crate::address::{HostPort, LinkAddress};
 use crate::fault::{FaultKind, LinkFault};
 use crate::hub::{Hub, LinkError};

@@ -1,6 +1,5 @@
 //! Owns serial links: a port opened exclusively, raw, 8 data bits, no parity, one stop bit, no flow control.
 
-use std::path::PathBuf;
 use std::sync::Arc;
 
 use serial2_tokio::SerialPort;
@@ -11,11 +10,6 @@ use crate::outlet::{Peer, StreamQueue};
 
 /// Bytes handed to the system at once: some 40 ms on a 57,600 baud line.
 const BATCH_BYTES: usize = 256;
-
-/// The serial ports that the system lists.
-pub fn serial_ports() -> Vec<PathBuf> {
-    SerialPort::available_ports().unwrap_or_default()
-}
 
 /// A serial link.
 pub(super) struct Serial {
@@ -61,7 +55,7 @@ impl Serial {
                 (FaultKind::NoSerialPort, "; is it plugged in? On Linux `ls /dev/serial/by-id` shows what is")
             }
             ErrorKind::PermissionDenied => (
-                FaultKind::NoPermission,
+                FaultKind::NoSerialPermission,
                 "; may you use it? On Linux: `sudo usermod -aG dialout $USER`, then log in again",
             ),
             ErrorKind::ResourceBusy | ErrorKind::WouldBlock => {

@@ -10,6 +10,7 @@ fn link_fault(kind: link::FaultKind) -> dto::LinkFault {
         link::FaultKind::AddressInUse => dto::LinkFault::AddressInUse,
         link::FaultKind::NotOurAddress => dto::LinkFault::NotOurAddress,
         link::FaultKind::NoPermission => dto::LinkFault::NoPermission,
+        link::FaultKind::NoSerialPermission => dto::LinkFault::NoSerialPermission,
         link::FaultKind::NoSerialPort => dto::LinkFault::NoSerialPort,
         link::FaultKind::SerialPortInUse => dto::LinkFault::SerialPortInUse,
         link::FaultKind::NoBaudRate => dto::LinkFault::NoBaudRate,
@@ -81,6 +82,23 @@ pub(crate) fn signing(vehicle: &VehicleHandle) -> dto::SigningInfo {
 
 pub(crate) fn links(station: &Station) -> Vec<dto::LinkInfo> {
     station.links().iter().map(|(info, stats)| link_info(station, info, stats)).collect()
+}
+
+/// A serial port, and which of the station's links is on it.
+pub(crate) fn serial_port(station: &Station, port: link::SerialPort) -> dto::SerialPort {
+    let is_on_it = |info: &link::LinkInfo| match &info.address {
+        link::LinkAddress::Serial { path, .. } => port.is_at(path),
+        _ => false,
+    };
+    dto::SerialPort {
+        link: station.links().iter().find(|(info, _)| is_on_it(info)).map(|(info, _)| info.id.0),
+        device: port.device,
+        lasting_path: port.lasting_path,
+        description: port.description,
+        usual_baud: port.usual_baud,
+        is_in_use: port.is_in_use,
+        is_allowed: port.is_allowed,
+    }
 }
 
 /// Link to a vehicle, with the counters of this vehicle alone.

@@ -25,8 +25,10 @@ pub enum LinkFault {
     AddressInUse,
     /// The server's machine does not have that address, so it cannot listen there.
     NotOurAddress,
-    /// The operating system denies access.
+    /// The operating system denies access to the port.
     NoPermission,
+    /// The operating system denies access to the serial port: on Linux, the user is not in its group, mostly `dialout`.
+    NoSerialPermission,
     /// There is no such serial port.
     NoSerialPort,
     /// Another program uses the serial port.
@@ -102,6 +104,29 @@ pub struct LinkInfo {
     /// Share of recent frames that were lost, percent.
     #[schema(required = true)]
     pub recent_loss_pct: Option<f64>,
+}
+
+/// A serial port of the server's machine.
+#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
+pub struct SerialPort {
+    /// Its device: `/dev/ttyUSB0`, `COM3`.
+    pub device: String,
+    /// A name that stays when the number of the device changes, in `/dev/serial/by-id`; null when there is none.
+    #[schema(required = true)]
+    pub lasting_path: Option<String>,
+    /// Manufacturer and product, as a USB device says; null for another.
+    #[schema(required = true)]
+    pub description: Option<String>,
+    /// Usual rate of such a port, baud: 115200 for an autopilot's own USB, 57600 for an adapter, behind which is mostly
+    /// a radio, 921600 for a port of the machine's own.
+    pub usual_baud: u32,
+    /// Id of the link that is on it; null when there is none.
+    #[schema(required = true)]
+    pub link: Option<u32>,
+    /// Whether a program has locked it, the server included. Only Linux tells, and not every program locks.
+    pub is_in_use: bool,
+    /// Whether the server may open it: on Linux, its user must be in the port's group, mostly `dialout`.
+    pub is_allowed: bool,
 }
 
 /// A link to open.

@@ -5,18 +5,22 @@ use axum::extract::State;
 use axum::http::StatusCode;
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
-use vencejo_link::{LinkAddress, LinkId, LinkOptions, UnsignedPolicy};
+use vencejo_link::{LinkAddress, LinkId, LinkOptions, UnsignedPolicy, serial_ports};
 use vencejo_station::StationError;
 
 use crate::convert;
 use crate::dto::cause::{Cause, ResourceKind};
-use crate::dto::{LinkInfo, NewLink};
+use crate::dto::{LinkInfo, NewLink, SerialPort};
 use crate::extract::{Id, Json as Body, Pilot, Viewer};
 use crate::problem::Problem;
 use crate::state::App;
+use crate::turns::quickly;
 
 pub(super) fn router() -> OpenApiRouter<App> {
-    OpenApiRouter::new().routes(routes!(list_links, open_link)).routes(routes!(close_link))
+    OpenApiRouter::new()
+        .routes(routes!(list_links, open_link))
+        .routes(routes!(close_link))
+        .routes(routes!(list_serial_ports))
 }
 
 /// Lists the links with their traffic counters.
@@ -59,6 +63,16 @@ async fn close_link(State(app): State<App>, _: Pilot, Id(id): Id) -> Result<Stat
     let id = u32::try_from(id).map_err(|_| Problem::not_found(ResourceKind::Link, id, "there is no such link"))?;
     app.station().close_link(LinkId(id)).await.map_err(|error: StationError| Problem::from(error))?;
     Ok(StatusCode::NO_CONTENT)
+}
+
+/// Lists the serial ports of the server's machine: autopilots on USB first, then adapters, then the others.
+#[utoipa::path(get, path = "/serial-ports", tag = "links", responses((status = 200, body = Vec<SerialPort>), Problem))]
+async fn list_serial_ports(State(app): State<App>, _: Viewer) -> Result<Json<Vec<SerialPort>>, Problem> {
+    quickly(move || {
+        let ports = serial_ports().into_iter();
+        Ok(Json(ports.map(|port| convert::serial_port(app.station(), port)).collect()))
+    })
+    .await
 }
 
 fn find(app: &App, id: LinkId) -> Option<LinkInfo> {

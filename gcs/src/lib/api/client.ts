@@ -34,6 +34,7 @@ import type {
   RehearsalRequest,
   Separation,
   SeparationRequest,
+  SerialPort,
   Session,
   SigningInfo,
   Spread,
@@ -73,6 +74,7 @@ export class Api extends Http {
 
   links = () => this.json<LinkInfo[]>('GET', '/links');
   addLink = (body: NewLink) => this.json<LinkInfo>('POST', '/links', body);
+  serialPorts = () => this.json<SerialPort[]>('GET', '/serial-ports');
   removeLink = (id: number) => this.json<unknown>('DELETE', `/links/${id}`);
 
   vehicles = () => this.json<VehicleSummary[]>('GET', '/vehicles');

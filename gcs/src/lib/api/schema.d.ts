@@ -1262,6 +1262,23 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/serial-ports": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** Lists the serial ports of the server's machine: autopilots on USB first, then adapters, then the others. */
+        get: operations["list_serial_ports"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/session": {
         parameters: {
             query?: never;
@@ -2982,6 +2999,21 @@ export interface components {
             reason: components["schemas"]["PlanUncertainty"] | null;
         } | {
             /** @enum {string} */
+            code: "out-of-reach";
+            /**
+             * Format: double
+             * @description To home or the vehicle, whichever is nearer.
+             */
+            distance_m: number;
+            /** @description Whether it is in reach with latitude and longitude swapped. */
+            is_swapped: boolean;
+            /**
+             * Format: int64
+             * @description The first such item, counted from 1.
+             */
+            item: number;
+        } | {
+            /** @enum {string} */
             code: "too-old";
             /** @description The unsupported function, in English. */
             what: string;
@@ -2997,21 +3029,6 @@ export interface components {
             code: "in-the-air";
         } | {
             /** @description The action, in English. */
-        } | {
-            /** @enum {string} */
-            code: "out-of-reach";
-            /**
-             * Format: double
-             * @description To home or the vehicle, whichever is nearer.
-             */
-            distance_m: number;
-            /** @description Whether it is in reach with latitude and longitude swapped. */
-            is_swapped: boolean;
-            /**
-             * Format: int64
-             * @description The first such item, counted from 1.
-             */
-            item: number;
             action: string;
             /** @enum {string} */
             code: "not-flying";
@@ -5595,7 +5612,7 @@ export interface components {
          * @description Why a link is not up.
          * @enum {string}
          */
-        LinkFault: "address_in_use" | "not_our_address" | "no_permission" | "no_serial_port" | "serial_port_in_use" | "no_baud_rate" | "no_host" | "refused" | "no_answer" | "closed_by_peer" | "other";
+        LinkFault: "address_in_use" | "not_our_address" | "no_permission" | "no_serial_permission" | "no_serial_port" | "serial_port_in_use" | "no_baud_rate" | "no_host" | "refused" | "no_answer" | "closed_by_peer" | "other";
         /** @description A link and its traffic counters. */
         LinkInfo: {
             /** @description Whether unsigned frames of vehicles that must sign are accepted on this link. */
@@ -7967,6 +7984,30 @@ export interface components {
              *     absent.
              */
             window_s?: number | null;
+        };
+        /** @description A serial port of the server's machine. */
+        SerialPort: {
+            /** @description Manufacturer and product, as a USB device says; null for another. */
+            description: string | null;
+            /** @description Its device: `/dev/ttyUSB0`, `COM3`. */
+            device: string;
+            /** @description Whether the server may open it: on Linux, its user must be in the port's group, mostly `dialout`. */
+            is_allowed: boolean;
+            /** @description Whether a program has locked it, the server included. Only Linux tells, and not every program locks. */
+            is_in_use: boolean;
+            /** @description A name that stays when the number of the device changes, in `/dev/serial/by-id`; null when there is none. */
+            lasting_path: string | null;
+            /**
+             * Format: int32
+             * @description Id of the link that is on it; null when there is none.
+             */
+            link: number | null;
+            /**
+             * Format: int32
+             * @description Usual rate of such a port, baud: 115200 for an autopilot's own USB, 57600 for an adapter, behind which is mostly
+             *     a radio, 921600 for a port of the machine's own.
+             */
+            usual_baud: number;
         };
         /**
          * @description Messages from the server. Telemetry, lists and states are the newest at the time of sending: a slow client misses
@@ -11729,6 +11770,34 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["ReplayMark"][];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    list_serial_ports: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SerialPort"][];
                 };
             };
             /** @description What was wrong and what to do */

@@ -49,6 +49,7 @@ export type PlanOnBoard = Schemas['PlanOnBoard'];
 export type PlanState = Schemas['PlanState'];
 export type LinkInfo = Schemas['LinkInfo'];
 export type NewLink = Schemas['NewLink'];
+export type SerialPort = Schemas['SerialPort'];
 export type FlightParameters = Schemas['FlightParameters'];
 export type VehicleSummary = Schemas['VehicleSummary'];
 export type VehicleState = Schemas['VehicleState'];

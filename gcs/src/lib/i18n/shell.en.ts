@@ -406,7 +406,18 @@ export const shellEn = {
   'link.kind.tcp': 'Network: simulator or bridge (TCP)',
   'link.kind.other': 'Any link address',
   'link.device': 'Device',
+  'link.port.name': 'Its name',
+  'link.port.other': 'Another one…',
+  'link.port.linked': '{name} (a link already)',
+  'link.port.linkedHint': 'A link is on this port already.',
+  'link.port.inUse': '{name} (in use)',
+  'link.port.new': 'It has just been plugged in.',
+  'link.port.opens': 'It is opened as {path}.',
+  'link.port.none': 'No serial port is there. Plug in the cable or the radio: it appears here by itself.',
   'link.baud': 'Speed (baud)',
+  'link.baud.57600': '57600 · radio',
+  'link.baud.115200': '115200 · USB',
+  'link.baud.921600': '921600 · companion computer',
   'link.port': 'Port',
   'link.host': 'Host',
   'link.hint.serial':
@@ -475,8 +486,9 @@ export const shellEn = {
   'link.fault.address_in_use': 'Another program listens there, perhaps another ground station.',
   'link.fault.not_our_address':
     'To listen there this machine would have to have that address. To send there write udpout: or tcp:, to listen 0.0.0.0.',
-  'link.fault.no_permission':
-    'The system does not let us. A serial port on Linux: sudo usermod -aG dialout $USER, then log in again. Ports below 1024 are the administrator’s.',
+  'link.fault.no_permission': 'The system does not let us: ports below 1024 are the administrator’s.',
+  'link.fault.no_serial_permission':
+    'The system does not let us open the serial port. On Linux: sudo usermod -aG dialout $USER, then log in again.',
   'link.fault.no_serial_port': 'There is no such serial port. Is it plugged in?',
   'link.fault.serial_port_in_use': 'Another program uses that serial port.',
   'link.fault.no_baud_rate': 'The serial port does not have that speed.',

@@ -408,7 +408,18 @@ export const shellEs: Record<keyof typeof shellEn, string> = {
   'link.kind.tcp': 'Red: simulador o puente (TCP)',
   'link.kind.other': 'Cualquier dirección de enlace',
   'link.device': 'Dispositivo',
+  'link.port.name': 'Su nombre',
+  'link.port.other': 'Otro…',
+  'link.port.linked': '{name} (ya es un enlace)',
+  'link.port.linkedHint': 'En este puerto ya hay un enlace.',
+  'link.port.inUse': '{name} (en uso)',
+  'link.port.new': 'Se acaba de enchufar.',
+  'link.port.opens': 'Se abre como {path}.',
+  'link.port.none': 'No hay ningún puerto serie. Enchufa el cable o la radio: aparecerá aquí solo.',
   'link.baud': 'Velocidad (baudios)',
+  'link.baud.57600': '57600 · radio',
+  'link.baud.115200': '115200 · USB',
+  'link.baud.921600': '921600 · ordenador de a bordo',
   'link.port': 'Puerto',
   'link.host': 'Equipo',
   'link.hint.serial':
@@ -478,8 +489,9 @@ export const shellEs: Record<keyof typeof shellEn, string> = {
   'link.fault.address_in_use': 'Ahí ya escucha otro programa, quizá otra estación de tierra.',
   'link.fault.not_our_address':
     'Para escuchar ahí, esta máquina tendría que tener esa dirección. Para enviar ahí escribe udpout: o tcp:; para escuchar, 0.0.0.0.',
-  'link.fault.no_permission':
-    'El sistema no lo permite. Si es un puerto serie en Linux: sudo usermod -aG dialout $USER, y vuelve a entrar. Los puertos por debajo de 1024 son del administrador.',
+  'link.fault.no_permission': 'El sistema no lo permite: los puertos por debajo de 1024 son del administrador.',
+  'link.fault.no_serial_permission':
+    'El sistema no permite abrir el puerto serie. En Linux: sudo usermod -aG dialout $USER, y vuelve a entrar.',
   'link.fault.no_serial_port': 'No existe ese puerto serie. ¿Está enchufado?',
   'link.fault.serial_port_in_use': 'Otro programa usa ese puerto serie.',
   'link.fault.no_baud_rate': 'El puerto serie no tiene esa velocidad.',

@@ -1,0 +1,36 @@
+import { expect, it } from 'vitest';
+import { firstFree, pathOf, pluggedIn, type Port, shortName } from './serial-ports';
+
+const port = (device: string, more: Partial<Port> = {}): Port => ({
+  device,
+  lasting_path: null,
+  link: null,
+  is_in_use: false,
+  is_allowed: true,
+  ...more,
+});
+const [acm, usb] = [port('/dev/ttyACM0'), port('/dev/ttyUSB0')];
+
+it('offers what can be opened first', () => {
+  expect(firstFree([])).toBeNull();
+  expect(firstFree([acm, usb])).toBe(acm);
+  expect(
+    firstFree([port('a', { link: 1 }), port('b', { is_in_use: true }), port('c', { is_allowed: false }), usb]),
+  ).toBe(usb);
+  const locked = port('c', { is_allowed: false });
+  expect(firstFree([port('a', { link: 1 }), locked])).toBe(locked);
+  const linked = port('a', { link: 1, is_in_use: true });
+  expect(firstFree([linked])).toBe(linked);
+});
+
+it('knows what was plugged in', () => {
+  expect(pluggedIn([acm, usb], null)).toBeNull();
+  expect(pluggedIn([acm, usb], [port('/dev/ttyUSB0')])).toBe(acm);
+  expect(pluggedIn([acm], [acm, usb])).toBeNull();
+});
+
+it('opens a port under the name that stays', () => {
+  expect(pathOf(acm)).toBe('/dev/ttyACM0');
+  expect(pathOf(port('/dev/ttyACM0', { lasting_path: '/dev/serial/by-id/usb-x' }))).toBe('/dev/serial/by-id/usb-x');
+  expect([shortName(usb), shortName(port('COM3'))]).toEqual(['ttyUSB0', 'COM3']);
+});
