@@ -54,6 +54,9 @@ export const mapEn = {
   'menu.now': '{vehicle}, now',
   'menu.close': 'Close the menu',
   'menu.badHeight': 'Type a height between {low} and {high}.',
+  'menu.aboveGround': '{height} above the ground there.',
+  'menu.lowAboveGround': 'Only {height} above the ground there; a plan keeps {clearance}.',
+  'menu.underGround': 'That is {height} below the ground there.',
   'menu.guided': 'The plane leaves its mission and goes to GUIDED mode.',
   'menu.outsideFence':
     'This place is outside of the fence on board: with the fence switched on, the vehicle refuses it or turns back.',

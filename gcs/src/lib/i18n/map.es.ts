@@ -56,6 +56,9 @@ export const mapEs: Record<keyof typeof mapEn, string> = {
   'menu.now': '{vehicle}, ahora',
   'menu.close': 'Cerrar el menú',
   'menu.badHeight': 'Escribe una altura entre {low} y {high}.',
+  'menu.aboveGround': '{height} sobre el terreno de ese lugar.',
+  'menu.lowAboveGround': 'Solo {height} sobre el terreno de ese lugar; un plan guarda {clearance}.',
+  'menu.underGround': 'Eso está {height} bajo el terreno de ese lugar.',
   'menu.guided': 'El avión deja su misión y pasa al modo GUIDED.',
   'menu.outsideFence':
     'Este lugar está fuera de la geovalla a bordo: si está activada, el vehículo lo rechaza o se da la vuelta.',
