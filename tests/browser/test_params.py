@@ -55,6 +55,8 @@ async def test_parameters_are_read_searched_and_set(open_station: OpenStation, s
             await expect(row(station, "RTL_AUTOLAND")).to_contain_text(
                 station.text("params.wasSet", value="1", was="0")
             )
+            # The keyboard is back at the row: the arrows go on from it.
+            await expect(row(station, "RTL_AUTOLAND")).to_be_focused()
             # Only what is no default, and back to it.
             await search(station, "")
             await panel.get_by_role("checkbox", name=re.compile(re.escape(station.text("params.changedOnly")))).check()

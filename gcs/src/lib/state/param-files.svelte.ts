@@ -12,9 +12,24 @@ interface Opened {
   readonly of: VehicleParams;
 }
 
-interface Writing {
+/** A file that is being written, to whatever vehicle. */
+export interface Writing {
+  readonly of: VehicleParams;
+  readonly file: string;
   readonly done: number;
   readonly total: number;
+}
+
+/** How a writing ended. */
+export interface Written {
+  readonly of: VehicleParams;
+  readonly file: string;
+  readonly set: number;
+  readonly refused: number;
+  /** How many were left unwritten because the vehicle was not known to be disarmed any more. */
+  readonly unheld: number;
+  /** What ended it. */
+  readonly problem: Problem | null;
 }
 
 /** Whether a refusal concerns one parameter; after any other the next one would fare no better. */
@@ -25,12 +40,11 @@ function isOfOne({ cause }: Problem): boolean {
 
 class ParamFiles {
   #opened = $state.raw<Opened | null>(null);
-  problem = $state.raw<Problem | null>(null);
+  #failed = $state.raw<{ readonly of: VehicleParams; readonly problem: Problem } | null>(null);
   /** Names that are not to be written. */
   readonly skipped = new SvelteSet<string>();
   writing = $state.raw<Writing | null>(null);
-  /** Of the last writing: how many were set, and how many were not. */
-  written = $state.raw<{ readonly set: number; readonly refused: number } | null>(null);
+  #written = $state.raw<Written | null>(null);
   #isStopped = false;
 
   /** The file that is compared with the selected vehicle. */
@@ -38,6 +52,17 @@ class ParamFiles {
   comparison = $derived.by<ParamComparison | null>(() =>
     this.opened === null ? null : compareParams(this.opened.file, this.opened.of.byName),
   );
+  /** The end of the last writing, if that was to the selected vehicle. */
+  written = $derived(this.#written?.of === params.selected ? this.#written : null);
+  /** What went wrong with a file of the selected vehicle. */
+  problem = $derived((this.#failed?.of === params.selected ? this.#failed?.problem : this.written?.problem) ?? null);
+  /** A writing to another vehicle than the selected one that is under way or was cut short: whoever began it has to know. */
+  elsewhere = $derived.by<Writing | Written | null>(() => {
+    if (this.writing !== null) return this.writing.of === params.selected ? null : this.writing;
+    const ended = this.#written;
+    if (ended === null || ended.of === params.selected) return null;
+    return ended.unheld > 0 || ended.problem !== null ? ended : null;
+  });
   chosen = $derived((this.comparison?.differing ?? []).filter(({ name }) => !this.skipped.has(name)));
 
   async open(file: File): Promise<void> {
@@ -49,15 +74,20 @@ class ParamFiles {
       for (const { name } of read) of.answers.delete(name);
       this.#opened = { name: file.name, file: read, of };
     } catch (error) {
-      this.problem = problemFrom(error);
+      this.#failed = { of, problem: problemFrom(error) };
     }
   }
 
   close(): void {
     this.#opened = null;
-    this.problem = null;
-    this.written = null;
+    this.dismiss();
     this.skipped.clear();
+  }
+
+  /** Puts away what became of the last file. */
+  dismiss(): void {
+    this.#failed = null;
+    this.#written = null;
   }
 
   choose(name: string, isChosen: boolean): void {
@@ -70,25 +100,36 @@ class ParamFiles {
     if (!isChosen) for (const { name } of this.comparison?.differing ?? []) this.skipped.add(name);
   }
 
-  /** Writes the chosen ones, one after the other. Those that are set are equal then, and leave the list. */
+  /**
+   * Writes the chosen ones, one after the other. Those that are set are equal then, and leave the list. What was begun with the vehicle
+   * disarmed stops when it is armed: from then on each value takes a held button.
+   */
   async write(): Promise<void> {
     const { opened, chosen } = this;
     if (opened === null || this.writing !== null) return;
+    const { of, name: file } = opened;
+    const wasHeld = of.isHeld;
+    const total = chosen.length;
     this.#isStopped = false;
-    this.problem = null;
-    let [set, refused] = [0, 0];
+    this.dismiss();
+    let [set, refused, unheld] = [0, 0, 0];
+    let problem: Problem | null = null;
     for (const [done, { name, inFile }] of chosen.entries()) {
       if (this.#isStopped) break;
-      this.writing = { done, total: chosen.length };
-      const answer = await opened.of.set(name, inFile);
+      if (of.isHeld && !wasHeld) {
+        unheld = total - done;
+        break;
+      }
+      this.writing = { of, file, done, total };
+      const answer = await of.set(name, inFile);
       if (answer.state === 'set') set += 1;
       else refused += 1;
       if (answer.state === 'refused' && !isOfOne(answer.problem)) {
-        this.problem = answer.problem;
+        problem = answer.problem;
         break;
       }
     }
-    this.written = { set, refused };
+    this.#written = { of, file, set, refused, unheld, problem };
     this.writing = null;
   }
 
@@ -97,13 +138,13 @@ class ParamFiles {
     this.#isStopped = true;
   }
 
-  /** All parameters of the selected vehicle as a file; `null` when it cannot be made. */
+  /** All parameters of a vehicle as a file; `null` when it cannot be made. */
   async fileOf(of: VehicleParams): Promise<Blob | null> {
-    this.problem = null;
+    this.#failed = null;
     try {
       return await api.formatParams([...of.byName.values()].map(({ name, value }) => ({ name, value })));
     } catch (error) {
-      this.problem = problemFrom(error);
+      this.#failed = { of, problem: problemFrom(error) };
       return null;
     }
   }

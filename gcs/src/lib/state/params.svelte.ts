@@ -30,10 +30,15 @@ export class VehicleParams {
   byName = $state.raw<ReadonlyMap<string, Parameter>>(new Map());
   /** When each was last read or reported. */
   readonly #at = new Map<string, Date>();
+  /** Counts the values that came one by one, to tell which are newer than a list. */
+  #singles = 0;
+  readonly #singleOf = new Map<string, number>();
   /** Whether all were read. */
   isWhole = $state(false);
-  /** Whether changes may have been missed since: a restart of the vehicle, a loss of the connection. */
-  isOld = $state(false);
+  /** What may have changed them unseen since: a restart of the vehicle, or a gap in this page's own connection. */
+  outdatedBy = $state<'restart' | 'gap' | null>(null);
+  /** Whether they may be out of date. */
+  isOld = $derived(this.outdatedBy !== null);
   /** What went wrong when they were read. */
   problem = $state.raw<Problem | null>(null);
   /** Whether a person stopped the reading. */
@@ -42,9 +47,26 @@ export class VehicleParams {
   readonly answers = new SvelteMap<string, ParamAnswer>();
   #operation = $state.raw<Operation | null>(null);
   #reading = $state.raw<Promise<boolean> | null>(null);
+  /** Whether nobody asked for the reading that is under way. */
+  #isUnasked = false;
   readonly #whenChanged: () => void;
+  /** What is to be edited once it is known. */
+  #wanted: string | null = null;
 
   isReading = $derived(this.#reading !== null);
+  /** Why none is set now; `null` when one may be. */
+  bar = $derived.by(() => station.barOf(vehicles.get(this.systemId) ?? null));
+  /** Whether a change takes a held button: unknown does not count as disarmed. */
+  isHeld = $derived.by(() => vehicles.get(this.systemId)?.isArmed !== false);
+  /**
+   * Whether the panel reads them without being asked. Not of an armed vehicle: the list takes a large share of a slow radio, and a plan
+   * waits for it. Not after a gap in the page's connection either: vehicle and station need not have lost each other.
+   */
+  isDue = $derived.by(() => {
+    if (this.isReading || this.isStopped || this.problem !== null || this.isHeld) return false;
+    if (!station.isOperator || this.bar === 'recording' || this.bar === 'away') return false;
+    return !this.isWhole || this.outdatedBy === 'restart';
+  });
   /** Share of the list that was read; `null` while that is not known. */
   done = $derived.by<number | null>(() => {
     if (this.#operation === null) return null;
@@ -71,6 +93,25 @@ export class VehicleParams {
 
   /** Reads all, unless that is under way; whether they were read. */
   read(): Promise<boolean> {
+    this.#isUnasked = false;
+    return this.#begin();
+  }
+
+  /** Reads all without being asked: that makes room for a plan. */
+  readUnasked(): void {
+    if (this.isReading) return;
+    this.#isUnasked = true;
+    void this.#begin();
+  }
+
+  /** Ends a reading that nobody asked for: of a vehicle one transfer is under way at a time. */
+  async makeRoom(): Promise<void> {
+    if (this.#reading === null || !this.#isUnasked) return;
+    await this.stopReading();
+    await this.#reading;
+  }
+
+  #begin(): Promise<boolean> {
     this.#reading ??= this.#read().finally(() => (this.#reading = null));
     return this.#reading;
   }
@@ -78,10 +119,11 @@ export class VehicleParams {
   async #read(): Promise<boolean> {
     this.problem = null;
     this.isStopped = false;
+    const begun = this.#singles;
     try {
       this.#operation = await api.readParams(this.systemId);
       if (this.isStopped) await operations.cancel(this.#operation.id);
-      this.#takeAll(await operations.finish<Parameter[]>(this.#operation));
+      this.#takeAll(await operations.finish<Parameter[]>(this.#operation), begun);
       return true;
     } catch (error) {
       this.problem = this.isStopped ? null : problemFrom(error);
@@ -101,13 +143,34 @@ export class VehicleParams {
     }
   }
 
-  #takeAll(params: readonly Parameter[]): void {
-    this.byName = new Map(params.map((param) => [param.name, param]));
+  /** How many values came one by one until now: what a list that begins now is given as `begun`. */
+  get singles(): number {
+    return this.#singles;
+  }
+
+  /** Takes over a list, except what was set or told one by one after its reading had begun: that is newer. */
+  #takeAll(params: readonly Parameter[], begun: number): void {
+    const byName = new Map(params.map((param) => [param.name, param]));
     const now = new Date();
-    for (const { name } of params) this.#at.set(name, now);
+    for (const { name } of params) if ((this.#singleOf.get(name) ?? 0) <= begun) this.#at.set(name, now);
+    for (const [name, single] of this.#singleOf) {
+      const known = this.byName.get(name);
+      if (single <= begun || known === undefined) continue;
+      byName.set(name, { ...known, default: byName.get(name)?.default ?? known.default ?? null });
+    }
+    this.byName = byName;
+    for (const { name, value } of byName.values()) this.#settle(name, value);
     this.isWhole = true;
-    this.isOld = false;
+    this.outdatedBy = null;
+    this.problem = null;
+    this.#beginWanted();
     this.#whenChanged();
+  }
+
+  /** An answer "set and verified" ends with the value that it is about. */
+  #settle(name: string, value: number): void {
+    const answer = this.answers.get(name);
+    if (answer?.state === 'set' && answer.value !== value) this.answers.delete(name);
   }
 
   /** Reads one from the vehicle; throws its problem. */
@@ -122,6 +185,8 @@ export class VehicleParams {
     const known = this.byName.get(param.name);
     const isNews = known?.value !== param.value;
     this.#at.set(param.name, new Date());
+    this.#singleOf.set(param.name, ++this.#singles);
+    this.#settle(param.name, param.value);
     this.byName = new Map(this.byName).set(param.name, { ...param, default: param.default ?? known?.default ?? null });
     if (isNews) this.#whenChanged();
   }
@@ -135,15 +200,30 @@ export class VehicleParams {
     this.#take(param);
   }
 
-  /** Another page has read all: its list is taken over. */
-  async follow(operation: Operation): Promise<void> {
+  /** Another page has read all: its list is taken over. `begun`: the count of `singles` when that reading began. */
+  async follow(operation: Operation, begun: number): Promise<void> {
     if (this.isReading) return;
     try {
       const { result } = await api.operation<Parameter[]>(operation.id);
-      if (result !== undefined && !this.isReading) this.#takeAll(result);
+      if (result !== undefined && !this.isReading) this.#takeAll(result, begun);
     } catch {
       // what is known stays
     }
+  }
+
+  /** Begins an edit as soon as the parameter is known. What is being typed for another stays. */
+  want(name: string): void {
+    const { edit } = this;
+    const edited = edit === null ? undefined : this.byName.get(edit.name);
+    const isTyped = edited !== undefined && edit?.text !== writeParam(edited.value, edited.kind, decimalPoint());
+    this.#wanted = isTyped ? null : name;
+    this.#beginWanted();
+  }
+
+  #beginWanted(): void {
+    if (this.#wanted === null || !this.byName.has(this.#wanted)) return;
+    this.begin(this.#wanted);
+    this.#wanted = null;
   }
 
   /** Begins to type a new value; another edit ends. */
@@ -199,8 +279,9 @@ export class VehicleParams {
 class Params {
   readonly #byVehicle = new Map<number, VehicleParams>();
   readonly #listeners = new Set<() => void>();
-  /** Readings that are under way, of any page. Those that had ended before this page came may be out of date. */
-  readonly #running = new Set<Operation['id']>();
+  /** Readings that are under way, of any page, with the `singles` at their beginning. Those that had ended before this page came may be
+   * out of date. */
+  readonly #running = new Map<Operation['id'], number>();
   /** What the panel searches for; set to show a parameter that is named elsewhere. */
   search = $state('');
   /** Those of the selected vehicle. */
@@ -221,17 +302,20 @@ class Params {
   }
 
   receive(message: ServerMessage): void {
-    if (message.type === 'hello') for (const one of this.#byVehicle.values()) one.isOld = true;
+    if (message.type === 'hello') for (const one of this.#byVehicle.values()) one.outdatedBy ??= 'gap';
     if (message.type === 'operation' && message.kind === 'read_params') {
-      if (message.state === 'running') this.#running.add(message.id);
-      else if (this.#running.delete(message.id) && message.state === 'done') {
-        void this.#byVehicle.get(message.vehicle)?.follow(message);
+      const table = this.#byVehicle.get(message.vehicle);
+      const begun = this.#running.get(message.id);
+      if (message.state === 'running') this.#running.set(message.id, begun ?? table?.singles ?? 0);
+      else {
+        this.#running.delete(message.id);
+        if (begun !== undefined && message.state === 'done') void table?.follow(message, begun);
       }
     }
     if (message.type === 'param') this.#byVehicle.get(message.vehicle)?.told(message.param);
     if (message.type === 'event' && message.kind === 'rebooted') {
       const rebooted = this.#byVehicle.get(message.vehicle);
-      if (rebooted !== undefined) rebooted.isOld = true;
+      if (rebooted !== undefined) rebooted.outdatedBy = 'restart';
     }
   }
 }

@@ -5,6 +5,7 @@ import { emptyPlan, type Plan } from '$lib/domain/plan';
 import { type Draft, draftOf } from '$lib/domain/plan-edit';
 import { SvelteMap } from 'svelte/reactivity';
 import { onBoard, PLAN_PARTS } from './on-board.svelte';
+import { params } from './params.svelte';
 import { plan } from './plan.svelte';
 import { sharedDraft } from './shared-draft.svelte';
 import { api, operations, problemFrom } from './station.svelte';
@@ -136,6 +137,7 @@ class PlanTransfers {
     this.#problems.delete(vehicle.systemId);
     this.transfer = { kind, part, vehicle, operation: null, cancelled: new AbortController() };
     try {
+      await params.of(vehicle.systemId).makeRoom();
       const there = await run(vehicle);
       onBoard.note(vehicle, part, (await api.planOnBoard(vehicle.systemId, part)).state, there);
       return true;
@@ -151,7 +153,9 @@ class PlanTransfers {
   #cancelled(): Promise<never> {
     const signal = this.transfer?.cancelled.signal;
     return new Promise((_, reject) => {
-      signal?.addEventListener('abort', () => reject(new ProblemError(ownProblem('cancelled', 499))));
+      const end = () => reject(new ProblemError(ownProblem('cancelled', 499)));
+      if (signal?.aborted) end();
+      signal?.addEventListener('abort', end);
     });
   }
 
