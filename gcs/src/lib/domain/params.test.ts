@@ -8,6 +8,7 @@ import {
   docsOf,
   groupsOf,
   isChanged,
+  isSameInFile,
   isSameValue,
   matches,
   partsOf,
@@ -72,14 +73,26 @@ describe('values', () => {
   });
 
   it('are the same where a file has fewer digits than the vehicle', () => {
-    expect(isSameValue(0.333333, Math.fround(1 / 3), 'real32')).toBe(false);
-    expect(isSameValue(0.3333333, Math.fround(1 / 3), 'real32')).toBe(true);
-    expect(isSameValue(16_777_217, 16_777_216, 'int32')).toBe(false);
+    expect(isSameInFile(0.333333, Math.fround(1 / 3), 'real32')).toBe(false);
+    expect(isSameInFile(0.3333333, Math.fround(1 / 3), 'real32')).toBe(true);
+    expect(isSameInFile(16_777_217, 16_777_216, 'int32')).toBe(false);
     expect([isChanged(param('A', 0.1, 'real32', Math.fround(0.1))), isChanged(param('A', 1, 'int8', 2))]).toEqual([
       false,
       true,
     ]);
     expect(isChanged(param('A', 1))).toBeNull();
+  });
+
+  it('that 32 bits tell apart are two, also in a file that has the digits', () => {
+    const [home, beside] = [-35.363262, -35.363242];
+    expect([isSameValue(home, beside, 'real32'), isSameValue(home, Math.fround(home), 'real32')]).toEqual([
+      false,
+      true,
+    ]);
+    expect([
+      isSameInFile(beside, Math.fround(home), 'real32'),
+      isSameInFile(home, Math.fround(home), 'real32'),
+    ]).toEqual([false, true]);
   });
 });
 

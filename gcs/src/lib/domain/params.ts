@@ -13,8 +13,10 @@ const INTEGERS: Readonly<Record<string, readonly [min: number, max: number]>> = 
 const MAX_REAL32 = 3.4028234663852886e38;
 /** Digits that distinguish every two numbers of 32 bits. */
 const REAL32_DIGITS = 9;
-/** Relative difference below which two numbers of 32 bits are the same: files hold six or seven digits. */
-const SAME_REAL32 = 1e-6;
+/** Digits that most files are written with, and the relative difference up to which such a value may be the vehicle's: zeros at its end
+ * are not counted, so it may have been written with more digits than it shows. */
+const FEW_DIGITS = 7;
+const SAME_IN_FILE = 1e-6;
 
 export const isWholeType = (kind: string): boolean => kind in INTEGERS;
 export const rangeOf = (kind: string): readonly [min: number, max: number] =>
@@ -50,10 +52,19 @@ export function readParam(text: string, kind: string): TypedParam {
   return value >= min && value <= max ? { value, fault: null } : fault('range');
 }
 
-/** Whether two values of a type are the same on a vehicle that keeps 32 bits. */
+/** Whether a vehicle that keeps 32 bits keeps both values as the same. */
 export function isSameValue(a: number, b: number, kind: string): boolean {
-  if (isWholeType(kind)) return a === b;
-  return Math.fround(a) === Math.fround(b) || Math.abs(a - b) <= SAME_REAL32 * Math.max(Math.abs(a), Math.abs(b));
+  return isWholeType(kind) ? a === b : Math.fround(a) === Math.fround(b);
+}
+
+/** Whether a file's value is the vehicle's, written with the digits that the file has. */
+export function isSameInFile(inFile: number, onVehicle: number, kind: string): boolean {
+  if (isSameValue(inFile, onVehicle, kind)) return true;
+  if (isWholeType(kind)) return false;
+  const [mantissa = ''] = Math.abs(inFile).toExponential().split('e');
+  const digits = mantissa.replace('.', '').length;
+  if (digits > FEW_DIGITS) return Number(onVehicle.toPrecision(digits)) === inFile;
+  return Math.abs(inFile - onVehicle) <= SAME_IN_FILE * Math.max(Math.abs(inFile), Math.abs(onVehicle));
 }
 
 /** Whether the value is another than the default; `null`: the vehicle gives no default. */
@@ -130,7 +141,7 @@ export function compareParams(
   for (const [name, value] of inFile) {
     const onVehicle = vehicle.get(name);
     if (onVehicle === undefined) unknown.push(name);
-    else if (!isSameValue(value, onVehicle.value, onVehicle.kind)) differing.push({ name, inFile: value, onVehicle });
+    else if (!isSameInFile(value, onVehicle.value, onVehicle.kind)) differing.push({ name, inFile: value, onVehicle });
   }
   const names = file.map(({ name }) => name.toUpperCase());
   return {
