@@ -287,6 +287,13 @@ async def follow_the_rehearsal(station: StationPage) -> None:
     await expect(answer).to_have_text(station.text("what-if.no-action"))
     await what_if.select_option("engine-stopped")
     await expect(answer).to_contain_text(station.like("what-if.glide"))
+    # In a folded box too: the map goes on drawing it.
+    fold = station.page.get_by_role("button", name=station.text("rehearsal.box"), exact=True)
+    await fold.click()
+    async with station.page.expect_request(re.compile("/what-if")):
+        await wind.press("PageUp")
+    await fold.click()
+    await station.button("wind.own").click()
     await what_if.select_option(label=station.text("what-if.nothing"))
     await expect(answer).to_be_empty()
 
