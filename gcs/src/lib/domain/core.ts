@@ -27,7 +27,7 @@ const FIXES: Readonly<Record<string, { readonly name: string; readonly is_3d: bo
 export const gpsFix = (fix: number): { readonly name: string; readonly is_3d: boolean } =>
   FIXES[String(fix)] ?? { name: 'unknown fix', is_3d: false };
 
-type VehicleKind = 'plane' | 'copter' | 'vtol' | 'rover' | 'boat' | 'sub' | 'other';
+export type VehicleKind = 'plane' | 'copter' | 'vtol' | 'rover' | 'boat' | 'sub' | 'other';
 
 const KINDS: Readonly<Record<string, string>> = core.kinds;
 

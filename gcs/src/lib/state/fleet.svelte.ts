@@ -18,6 +18,7 @@ import {
 import { t } from '$lib/i18n/index.svelte';
 import { clock } from './clock.svelte';
 import { load, save } from './stored';
+import { vehicleName } from './vehicle-name';
 
 /** Vehicles by name of their group. */
 type Groups = Readonly<Record<string, readonly string[]>>;
@@ -116,9 +117,9 @@ class Fleet {
   }
 
   /** What a vehicle is called. */
-  nameOf(row: RosterRow): string {
-    const name = row.remote_name ?? `${t(`vehicle.${vehicleKind(row.mav_type)}`)} ${row.id}`;
-    return row.is_recorded === true ? t('replay.named', { name: name.replace(/ \(replay( \d+)?\)$/, '$1') }) : name;
+  nameOf({ id, mav_type, remote_name, is_recorded }: RosterRow): string {
+    const isRecorded = is_recorded === true;
+    return vehicleName({ systemId: id, kind: vehicleKind(mav_type), remoteName: remote_name, isRecorded });
   }
 
   /** How urgently a vehicle needs attention. */

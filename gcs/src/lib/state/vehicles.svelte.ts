@@ -21,11 +21,11 @@ import { countUnseen, WARNING } from '$lib/domain/messages';
 import type { Track } from '$lib/domain/rehearsal';
 import { isStopped, positionAfter } from '$lib/domain/replay';
 import { PLANE_ROUTE, type RouteOptions } from '$lib/domain/way';
-import { t } from '$lib/i18n/index.svelte';
 import { clock } from './clock.svelte';
 import { FlightClock, type FlightTime } from './flight-time';
 import { FrameQueue } from './frames';
 import { SensorHistory } from './sensors';
+import { vehicleName } from './vehicle-name';
 
 /** Texts kept per vehicle; the oldest fall out. */
 const TEXTS_KEPT = 1000;
@@ -142,13 +142,10 @@ export class Vehicle {
     return is_landing ? 'yes' : 'no';
   });
   kind = $derived(vehicleKind(this.groups.heartbeat?.mav_type ?? null));
-  /** What to call it, in the language in use. */
-  /** Its name in a fleet, when it is far away: the id is then only this server’s. */
+  /** Its name in a fleet, when it is far away, or in a recording: the id is then only this server’s. */
   remoteName = $state<string | null>(null);
-  name = $derived.by(() => {
-    const name = this.replay?.is.name ?? this.remoteName ?? `${t(`vehicle.${this.kind}`)} ${this.systemId}`;
-    return this.isRecorded ? t('replay.named', { name }) : name;
-  });
+  /** What to call it, in the language in use. */
+  name = $derived(vehicleName(this));
 
   constructor(systemId: number) {
     this.systemId = systemId;
