@@ -31,6 +31,7 @@ export const shellEn = {
   'bar.disarmed': 'Disarmed',
   'bar.noVehicle': 'No vehicle yet',
   'bar.noVehicleHint': 'Waiting for a heartbeat on the links.',
+  'bar.noneSelected': 'No vehicle is selected',
   'bar.linkLost': 'Link lost',
   'problem.noAnswer': 'The station does not answer.',
   'bar.serverAway': 'Vencejo is away',

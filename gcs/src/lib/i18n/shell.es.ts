@@ -33,6 +33,7 @@ export const shellEs: Record<keyof typeof shellEn, string> = {
   'bar.disarmed': 'Desarmado',
   'bar.noVehicle': 'Aún no hay vehículo',
   'bar.noVehicleHint': 'Esperando un latido en los enlaces.',
+  'bar.noneSelected': 'No hay ningún vehículo elegido',
   'bar.linkLost': 'Enlace perdido',
   'problem.noAnswer': 'La estación no responde.',
   'bar.serverAway': 'Vencejo no responde',

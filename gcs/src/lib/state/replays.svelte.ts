@@ -2,54 +2,72 @@
 import { problemFrom } from '$lib/api/problem';
 import { replaysApi, type NewReplay, type ReplayChange, type ReplayMark } from '$lib/api/replays';
 import type { Problem } from '$lib/api/types';
+import { SvelteMap } from 'svelte/reactivity';
 import { station } from './station.svelte';
+import { vehicles } from './vehicles.svelte';
 
 class Replays {
-  problem = $state.raw<Problem | null>(null);
+  #failed = $state.raw<{ readonly id: number | null; readonly problem: Problem } | null>(null);
+  /** Why none could be opened. */
+  problem = $derived(this.#failed?.id === null ? this.#failed.problem : null);
   /** Whether a recording is being opened: a large one takes seconds. */
   isOpening = $state(false);
-  /** What happened in a recording, by the id of its replay. */
-  #marks = $state.raw<{ readonly id: number; readonly list: readonly ReplayMark[] } | null>(null);
+  /** What happened in recordings, by the id of their replay. */
+  readonly #marks = new SvelteMap<number, readonly ReplayMark[]>();
 
-  /** Replays a recording, and shows its first vehicle: a person asked for it. */
+  /** Replays a recording, and shows its first vehicle: a person asked for it, unless that person has selected another meanwhile. */
   async open(asked: NewReplay): Promise<void> {
     this.isOpening = true;
-    await this.#try(async () => {
+    const before = vehicles.selected;
+    await this.#try(null, async () => {
       const replay = await replaysApi.open(asked);
       station.applyReplay(replay);
       const [first] = replay.vehicles;
-      if (first !== undefined) station.choose(first);
+      const now = vehicles.selected;
+      const isAsBefore = now === before || (now !== null && replay.vehicles.includes(now.systemId));
+      if (first !== undefined && isAsBefore) station.choose(first);
     });
     this.isOpening = false;
   }
 
   change(id: number, change: ReplayChange): Promise<void> {
-    return this.#try(async () => station.applyReplay(await replaysApi.change(id, change)));
+    return this.#try(id, async () => station.applyReplay(await replaysApi.change(id, change)));
   }
 
   close(id: number): Promise<void> {
-    return this.#try(() => replaysApi.close(id));
+    return this.#try(id, () => replaysApi.close(id));
   }
 
-  marksOf(id: number): readonly ReplayMark[] {
-    return this.#marks?.id === id ? this.#marks.list : [];
+  /** What went wrong with a replay. */
+  problemOf(id: number): Problem | null {
+    return this.#failed?.id === id ? this.#failed.problem : null;
+  }
+
+  dismiss(): void {
+    this.#failed = null;
+  }
+
+  /** What happened to a vehicle of a recording. */
+  marksOf(id: number, systemId: number): readonly ReplayMark[] {
+    return (this.#marks.get(id) ?? []).filter(({ vehicle }) => vehicle === systemId);
   }
 
   /** Fetches what happened in a recording; without it the scale has no marks. */
   async readMarks(id: number): Promise<void> {
     try {
-      this.#marks = { id, list: await replaysApi.marks(id) };
+      this.#marks.set(id, await replaysApi.marks(id));
     } catch {
-      this.#marks = { id, list: [] };
+      this.#marks.delete(id);
     }
   }
 
-  async #try(work: () => Promise<unknown>): Promise<void> {
-    this.problem = null;
+  /** `id`: of the replay; `null` while there is none yet. */
+  async #try(id: number | null, work: () => Promise<unknown>): Promise<void> {
+    this.#failed = null;
     try {
       await work();
     } catch (error) {
-      this.problem = problemFrom(error);
+      this.#failed = { id, problem: problemFrom(error) };
     }
   }
 }

@@ -2,6 +2,7 @@ import { afterEach, expect, it, vi } from 'vitest';
 import type { VehicleState } from '$lib/api/types';
 import { telemetryAt } from '../../../dev/mock/flight';
 import { ownProblem, ProblemError } from '$lib/api/problem';
+import { fleet } from './fleet.svelte';
 import { Station, api } from './station.svelte';
 import { vehicles } from './vehicles.svelte';
 
@@ -112,6 +113,43 @@ it('follows all of a few, and of many those that were chosen', () => {
   expect([followed(), vehicles.selected?.systemId]).toEqual([[300, 320], 320]);
   for (let id = 321; id < 335; id += 1) station.choose(id);
   expect(followed()).toEqual([327, 328, 329, 330, 331, 332, 333, 334]);
+});
+
+it('counts recordings apart from live vehicles, and forgets those closed while the connection was away', async () => {
+  vi.stubGlobal('document', { hidden: true });
+  vi.spyOn(api, 'vehicle').mockReturnValue(new Promise(() => undefined));
+  vi.spyOn(api, 'texts').mockReturnValue(new Promise(() => undefined));
+  for (const { systemId } of vehicles.all) vehicles.drop(systemId);
+  fleet.begin();
+  const station = new Station();
+  const live = Array.from({ length: 8 }, (_, n) => ({ id: 1 + n }));
+  const roster = (rows: readonly { id: number; is_recorded?: boolean }[]) =>
+    station.receive({ type: 'roster', time_s: 1, rows, gone: [], followed: [] } as never);
+  const followed = () => vehicles.all.map(({ systemId }) => systemId);
+  roster(live);
+  station.choose(7);
+  roster([{ id: 43_172, is_recorded: true }]);
+  vehicles.get(43_172)!.isRecorded = true;
+  station.choose(43_172);
+  expect(followed()).toEqual([1, 2, 3, 4, 5, 6, 7, 8, 43_172]);
+  roster([{ id: 9 }]);
+  expect(followed(), 'the one flown before stays').toEqual([1, 7, 43_172]);
+  // the socket comes back, and the recording is not in the whole roster
+  const sockets: { onopen?: () => void; send: () => void; close: () => void }[] = [];
+  vi.stubGlobal('document', { hidden: true, addEventListener: vi.fn() });
+  const location = { hash: '', search: '', protocol: 'http:', host: 'station' };
+  vi.stubGlobal('window', { addEventListener: vi.fn(), setTimeout: vi.fn(), clearTimeout: vi.fn(), location });
+  vi.stubGlobal('WebSocket', function () {
+    sockets.push({ send: vi.fn(), close: vi.fn() });
+    return sockets.at(-1);
+  });
+  vi.spyOn(api, 'openSession').mockResolvedValue({} as never);
+  station.start();
+  await vi.waitFor(() => expect(sockets[0]?.onopen).toBeDefined());
+  sockets[0]?.onopen?.();
+  expect(vehicles.selected?.systemId).toBe(43_172);
+  roster([...live, { id: 9 }]);
+  expect([followed(), vehicles.selected?.systemId]).toEqual([[1, 7], 7]);
 });
 
 it('sends a refused token once, and one that has to wait again until it is taken', async () => {

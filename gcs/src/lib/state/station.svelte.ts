@@ -76,6 +76,8 @@ export class Station {
   readonly #subscribed = new Map<number, number>();
   /** Those chosen, the newest last. */
   #chosen: number[] = [];
+  /** Whether the next roster is the first of its connection: a whole one. */
+  #isRosterWhole = false;
   /** Messages about a vehicle received while its whole state is being fetched; they are newer than that. */
   readonly #meanwhile = new Map<number, ServerMessage[]>();
 
@@ -308,7 +310,10 @@ export class Station {
         break;
       case 'roster':
         fleet.apply(message.time_s, message.rows, message.gone, now_ms);
-        for (const id of message.gone) if (vehicles.get(id)?.isRecorded) this.#forget(id);
+        for (const id of this.#isRosterWhole ? vehicles.all.map(({ systemId }) => systemId) : message.gone) {
+          if (fleet.get(id) === undefined && vehicles.get(id)?.isRecorded) this.#forget(id);
+        }
+        this.#isRosterWhole = false;
         this.#followFleet();
         for (const summary of message.followed) {
           const vehicle = vehicles.get(summary.system_id);
@@ -390,6 +395,7 @@ export class Station {
       this.#away_ms = null;
       this.#subscribed.clear();
       fleet.begin();
+      this.#isRosterWhole = true;
       this.#socket.send({ type: 'subscribe_roster' });
       for (const vehicle of vehicles.all) void this.#meet(vehicle);
     } else {
@@ -401,27 +407,32 @@ export class Station {
 
   /** Shows this vehicle from now on, in all detail. */
   choose(id: number): void {
-    this.#chosen = [...this.#chosen.filter((other) => other !== id), id].slice(-DETAILED);
     const vehicle = vehicles.ensure(id);
+    // the one selected until now counts as chosen: from a recording it is gone back to
+    const before = vehicles.selected?.systemId ?? id;
+    const others = this.#chosen.filter((other) => other !== id && other !== before);
+    this.#chosen = [...new Set([...others, before, id])].slice(-DETAILED);
     vehicles.select(id);
     if (!this.#subscribed.has(id)) void this.#meet(vehicle);
     this.#followFleet();
   }
 
-  /** Follows all of a few; of many the chosen ones, and the first where none is. */
+  /** Follows all of a few; of many the chosen ones, and the first where none is. Recordings and live vehicles are counted apart. */
   #followFleet(): void {
     const ids = fleet.ids;
-    if (ids.length > DETAILED) {
+    const recorded = ids.filter((id) => fleet.get(id)?.is_recorded === true);
+    const live = ids.filter((id) => fleet.get(id)?.is_recorded !== true);
+    const few = [live, recorded].filter(({ length }) => length <= DETAILED).flat();
+    if (few.length < ids.length) {
       if (this.#chosen.length === 0) this.choose(vehicles.selected?.systemId ?? Math.min(...ids));
       for (const { systemId } of vehicles.all) {
-        if (this.#chosen.includes(systemId)) continue;
+        if (few.includes(systemId) || this.#chosen.includes(systemId)) continue;
         this.#subscribed.delete(systemId);
         this.#socket.send({ type: 'unsubscribe', vehicle: systemId });
         vehicles.drop(systemId);
       }
-      return;
     }
-    for (const id of ids) if (!this.#subscribed.has(id)) void this.#meet(vehicles.ensure(id));
+    for (const id of few) if (!this.#subscribed.has(id)) void this.#meet(vehicles.ensure(id));
   }
 
   /** A recording that was closed leaves nothing behind. */
@@ -429,10 +440,7 @@ export class Station {
     this.#subscribed.delete(id);
     this.#chosen = this.#chosen.filter((other) => other !== id);
     this.#socket.send({ type: 'unsubscribe', vehicle: id });
-    const wasSelected = vehicles.selected?.systemId === id;
     vehicles.drop(id);
-    const [next] = vehicles.all;
-    if (wasSelected && next !== undefined) vehicles.ensure(next.systemId);
     vehicles.preferLive();
   }
 

@@ -399,6 +399,8 @@ class Vehicles {
   #selectedId = $state<number | null>(null);
   /** Whether a person selected it. */
   #isChosen = false;
+  /** The live one that was selected before a recording. */
+  #lastLive: number | null = null;
   readonly #listeners = new Set<(vehicle: Vehicle) => void>();
   readonly #queue = new FrameQueue<number, TelemetryChange>({
     join: (waiting, next) => ({
@@ -416,7 +418,7 @@ class Vehicles {
 
   all = $derived([...this.#byId.values()].sort((a, b) => a.systemId - b.systemId));
   /** The target of commands and plans: the first vehicle heard until the user selects another. It changes by itself only from a
-   * recording that nobody chose to a live vehicle. */
+   * recording: that nobody chose to a live vehicle, or that is closed to the live one selected before. */
   selected = $derived<Vehicle | null>(
     (this.#selectedId === null ? undefined : this.#byId.get(this.#selectedId)) ?? null,
   );
@@ -436,11 +438,13 @@ class Vehicles {
       vehicle = new Vehicle(id);
       this.#byId.set(id, vehicle);
     }
-    this.#selectedId ??= id;
+    // the first one that is heard; of several a person chooses
+    if (this.#byId.size === 1) this.#selectedId ??= id;
     return vehicle;
   }
 
   select(id: number): void {
+    if (this.selected?.isRecorded === false) this.#lastLive = this.selected.systemId;
     this.#selectedId = id;
     this.#isChosen = true;
   }
@@ -452,12 +456,18 @@ class Vehicles {
     if (live !== undefined) this.#selectedId = live.systemId;
   }
 
-  /** Forgets one that is not followed any more. */
+  /**
+   * Forgets one that is not followed any more. In place of the selected one, the live one from before it is selected; without that the
+   * only live one, and none of several.
+   */
   drop(id: number): void {
     this.#byId.delete(id);
     if (this.#selectedId !== id) return;
-    this.#selectedId = null;
-    this.#isChosen = false;
+    const live = this.all.filter(({ isRecorded }) => !isRecorded);
+    const last = live.find(({ systemId }) => systemId === this.#lastLive);
+    const next = last ?? (live.length > 1 ? undefined : (live[0] ?? this.all[0]));
+    this.#selectedId = next?.systemId ?? null;
+    this.#isChosen = last !== undefined;
   }
 
   /** The one after the selected, in the order of their ids; after the last the first. */
