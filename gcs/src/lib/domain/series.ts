@@ -24,6 +24,11 @@ export class Series {
     return this.#length === 0 ? null : this.#times[(this.#start + this.#length - 1) % this.capacity]!;
   }
 
+  clear(): void {
+    this.#start = 0;
+    this.#length = 0;
+  }
+
   /** Adds a sample; one that is not later than the last is ignored. */
   push(time_s: number, values: readonly (number | null | undefined)[]): void {
     const last = this.lastTime_s;

@@ -38,6 +38,11 @@ export class SensorHistory {
     return series;
   }
 
+  /** Forgets what it has; the series stay the same, and those who plot them go on. */
+  clear(): void {
+    for (const series of this.#series.values()) series.clear();
+  }
+
   /** Takes new telemetry; `now_s` is monotonic. */
   take(now_s: number, groups: TelemetryGroups): void {
     const { imu, pressure, wind, vibration, batteries, sys_status } = groups;

@@ -72,10 +72,42 @@ describe('a recorded vehicle', () => {
     vehicle.apply({ groups, progress, heardAt_ms: heardAt(groups, 10_000) });
     vehicle.addText({ severity: 4, text: 'Bad', time_s: 60 }, 10_000);
     expect(vehicle.texts[0]?.at).toEqual(new Date(1_700_000_060_000));
+    const plotted = vehicle.sensors.series('wind');
+    expect(plotted.length).toBe(1);
     clock.tick(60_000);
     expect([vehicle.isLost, vehicle.ghost(60_000)]).toEqual([true, null]);
     expect(vehicle.applyReplay({ ...replay, position_s: 5, seeks: 2 }, 60_000)).toBe(true);
     expect(vehicle).toMatchObject({ groups: {}, progress: null, texts: [], age_s: null, flightTime: null });
+    expect(plotted.length).toBe(0);
+    vehicle.apply({ groups, progress, heardAt_ms: heardAt(groups, vehicle.time_ms(60_000)) });
+    expect(plotted.length, 'a plot goes on with the new values').toBe(1);
+  });
+
+  it('gives way, when it is closed, to the live one that was selected before', () => {
+    for (const id of [1, 7, 300]) vehicles.ensure(id);
+    vehicles.get(300)!.isRecorded = true;
+    vehicles.select(7);
+    vehicles.select(300);
+    vehicles.drop(300);
+    expect(vehicles.selected?.systemId).toBe(7);
+    // that one is gone as well: of several others a person chooses
+    vehicles.ensure(9);
+    vehicles.ensure(300).isRecorded = true;
+    vehicles.select(300);
+    vehicles.drop(7);
+    vehicles.drop(300);
+    vehicles.ensure(1);
+    expect(vehicles.selected).toBeNull();
+    for (const id of [1, 9]) vehicles.drop(id);
+  });
+
+  it('has the name that the server gives it, which tells it from the others of its recording', () => {
+    const names = ['two 1 (replay)', 'two 2 (replay)', 'two 1 (replay 2)'].map((remoteName) => {
+      const vehicle = new Vehicle(300);
+      Object.assign(vehicle, { isRecorded: true, remoteName, replay: { is: replay, at_ms: 0 } });
+      return vehicle.name;
+    });
+    expect(names).toEqual(['two 1 (recording)', 'two 2 (recording)', 'two 1 2 (recording)']);
   });
 
   it('is selected for as long as there is nothing live, or because a person chose it', () => {

@@ -104,7 +104,7 @@ export class Vehicle {
   /** The rest of its mission as rehearsed from where it was at a monotonic time; null where that is not known. */
   rest = $state.raw<{ readonly track: Track; readonly from_ms: number } | null>(null);
 
-  sensors = new SensorHistory();
+  readonly sensors = new SensorHistory();
   #flightClock: FlightClock;
   /** Server time (`time_s`) minus our monotonic time, for the time of day of past texts. */
   #serverOffset_s: number | null = null;
@@ -200,7 +200,7 @@ export class Vehicle {
     this.flightTime = null;
     this.#flightClock = new FlightClock(`${this.systemId}`);
     this.rest = null;
-    this.sensors = new SensorHistory();
+    this.sensors.clear();
   }
 
   /** Age in seconds of a group, null when it never came. Reactive. */
