@@ -3,6 +3,9 @@ export const shellEn = {
   'lazy.loading': 'Loading…',
   'lazy.notLoaded': 'This part of the app did not come: is the station’s network there?',
   'lazy.again': 'Try again',
+  'lazy.gone': 'This part of the app is not on the server any more. Vencejo was probably updated: load the page again.',
+  'update.told': 'Vencejo was updated to {version}.',
+  'update.reload': 'Load the page again',
   'app.name': 'Vencejo',
 
   'panel.instruments': 'Horizon',

@@ -190,6 +190,16 @@ it('sends a refused token once, and one that has to wait again until it is taken
   expect(station.sessionProblem).toBeNull();
 });
 
+it('tells that the server is of another version than the page', () => {
+  const station = new Station();
+  const told = ['0.1.0', '0.1.0', '0.2.0', '0.2.0'].map((version) => {
+    const session = { session: 's2', name: 'Luis', role: 'operator', has_control: false, holder: null };
+    station.receive({ type: 'hello', version, time_s: 0, ...session, requested_by: null } as never);
+    return station.isUpdated;
+  });
+  expect(told).toEqual([false, false, true, true]);
+});
+
 it('follows what becomes of its request for control', () => {
   const station = new Station();
   const told: string[] = [];

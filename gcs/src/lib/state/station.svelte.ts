@@ -55,6 +55,8 @@ export class Station {
   socketState = $state<SocketState>('connecting');
   session = $state.raw<Session | null>(null);
   version = $state<string | null>(null);
+  /** Whether the server is of another version than the one that this page came from. */
+  isUpdated = $state(false);
   links = $state.raw<readonly LinkInfo[]>([]);
   /** Storage faults of the server, the flight recorder's first. */
   storage = $state.raw<readonly StorageProblem[]>([]);
@@ -291,6 +293,7 @@ export class Station {
     if ('vehicle' in message && message.vehicle !== null) this.#meanwhile.get(message.vehicle)?.push(message);
     switch (message.type) {
       case 'hello': {
+        if (this.version !== null && this.version !== message.version) this.isUpdated = true;
         this.version = message.version;
         this.#clockOffset_ms = now_ms - message.time_s * 1000;
         const { session, name, role, has_control, holder, requested_by } = message;
