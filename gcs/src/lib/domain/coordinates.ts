@@ -49,19 +49,35 @@ export type UtmUnprojection = (
   zone: Pick<UtmZone, 'zone' | 'isNorth'>,
 ) => LonLat | null;
 
+/** How far a position may be outside of its band, degrees: a site at its edge is surveyed in one band. */
+const BAND_MARGIN_DEG = 1;
+
+function isInBand({ lat_deg }: LonLat, band: string): boolean {
+  const south_deg = -80 + 8 * BANDS.indexOf(band);
+  const north_deg = band === 'X' ? 84 : south_deg + 8;
+  return lat_deg >= south_deg - BAND_MARGIN_DEG && lat_deg <= north_deg + BAND_MARGIN_DEG;
+}
+
 /**
- * Reads a position as people write it (`parseLonLat`), or in UTM: `30T 432412 4465123`. The letter is the band, so `30S` is north of
- * the equator. `null` for other text.
+ * Reads a position as people write it (`parseLonLat`), or in UTM: `30T 432412 4465123`. The letter is the band; N and S are the
+ * hemisphere where the northing is not of that band. `null` for other text, and for a northing that is not of the letter.
  */
 export function parsePlace(text: string, unproject: UtmUnprojection): LonLat | null {
-  const utm = /^(\d{1,2})\s*([C-HJ-NP-X])[\s,]+(\d{6}(?:\.\d+)?)(?:\s*M?E)?[\s,]+(\d{1,8}(?:\.\d+)?)(?:\s*M?N)?$/i.exec(
-    text.trim(),
-  );
+  // receivers write the easting with a zero in front: seven digits as those of the northing
+  const utm =
+    /^(\d{1,2})\s*([C-HJ-NP-X])[\s,]+(0?\d{6}(?:\.\d+)?)(?:\s*M?E)?[\s,]+(\d{1,8}(?:\.\d+)?)(?:\s*M?N)?$/i.exec(
+      text.trim(),
+    );
   if (utm === null) return parseLonLat(text);
-  const [, zone, band = '', east_m, north_m] = utm;
-  const number = Number(zone);
+  const [, zone, letter = '', east_m, north_m] = utm;
+  const [number, band] = [Number(zone), letter.toUpperCase()];
   if (number < 1 || number > 60) return null;
-  return unproject(Number(east_m), Number(north_m), { zone: number, isNorth: band.toUpperCase() >= 'N' });
+  const inHemisphere = (isNorth: boolean): LonLat | null =>
+    unproject(Number(east_m), Number(north_m), { zone: number, isNorth });
+  const at = inHemisphere(band >= 'N');
+  if (at !== null && isInBand(at, band)) return at;
+  if (band === 'N') return at;
+  return band === 'S' ? inHemisphere(false) : null;
 }
 
 export function formatPlace(at: LonLat, format: CoordinateFormat, project: UtmProjection): string {

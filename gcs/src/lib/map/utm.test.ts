@@ -44,6 +44,14 @@ it('reads a position in degrees or UTM', () => {
     }
   }
   expect(parsePlace('40.33, -3.79', unprojectUtm)).toEqual({ lat_deg: 40.33, lon_deg: -3.79 });
+  // the letter of the hemisphere, as people in the south write it; of the band where the northing is of that
+  expect(parsePlace('19S 345000 6300000', unprojectUtm)?.lat_deg).toBeCloseTo(-33.43, 1);
+  expect(parsePlace('30S 432412 4000000', unprojectUtm)?.lat_deg).toBeCloseTo(36.14, 1);
+  expect(parsePlace('30N 432412 4465123', unprojectUtm)?.lat_deg).toBeCloseTo(40.33, 1);
+  expect(parsePlace('30T 0432412 4465123', unprojectUtm)).toEqual(parsePlace('30T 432412 4465123', unprojectUtm));
+  for (const text of ['30V 432412 4465123', '19H 345000 4300000']) {
+    expect(parsePlace(text, unprojectUtm), text).toBeNull();
+  }
   for (const text of ['', 'Madrid', '61T 432412 4465123', '30I 432412 4465123', '30T 4324', '40,33']) {
     expect(parsePlace(text, unprojectUtm), text).toBeNull();
   }
