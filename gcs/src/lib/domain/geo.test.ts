@@ -117,6 +117,7 @@ describe('positions', () => {
       expect(parseAngle(String(value_deg), axis)).toBe(value_deg);
     }
     expect(parseAngle('3°47′52″W', 'lat')).toBeNull();
+    expect(['−3.79', '40.', '.5', '-,5'].map((text) => parseAngle(text, 'lat'))).toEqual([-3.79, 40, 0.5, -0.5]);
     expect(formatDms({ lat_deg: -0.99999999, lon_deg: 0 })).toBe('1°00′00.0″S 0°00′00.0″E');
   });
 });

@@ -110,7 +110,8 @@ function angle(text: string): { value_deg: number; axis: Axis | null } | null {
     .replace(/[NSEWO]/, '')
     .trim()
     .replaceAll(',', '.')
-    .match(/^([+-]?)(\d+(?:\.\d+)?)(?:\s*[°º\s]\s*(\d+(?:\.\d+)?)(?:\s*['′’\s]\s*(\d+(?:\.\d+)?))?)?\s*["″”'′’°º]*$/);
+    .replace('−', '-')
+    .match(/^([+-]?)(\d+\.?\d*|\.\d+)(?:\s*[°º\s]\s*(\d+(?:\.\d+)?)(?:\s*['′’\s]\s*(\d+(?:\.\d+)?))?)?\s*["″”'′’°º]*$/);
   if (!match) return null;
   const [, sign, degrees = '', minutes = '', seconds = ''] = match;
   // only the last of them has decimals
