@@ -129,9 +129,8 @@ it('counts recordings apart from live vehicles, and forgets those closed while t
   roster(live);
   station.choose(7);
   roster([{ id: 43_172, is_recorded: true }]);
-  vehicles.get(43_172)!.isRecorded = true;
   station.choose(43_172);
-  expect(followed()).toEqual([1, 2, 3, 4, 5, 6, 7, 8, 43_172]);
+  expect([vehicles.selected?.isRecorded, followed()]).toEqual([true, [1, 2, 3, 4, 5, 6, 7, 8, 43_172]]);
   roster([{ id: 9 }]);
   expect(followed(), 'the one flown before stays').toEqual([1, 7, 43_172]);
   // the socket comes back, and the recording is not in the whole roster

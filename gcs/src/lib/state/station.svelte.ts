@@ -410,7 +410,7 @@ export class Station {
 
   /** Shows this vehicle from now on, in all detail. */
   choose(id: number): void {
-    const vehicle = vehicles.ensure(id);
+    const vehicle = this.#introduce(id);
     // the one selected until now counts as chosen: from a recording it is gone back to
     const before = vehicles.selected?.systemId ?? id;
     const others = this.#chosen.filter((other) => other !== id && other !== before);
@@ -435,7 +435,16 @@ export class Station {
         vehicles.drop(systemId);
       }
     }
-    for (const id of few) if (!this.#subscribed.has(id)) void this.#meet(vehicles.ensure(id));
+    for (const id of few) if (!this.#subscribed.has(id)) void this.#meet(this.#introduce(id));
+  }
+
+  /** A vehicle with what its row of the roster says: whether it takes commands at all is known before its summary comes. */
+  #introduce(id: number): Vehicle {
+    const vehicle = vehicles.ensure(id);
+    const row = fleet.get(id);
+    vehicle.isRecorded = row?.is_recorded ?? vehicle.isRecorded;
+    vehicle.remoteName = row?.remote_name ?? vehicle.remoteName;
+    return vehicle;
   }
 
   /** A recording that was closed leaves nothing behind. */
