@@ -8,7 +8,7 @@ export const paramsEn = {
   'params.readingDone': 'Reading the parameters: {percent}',
   'params.stop': 'Stop',
   'params.stopped': 'The parameters were not read.',
-  'params.old': 'They may be out of date.',
+  'params.old': 'The parameters may be out of date.',
   'params.recorded': 'This is a recording: no parameters are read from it.',
   'params.search': 'Search parameters',
   'params.count': '{count} parameters',
@@ -60,7 +60,7 @@ export const paramsEn = {
   'params.written': '{set} set and verified',
   'params.writtenRefused': '{set} set and verified, {refused} refused',
   'params.unheld': '{count} not written: the vehicle was armed meanwhile.',
-  'params.writingTo': '{file} is written to {name}.',
+  'params.fileFor': '{file} for {name}',
   'params.oneFile': 'Another file can be opened after that.',
   'params.show': 'Show parameter {name}',
 } as const;

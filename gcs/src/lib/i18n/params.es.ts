@@ -8,7 +8,7 @@ export const paramsEs = {
   'params.readingDone': 'Leyendo los parámetros: {percent}',
   'params.stop': 'Parar',
   'params.stopped': 'Los parámetros no se han leído.',
-  'params.old': 'Pueden no estar al día.',
+  'params.old': 'Los parámetros pueden no estar al día.',
   'params.recorded': 'Es una grabación: de ella no se leen parámetros.',
   'params.search': 'Buscar parámetros',
   'params.count': '{count} parámetros',
@@ -60,7 +60,7 @@ export const paramsEs = {
   'params.written': '{set} fijados y verificados',
   'params.writtenRefused': '{set} fijados y verificados, {refused} rechazados',
   'params.unheld': '{count} sin escribir: el vehículo se ha armado entretanto.',
-  'params.writingTo': '{file} se escribe en {name}.',
+  'params.fileFor': '{file} para {name}',
   'params.oneFile': 'Después se puede abrir otro fichero.',
   'params.show': 'Mostrar el parámetro {name}',
 } as const;
