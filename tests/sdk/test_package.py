@@ -6,6 +6,7 @@ import ast
 import inspect
 import os
 import random
+import re
 import signal
 import socket
 import subprocess
@@ -16,7 +17,7 @@ import pytest
 import vencejo
 from vencejo import _native, errors
 
-from tests.support import CAPTURES, wait_for
+from tests.support import CAPTURES, ROOT, wait_for
 
 
 def test_every_error_of_the_core_has_its_exception() -> None:
@@ -214,6 +215,14 @@ def test_ctrl_c_ends_a_wait(waiting: str) -> None:
             process.kill()
     assert "KeyboardInterrupt" in said
     assert process.returncode != 0
+
+
+def test_every_kind_of_event_is_documented() -> None:
+    source = (ROOT / "crates/py/src/subscription.rs").read_text(encoding="utf-8").partition("fn event_tuple")[2]
+    kinds = set(re.findall(r'"([a-z_]+)"', re.sub(r'set_item\("\w+"', "", source)))
+    documented = set(re.findall(r"``([a-z_]+)``(?=:|, ``)", vencejo.Event.__doc__ or ""))
+    assert len(kinds) > 20
+    assert documented == kinds - {"other"}
 
 
 def test_little_is_imported_to_hear_a_vehicle() -> None:
