@@ -95,11 +95,11 @@ async def _finished(pending: _native.Pending, progress: ProgressCallback | None 
 
 
 async def wait_vehicle(
-    station: Station, system_id: int | None = None, *, timeout_s: float | None = 30.0
+    station: Station, system_id: int | None = None, *, name: str | None = None, timeout_s: float | None = 30.0
 ) -> AsyncVehicle:
     """Wait for a vehicle's heartbeat on a station; see `Station.wait_vehicle`."""
     check_timeout(timeout_s)
-    pending = station._native.wait_vehicle(system_id)
+    pending = station._awaited(system_id, name)
     try:
         native = await asyncio.wait_for(_finished(pending), timeout_s)
     except asyncio.TimeoutError:

@@ -223,22 +223,35 @@ class Station(Closing):
                 vehicles.append(self._vehicle(self._native.wait_vehicle(id).wait(0.0)))
         return vehicles
 
-    def wait_vehicle(self, system_id: int | None = None, *, timeout_s: float | None = 30.0) -> Vehicle:
+    def wait_vehicle(
+        self, system_id: int | None = None, *, name: str | None = None, timeout_s: float | None = 30.0
+    ) -> Vehicle:
         """Wait for a vehicle's heartbeat.
 
         Parameters
         ----------
         system_id : int, optional
             Which one; the first that is heard when not given.
+        name : str, optional
+            Which one by its name, for an aircraft of a fleet (`Vehicle.remote_name`).
         timeout_s : float or None
             ``None`` waits for ever.
 
         Raises
         ------
         NoVehicleError
-            When none is heard in time.
+            When it is not heard in time; the message lists those that are.
+        InvalidRequest
+            When both an id and a name are given.
         """
-        return self._vehicle(self._native.wait_vehicle(system_id).wait(timeout_s))
+        return self._vehicle(self._awaited(system_id, name).wait(timeout_s))
+
+    def _awaited(self, system_id: int | None, name: str | None) -> _native.Pending:
+        if name is None:
+            return self._native.wait_vehicle(system_id)
+        if system_id is not None:
+            raise InvalidRequest("give a vehicle's id or its name, not both")
+        return self._native.wait_named(name)
 
     def on_message(
         self, callback: Callable[[MavlinkMessage], None], *, names: Iterable[str] | None = None, capacity: int = 8192

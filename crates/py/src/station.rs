@@ -182,6 +182,10 @@ impl PyStation {
         PyPending::of_vehicle(self.station.wait_vehicle(system_id.map(VehicleId::new)), PyVehicle::into_python)
     }
 
+    fn wait_named(&self, name: &str) -> PyPending {
+        PyPending::of_vehicle(self.station.wait_named(name), PyVehicle::into_python)
+    }
+
     #[pyo3(signature = (names, capacity))]
     fn subscribe_messages(&self, names: Option<Vec<String>>, capacity: usize) -> PyResult<Subscription> {
         Ok(Subscription::of_messages(self.station.subscribe_messages(message_ids(names)?, capacity)))

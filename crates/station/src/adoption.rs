@@ -214,12 +214,16 @@ mod tests {
             (system, plane.remote_name().as_deref()),
             (VehicleId::of_name("plane7").next().expect("one"), Some("plane7"))
         );
-        let later = station.wait_vehicle(Some(system));
-        assert!(early.end().is_none() && later.end().is_none(), "its heartbeat is not known yet");
+        let (later, other) = (station.wait_vehicle(Some(system)), station.wait_named("plane8"));
+        let named = station.wait_named("plane7");
+        assert!([&early, &later, &named].iter().all(|wait| wait.end().is_none()), "its heartbeat is not known yet");
         assert!(station.on_remote(system, &[(heartbeat(5), station.now())]));
-        for waited in [early, later, station.wait_vehicle(None)] {
+        for waited in [early, later, named, station.wait_vehicle(None), station.wait_named("plane7")] {
             assert!(waited.end().is_some_and(|found| found.is_ok_and(|found| found.id() == system)));
         }
+        other.cancel();
+        let error = other.end().and_then(Result::err).expect("it is not there").to_string();
+        assert!(error.starts_with("no vehicle called plane8") && error.ends_with("heard: plane7"), "{error}");
         assert_eq!(plane.telemetry().0.mode().map(|mode| mode.to_string()), Some("FBWA".into()));
         let heard = plane.subscribe_messages(None, 8);
         assert!(station.on_remote(system, &[(heartbeat(5), station.now())]));

@@ -1,5 +1,6 @@
 //! Errors of the station, including the vehicle's own answers.
 
+use std::fmt;
 use std::time::Duration;
 
 use thiserror::Error;
@@ -12,6 +13,56 @@ use crate::confirm::{Challenge, VALID_FOR};
 use crate::control::NotTaken;
 use crate::replay::MAX_REPLAYS;
 use crate::signing::SigningError;
+
+/// Most vehicles that an error lists.
+const MAX_LISTED: usize = 20;
+
+/// The vehicle that a caller waits for.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Wanted {
+    /// The first that is heard.
+    First,
+    /// The one with this id.
+    Id(VehicleId),
+    /// The one far away with this name.
+    Named(String),
+}
+
+impl Wanted {
+    /// Whether a vehicle is it, which may be one of a recording that is only looked at.
+    pub(crate) fn is(&self, id: VehicleId, is_aside: bool, name: Option<&str>) -> bool {
+        match self {
+            Self::First => !is_aside,
+            Self::Id(wanted) => *wanted == id,
+            Self::Named(wanted) => name == Some(wanted),
+        }
+    }
+}
+
+impl fmt::Display for Wanted {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::First => Ok(()),
+            Self::Id(id) => write!(f, " with id {id}"),
+            Self::Named(name) => write!(f, " called {name}"),
+        }
+    }
+}
+
+/// What was heard instead of a vehicle, or else where to look.
+fn heard_instead(wanted: &Wanted, links: &str, heard: &[String]) -> String {
+    match (heard, wanted) {
+        ([], Wanted::Named(_)) => "; is its station on board in the fleet, and this station too?".into(),
+        ([], _) => {
+            format!(" on {links}; check the cable or address, the baud rate, and that the autopilot is on")
+        }
+        (heard, _) => {
+            let more = if heard.len() > MAX_LISTED { " …" } else { "" };
+            let listed: Vec<_> = heard.iter().take(MAX_LISTED).map(String::as_str).collect();
+            format!("; heard: {}{more}", listed.join(", "))
+        }
+    }
+}
 
 /// Why a request to the station failed.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -30,14 +81,16 @@ pub enum StationError {
         reason: String,
     },
     /// No autopilot was heard.
-    #[error("no vehicle{} was heard within {} on {links}; check the cable or address, the baud rate, and that the autopilot is on", wanted.map_or_else(String::new, |id| format!(" with id {id}")), Seconds(*waited))]
+    #[error("no vehicle{wanted} was heard within {}{}", Seconds(*waited), heard_instead(wanted, links, heard))]
     NoVehicle {
         /// The one that was wanted.
-        wanted: Option<VehicleId>,
+        wanted: Wanted,
         /// For how long.
         waited: Duration,
         /// The links and their states.
         links: String,
+        /// The vehicles that were heard, by name or id.
+        heard: Vec<String>,
     },
     /// The vehicle's request failed.
     #[error(transparent)]
@@ -107,9 +160,10 @@ impl StationError {
             Self::Link(LinkError::TooManyLinks),
             Self::CannotRecord { reason: "no space left on device".into() },
             Self::NoVehicle {
-                wanted: Some(VehicleId::new(1)),
+                wanted: Wanted::Id(VehicleId::new(1)),
                 waited: Duration::from_secs(30),
                 links: "no link".into(),
+                heard: Vec::new(),
             },
             Self::Control { holder: "Ana".into() },
             Self::Dismissed,

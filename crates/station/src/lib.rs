@@ -46,7 +46,7 @@ pub use changes::Changes;
 pub use config::StationConfig;
 pub use confirm::{Challenge, VALID_FOR};
 pub use control::{Control, GRACE, NotTaken, Operator, OperatorId};
-pub use error::StationError;
+pub use error::{StationError, Wanted};
 pub use pending::{Pending, Progress};
 pub use queue::{DropOldest, Taken};
 pub use recording::{MAX_FLIGHT_BYTES, RecordedEvent, RecordingSummary, Sender, recorded_flight, summarize_recording};

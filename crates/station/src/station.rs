@@ -27,13 +27,13 @@ use tokio::sync::watch;
 use vencejo_link::{LinkAddress, LinkId, LinkInfo, LinkOptions, LinkStats, Recorder, RecorderStatus};
 use vencejo_proto::MonoTime;
 use vencejo_store::Space;
-use vencejo_vehicle::VehicleId;
+use vencejo_vehicle::{Vehicle, VehicleId};
 
 pub(crate) use self::shared::Shared;
 use self::shared::{Owned, Waiting, is_heard};
 pub use self::shared::{RequestResult, Station, VehicleHandle};
 use crate::control::{Control, Operator};
-use crate::error::StationError;
+use crate::error::{StationError, Wanted};
 use crate::pending::Pending;
 use crate::queue::DropOldest;
 use crate::records::Records;
@@ -174,15 +174,19 @@ impl Station {
     /// Waits for a vehicle, the first of [`Self::vehicles`] that is heard when none is named. Cancelling it ends it with
     /// [`StationError::NoVehicle`].
     pub fn wait_vehicle(&self, wanted: Option<VehicleId>) -> Pending<Result<VehicleHandle, StationError>> {
+        self.wait_for(wanted.map_or(Wanted::First, Wanted::Id))
+    }
+
+    /// The same for the first vehicle of this name: one far away.
+    pub fn wait_named(&self, name: &str) -> Pending<Result<VehicleHandle, StationError>> {
+        self.wait_for(Wanted::Named(name.to_owned()))
+    }
+
+    fn wait_for(&self, wanted: Wanted) -> Pending<Result<VehicleHandle, StationError>> {
         let mut core = self.shared.core();
-        let found = match wanted {
-            Some(system) => core.vehicles.get(system).filter(|vehicle| is_heard(vehicle)).map(|_| system),
-            None => {
-                let mut vehicles = core.vehicles.iter().filter(|(id, _)| !core.is_aside(*id));
-                vehicles.find(|(_, vehicle)| is_heard(vehicle)).map(|(id, _)| id)
-            }
-        };
-        if let Some(system) = found {
+        let is_it =
+            |(id, vehicle): &(VehicleId, &Vehicle)| is_heard(vehicle) && wanted.is(*id, core.is_aside(*id), core.name_of(*id));
+        if let Some((system, _)) = core.vehicles.iter().find(is_it) {
             return Pending::ended(Ok(self.handle(system)));
         }
         if self.is_closed() {

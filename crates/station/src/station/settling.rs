@@ -75,11 +75,11 @@ impl Shared {
     /// A vehicle was heard for the first time.
     pub(crate) fn greet(self: &Arc<Self>, core: &mut Core, system: VehicleId) {
         core.watchers.entry(system).or_default();
-        if !core.vehicles.get(system).is_some_and(is_heard) {
+        if core.waiting.is_empty() || !core.vehicles.get(system).is_some_and(is_heard) {
             return;
         }
-        let is_aside = core.is_aside(system);
-        let is_theirs = |waiting: &mut Waiting| waiting.wanted.map_or(!is_aside, |wanted| wanted == system);
+        let (is_aside, name) = (core.is_aside(system), core.name_of(system).map(str::to_owned));
+        let is_theirs = |waiting: &mut Waiting| waiting.wanted.is(system, is_aside, name.as_deref());
         for waiting in core.waiting.extract_if(.., is_theirs) {
             let station = Station { shared: self.clone() };
             waiting.finisher.finish(Ok(station.handle(system)));
@@ -230,8 +230,12 @@ impl Shared {
     }
 
     pub(super) fn no_vehicle(&self, waiting: &Waiting) -> StationError {
-        let waited = self.clock.now().since(waiting.since);
-        StationError::NoVehicle { wanted: waiting.wanted, waited, links: self.describe_links() }
+        StationError::NoVehicle {
+            wanted: waiting.wanted.clone(),
+            waited: self.clock.now().since(waiting.since),
+            links: self.describe_links(),
+            heard: self.names_heard(),
+        }
     }
 
     /// The links and their states, for an error message.
@@ -240,6 +244,13 @@ impl Shared {
         let links: Vec<_> =
             links.iter().filter_map(|link| Some(describe(link, &self.hub.stats(link.id).ok()?))).collect();
         if links.is_empty() { "no link".into() } else { links.join(", ") }
+    }
+
+    /// The vehicles that were heard, by name or id.
+    fn names_heard(&self) -> Vec<String> {
+        let core = self.core();
+        let name = |id: VehicleId| core.name_of(id).map_or_else(|| id.to_string(), str::to_owned);
+        core.vehicles.iter().filter(|(_, vehicle)| is_heard(vehicle)).map(|(id, _)| name(id)).collect()
     }
 }
 

@@ -16,7 +16,7 @@ use crate::changes::Changes;
 use crate::config::StationConfig;
 use crate::confirm::Confirmations;
 use crate::control::{Control, Operator};
-use crate::error::StationError;
+use crate::error::{StationError, Wanted};
 use crate::namesake::Namesake;
 use crate::pending::Finisher;
 use crate::records::Records;
@@ -118,6 +118,11 @@ impl Core {
         self.shown(id).is_some_and(|shown| shown.is_past)
     }
 
+    /// The name of a remote vehicle.
+    pub(super) fn name_of(&self, id: VehicleId) -> Option<&str> {
+        self.adopted.get(&id).map(|adopted| &*adopted.name)
+    }
+
     pub(super) fn end_requests(&mut self) {
         self.ended.drain(..).for_each(|(finisher, result)| finisher.finish(result));
     }
@@ -126,7 +131,7 @@ impl Core {
 /// A caller that waits for a vehicle.
 pub(super) struct Waiting {
     pub(super) key: u64,
-    pub(super) wanted: Option<VehicleId>,
+    pub(super) wanted: Wanted,
     pub(super) since: MonoTime,
     pub(super) finisher: Finisher<Result<VehicleHandle, StationError>>,
 }
