@@ -11,7 +11,9 @@ have to be on this machine.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import re
+import socket
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from datetime import datetime, timezone
 from pathlib import Path
@@ -20,11 +22,11 @@ from typing import Any
 from vencejo import _native
 from vencejo._closing import Closing
 from vencejo._forking import belongs_here
-from vencejo.enrolment import Organisation, default_key_file, native
+from vencejo.enrolment import Organisation, default_key_file, member, native
 from vencejo.enrolment import member_file as default_member_file
 from vencejo.station import Station, default_history_dir
 
-__all__ = ["Aircraft", "AircraftStatus", "FarAircraft", "Fleet", "default_key_file", "has_fleet"]
+__all__ = ["Aircraft", "AircraftStatus", "FarAircraft", "Fleet", "default_key_file", "has_fleet", "router_here"]
 
 BOARD_HISTORY_MB = 256
 """Default size limit of an aircraft's history on board, MB: a day with an operator, a week without."""
@@ -156,6 +158,41 @@ class Aircraft(Closing):
         self._native.close()
 
 
+def router_here(org: str, *, folder: str | Path | None = None) -> str | None:
+    """Address of the fleet's router on this machine, if a program is one, such as ``vencejo serve``; else ``None``.
+
+    Parameters
+    ----------
+    org : str
+        The organisation.
+    folder : path, optional
+        Folder of the fleets' authorities; by default in the data folder.
+
+    Raises
+    ------
+    InvalidRequest
+        For an invalid name.
+    """
+    organisation = Organisation(org, folder=folder)
+    place = organisation.folder.with_suffix(".json")
+    if organisation.exists:
+        known = organisation.routers or ["tls/127.0.0.1:7447"]
+        return _answering(known, organisation.problem_at)
+    if (found := member(file=place)) is not None:
+        return _answering(found.routers, lambda address: native("fleet_try")(address, place))
+    try:
+        socket.create_connection(("127.0.0.1", 7447), timeout=1.0).close()
+    except OSError:
+        return None
+    return "tcp/127.0.0.1:7447"
+
+
+def _answering(routers: Iterable[str], problem_at: Callable[[str], str | None]) -> str | None:
+    """The first of these routers that is on this machine, by its port."""
+    here = dict.fromkeys(re.sub(r"/.*:", "/127.0.0.1:", router) for router in routers)
+    return next((router for router in here if problem_at(router) is None), None)
+
+
 def _addresses(given: str | Iterable[str] | None) -> list[str]:
     return [given] if isinstance(given, str) else list(given or ())
 
@@ -213,10 +250,11 @@ class Fleet(Closing):
     org : str
         The organisation.
     listen : str, optional
-        Address to listen on as a router of the fleet; port 0 picks a free one (`endpoint`). Default:
-        ``"tls/0.0.0.0:7447"`` if the fleet's authority is on this machine, else ``"tcp/127.0.0.1:7447"``. A machine
-        that joined by a token listens only if the token was for a router (`Organisation.enrol_station`), on the port
-        given there.
+        Address to listen on as a router of the fleet; port 0 picks a free one (`endpoint`). Default: none if another
+        program of this machine is a router of the fleet already (`router_here`), such as ``vencejo serve``: it is
+        used, unless a `door` is opened. Else ``"tls/0.0.0.0:7447"`` if the fleet's authority is on this machine, or
+        ``"tcp/127.0.0.1:7447"``. A machine that joined by a token listens only if the token was for a router
+        (`Organisation.enrol_station`), on the port given there.
     router : str or iterable of str, optional
         Other routers to use instead of being one, tried one after the other. With `listen`, or if it was enrolled as a
         router, it is linked with all of them. Default, after joining by a token: those of the fleet's list.
@@ -256,6 +294,8 @@ class Fleet(Closing):
     ) -> None:
         self.org = org
         organisation = Organisation(org, folder=folder)
+        if listen is None and not router and door is None:
+            router = router_here(org, folder=folder)
         has_joined = organisation.folder.with_suffix(".json").is_file()
         if listen is None and not router and (organisation.exists or not has_joined):
             listen = "tls/0.0.0.0:7447" if organisation.exists else "tcp/127.0.0.1:7447"

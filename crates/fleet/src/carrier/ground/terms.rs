@@ -93,8 +93,11 @@ impl Network {
                         return Err(FleetError::NoCertificates(listen.to_string(), why.into()));
                     }
                     (Some(listen), Some(_)) => Some(listen),
-                    // On all addresses of this machine.
-                    (None, serves) => serves.map(|serves| serves.at("0.0.0.0")),
+                    // On all addresses of this machine; unless another program is the router there, which is dialled.
+                    (None, serves) => {
+                        let is_there = |own: &Endpoint| dial.iter().any(|to| to.is_here() && to.at(own.host()) == *own);
+                        serves.filter(|own| !is_there(own)).map(|own| own.at("0.0.0.0"))
+                    }
                 };
                 let access = listen.is_some().then(|| member.access()).transpose()?;
                 let others = |router: &Endpoint| !serves.contains(router);

@@ -21,11 +21,15 @@ const WAIT: Duration = Duration::from_secs(20);
 
 /// A ground station, and the station that it is of.
 async fn ground(listen: Option<Endpoint>, key: u8, standing: Standing) -> (Station, Ground) {
+    dialling(listen, Vec::new(), key, standing).await
+}
+
+async fn dialling(listen: Option<Endpoint>, dial: Vec<Endpoint>, key: u8, standing: Standing) -> (Station, Ground) {
     let station = Station::start(StationConfig::default(), Handle::current()).expect("a station");
     let config = GroundConfig {
         org: name("acme"),
         listen,
-        dial: Vec::new(),
+        dial,
         signer: Signer::from_seed(&[key; 32]),
         standing,
         door: Some("127.0.0.1:0".into()),
@@ -107,11 +111,11 @@ async fn aircraft_and_stations_at_either_of_two_routers_are_one_fleet_and_one_ro
     let member = joined(&organisation, &hill, place.clone(), Some(2)).await;
     assert_eq!(member.serves(), Ok(vec![at_hill.clone()]));
     assert_eq!(member.routers(), Ok(vec![below.endpoint().clone(), at_hill.clone()]), "all are told of both");
-    let (hill, above) = ground(Some(at_hill.clone()), 2, Standing::Member(place)).await;
+    let (hill, above) = ground(Some(at_hill.clone()), 2, Standing::Member(place.clone())).await;
 
     let both = vec![below.endpoint().clone(), at_hill.clone()];
     let (seven, plane7) = flying(&scratch, &organisation, "plane7", both).await;
-    let (eight, plane8) = flying(&scratch, &organisation, "plane8", vec![at_hill]).await;
+    let (eight, plane8) = flying(&scratch, &organisation, "plane8", vec![at_hill.clone()]).await;
     for ground in [&below, &above] {
         until("each is seen at both", || shows(ground, "plane7") && shows(ground, "plane8")).await;
     }
@@ -119,6 +123,11 @@ async fn aircraft_and_stations_at_either_of_two_routers_are_one_fleet_and_one_ro
         let said = answer_of(station, ground, who).await.to_string();
         assert!(said.contains("not a parameter name"), "{said}");
     }
+    // Another program at the hill uses the router there.
+    let (beside, program) = dialling(None, vec![at_hill], 2, Standing::Member(place)).await;
+    until("both are seen there", || shows(&program, "plane7") && shows(&program, "plane8")).await;
+    program.close().await;
+    beside.close().await;
     // Who is put out is out at both.
     let revoked = organisation.change(|roll| roll.revoke("plane8", unix_now()));
     revoked.expect("revoked");
