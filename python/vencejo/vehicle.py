@@ -774,12 +774,12 @@ class Parameters:
         self.set(name, value)
 
 
-def check_request(name: str, values: Mapping[str, Any]) -> None:
-    """Check a request of `Vehicle.ask` without a vehicle.
+def check_request(name: str, values: Mapping[str, Any]) -> bool:
+    """Check a request of `Vehicle.ask` without a vehicle; returns whether it acts, for which control is needed.
 
     Raises
     ------
     InvalidRequest
         For an unknown name, listing the known ones, and for a value that is wrong or missing.
     """
-    _native.check_request(name, dict(values))
+    return _native.check_request(name, dict(values))

@@ -20,7 +20,7 @@ from vencejo.fleet import Fleet, has_fleet
 
 from tests.clock import Clock
 from tests.fleet.programs import command
-from tests.server.client import Client
+from tests.server.client import Client, WebSocket
 from tests.support import simulated_plane, wait_for
 
 pytestmark = pytest.mark.skipif(not has_fleet(), reason="this build has no fleets")
@@ -38,6 +38,8 @@ def put(data: Path, *args: str) -> Any:
 
 @pytest.mark.e2e
 def test_an_aircraft_joins_with_a_token_flies_over_tls_and_is_put_out(tmp_path: Path) -> None:
+    from vencejo import Station
+
     ground, board = tmp_path / "ground", tmp_path / "board"
     assert put(ground, "init", "acme", "--host", "127.0.0.1")["made"]
     serve = ("serve", "--fleet", "acme", "--fleet-listen", "tls/127.0.0.1:0", "--fleet-door", "127.0.0.1:0")
@@ -70,6 +72,28 @@ def test_an_aircraft_joins_with_a_token_flies_over_tls_and_is_put_out(tmp_path: 
             secret = (board / "fleet" / "aboard.json").read_text(encoding="ascii")
             assert (board / "fleet" / "aboard.json").stat().st_mode & 0o777 == 0o600
             assert words[3] not in secret, "the token is kept nowhere"
+
+            # A command on the same computer goes to its router, and overrules nobody.
+            def ask(*more: str) -> Result:
+                data = {"VENCEJO_DATA": str(ground)}
+                return CliRunner().invoke(app, ["ask", "mode", "mode=CIRCLE", "--fleet", "acme", *more], env=data)
+
+            with WebSocket(ana):  # with a page, she keeps control
+                wait_for(lambda: _act(ana, planes()[0]["system_id"], "MANUAL"), "an act")
+                for more, exit_code, says in (
+                    ((), 2, "say which aircraft: --plane NAME (plane7)"),
+                    (("--plane", "plan7"), 1, "there is no plan7 in the fleet acme; enrolled: plane7"),
+                    (("--plane", "plane7"), 1, "Ana has control of plane7, and nothing was sent"),
+                    (("--plane", "plane7", "--take-control"), 0, "mode: done"),
+                ):
+                    result = ask(*more)
+                    assert (result.exit_code, says in result.output) == (exit_code, True), result.output
+            wait_for(lambda: planes()[0]["mode"] == "CIRCLE", "the mode")
+            # So does a program.
+            own: dict[str, Any] = {"folder": ground / "fleet", "key_file": ground / "fleet/acme.key", "history": False}
+            with Station(record=False) as script, Fleet(script, org="acme", **own) as fleet:
+                assert fleet.endpoint == told["fleet"]["endpoint"]
+                assert script.wait_vehicle(name="plane7").telemetry.mode == "CIRCLE"
 
             # A second aircraft: the first is there again by itself, and so is who has control.
             joined, is_new = join(put(ground, "enrol", "plane8")["token"], file=tmp_path / "second.json")

@@ -25,6 +25,7 @@ RUN_BY = {
     r"python examples/(design_landing|fly_plan)\.py .*": "tests/sdk/test_example_programs.py",
     r"jupyter notebook examples/draw_flight\.ipynb": "tests/sdk/test_example_programs.py",
     r"npm run (slices|client).*": "tests/jderobot/test_javascript.py",
+    r"curl .*": "tests/fleet/test_orders.py",
 }
 """Commands that a test, or the test run itself, executes: pattern, and where."""
 

@@ -101,13 +101,13 @@ pub fn named(name: &str, values: &Bound<'_, PyDict>) -> PyResult<Request> {
         .map_err(|error| errors::raise("InvalidRequest", format!("{name}: {error}")))
 }
 
-/// Reads a request without asking a vehicle for it.
+/// Reads a request without asking a vehicle for it; whether it acts, for which control is needed.
 ///
 /// # Errors
 /// `InvalidRequest` for an unknown name, listing those that exist, and for a value that is wrong or missing.
 #[pyfunction]
-fn check_request(name: &str, values: &Bound<'_, PyDict>) -> PyResult<()> {
-    named(name, values).map(drop)
+fn check_request(name: &str, values: &Bound<'_, PyDict>) -> PyResult<bool> {
+    named(name, values).map(|request| request.is_act())
 }
 
 /// Adds what this module has.

@@ -46,6 +46,8 @@ def ask(
 
     Example: vencejo ask set-message-rate message=ATTITUDE rate_hz=20
 
+    Example: vencejo ask return-to-launch --plane plane7 --fleet acme
+
     Example: vencejo ask goto lat_deg=40.333 lon_deg=-3.797 alt_m=80 alt_frame=home --link tcp:127.0.0.1:5760
     """
     from vencejo import ConfirmationNeeded
@@ -56,8 +58,8 @@ def ask(
         if name in given:
             raise Failed(f"{name} is given twice", Exit.USAGE)
         given[name] = value
-    check_request(request, given)  # before anything is waited for
-    with on.vehicle() as vehicle:
+    acts = check_request(request, given)  # before anything is waited for
+    with on.vehicle(acts=acts) as vehicle:
         try:
             message = vehicle.ask(request, given)
         except ConfirmationNeeded as needed:

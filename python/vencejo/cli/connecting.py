@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import threading
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -10,14 +11,14 @@ from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 
-from vencejo.cli.common import DEFAULT_LINK, LinkOption, say, status
+from vencejo.cli.common import DEFAULT_LINK, Exit, Failed, LinkOption, say, status
 from vencejo.cli.listening import default_link
 
 if TYPE_CHECKING:
     from vencejo.station import Station
     from vencejo.vehicle import Vehicle
 
-__all__ = ["RECORDED_AGAIN", "OnVehicle", "real_link", "recording_told"]
+__all__ = ["RECORDED_AGAIN", "OnLink", "OnVehicle", "real_link", "recording_told"]
 
 
 def real_link(link: str) -> str:
@@ -58,8 +59,8 @@ def recording_told(station: Station) -> Iterator[None]:
 
 
 @dataclass(frozen=True)
-class OnVehicle:
-    """The options by which a command finds its vehicle."""
+class OnLink:
+    """The options by which a command finds its vehicle on a link."""
 
     link: LinkOption = DEFAULT_LINK
     system: Annotated[
@@ -75,9 +76,11 @@ class OnVehicle:
 
     @contextlib.contextmanager
     def vehicle(
-        self, *, rate_hz: float = 10.0, record: bool = False, forward: list[str] | None = None
+        self, *, acts: bool = False, rate_hz: float = 10.0, record: bool = False, forward: list[str] | None = None
     ) -> Iterator[Vehicle]:
         """Connect to the vehicle, and close the link at the end.
+
+        `acts` says that it will be asked for more than to be read.
 
         Raises
         ------
@@ -96,4 +99,78 @@ class OnVehicle:
                 forward_to=forward or (),
             )
         with vehicle, recording_told(vehicle.station):
+            yield vehicle
+
+
+_FAR: Final = "An aircraft of a fleet, instead of one on a link"
+
+
+@dataclass(frozen=True)
+class OnVehicle(OnLink):
+    """The options by which a command finds its vehicle, on a link or in a fleet."""
+
+    plane: Annotated[
+        str | None,
+        typer.Option("--plane", metavar="NAME", help="Name of the aircraft.", rich_help_panel=_FAR),
+    ] = None
+    fleet: Annotated[
+        str | None,
+        typer.Option(
+            "--fleet",
+            metavar="ORG",
+            help="Its fleet; by default the only one of this computer.",
+            rich_help_panel=_FAR,
+        ),
+    ] = None
+    fleet_router: Annotated[
+        str | None,
+        typer.Option(
+            "--fleet-router",
+            metavar="ADDRESS",
+            help="The fleet's router; by default the one on this machine, else those known here.",
+            rich_help_panel=_FAR,
+        ),
+    ] = None
+    take_control: Annotated[
+        bool,
+        typer.Option(
+            "--take-control",
+            help="Act although somebody has control: in this same ground station, or an operator if this one is a chief.",
+            rich_help_panel=_FAR,
+        ),
+    ] = False
+
+    @contextlib.contextmanager
+    def vehicle(
+        self, *, acts: bool = False, rate_hz: float = 10.0, record: bool = False, forward: list[str] | None = None
+    ) -> Iterator[Vehicle]:
+        """As on a link; an aircraft of a fleet is recorded on board, and sends at the rate that its network carries.
+
+        Raises
+        ------
+        LinkError, NoVehicleError
+        Failed
+            When the options do not fit, the fleet is not reached, or somebody else has control.
+        """
+        if self.fleet is None and self.plane is None:
+            if self.fleet_router is not None or self.take_control:
+                raise Failed(
+                    "--fleet-router and --take-control are for an aircraft of a fleet: add --plane", Exit.USAGE
+                )
+            with super().vehicle(acts=acts, rate_hz=rate_hz, record=record, forward=forward) as vehicle:
+                yield vehicle
+            return
+        # The variable is for commands that name nothing.
+        if self.link not in (DEFAULT_LINK, os.environ.get("VENCEJO_LINK")) or self.system is not None or forward:
+            raise Failed("--link, --system and --forward are for a vehicle on a link, not of a fleet", Exit.USAGE)
+        from vencejo.cli.far import far_vehicle
+
+        with far_vehicle(
+            self.fleet,
+            self.plane,
+            router=self.fleet_router,
+            timeout_s=self.timeout,
+            acts=acts,
+            take_control=self.take_control,
+        ) as vehicle:
             yield vehicle

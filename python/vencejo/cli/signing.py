@@ -22,7 +22,7 @@ from vencejo.cli.common import (
     stdout,
     table,
 )
-from vencejo.cli.connecting import OnVehicle
+from vencejo.cli.connecting import OnLink
 
 if TYPE_CHECKING:
     from vencejo.signing import SigningInfo
@@ -76,7 +76,7 @@ def _state(info: SigningInfo) -> str:
 @signing_app.command()
 @grouped
 def status(
-    on: OnVehicle,
+    on: OnLink,
     json: JsonOption = False,
 ) -> None:
     """Show how a vehicle signs and what was refused in its name.
@@ -192,7 +192,7 @@ def use(
 @signing_app.command()
 @grouped
 def setup(
-    on: OnVehicle,
+    on: OnLink,
     key: KeyOption = None,
     any_link: AnyLinkOption = False,
     yes: YesOption = False,
@@ -208,7 +208,7 @@ def setup(
 @signing_app.command()
 @grouped
 def rotate(
-    on: OnVehicle,
+    on: OnLink,
     key: KeyOption = None,
     any_link: AnyLinkOption = False,
     yes: YesOption = False,
@@ -224,7 +224,7 @@ def rotate(
 @signing_app.command()
 @grouped
 def off(
-    on: OnVehicle,
+    on: OnLink,
     any_link: AnyLinkOption = False,
     yes: YesOption = False,
     json: JsonOption = False,
@@ -240,7 +240,7 @@ def off(
 def _change(
     act: str,
     question: str,
-    on: OnVehicle,
+    on: OnLink,
     *,
     yes: bool,
     json: bool,
