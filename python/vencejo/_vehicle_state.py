@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
@@ -10,7 +11,7 @@ from vencejo import _native
 from vencejo._calling_back import call_back
 from vencejo._forking import belongs_here
 from vencejo._native import MavlinkMessage
-from vencejo.errors import InvalidRequest
+from vencejo.errors import InvalidRequest, ParameterError
 
 if TYPE_CHECKING:
     from vencejo.findings import Finding
@@ -56,6 +57,7 @@ class VehicleState:
     def __init__(self, native: _native.Vehicle, station: Station) -> None:
         self._native = native
         self._station = station
+        self._param_names: tuple[str, ...] = ()
         belongs_here(self)
 
     @property
@@ -373,6 +375,20 @@ class VehicleState:
     ) -> _native.Pending:
         """Start a request of the core by its name and values; ``None`` stands for a value that is not given."""
         return self._native.request(name, values, confirm, despite_mixed_plan)
+
+    @contextmanager
+    def _suggesting(self, name: str) -> Iterator[None]:
+        """Add similar names to the error of a parameter that the vehicle is known not to have."""
+        try:
+            yield
+        except ParameterError as error:
+            from difflib import get_close_matches
+
+            known = self._param_names
+            near = [] if name in known else get_close_matches(name.upper(), known)
+            if not near:
+                raise
+            raise ParameterError(f"{error}; it has {', '.join(near)}") from None
 
     def _upload(self, plan: Plan, kind: PlanKind, check: bool, while_heard: bool = False) -> _Upload:
         from vencejo.plan import Plan

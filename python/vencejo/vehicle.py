@@ -686,11 +686,12 @@ class Parameters:
         Raises
         ------
         ParameterError
-            When the vehicle does not have it.
+            When the vehicle does not have it; with similar names, once all were read (`all`).
         """
         from vencejo.values import Parameter
 
-        return Parameter(*self._vehicle._wait(self._vehicle._native.param_read(name)))
+        with self._vehicle._suggesting(name):
+            return Parameter(*self._vehicle._wait(self._vehicle._native.param_read(name)))
 
     def set(self, name: str, value: float, *, confirm: Danger | None = None) -> Parameter:
         """Write one parameter and return the vehicle's new value. Switching the fence off needs ``confirm="fence-off"``.
@@ -705,13 +706,15 @@ class Parameters:
         from vencejo.values import Parameter
 
         value = number("value", value)
-        return Parameter(*self._vehicle._wait(self._vehicle._native.param_set(name, value, confirm)))
+        with self._vehicle._suggesting(name):
+            return Parameter(*self._vehicle._wait(self._vehicle._native.param_set(name, value, confirm)))
 
     def all(self, *, progress: ProgressCallback | None = None) -> dict[str, Parameter]:
         """Read all parameters, by name."""
         from vencejo.values import Parameter
 
         found = self._vehicle._wait(self._vehicle._native.param_list(), progress)
+        self._vehicle._param_names = tuple(name for name, *_ in found)
         return {name: Parameter(name, value, kind, default) for name, value, kind, default in found}
 
     def save(self, path: str | os.PathLike[str], *, progress: ProgressCallback | None = None) -> int:

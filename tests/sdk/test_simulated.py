@@ -215,6 +215,9 @@ def test_parameters_are_read_written_and_refused(plane: vencejo.Vehicle, tmp_pat
     plane.params["WP_RADIUS"] = 50
     with pytest.raises(vencejo.ParameterError, match="NO_SUCH_PARAM"):
         plane.params.get("NO_SUCH_PARAM")
+    for wrong in ("AIRSPEED_CRUIS", "airspeed_cruise"):
+        with pytest.raises(vencejo.ParameterError, match=f"{wrong}.*it has AIRSPEED_CRUISE"):
+            plane.params.get(wrong)
     with pytest.raises(vencejo.VencejoError, match=r"nan|finite"):
         plane.params.set("WP_RADIUS", float("nan"))
     file = tmp_path / "all.param"
