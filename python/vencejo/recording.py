@@ -2,20 +2,28 @@
 
 Examples
 --------
->>> from vencejo.recording import summarize
+>>> from vencejo.recording import summarize, telemetry
 >>> summary = summarize("flight.tlog")  # doctest: +SKIP
 >>> [event.text for event in summary.events if event.kind == "mode"]  # doctest: +SKIP
 ['mode MANUAL', 'mode AUTO']
+>>> for then in telemetry("flight.tlog", rate_hz=1):  # doctest: +SKIP
+...     print(then.time_s, then.position)
 """
 
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from vencejo import _native
+from vencejo.errors import InvalidRequest
 
-__all__ = ["RecordedEvent", "RecordingSummary", "Sender", "summarize"]
+if TYPE_CHECKING:
+    from vencejo.telemetry import Telemetry
+
+__all__ = ["RecordedEvent", "RecordingSummary", "Sender", "summarize", "telemetry"]
 
 
 @dataclass(frozen=True)
@@ -120,3 +128,34 @@ def summarize(path: str | os.PathLike[str]) -> RecordingSummary:
     messages = dict(sorted(found["messages"].items(), key=lambda entry: (-entry[1], entry[0])))
     events = tuple(RecordedEvent(*event) for event in found["events"])
     return RecordingSummary(**{**found, "senders": senders, "messages": messages, "events": events})
+
+
+def telemetry(
+    path: str | os.PathLike[str], *, system_id: int | None = None, rate_hz: float = 10.0
+) -> Iterator[Telemetry]:
+    """Read the telemetry of a vehicle from a ``.tlog`` file, as `Vehicle.stream` gives it in flight.
+
+    Each snapshot is taken when something new was recorded, at `rate_hz` at most. Its ``time_s`` counts from the first
+    frame of the file, which was at `RecordingSummary.start_unix_s`. The file is read while it is iterated.
+
+    Parameters
+    ----------
+    path : path
+        The file; damaged parts are skipped.
+    system_id : int, optional
+        Which vehicle; by default the first that is heard in it.
+    rate_hz : float, optional
+        From 0.1 to 50.
+
+    Raises
+    ------
+    FileFormatError
+        When the file cannot be read.
+    InvalidRequest
+        For a rate out of its range.
+    """
+    from vencejo.telemetry import Telemetry
+
+    if not 0.1 <= rate_hz <= 50.0:
+        raise InvalidRequest(f"rate_hz is {rate_hz}, should be 0.1 to 50")
+    return map(Telemetry, _native.RecordedTelemetry(os.fspath(path), system_id=system_id, period_s=1.0 / rate_hz))

@@ -8,6 +8,8 @@ from collections.abc import Iterator
 
 import pytest
 import vencejo
+from pymavlink import mavutil
+from vencejo.recording import summarize, telemetry
 from vencejo.replay import Replay
 from vencejo.telemetry import GROUPS, AutopilotVersion
 
@@ -82,6 +84,35 @@ def test_a_recording_is_not_written_to(plane: vencejo.Vehicle) -> None:
     """Nothing goes anywhere: what is asked of a recorded vehicle fails, it does not hang."""
     with pytest.raises(vencejo.VencejoError):
         plane.set_mode("RTL")
+
+
+def test_telemetry_is_read_out_of_the_file_with_its_units() -> None:
+    log = mavutil.mavlink_connection(str(FLIGHT))
+    raw = []
+    while (message := log.recv_match(type="GLOBAL_POSITION_INT")) is not None:
+        raw.append((message.lat, message.lon, message.relative_alt))
+    log.close()
+    samples = list(telemetry(FLIGHT, rate_hz=50.0))
+    assert isinstance(samples[0], vencejo.Telemetry)
+    places = set()
+    for at in (now.position for now in samples):
+        if at is not None and at.point is not None and at.alt_rel_home_m is not None:
+            scaled = (at.point.lat_deg * 1e7, at.point.lon_deg * 1e7, at.alt_rel_home_m * 1e3)
+            places.add(tuple(round(value) for value in scaled))
+    assert len(places) > 0.9 * len(set(raw))
+    assert places <= set(raw)
+    times = [now.time_s for now in samples]
+    assert times == sorted(times)
+    assert times[-1] == pytest.approx(summarize(FLIGHT).duration_s, abs=1.0)
+    assert {"MANUAL", "AUTO"} <= {now.mode for now in samples}
+    slow = list(telemetry(FLIGHT, rate_hz=1.0))
+    assert 300 <= len(slow) <= 320
+    assert list(telemetry(FLIGHT, system_id=9)) == []
+    for wrong in (FLIGHT.with_name("none.tlog"), FLIGHT.parent):
+        with pytest.raises(vencejo.FileFormatError):
+            next(telemetry(wrong))
+    with pytest.raises(vencejo.InvalidRequest):
+        telemetry(FLIGHT, rate_hz=0.0)
 
 
 def test_a_replay_is_a_vehicle_of_its_own_that_goes_to_any_place() -> None:

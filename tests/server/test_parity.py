@@ -121,6 +121,7 @@ ROUTES: dict[str, tuple[str, ...]] = {
         "GET /api/v1/recordings/{name}",
         "GET /api/v1/recordings/{name}/summary",
     ),
+    "recording.telemetry": ("GET /api/v1/recordings/{name}",),
 }
 
 

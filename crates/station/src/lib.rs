@@ -49,7 +49,9 @@ pub use control::{Control, GRACE, NotTaken, Operator, OperatorId};
 pub use error::{StationError, Wanted};
 pub use pending::{Pending, Progress};
 pub use queue::{DropOldest, Taken};
-pub use recording::{MAX_FLIGHT_BYTES, RecordedEvent, RecordingSummary, Sender, recorded_flight, summarize_recording};
+pub use recording::{
+    MAX_FLIGHT_BYTES, RecordedEvent, RecordedTelemetry, RecordingSummary, Sender, recorded_flight, summarize_recording,
+};
 pub use remote::{Carried, FarHeld, Remote, Silence, Telling};
 pub use replay::{
     Film, FilmInfo, MAX_MARKS, MAX_REPLAYS, Mark, MarkKind, Moment, OpenFilm, Replay, ReplayId, ReplayOptions,

@@ -10,7 +10,8 @@ use vencejo_flight::rehearsal::Learner;
 use vencejo_link::TlogReader;
 use vencejo_proto::dialect::MavMessage;
 use vencejo_proto::{Address, Message, MonoTime, SystemId, message_name};
-use vencejo_vehicle::{Output, RegistryOutput, VehicleConfig, VehicleEvent, Vehicles};
+use vencejo_vehicle::telemetry::Telemetry;
+use vencejo_vehicle::{Output, RegistryOutput, VehicleConfig, VehicleEvent, VehicleId, Vehicles};
 
 /// Most message kinds counted separately; frames of further kinds, which come from noise only, are counted together.
 pub const MAX_MESSAGE_KINDS: usize = 1024;
@@ -139,6 +140,65 @@ fn flight_in(source: impl Read, system: Option<SystemId>) -> io::Result<Learner>
     Ok(flight)
 }
 
+/// Telemetry of one vehicle of a recording, sampled while it is read.
+pub struct RecordedTelemetry<R> {
+    entries: TlogReader<R>,
+    vehicles: Vehicles,
+    /// The vehicle; the first that is heard when absent.
+    wanted: Option<VehicleId>,
+    start_us: Option<u64>,
+    now: MonoTime,
+    period: Duration,
+    /// When the next sample may be taken.
+    due: MonoTime,
+}
+
+impl<R: Read> RecordedTelemetry<R> {
+    /// Samples of a vehicle, by default of the first that is heard: one when something new has arrived, but at most one
+    /// in each `period`.
+    pub fn new(source: R, wanted: Option<VehicleId>, period: Duration) -> Self {
+        Self {
+            entries: TlogReader::new(source),
+            vehicles: Vehicles::new(Address::new(255, 0), VehicleConfig::default()),
+            wanted,
+            start_us: None,
+            now: MonoTime::ZERO,
+            period,
+            due: MonoTime::ZERO,
+        }
+    }
+}
+
+/// Samples, and their times since the first frame.
+impl<R: Read> Iterator for RecordedTelemetry<R> {
+    type Item = io::Result<(MonoTime, Telemetry)>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        loop {
+            let entry = match self.entries.next()? {
+                Ok(entry) => entry,
+                Err(error) => return Some(Err(error)),
+            };
+            let start_us = *self.start_us.get_or_insert(entry.unix_us);
+            self.now = self.now.max(MonoTime::from_micros(entry.unix_us.saturating_sub(start_us)));
+            let Ok(message) = entry.frame.decode() else { continue };
+            pass_time(&mut self.vehicles, self.now);
+            self.vehicles.on_message(entry.frame.source(), &message, self.now);
+            while self.vehicles.poll_output().is_some() {}
+            let first = || self.vehicles.iter().next().map(|(id, _)| id);
+            let Some(id) = self.wanted.or_else(first) else { continue };
+            self.wanted = Some(id);
+            if id.system() != Some(entry.frame.source().system) || self.now < self.due {
+                continue;
+            }
+            if let Some(vehicle) = self.vehicles.get(id) {
+                self.due = (self.due + self.period).max(self.now);
+                return Some(Ok((self.now, vehicle.telemetry().clone())));
+            }
+        }
+    }
+}
+
 /// Processes every deadline until `now` in order, so that a silence is noticed; their number is bounded, whatever the
 /// recording's clock does.
 fn pass_time(vehicles: &mut Vehicles, now: MonoTime) {
@@ -233,6 +293,25 @@ mod tests {
             summary.events.iter().map(|event| event.kind).filter(|kind| kind.ends_with("armed")).collect();
         assert_eq!(kinds, ["disarmed", "armed", "disarmed"]);
         assert_eq!(summary.events_left_out, 0);
+    }
+
+    #[test]
+    fn telemetry_is_sampled_in_order_and_no_faster_than_asked() {
+        let file = capture("arduplane-takeoff-to-landing.tlog");
+        let samples = RecordedTelemetry::new(file, None, Duration::from_millis(500));
+        let samples: Vec<_> = samples.map(|sample| sample.expect("readable")).collect();
+        let end = samples.last().map(|(at, _)| at.as_duration().as_secs()).expect("some");
+        assert!((300..320).contains(&end), "{end}");
+        assert!((560..=2 * 320).contains(&samples.len()), "{}", samples.len());
+        assert!(samples.is_sorted_by_key(|(at, _)| *at));
+        let armed: Vec<_> = samples.iter().filter_map(|(_, telemetry)| telemetry.is_armed()).collect();
+        assert!(armed.contains(&true) && armed.last() == Some(&false));
+        let other = RecordedTelemetry::new(
+            capture("arduplane-takeoff-to-landing.tlog"),
+            Some(VehicleId::new(9)),
+            Duration::ZERO,
+        );
+        assert_eq!(other.count(), 0);
     }
 
     #[test]
