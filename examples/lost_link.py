@@ -4,7 +4,6 @@
 Usage: python lost_link.py [LINK]
 """
 
-import queue
 import sys
 
 import vencejo
@@ -21,20 +20,19 @@ def is_home(now: Telemetry) -> bool:
 
 
 link = sys.argv[1] if len(sys.argv) > 1 else "tcp:127.0.0.1:5760"
-# Callbacks run in a thread of their own: they only put into a queue, and the program acts.
-events: queue.SimpleQueue[str] = queue.SimpleQueue()
-
 with vencejo.connect(link) as plane:
     plane.wait_until(lambda now: now.is_armed and now.position, timeout_s=None)
     # From here on: what happened on the ground, such as a lost link, must not order a plane that takes off home.
-    plane.on_event(lambda event: events.put(event.kind))
+    events = plane.events()
     print("armed", flush=True)
-    while (kind := events.get()) != "disarmed" and plane.telemetry.is_armed is not False:
-        if kind == "lost":  # nothing was heard for 5 s; what is sent now may not arrive
+    for event in events:
+        if event.kind == "disarmed":
+            break
+        if event.kind == "lost":  # nothing was heard for 5 s; what is sent now may not arrive
             last = plane.telemetry.position
             where = "nowhere" if last is None else f"{last.point}, {last.age_s:.0f} s ago"
             print(f"lost; last seen at {where}; its own failsafe decides what it does", flush=True)
-        elif kind == "regained":
+        elif event.kind == "regained":
             plane.return_to_launch()
             print(f"heard again, and on its way home in mode {plane.telemetry.mode}", flush=True)
             plane.wait_until(is_home, timeout_s=600, what="the way home")

@@ -24,7 +24,7 @@ PACKAGE = ROOT / "python/vencejo"
 SOURCE = PACKAGE / "vehicle.py"
 FILE = PACKAGE / "aio.py"
 WIDTH = 120
-BY_HAND = {"close", "stream", "wait_until", "_wait", "_wait_change"}
+BY_HAND = {"close", "stream", "wait_until", "messages", "events", "_wait", "_wait_change"}
 """Methods of `Vehicle` with a hand-written asyncio counterpart."""
 
 

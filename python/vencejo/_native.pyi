@@ -203,9 +203,22 @@ class MavlinkMessage:
 
 @final
 class Subscription:
-    """A bounded queue of what happens on a vehicle; the oldest is dropped when nobody takes it."""
+    """A bounded queue of what happens on a vehicle; the oldest is dropped when nobody takes it.
+
+    Attributes
+    ----------
+    dropped : int
+        Entries that were dropped because they were not taken in time.
+    failed : int
+        Calls that raised an exception. The first of each kind and place is printed.
+    is_closed : bool
+        Whether nothing will be added: what waits can still be taken.
+    """
 
     dropped: int
+    failed: int
+    is_closed: bool
+    def on_failed(self) -> None: ...
     def get(self, timeout_s: float | None) -> Any | None: ...
     def next(self) -> Any | None: ...
     def close(self) -> None: ...

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
     _Upload: TypeAlias = tuple[_native.Pending, tuple[Finding, ...]]
 
-__all__ = ["Danger", "PlanKind", "VehicleState", "command_number", "height_of", "joined", "place_of"]
+__all__ = ["Danger", "PlanKind", "VehicleState", "command_number", "event_of", "height_of", "joined", "place_of"]
 
 Danger: TypeAlias = Literal[
     "force-arm",
@@ -226,7 +226,8 @@ class VehicleState:
         ----------
         callback : function of a MavlinkMessage
             A slow one loses the oldest messages (`Subscription.dropped`) and never delays the link. Above 4,000
-            messages a second they are delivered in batches, up to 2 ms later.
+            messages a second they are delivered in batches, up to 2 ms later. An exception in it is printed once for
+            each type and place, and counted (`Subscription.failed`).
         names : iterable of str, optional
             Only these messages.
         capacity : int, optional
@@ -242,9 +243,9 @@ class VehicleState:
         return subscription
 
     def on_event(self, callback: Callable[[Event], None], *, capacity: int = 1024) -> _native.Subscription:
-        """Call a function for each event of this vehicle, in a thread of its own."""
+        """Call a function for each event of this vehicle, in a thread of its own; as `on_message`."""
         subscription = self._native.subscribe_events(capacity)
-        call_back(subscription, lambda item: callback(_event(*item)))
+        call_back(subscription, lambda item: callback(event_of(item)))
         return subscription
 
     def send_message(
@@ -448,9 +449,10 @@ class VehicleState:
         return f"<{type(self).__name__} {self.system_id}: {state}>"
 
 
-def _event(kind: str, time_s: float, detail: dict[str, Any]) -> Event:
+def event_of(item: tuple[str, float, dict[str, Any]]) -> Event:
     from vencejo.values import Event
 
+    kind, time_s, detail = item
     return Event(kind, time_s, MappingProxyType(detail))
 
 

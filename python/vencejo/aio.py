@@ -26,7 +26,8 @@ from typing import Any, Literal, cast
 
 from vencejo import _native
 from vencejo._given import check_timeout, deadline_of, number
-from vencejo._vehicle_state import Danger, PlanKind, VehicleState, command_number, height_of, joined, place_of
+from vencejo._vehicle_state import Danger, PlanKind, VehicleState, command_number, event_of, height_of, joined, place_of
+from vencejo.arrivals import AsyncArrivals
 from vencejo.errors import (
     CommandRefused,
     CommandTimeout,
@@ -39,7 +40,7 @@ from vencejo.plan import Home, Plan
 from vencejo.signing import SigningInfo
 from vencejo.station import Station
 from vencejo.telemetry import Telemetry
-from vencejo.values import Parameter, PlanState
+from vencejo.values import Event, Parameter, PlanState
 from vencejo.vehicle import MavlinkMessage, ProgressCallback
 
 __all__ = ["AsyncParameters", "AsyncVehicle", "connect", "wait_vehicle"]
@@ -185,6 +186,18 @@ class AsyncVehicle(VehicleState):
             self._changed(None)
             await asyncio.sleep(_POLL_S)
         return telemetry
+
+    def messages(
+        self, *names: str, timeout_s: float | None = None, capacity: int = 1024
+    ) -> AsyncArrivals[MavlinkMessage]:
+        """Iterate over raw messages of this vehicle by ``async for``, from now on; see `vencejo.Vehicle.messages`."""
+        return AsyncArrivals(
+            self._native.subscribe_messages(list(names) or None, capacity), lambda message: message, timeout_s
+        )
+
+    def events(self, *, timeout_s: float | None = None, capacity: int = 1024) -> AsyncArrivals[Event]:
+        """Iterate over the events of this vehicle by ``async for``, from now on; see `vencejo.Vehicle.events`."""
+        return AsyncArrivals(self._native.subscribe_events(capacity), event_of, timeout_s)
 
     async def _wait(self, pending: _native.Pending, progress: ProgressCallback | None = None) -> Any:
         return await _finished(pending, progress)

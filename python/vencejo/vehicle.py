@@ -16,7 +16,8 @@ from vencejo import _native
 from vencejo._closing import Closing
 from vencejo._given import deadline_of, number
 from vencejo._native import MavlinkMessage
-from vencejo._vehicle_state import Danger, PlanKind, VehicleState, command_number, height_of, joined, place_of
+from vencejo._vehicle_state import Danger, PlanKind, VehicleState, command_number, event_of, height_of, joined, place_of
+from vencejo.arrivals import Arrivals
 from vencejo.errors import (
     CommandRefused,
     CommandTimeout,
@@ -31,7 +32,7 @@ if TYPE_CHECKING:
     from vencejo.plan import Home, Plan
     from vencejo.signing import SigningInfo
     from vencejo.telemetry import Telemetry
-    from vencejo.values import Parameter, PlanState
+    from vencejo.values import Event, Parameter, PlanState
 
 __all__ = [
     "Danger",
@@ -140,6 +141,43 @@ class Vehicle(Closing, VehicleState):
             count = self._wait_change(seen, deadline)
             seen = seen if count is None else count
         return telemetry
+
+    def messages(self, *names: str, timeout_s: float | None = None, capacity: int = 1024) -> Arrivals[MavlinkMessage]:
+        """Iterate over raw messages of this vehicle, from now on.
+
+        Parameters
+        ----------
+        *names : str
+            Only these messages, such as ``"ATTITUDE"``; without any, all.
+        timeout_s : float, optional
+            End when none has come for this long. By default it waits for ever.
+        capacity : int, optional
+            Most messages that wait to be taken; beyond that the oldest is dropped (`Arrivals.dropped`).
+
+        Raises
+        ------
+        InvalidRequest
+            For a message that the dialect does not have.
+
+        Examples
+        --------
+        >>> for message in plane.messages("ATTITUDE", timeout_s=2):  # doctest: +SKIP
+        ...     print(message.fields["roll"])
+        """
+        return Arrivals(
+            self._native.subscribe_messages(list(names) or None, capacity), lambda message: message, timeout_s
+        )
+
+    def events(self, *, timeout_s: float | None = None, capacity: int = 1024) -> Arrivals[Event]:
+        """Iterate over the events of this vehicle, from now on; parameters are those of `messages`.
+
+        Examples
+        --------
+        >>> for event in plane.events():  # doctest: +SKIP
+        ...     if event.kind == "lost":
+        ...         print("not heard for 5 s")
+        """
+        return Arrivals(self._native.subscribe_events(capacity), event_of, timeout_s)
 
     def _wait_change(self, seen: int | None, deadline: float | None) -> int | None:
         """Wait a moment for something new; it returns without, so that ageing values are looked at too."""

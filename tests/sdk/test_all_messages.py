@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import asyncio
 import socket
 import threading
 from collections.abc import Iterator
+from itertools import islice
 
 import pytest
 import vencejo
 from pymavlink.dialects.v20 import ardupilotmega as dialect
+from vencejo import aio
 
 from tests.support import uncaught, wait_for
 
@@ -90,8 +93,9 @@ def test_a_slow_callback_loses_the_oldest_and_an_error_nothing(
             fleet.beat(1, number)
         wait_for(lambda: subscription.dropped == 6, "the overflow")
         go.set()
-        wait_for(lambda: len(told) == 5, "the end of those that were left")
+        wait_for(lambda: subscription.failed == 5, "the end of those that were left")
     assert heard == [0, 7, 8, 9, 10]
+    assert len(told) == 1, "the same error is told once"
 
 
 def test_closing_within_what_waits_calls_no_more(station: vencejo.Station, fleet: Fleet) -> None:
@@ -114,6 +118,50 @@ def test_closing_within_what_waits_calls_no_more(station: vencejo.Station, fleet
     assert heard == [0]
     # What waited can still be taken.
     assert [message.fields["custom_mode"] for message in iter(lambda: subscription.get(0.0), None)] == [1, 2, 3, 4]
+
+
+def test_messages_are_iterated_in_order_and_the_oldest_goes(station: vencejo.Station, fleet: Fleet) -> None:
+    fleet.beat(1, 0)
+    plane = station.wait_vehicle()
+    with plane.messages("HEARTBEAT", capacity=4) as messages:
+        for number in range(1, 11):
+            fleet.beat(1, number)
+        wait_for(lambda: messages.dropped == 6, "the overflow")
+        fields = [message.fields["custom_mode"] for message in islice(messages, 4)]
+    assert fields == [7, 8, 9, 10]
+    assert list(messages) == []
+    assert (list(plane.messages(timeout_s=0.0)), list(plane.events(timeout_s=0.0))) == ([], [])
+    for wrong in (lambda: plane.messages("NO_SUCH_MESSAGE"), lambda: plane.events(timeout_s=-1.0)):
+        with pytest.raises(vencejo.InvalidRequest):
+            wrong()
+    events = plane.events()
+    fleet.beat(1, 11)
+    assert (event := next(events)).kind == "mode", event
+    ended = threading.Thread(target=lambda: list(events))
+    ended.start()
+    station.close()
+    ended.join(LIMIT_S)
+    assert not ended.is_alive()
+
+
+async def test_asyncio_iterates_the_same(station: vencejo.Station, fleet: Fleet) -> None:
+    fleet.beat(1, 0)
+    plane = await aio.wait_vehicle(station)
+    messages = plane.messages("HEARTBEAT", timeout_s=LIMIT_S)
+    events = plane.events()
+    for number in range(1, 4):
+        fleet.beat(1, number)
+    assert [(await anext(messages)).fields["custom_mode"] for _ in range(3)] == [1, 2, 3]
+    assert (await anext(events)).kind == "mode"
+    assert [message async for message in plane.messages(timeout_s=0.0)] == []
+
+    async def rest() -> list[vencejo.Event]:
+        return [event async for event in events]
+
+    ended = asyncio.create_task(rest())
+    await asyncio.sleep(0)
+    await plane.close()
+    assert {event.kind for event in await ended} == {"mode"}
 
 
 def test_a_closed_station_has_none() -> None:

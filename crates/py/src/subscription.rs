@@ -1,6 +1,6 @@
 //! Bounded queues of messages and events for Python.
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -94,6 +94,13 @@ impl Queue {
             Self::Events(queue, _) => queue.dropped(),
         }
     }
+
+    fn is_closed(&self) -> bool {
+        match self {
+            Self::Messages(queue) => queue.is_closed(),
+            Self::Events(queue, _) => queue.is_closed(),
+        }
+    }
 }
 
 /// A bounded queue of what happens on a vehicle.
@@ -104,6 +111,7 @@ pub struct Subscription {
     pace: Mutex<Pace>,
     /// Whether the reader itself has ended it: then it wants no more of what waits either.
     is_ended: AtomicBool,
+    failed: AtomicU64,
     home: runtime::Home,
 }
 
@@ -123,6 +131,7 @@ impl Subscription {
             queue,
             pace: Mutex::new(Pace::new(PAUSE)),
             is_ended: AtomicBool::new(false),
+            failed: AtomicU64::new(0),
             home: runtime::Home::here(),
         }
     }
@@ -134,6 +143,23 @@ impl Subscription {
     #[getter]
     fn dropped(&self) -> u64 {
         self.queue.dropped()
+    }
+
+    /// Calls that raised an exception.
+    #[getter]
+    fn failed(&self) -> u64 {
+        self.failed.load(Ordering::Relaxed)
+    }
+
+    /// Counts a call that raised.
+    fn on_failed(&self) {
+        self.failed.fetch_add(1, Ordering::Relaxed);
+    }
+
+    /// Whether nothing will be added: what waits can still be taken.
+    #[getter]
+    fn is_closed(&self) -> bool {
+        self.queue.is_closed()
     }
 
     /// Takes the oldest entry; `None` when nothing comes in time or the queue is closed.
