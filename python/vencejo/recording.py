@@ -135,7 +135,7 @@ def telemetry(
 ) -> Iterator[Telemetry]:
     """Read the telemetry of a vehicle from a ``.tlog`` file, as `Vehicle.stream` gives it in flight.
 
-    Each snapshot is taken when something new was recorded, at `rate_hz` at most. Its ``time_s`` counts from the first
+    Each snapshot is taken when something new was recorded, at `rate_hz` at most, and the last one at the end. Its ``time_s`` counts from the first
     frame of the file, which was at `RecordingSummary.start_unix_s`. The file is read while it is iterated.
 
     Parameters

@@ -151,11 +151,13 @@ pub struct RecordedTelemetry<R> {
     period: Duration,
     /// When the next sample may be taken.
     due: MonoTime,
+    /// Whether something has arrived since the last sample.
+    is_behind: bool,
 }
 
 impl<R: Read> RecordedTelemetry<R> {
     /// Samples of a vehicle, by default of the first that is heard: one when something new has arrived, but at most one
-    /// in each `period`.
+    /// in each `period`, and one of the end.
     pub fn new(source: R, wanted: Option<VehicleId>, period: Duration) -> Self {
         Self {
             entries: TlogReader::new(source),
@@ -165,7 +167,13 @@ impl<R: Read> RecordedTelemetry<R> {
             now: MonoTime::ZERO,
             period,
             due: MonoTime::ZERO,
+            is_behind: false,
         }
+    }
+
+    fn sample(&mut self) -> Option<(MonoTime, Telemetry)> {
+        self.is_behind = false;
+        Some((self.now, self.vehicles.get(self.wanted?)?.telemetry().clone()))
     }
 }
 
@@ -175,9 +183,11 @@ impl<R: Read> Iterator for RecordedTelemetry<R> {
 
     fn next(&mut self) -> Option<Self::Item> {
         loop {
-            let entry = match self.entries.next()? {
-                Ok(entry) => entry,
-                Err(error) => return Some(Err(error)),
+            let entry = match self.entries.next() {
+                Some(Ok(entry)) => entry,
+                Some(Err(error)) => return Some(Err(error)),
+                None if self.is_behind => return self.sample().map(Ok),
+                None => return None,
             };
             let start_us = *self.start_us.get_or_insert(entry.unix_us);
             self.now = self.now.max(MonoTime::from_micros(entry.unix_us.saturating_sub(start_us)));
@@ -188,12 +198,13 @@ impl<R: Read> Iterator for RecordedTelemetry<R> {
             let first = || self.vehicles.iter().next().map(|(id, _)| id);
             let Some(id) = self.wanted.or_else(first) else { continue };
             self.wanted = Some(id);
-            if id.system() != Some(entry.frame.source().system) || self.now < self.due {
-                continue;
-            }
-            if let Some(vehicle) = self.vehicles.get(id) {
+            self.is_behind |= id.system() == Some(entry.frame.source().system);
+            if self.is_behind
+                && self.now >= self.due
+                && let Some(sample) = self.sample()
+            {
                 self.due = (self.due + self.period).max(self.now);
-                return Some(Ok((self.now, vehicle.telemetry().clone())));
+                return Some(Ok(sample));
             }
         }
     }
