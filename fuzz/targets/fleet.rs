@@ -11,7 +11,7 @@ use vencejo_fleet::plans::PlansHeard;
 use vencejo_fleet::signature::PublicKey;
 use vencejo_fleet::stamp::{Stamper, StateStamp};
 use vencejo_fleet::state_source::Listener;
-use vencejo_proto::{Address, MonoTime};
+use vencejo_proto::MonoTime;
 use vencejo_vehicle::Request;
 use vencejo_vehicle::modes::ModeFamily;
 
@@ -46,7 +46,7 @@ fuzz_target!(|data: &[u8]| quick(|| {
             2 => drop(Order::read(bytes).map(|order| ordered(&mut authority, &order, kind, now))),
             3 => {
                 if let Ok(answer) = Answer::read(bytes) {
-                    drop(result_of(&answer, &Request::Land, "plane7", Address::new(1, 1), ModeFamily::ArduPlane));
+                    drop(result_of(&answer, &Request::Land, "plane7", ModeFamily::ArduPlane));
                 }
             }
             _ => drop(Signed::read(bytes)),

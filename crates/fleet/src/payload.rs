@@ -421,7 +421,7 @@ impl Answer {
         clean(&mut answer.holder);
         answer.reasons.truncate(MAX_MESSAGES);
         answer.reasons.iter_mut().for_each(clean);
-        answer.state = answer.state.map(State::checked).transpose()?;
+        answer.state = answer.state.map(|state| state.checked().map(Box::new)).transpose()?;
         Ok(answer)
     }
 }

@@ -173,7 +173,7 @@ impl<R: Read> RecordedTelemetry<R> {
 
     fn sample(&mut self) -> Option<(MonoTime, Telemetry)> {
         self.is_behind = false;
-        Some((self.now, self.vehicles.get(self.wanted?)?.telemetry().clone()))
+        Some((self.now, *self.vehicles.get(self.wanted?)?.telemetry()))
     }
 }
 

@@ -184,8 +184,9 @@ impl Station {
 
     fn wait_for(&self, wanted: Wanted) -> Pending<Result<VehicleHandle, StationError>> {
         let mut core = self.shared.core();
-        let is_it =
-            |(id, vehicle): &(VehicleId, &Vehicle)| is_heard(vehicle) && wanted.is(*id, core.is_aside(*id), core.name_of(*id));
+        let is_it = |(id, vehicle): &(VehicleId, &Vehicle)| {
+            is_heard(vehicle) && wanted.is(*id, core.is_aside(*id), core.name_of(*id))
+        };
         if let Some((system, _)) = core.vehicles.iter().find(is_it) {
             return Pending::ended(Ok(self.handle(system)));
         }

@@ -5,7 +5,7 @@ use std::io;
 use std::path::Path;
 use std::time::Duration;
 
-use vencejo_proto::{Address, ComponentId, Message, SystemId};
+use vencejo_proto::{Address, ComponentId, SystemId};
 use vencejo_station::{Film, FilmInfo, Moment};
 
 use super::shelf::Shelf;
