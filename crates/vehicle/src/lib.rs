@@ -65,6 +65,7 @@
 //! | [`heartbeat`] | which heartbeats are a vehicle's |
 //! | `terrain` | its requests for terrain heights |
 //! | [`transfer`] | plans, parameters and files, both ways |
+//! | `overheard` | plans that a recording has |
 //! | `id` | ids of a station's vehicles |
 //! | `kind` | kinds of vehicles by `MAV_TYPE` |
 //! | `autopilot` | autopilot and type by HEARTBEAT |
@@ -87,6 +88,7 @@ mod kind;
 #[cfg(feature = "describe")]
 pub mod misread;
 pub mod modes;
+mod overheard;
 mod plan_record;
 mod plan_state;
 mod preparation;
@@ -117,6 +119,7 @@ pub use described::Described;
 pub use error::{Recipient, VehicleError};
 pub use id::VehicleId;
 pub use kind::VehicleKind;
+pub use overheard::{HeardPlan, Overheard};
 pub use plan_record::{Doubt, PlanRecord, StoredRecord, VehicleKey, Writer};
 pub use plan_state::{PlanState, Unknown};
 pub use preparation::FlightPreparation;

@@ -2,7 +2,8 @@
 
 use std::fmt;
 
-use vencejo_flight::plan::PlanKind;
+use vencejo_flight::FlightError;
+use vencejo_flight::plan::{Mission, PlanKind, items_from_wire};
 use vencejo_proto::{Counted, MissionItemInt};
 
 /// Why a plan on board is unknown.
@@ -122,6 +123,26 @@ impl PlanStates {
     pub(crate) fn set(&mut self, kind: PlanKind, state: PlanState) -> bool {
         std::mem::replace(&mut self.0[kind as usize], state) != state
     }
+}
+
+/// A list as a vehicle holds it: the plan, and its state if nothing speaks against it. `has_home`: a mission begins with
+/// home as item 0.
+pub(crate) fn read_plan(
+    kind: PlanKind,
+    wire: &[MissionItemInt],
+    has_home: bool,
+) -> Result<(Mission, PlanState), FlightError> {
+    let has_home = has_home && kind == PlanKind::Mission;
+    let list = match kind {
+        PlanKind::Mission => Mission::from_wire(wire, has_home)?,
+        PlanKind::Fence | PlanKind::Rally => Mission { home: None, items: items_from_wire(wire, kind)? },
+    };
+    let count = u16::try_from(list.items.len()).unwrap_or(u16::MAX);
+    let state = match &list.items[..] {
+        [] => PlanState::Empty,
+        _ => PlanState::Verified { count, hash: hash_items(&wire[usize::from(has_home)..]) },
+    };
+    Ok((list, state))
 }
 
 /// 64-bit FNV-1a over what an item means: frame, command, parameters and position; not its number, target or flags

@@ -5,6 +5,7 @@ use std::io;
 use std::time::Duration;
 
 use vencejo_proto::{Address, Message};
+use vencejo_vehicle::HeardPlan;
 
 /// A message of a recording, and when it was said.
 #[derive(Debug, Clone, PartialEq)]
@@ -41,6 +42,9 @@ pub enum MarkKind {
     Mode(String),
 }
 
+/// Most plans of a recording.
+pub const MAX_PLANS: usize = 100;
+
 /// Most marks of a recording.
 pub const MAX_MARKS: usize = 500;
 
@@ -57,6 +61,8 @@ pub struct FilmInfo {
     pub duration: Duration,
     /// What happened, in order; at most [`MAX_MARKS`].
     pub marks: Vec<Mark>,
+    /// The plans on board, and from when on, in order; at most [`MAX_PLANS`].
+    pub plans: Vec<(Duration, HeardPlan)>,
     /// Bytes that could not be read: damaged, or torn off at the end.
     pub skipped_bytes: u64,
 }

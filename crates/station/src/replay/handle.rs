@@ -113,6 +113,8 @@ pub(crate) struct Shown {
     pub(crate) now: MonoTime,
     /// Whether it was last shown what was known at the beginning of a place, which is no news.
     pub(crate) is_past: bool,
+    /// How many of the recording's plans were shown.
+    pub(super) plans: usize,
 }
 
 impl std::fmt::Debug for Replay {

@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use tokio::sync::watch;
 use vencejo_proto::{Header, MavVersion, MonoTime};
-use vencejo_vehicle::VehicleId;
+use vencejo_vehicle::{HeardPlan, VehicleId};
 
 use super::film::{Film, Moment};
 use super::handle::{Replay, Shown};
@@ -180,7 +180,7 @@ impl Shared {
             core.vehicles.begin_replay(id, moment_at(Duration::ZERO));
             if let Some(adopted) = core.adopted.get_mut(&id) {
                 let now = moment_at(Duration::ZERO);
-                adopted.shown = Some(Shown { replay: replay.clone(), now, is_past: true });
+                adopted.shown = Some(Shown { replay: replay.clone(), now, is_past: true, plans: 0 });
             }
         }
     }
@@ -192,6 +192,9 @@ impl Shared {
             for (address, id) in &replay.shared.vehicles {
                 let first = past.iter().find(|moment| moment.from == *address).map_or(place, |moment| moment.at);
                 core.vehicles.begin_replay(*id, moment_at(first));
+                if let Some(shown) = core.adopted.get_mut(id).and_then(|adopted| adopted.shown.as_mut()) {
+                    shown.plans = 0;
+                }
             }
         }
         self.show_moments(replay, past, place, true);
@@ -213,15 +216,26 @@ impl Shared {
                 watchers.subscriptions.on_message(None, &moment.message.encode(header), now);
             }
         }
-        for id in replay.vehicles() {
-            core.vehicles.on_replay_time(id, moment_at(place));
-            if let Some(shown) = core.adopted.get_mut(&id).and_then(|adopted| adopted.shown.as_mut()) {
+        for (address, id) in &replay.shared.vehicles {
+            let core = &mut *core;
+            core.vehicles.on_replay_time(*id, moment_at(place));
+            if let Some(shown) = core.adopted.get_mut(id).and_then(|adopted| adopted.shown.as_mut()) {
                 (shown.now, shown.is_past) = (moment_at(place), is_past);
+                let known = replay.info().plans.partition_point(|(at, _)| *at <= place);
+                let new = replay.info().plans.get(shown.plans..known).unwrap_or_default();
+                shown.plans = known;
+                for (_, HeardPlan { kind, state, list, .. }) in
+                    new.iter().filter(|(_, plan)| plan.autopilot == *address)
+                {
+                    if let Some(vehicle) = core.vehicles.get_mut(*id) {
+                        vehicle.on_plan_told(*kind, *state, Some(list.clone()));
+                    }
+                }
             }
-            if let Some(watchers) = core.watchers.get(&id) {
+            if let Some(watchers) = core.watchers.get(id) {
                 watchers.changes.notify();
             }
-            self.greet(&mut core, id);
+            self.greet(core, *id);
         }
         self.settle(&mut core, now);
     }

@@ -6,8 +6,9 @@ use std::time::Duration;
 
 use tokio::runtime::Handle;
 use tokio::time::sleep;
+use vencejo_flight::plan::{MissionItem, PlanKind, items_to_wire};
 use vencejo_link::{LinkId, Origin, PeerId, write_entry};
-use vencejo_proto::dialect::{HOME_POSITION_DATA, MavMessage};
+use vencejo_proto::dialect::{HOME_POSITION_DATA, MISSION_COUNT_DATA, MavMessage};
 use vencejo_proto::{Address, ComponentId, Header, Heartbeat, MavVersion, Message, StatusText, SystemId};
 use vencejo_vehicle::Request;
 use vencejo_vehicle::telemetry::Severity;
@@ -95,6 +96,52 @@ async fn settled(replay: &Replay) {
     // Reading is done off the runtime, during which a paused clock stands still.
     sleep(Duration::from_millis(1)).await;
     let _ = replay.status();
+}
+
+/// Half a minute with a mission of one item that is read at 10 s, and with one of two items from 20 s on.
+fn recording_with_plans(folder: &Folder) -> PathBuf {
+    let mut bytes = Vec::new();
+    let mut write =
+        |ms: u64, message: &Message| write_entry(&mut bytes, START_US + ms * 1000, &message.encode(header(PLANE)));
+    for second in 0..=30_u64 {
+        write(second * 1000, &heartbeat(10));
+        let count = match second {
+            10 => 2,
+            20 => 3,
+            _ => continue,
+        };
+        let items: Vec<_> = (0..count).map(|at| MissionItem::waypoint(40.1, -3.7, 80.0 + f64::from(at))).collect();
+        let counted = MISSION_COUNT_DATA { count, target_system: 255, target_component: 190, ..Default::default() };
+        write(second * 1000 + 100, &Message::Dialect(MavMessage::MISSION_COUNT(counted)));
+        for item in items_to_wire(&items, Address::new(255, 190), PlanKind::Mission).expect("items") {
+            write(second * 1000 + 200, &Message::MissionItemInt(item));
+        }
+    }
+    let path = folder.0.join("plans.tlog");
+    std::fs::write(&path, bytes).expect("written");
+    path
+}
+
+#[tokio::test(start_paused = true)]
+async fn it_shows_the_plan_that_was_on_board_at_each_place() {
+    let (folder, station) = (Folder::new("plans"), station());
+    let options = ReplayOptions { start: Duration::from_secs(15), ..ReplayOptions::default() };
+    let replay = station.open_replay(&recording_with_plans(&folder), options).await.expect("it is opened");
+    let items = |replay: &Replay| {
+        let (state, list) = vehicle(&station, replay).plan_on_board(PlanKind::Mission).expect("it is there");
+        (state.count(), list.map(|list| list.items.len()))
+    };
+    settled(&replay).await;
+    assert_eq!(items(&replay), (Some(1), Some(1)), "what was read before");
+    sleep(Duration::from_secs(6)).await;
+    assert_eq!(items(&replay), (Some(2), Some(2)));
+    replay.pause();
+    for (place, count) in [(5, None), (19, Some(1)), (25, Some(2))] {
+        replay.seek(Duration::from_secs(place));
+        settled(&replay).await;
+        assert_eq!(items(&replay), (count, count.map(usize::from)), "at {place} s");
+    }
+    station.close().await;
 }
 
 #[tokio::test(start_paused = true)]

@@ -6,10 +6,11 @@ use std::time::Duration;
 
 use vencejo_link::{PlayedFrame, TlogFile};
 use vencejo_proto::{Address, Message};
+use vencejo_vehicle::Overheard;
 use vencejo_vehicle::heartbeat::is_autopilot;
 use vencejo_vehicle::modes::{FlightMode, ModeFamily};
 
-use super::film::{Film, FilmInfo, MAX_MARKS, Mark, MarkKind, Moment};
+use super::film::{Film, FilmInfo, MAX_MARKS, MAX_PLANS, Mark, MarkKind, Moment};
 
 /// Most autopilots of one recording that are shown.
 const MAX_AUTOPILOTS: usize = 16;
@@ -37,15 +38,19 @@ impl TlogFilm {
     pub(super) fn open(path: &Path) -> io::Result<Self> {
         let mut told: Vec<Told> = Vec::new();
         let mut marks = Vec::new();
+        let (mut overheard, mut plans) = (Overheard::default(), Vec::new());
         let look = |at: Duration, frame: &vencejo_proto::Frame| {
-            if frame.message_id() != 0 {
+            if !Overheard::concerns(frame.message_id()) {
                 return;
             }
-            let Ok(Message::Heartbeat(heartbeat)) = frame.decode() else { return };
+            let (Ok(message), from) = (frame.decode(), frame.source()) else { return };
+            if let Some(plan) = overheard.hear(from, &message).filter(|_| plans.len() < MAX_PLANS) {
+                plans.push((at, plan));
+            }
+            let Message::Heartbeat(heartbeat) = message else { return };
             if !is_autopilot(&heartbeat) {
                 return;
             }
-            let from = frame.source();
             let family = ModeFamily::of(heartbeat.autopilot, heartbeat.mav_type);
             let mode = FlightMode { family, custom_mode: heartbeat.custom_mode };
             let is_armed = heartbeat.is_armed();
@@ -75,6 +80,7 @@ impl TlogFilm {
             start_unix_us: file.start_unix_us().filter(is_date),
             duration: file.duration(),
             marks,
+            plans,
             skipped_bytes: file.skipped().total(),
         };
         Ok(Self { file, info })

@@ -30,7 +30,7 @@ pub(super) fn path(kind: PlanKind) -> &'static str {
 }
 
 /// Most bytes of a plan file.
-const MAX_FILE: usize = 10 + vencejo_flight::plan::MAX_ITEMS * PLAN_FILE_ITEM_LEN;
+pub(crate) const MAX_FILE: usize = 10 + vencejo_flight::plan::MAX_ITEMS * PLAN_FILE_ITEM_LEN;
 
 /// A plan file's length from its first bytes; an error text when it is not a plan file of this kind.
 fn file_len(kind: PlanKind, front: &[u8]) -> Result<FileEnd, String> {
@@ -61,6 +61,16 @@ fn clean(item: &mut MissionItemInt, kind: PlanKind) {
     }
 }
 
+/// The items of a whole plan file, numbered from 0; an error text for another file.
+pub(crate) fn file_items(kind: PlanKind, file: &[u8]) -> Result<Vec<MissionItemInt>, String> {
+    let (_, mut items) = decode_plan_file(file).map_err(|error| error.to_string())?;
+    if !items.iter().enumerate().all(|(index, item)| usize::from(item.seq) == index) {
+        return Err("its items are not numbered from 0".to_owned());
+    }
+    items.iter_mut().for_each(|item| clean(item, kind));
+    Ok(items)
+}
+
 /// Either of the two ways to read a plan.
 #[derive(Debug)]
 enum Read {
@@ -85,13 +95,8 @@ impl Read {
         match self {
             Self::Items(read) => read.result(),
             Self::Ftp(read) => Some(read.result()?.and_then(|file| {
-                let bad = |problem: String| TransferError::BadFile { path: path(kind).to_owned(), problem };
-                let (_, mut items) = decode_plan_file(&file).map_err(|error| bad(error.to_string()))?;
-                if !items.iter().enumerate().all(|(index, item)| usize::from(item.seq) == index) {
-                    return Err(bad("its items are not numbered from 0".to_owned()));
-                }
-                items.iter_mut().for_each(|item| clean(item, kind));
-                Ok(items)
+                let bad = |problem| TransferError::BadFile { path: path(kind).to_owned(), problem };
+                file_items(kind, &file).map_err(bad)
             })),
         }
     }

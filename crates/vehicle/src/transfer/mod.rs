@@ -43,6 +43,7 @@ use vencejo_proto::{Address, Message, MonoTime};
 
 pub use config::{FtpSessions, ItemForm, TransferConfig};
 pub use download::{DownloadedPlan, PlanDownload};
+pub(crate) use download::{MAX_FILE, file_items};
 pub use error::{FTP_OPEN, MissionResult, NoPlanKinds, TransferError};
 pub use ftp::FtpGet;
 pub(crate) use params::NO_INDEX;

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use vencejo_flight::plan::{Mission, PlanKind, items_from_wire};
+use vencejo_flight::plan::PlanKind;
 use vencejo_flight::radius::own_radius_m;
 use vencejo_proto::dialect::PARAM_VALUE_DATA;
 use vencejo_proto::param::{ParamEncoding, ParamName, ParamType, ParamValue};
@@ -15,7 +15,7 @@ use super::operation::{Op, State};
 use super::steps::Step;
 use crate::error::VehicleError;
 use crate::modes::ModeFamily;
-use crate::plan_state::{PlanState, Unknown, hash_items};
+use crate::plan_state::{PlanState, Unknown, read_plan};
 use crate::request::{Output, Reply, VehicleEvent};
 use crate::transfer::{
     NO_INDEX, Others, Param, ParamList, ParamRead, ParamSet, PlanClear, PlanDownload, PlanUpload, TransferConfig,
@@ -308,16 +308,7 @@ impl Vehicle {
     ) -> Result<Reply, VehicleError> {
         let is_ardupilot = self.context(now).is_ardupilot();
         let has_home = kind == PlanKind::Mission && is_ardupilot?;
-        let list = match kind {
-            PlanKind::Mission => Mission::from_wire(wire, has_home)?,
-            PlanKind::Fence | PlanKind::Rally => Mission { home: None, items: items_from_wire(wire, kind)? },
-        };
-        let read = if list.items.is_empty() {
-            PlanState::Empty
-        } else {
-            let count = u16::try_from(list.items.len()).unwrap_or(u16::MAX);
-            PlanState::Verified { count, hash: hash_items(&wire[usize::from(has_home)..]) }
-        };
+        let (list, read) = read_plan(kind, wire, has_home)?;
         let state = match kind {
             // An upload that goes on says so in the plan's state.
             _ if changed && self.plans.get(kind).may_be_mixed() => self.plans.get(kind),

@@ -155,6 +155,7 @@ impl HistoryFilm {
             start_unix_us: contents.start_unix_ns().map(|unix_ns| unix_ns / 1000),
             duration: contents.duration,
             marks: Vec::new(),
+            plans: Vec::new(),
             skipped_bytes: contents.skipped_bytes,
         };
         Ok(Self { info, autopilot, contents, place: 0, heard: BTreeMap::new(), last: Duration::ZERO })
