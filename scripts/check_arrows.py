@@ -124,6 +124,7 @@ WRITERS: dict[str, str] = {
     "crates/maps/src/aside.rs": "notes of what is being read, and the lock of a run",
     "crates/maps/src/uploads.rs": "a file on its way in",
     "python/vencejo/camera/recorder.py": "a video grows",
+    "python/vencejo/cli/aboard.py": "the lock of a running program, and what it shows of its links",
     "python/vencejo/cli/map_service.py": "a file on its way in",
     "python/vencejo/cli/signing.py": "a key for another station: for its owner alone from the first byte, and only where there is no file",
 }

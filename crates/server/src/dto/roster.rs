@@ -41,8 +41,8 @@ pub struct RosterRow {
     pub is_reached: Option<bool>,
     /// Whether another vehicle with the same system id is heard, or another computer uses its name.
     pub is_contested: Option<bool>,
-    /// What the station on board of a remote vehicle reports of its links to the autopilot, in English, while the autopilot
-    /// is silent; null when it is heard, and when the station on board is not heard either.
+    /// What the station on board of a remote vehicle reports of its links to the autopilot, in English, while the
+    /// autopilot is silent; null when it is heard, and when the station on board is not heard either.
     pub silence: Option<String>,
     /// Holder of control of a remote vehicle; null when there is none.
     pub holder: Option<String>,

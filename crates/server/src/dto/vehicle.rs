@@ -47,8 +47,8 @@ pub struct VehicleSummary {
     /// computer with the same name: orders go only to the one heard first. Null when there is none.
     #[schema(required = true)]
     pub rival: Option<String>,
-    /// What the station on board of a remote vehicle reports of its links to the autopilot, in English, while the autopilot
-    /// is silent; null when it is heard, and when the station on board is not heard either.
+    /// What the station on board of a remote vehicle reports of its links to the autopilot, in English, while the
+    /// autopilot is silent; null when it is heard, and when the station on board is not heard either.
     #[schema(required = true)]
     pub silence: Option<String>,
     /// Whether it comes from a recording and takes no commands: a replay, or a link that plays one.

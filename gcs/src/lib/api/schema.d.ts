@@ -7873,8 +7873,8 @@ export interface components {
             /** @description Name of a remote vehicle in its fleet; null for one on a link of this server. */
             remote_name?: string | null;
             /**
-             * @description What the station on board of a remote vehicle reports of its links to the autopilot, in English, while the autopilot
-             *     is silent; null when it is heard, and when the station on board is not heard either.
+             * @description What the station on board of a remote vehicle reports of its links to the autopilot, in English, while the
+             *     autopilot is silent; null when it is heard, and when the station on board is not heard either.
              */
             silence?: string | null;
             /**
@@ -8921,8 +8921,8 @@ export interface components {
              */
             round_trip_ms: number | null;
             /**
-             * @description What the station on board of a remote vehicle reports of its links to the autopilot, in English, while the autopilot
-             *     is silent; null when it is heard, and when the station on board is not heard either.
+             * @description What the station on board of a remote vehicle reports of its links to the autopilot, in English, while the
+             *     autopilot is silent; null when it is heard, and when the station on board is not heard either.
              */
             silence: string | null;
             /**
