@@ -294,10 +294,11 @@ class Fleet(Closing):
     ) -> None:
         self.org = org
         organisation = Organisation(org, folder=folder)
-        if listen is None and not router and door is None:
-            router = router_here(org, folder=folder)
-        has_joined = organisation.folder.with_suffix(".json").is_file()
-        if listen is None and not router and (organisation.exists or not has_joined):
+        place = organisation.folder.with_suffix(".json")
+        if listen is None and not router and door is None and (here := router_here(org, folder=folder)) is not None:
+            joined = None if organisation.exists else member(file=place)
+            router = [here, *(joined.routers if joined else ())]
+        if listen is None and not router and (organisation.exists or not place.is_file()):
             listen = "tls/0.0.0.0:7447" if organisation.exists else "tcp/127.0.0.1:7447"
         self._native = native("FleetGround")(
             station._native,
