@@ -21,7 +21,7 @@ from vencejo.fleet import Fleet, has_fleet
 from tests.clock import Clock
 from tests.fleet.programs import command
 from tests.server.client import Client, WebSocket
-from tests.support import simulated_plane, wait_for
+from tests.support import reserved_ports, simulated_plane, wait_for
 
 pytestmark = pytest.mark.skipif(not has_fleet(), reason="this build has no fleets")
 
@@ -210,6 +210,34 @@ def fleet_here(tmp_path: Path) -> Iterator[tuple[Organisation, Any, Path]]:
         ) as fleet,
     ):
         yield organisation, fleet, tmp_path
+
+
+@pytest.mark.e2e
+def test_a_program_beside_a_second_router_uses_that(tmp_path: Path) -> None:
+    from vencejo import Station
+
+    quiet: dict[str, Any] = {"record": False, "signing": False}
+    valley, hill = tmp_path / "valley", tmp_path / "hill"
+    organisation = Organisation("acme", folder=valley)
+    organisation.init(hosts=["127.0.0.1"])
+    own: dict[str, Any] = {"folder": hill, "key_file": hill / "acme.key", "history": False}
+    with (
+        reserved_ports() as (port,),
+        Station(**quiet) as first,
+        Fleet(
+            first, org="acme", folder=valley, key_file=valley / "acme.key", listen="tls/127.0.0.1:0", door="127.0.0.1:0"
+        ),
+        Station(**quiet) as second,
+        Station(**quiet) as beside,
+    ):
+        at_hill = f"tls/127.0.0.1:{port}"
+        join(organisation.enrol_station("hill", routers=[at_hill]).text, file=hill / "acme.json")
+        with (
+            Fleet(second, org="acme", listen=at_hill, **own) as router,
+            Fleet(beside, org="acme", router=at_hill, **own) as program,
+        ):
+            # Two at one port would not both be there.
+            assert router.endpoint == program.endpoint == at_hill
 
 
 @pytest.mark.e2e
