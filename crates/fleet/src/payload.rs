@@ -498,7 +498,8 @@ mod tests {
         assert_eq!(Answer::read(&endless.encode_to_vec()), Err(BadPayload::Field("end")));
         let holder = Held { holder: "x".repeat(161), ..Held::default() };
         let boasting = State { system: 1, held: Some(holder), ..State::default() };
-        let answer = Answer { version: VERSION, end: End::Done.into(), state: Some(boasting), ..Answer::default() };
+        let answer =
+            Answer { version: VERSION, end: End::Done.into(), state: Some(Box::new(boasting)), ..Answer::default() };
         assert_eq!(Answer::read(&answer.encode_to_vec()), Err(BadPayload::Field("held")));
     }
 

@@ -227,7 +227,7 @@ impl Film for HistoryFilm {
 #[cfg(test)]
 mod tests {
     use prost::Message as _;
-    use vencejo_proto::{Header, Heartbeat, MavVersion};
+    use vencejo_proto::{Header, Heartbeat, MavVersion, Message};
 
     use super::*;
     use crate::payload::VERSION;
