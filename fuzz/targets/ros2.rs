@@ -1,12 +1,15 @@
-//! Arbitrary ROS 2 traffic: requests to a plane's services (CDR), their attachments, and tokens.
+//! Arbitrary ROS 2 traffic: requests to a plane's services and positions to fly to (CDR), their attachments, and tokens.
 #![no_main]
 
 use std::collections::BTreeSet;
 
 use libfuzzer_sys::fuzz_target;
+use vencejo_fleet::ros2::cdr::Cdr;
 use vencejo_fleet::ros2::doctor::examine;
+use vencejo_fleet::ros2::message::GeoPoseStamped;
 use vencejo_fleet::ros2::name::Names;
 use vencejo_fleet::ros2::services::{Wish, offers};
+use vencejo_fleet::ros2::setpoint::Target;
 use vencejo_fleet::ros2::token::{Attachment, Seen};
 
 mod quick;
@@ -20,9 +23,12 @@ fuzz_target!(|data: &[u8]| quick(|| {
                 let ended = match (offer.read)(bytes) {
                     Ok(Wish::Mode(name)) => Ok((name, u32::MAX)),
                     Ok(wish) => Ok((format!("{wish:?}"), 0)),
-                    Err(error) => Err(error.to_string()),
+                    Err(error) => Err(error.to_string().into()),
                 };
                 assert!((offer.write)(&ended).starts_with(&[0, 1, 0, 0]));
+            }
+            if let Ok(message) = GeoPoseStamped::from_bytes(bytes) {
+                let _ = Target::of(&message).request();
             }
         }
         1 => {

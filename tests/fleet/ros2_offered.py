@@ -4,23 +4,28 @@ from __future__ import annotations
 
 from tests.fleet.ros2_types import Types
 
-__all__ = ["MAVROS", "SERVICES", "TOPICS", "key", "tokens"]
+__all__ = ["HEARD", "MAVROS", "NEWS", "SERVICES", "TOPICS", "key", "tokens"]
 
 MAVROS = "mavros"
 TOPICS = {
     MAVROS: {
         "battery": "sensor_msgs/msg/BatteryState",
+        "extended_state": "mavros_msgs/msg/ExtendedState",
         "global_position/compass_hdg": "std_msgs/msg/Float64",
         "global_position/global": "sensor_msgs/msg/NavSatFix",
         "global_position/raw/fix": "sensor_msgs/msg/NavSatFix",
         "global_position/rel_alt": "std_msgs/msg/Float64",
+        "home_position/home": "mavros_msgs/msg/HomePosition",
         "imu/data": "sensor_msgs/msg/Imu",
         "local_position/odom": "nav_msgs/msg/Odometry",
         "local_position/pose": "geometry_msgs/msg/PoseStamped",
         "local_position/velocity_local": "geometry_msgs/msg/TwistStamped",
         "mission/path": "nav_msgs/msg/Path",
+        "mission/reached": "mavros_msgs/msg/WaypointReached",
         "mission/waypoints": "mavros_msgs/msg/WaypointList",
+        "rc/in": "mavros_msgs/msg/RCIn",
         "state": "mavros_msgs/msg/State",
+        "statustext/recv": "mavros_msgs/msg/StatusText",
         "time_reference": "sensor_msgs/msg/TimeReference",
         "vfr_hud": "mavros_msgs/msg/VfrHud",
         "wind_estimation": "geometry_msgs/msg/TwistWithCovarianceStamped",
@@ -40,12 +45,20 @@ TOPICS = {
         "/rosout": "rcl_interfaces/msg/Log",
     },
 }
+NEWS = {"mission/reached", "statustext/recv"}
+"""Topics that say something when it happens only."""
+HEARD = {MAVROS: {"setpoint_position/global": "geographic_msgs/msg/GeoPoseStamped"}, "ap": {}}
 SERVICES = {
     MAVROS: {
         "cmd/arming": "mavros_msgs/srv/CommandBool",
+        "cmd/command": "mavros_msgs/srv/CommandLong",
+        "cmd/land": "mavros_msgs/srv/CommandTOL",
+        "cmd/set_home": "mavros_msgs/srv/CommandHome",
+        "cmd/takeoff": "mavros_msgs/srv/CommandTOL",
         "mission/clear": "mavros_msgs/srv/WaypointClear",
         "mission/pull": "mavros_msgs/srv/WaypointPull",
         "mission/push": "mavros_msgs/srv/WaypointPush",
+        "mission/set_current": "mavros_msgs/srv/WaypointSetCurrent",
         "set_mode": "mavros_msgs/srv/SetMode",
         "vencejo/arm": "std_srvs/srv/SetBool",
         "vencejo/loiter": "std_srvs/srv/Trigger",
@@ -73,12 +86,17 @@ def whole(at: str, name: str) -> str:
 
 
 def tokens(types: Types, domain: int, names: str, at: str, node: str) -> set[str]:
-    """The tokens of a plane's node without its session and its numbers, which are the session's: ``NN/…``, ``MP/…``, ``SS/…``."""
+    """The tokens of a plane's node without its session and its numbers, which are the session's: ``NN/…``, ``MP/…``, ``MS/…``, ``SS/…``."""
     space, _, last = node.rpartition("/")
     owner = f"%/{space.replace('/', '%') or '%'}/{last}"
     found = {f"{domain} NN/{owner}"}
-    for code, offered in (("MP", TOPICS[names]), ("SS", SERVICES[names])):
+    reliable, sensor_data = "::,10:,:,:,,", "2::,5:,:,:,,"
+    for code, offered, quality in (
+        ("MP", TOPICS[names], reliable),
+        ("MS", HEARD[names], sensor_data),
+        ("SS", SERVICES[names], reliable),
+    ):
         for name, kind in offered.items():
             topic = whole(at, name).replace("/", "%")
-            found.add(f"{domain} {code}/{owner}/{topic}/{_mangled(kind)}/{types.hash(kind)}/::,10:,:,:,,")
+            found.add(f"{domain} {code}/{owner}/{topic}/{_mangled(kind)}/{types.hash(kind)}/{quality}")
     return found

@@ -26,7 +26,7 @@ def missing(*of: object) -> None:
 
 
 class Peer:
-    """Hears topics and asks services."""
+    """Hears topics, asks services, and says where to fly."""
 
     def __init__(self, port: int, definitions: Path) -> None:
         self._at: dict[str, Any] = {"router_ip": "127.0.0.1", "router_port": port}
@@ -36,11 +36,25 @@ class Peer:
         self._heard: dict[str, list[Any]] = {}
         self._more = threading.Condition()
         self._kept: list[object] = []
+        self._publishers: dict[str, Any] = {}
 
     def _hear(self, name: str, message: object) -> None:
         with self._more:
             self._heard.setdefault(name, []).append(plain(message))
             self._more.notify_all()
+
+    def _fly_to(self, at: dict[str, Any], name: str, kind: str, position: dict[str, float]) -> None:
+        """Publishes a position."""
+        if name not in self._publishers:
+            self._publishers[name] = sdk.ROS2Publisher(name, kind, **at)
+        types = self._session.store.types
+        stamp = types["builtin_interfaces/msg/Time"](sec=0, nanosec=0)
+        attitude = types["geometry_msgs/msg/Quaternion"](x=0.0, y=0.0, z=0.0, w=1.0)
+        place = types["geographic_msgs/msg/GeoPoint"](**position)
+        self._publishers[name].publish(
+            header=types["std_msgs/msg/Header"](stamp=stamp, frame_id=""),
+            pose=types["geographic_msgs/msg/GeoPose"](position=place, orientation=attitude),
+        )
 
     def answer(self, do: str, domain: int, **of: Any) -> Any:
         """Does one thing."""
@@ -62,6 +76,8 @@ class Peer:
                     set(of["names"]) - self._heard.keys()
                 )
                 return {name: self._heard[name][0] for name in of["names"]}
+        if do == "fly_to":
+            return self._fly_to(at, **of)
         assert do == "call"
         client = sdk.ROS2ServiceClient(of["name"], of["kind"], timeout=PATIENCE_S, **at)
         types = self._session.store.types

@@ -31,12 +31,33 @@ BESIDE = {
         "float64 x_lat\nfloat64 y_long\nfloat64 z_alt"
     ),
     "mavros_msgs/msg/WaypointList": "uint16 current_seq\nmavros_msgs/Waypoint[] waypoints",
+    "mavros_msgs/msg/HomePosition": (
+        "std_msgs/Header header\ngeographic_msgs/GeoPoint geo\ngeometry_msgs/Point position\n"
+        "geometry_msgs/Quaternion orientation\ngeometry_msgs/Vector3 approach"
+    ),
+    "mavros_msgs/msg/StatusText": "std_msgs/Header header\nuint8 severity\nstring text",
+    "mavros_msgs/msg/ExtendedState": "std_msgs/Header header\nuint8 vtol_state\nuint8 landed_state",
+    "mavros_msgs/msg/WaypointReached": "std_msgs/Header header\nuint16 wp_seq",
+    "mavros_msgs/msg/RCIn": "std_msgs/Header header\nuint8 rssi\nuint16[] channels",
 }
 SERVICES = {
     "std_srvs/srv/SetBool": ("bool data", "bool success\nstring message"),
     "std_srvs/srv/Trigger": ("", "bool success\nstring message"),
     "mavros_msgs/srv/SetMode": ("uint8 base_mode\nstring custom_mode", "bool mode_sent"),
     "mavros_msgs/srv/CommandBool": ("bool value", "bool success\nuint8 result"),
+    "mavros_msgs/srv/CommandTOL": (
+        "float32 min_pitch\nfloat32 yaw\nfloat32 latitude\nfloat32 longitude\nfloat32 altitude",
+        "bool success\nuint8 result",
+    ),
+    "mavros_msgs/srv/CommandHome": (
+        "bool current_gps\nfloat32 yaw\nfloat32 latitude\nfloat32 longitude\nfloat32 altitude",
+        "bool success\nuint8 result",
+    ),
+    "mavros_msgs/srv/CommandLong": (
+        "bool broadcast\nuint16 command\nuint8 confirmation\n" + "\n".join(f"float32 param{n}" for n in range(1, 8)),
+        "bool success\nuint8 result",
+    ),
+    "mavros_msgs/srv/WaypointSetCurrent": ("uint16 wp_seq", "bool success"),
     "mavros_msgs/srv/WaypointClear": ("", "bool success"),
     "mavros_msgs/srv/WaypointPull": ("", "bool success\nuint32 wp_received"),
     "mavros_msgs/srv/WaypointPush": (

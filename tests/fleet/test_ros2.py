@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -21,9 +22,9 @@ from vencejo.ros2 import Gateway, Router, examine
 from tests.fleet.programs import command
 from tests.fleet.ros2_at_router import Witness, a_witness
 from tests.fleet.ros2_lines import asked
-from tests.fleet.ros2_offered import MAVROS, SERVICES, TOPICS, key, tokens, whole
+from tests.fleet.ros2_offered import HEARD, MAVROS, NEWS, SERVICES, TOPICS, key, tokens, whole
 from tests.fleet.ros2_types import Types, plain
-from tests.plane import Plane, offset
+from tests.plane import Plane, Truth, offset
 from tests.support import HOME, reserved_ports, wait_for
 
 pytestmark = pytest.mark.skipif(not has_fleet(), reason="this build has no fleets")
@@ -41,7 +42,7 @@ def hashes() -> dict[str, str]:
 @pytest.mark.parametrize("store", [Stores.ROS2_HUMBLE, Stores.ROS2_JAZZY, Stores.ROS2_KILTED])
 def test_the_hash_of_each_type_is_that_of_its_definition(store: Stores) -> None:
     types = Types(store)
-    assert len(hashes()) == 25
+    assert len(hashes()) == 34
     assert {name: types.hash(name) for name in hashes()} == hashes()
     # As `std_srvs` 5.3.6 (Jazzy) and 5.5.1 (Kilted) have them in SetBool.json and Trigger.json.
     assert hashes()["std_srvs/srv/SetBool"].startswith("RIHS01_abe9e4bb6b41b40e")
@@ -156,7 +157,7 @@ def test_a_plane_is_seen_by_a_reader_of_ros_and_acts_for_an_operator_alone(tmp_p
         assert told.exit_code == 1
         found = {finding["code"]: finding["text"] for finding in json.loads(told.stdout)["findings"]}
         assert found.keys() == {"humble", "near-name", "other-domain"}
-        assert "/far is in domain 5" in found["other-domain"]
+        assert "/far is in domain 5, not in 0, and sees nothing of it: " in found["other-domain"]
 
         # An operator's gateway acts, by the station's lease.
         quiet: dict[str, Any] = {"record": False, "signing": False}
@@ -181,7 +182,7 @@ def test_a_plane_is_seen_by_a_reader_of_ros_and_acts_for_an_operator_alone(tmp_p
             assert not wrong.mode_sent
             missions(witness, vehicle)
             everything(witness, vehicle, gateway, plane)
-            another(witness, vehicle, tmp_path / "definitions")
+            another(witness, vehicle, plane, tmp_path / "definitions")
             assert station.operator.request(), "it gives control to whoever asks"
             held = witness.call("/uas1/mavros/vencejo/arm", "std_srvs/srv/SetBool", **there, data=False)
             assert (held.success, "Ana holds control" in held.message) == (False, True), held.message
@@ -270,9 +271,11 @@ def everything(witness: Witness, vehicle: Vehicle, gateway: Gateway, plane: Plan
         expected = set()
         for domain, names, at, _ in sets:
             for name, kind in TOPICS[names].items():
-                [*_, said[domain, name]] = witness.heard(whole(at, name), kind, domain)
                 expected.add(key(types, domain, whole(at, name), kind))
-        assert set(witness.ask("keys")) == expected
+                if name not in NEWS:
+                    [*_, said[domain, name]] = witness.heard(whole(at, name), kind, domain)
+        news = {key(types, 7, whole("/uas1/mavros", name), TOPICS[MAVROS][name]) for name in NEWS}
+        assert set(witness.ask("keys")) - news == expected - news
     truth = plane.truth()
     place = pytest.approx((truth.lat_deg, truth.lon_deg), abs=0.001)
     q = said[7, "imu/data"].orientation
@@ -318,6 +321,12 @@ def everything(witness: Witness, vehicle: Vehicle, gateway: Gateway, plane: Plan
         assert battery.present
     state = said[7, "state"]
     assert (state.connected, state.mode, state.header.frame_id) == (True, "FBWA", "uas1/base_link")
+    home = said[7, "home_position/home"]
+    assert (home.geo.latitude, home.geo.longitude) == pytest.approx(HOME[:2], abs=0.001)
+    assert home.geo.altitude == pytest.approx(HOME[2] + 51.0, abs=20.0)
+    assert home.header.frame_id == "uas1/map"
+    assert (said[7, "extended_state"].landed_state, said[7, "extended_state"].vtol_state) == (1, 0)
+    assert 900 <= min(said[7, "rc/in"].channels) <= max(said[7, "rc/in"].channels) <= 2100
     hud = said[7, "vfr_hud"]
     assert hud.groundspeed < 3.0
     assert 0.0 <= hud.throttle <= 1.0
@@ -331,14 +340,16 @@ def everything(witness: Witness, vehicle: Vehicle, gateway: Gateway, plane: Plan
     assert said[8, "/rosout"].name == "ap.v1"
 
 
-def another(witness: Witness, vehicle: Vehicle, definitions: Path) -> None:
-    """A client of others, by keys, hashes and tokens of its own, lists the same, hears the same, and its services act."""
+def another(witness: Witness, vehicle: Vehicle, plane: Plane, definitions: Path) -> None:
+    """A client of others, by keys, hashes and tokens of its own, lists the same, hears the same, and flies the plane."""
     at = "/uas1/mavros"
     topics = {whole(at, name): kind for name, kind in TOPICS[MAVROS].items()}
+    wanted = {whole(at, name): kind for name, kind in HEARD[MAVROS].items()}
     services = {f"{at}/{name}": kind for name, kind in SERVICES[MAVROS].items()}
-    witness.types.files(definitions, *topics.values(), *services.values(), "service_msgs/msg/ServiceEventInfo")
+    kinds = {*topics.values(), *wanted.values(), *services.values(), "service_msgs/msg/ServiceEventInfo"}
+    witness.types.files(definitions, *sorted(kinds))
     with asked("tests.fleet.ros2_sdk", witness.port, definitions) as peer:
-        listed = [{name: [kind] for name, kind in offered.items()} for offered in (topics, services)]
+        listed = [{name: [kind] for name, kind in offered.items()} for offered in (topics | wanted, services)]
         assert peer.ask("listed", domain=7) == listed
         peer.ask("listen", domain=7, topics=list(topics.items()))
 
@@ -351,6 +362,9 @@ def another(witness: Witness, vehicle: Vehicle, definitions: Path) -> None:
             assert call("cmd/arming", value=value) == {"success": True, "result": 0}
             assert vehicle.telemetry.is_armed is value
         [*_, told] = witness.heard(f"{at}/mission/waypoints", LIST, 7)
+        assert call("mission/clear", **NOTHING) == {"success": False}, "it is armed"
+        wait_for_line(witness, "mission/clear: the mission of a vehicle that is armed is not cleared from ROS 2")
+        assert call("cmd/arming", value=False) == {"success": True, "result": 0}
         # What it pushes, to the last letter, is what is on board and is told.
         assert call("mission/clear", **NOTHING) == {"success": True}
         wait_for(lambda: not witness.heard(f"{at}/mission/waypoints", LIST, 7)[-1].waypoints, "the empty list")
@@ -364,7 +378,62 @@ def another(witness: Witness, vehicle: Vehicle, definitions: Path) -> None:
             (one["command"], one["z_alt"]) for one in pushed[1:]
         ]
 
+        def fly_to(north_m: float, east_m: float, alt_amsl_m: float) -> None:
+            lat, lon = offset(north_m, east_m)
+            [(name, kind)] = wanted.items()
+            position = {"latitude": lat, "longitude": lon, "altitude": alt_amsl_m}
+            peer.ask("fly_to", domain=7, name=name, kind=kind, position=position)
+
+        flight(witness, vehicle, plane, call, fly_to)
         # What it heard is what was said, each as the others read it.
         for name, message in peer.ask("heard", domain=7, names=list(topics)).items():
             text = json.dumps(message)
             wait_for(lambda: text in map(json.dumps, map(plain, witness.heard(name, topics[name], 7))), name)  # noqa: B023
+
+
+def flight(
+    witness: Witness,
+    vehicle: Vehicle,
+    plane: Plane,
+    call: Callable[..., Any],
+    fly_to: Callable[[float, float, float], None],
+) -> None:
+    """It takes off, flies to a position and in its mission, and says so."""
+    at, done = "/uas1/mavros", {"success": True, "result": 0}
+    nowhere = {"min_pitch": 0.0, "yaw": 0.0, "latitude": 0.0, "longitude": 0.0}
+    assert call("cmd/takeoff", **nowhere, altitude=60.0) == done
+    assert call("cmd/arming", value=True) == done
+    plane.skip_to(lambda truth: truth.alt_rel_home_m > 50.0)
+    # In another mode it flies to no position, and says which it is.
+    fly_to(600.0, 600.0, HOME[2] + 80.0)
+    wait_for_line(witness, "setpoint_position/global: it is in TAKEOFF, and flies to positions in GUIDED")
+    assert call("set_mode", base_mode=0, custom_mode="GUIDED") == {"mode_sent": True}
+    fly_to(600.0, 600.0, HOME[2] + 80.0)
+    wait_for_line(witness, "setpoint_position/global: it flies to the position")
+
+    def is_near(truth: Truth, north_m: float, east_m: float, alt_rel_home_m: float) -> bool:
+        lat, lon = offset(north_m, east_m)
+        off = math.hypot((truth.lat_deg - lat) * 111_050.0, (truth.lon_deg - lon) * 84_980.0)
+        return off < 150.0 and abs(truth.alt_rel_home_m - alt_rel_home_m) < 5.0
+
+    plane.skip_to(lambda truth: is_near(truth, 600.0, 600.0, 80.0))
+    # A height above home given as one above the sea would be under the ground.
+    fly_to(600.0, 600.0, 80.0)
+    wait_for_line(witness, "at most 20 m below it")
+
+    assert call("mission/set_current", wp_seq=0) == {"success": False}
+    assert call("mission/set_current", wp_seq=2) == {"success": True}
+    assert call("set_mode", base_mode=0, custom_mode="AUTO") == {"mode_sent": True}
+    reached = "mavros_msgs/msg/WaypointReached"
+    plane.skip_to(lambda truth: is_near(truth, 800.0, 0.0, 90.0))
+    assert 2 in [one.wp_seq for one in witness.heard(f"{at}/mission/reached", reached, 7)]
+    texts = witness.heard(f"{at}/statustext/recv", "mavros_msgs/msg/StatusText", 7)
+    assert {one.text for one in texts} <= {one.text for one in vehicle.texts}
+    # Any command, with the vehicle's own result.
+    parameters = {f"param{number}": 0.0 for number in range(1, 8)}
+    long: dict[str, Any] = {"broadcast": False, "confirmation": 0, **parameters}
+    assert call("cmd/command", command=178, **{**long, "param2": 24.0, "param3": -1.0}) == done
+    refused = call("cmd/command", command=178, **{**long, "param2": math.nan, "param3": -1.0})
+    assert refused == {"success": False, "result": 2}
+    assert call("cmd/command", command=185, **{**long, "param1": 1.0}) == {"success": False, "result": 4}
+    wait_for_line(witness, "needs a confirmation, and ROS 2 has none: use the web app, or Python")

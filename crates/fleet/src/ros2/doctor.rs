@@ -53,8 +53,10 @@ pub fn examine(seen: &BTreeSet<Seen>, domain: u32) -> (Vec<NodeFound>, Vec<Findi
     }
     for (other, names) in others {
         let text = format!(
-            "{} in domain {other}, not in {domain}, and see nothing of it: set ROS_DOMAIN_ID={domain} for them, or --ros2-domain {other} here",
-            listed(&names)
+            "{} in domain {other}, not in {domain}, and {} nothing of it: set ROS_DOMAIN_ID={domain} for {}, or --ros2-domain {other} here",
+            listed(&names),
+            if names.len() == 1 { "sees" } else { "see" },
+            if names.len() == 1 { "it" } else { "them" }
         );
         found.push(finding(true, "other-domain", text));
     }
@@ -218,7 +220,11 @@ mod tests {
         let good = "/plane7/mavros/imu/data";
         assert_eq!(codes(&heard(0, good, Imu::TYPE, Imu::HASH), 0), []);
         for (tokens, code, says) in [
-            (heard(5, good, Imu::TYPE, Imu::HASH), "other-domain", "ROS_DOMAIN_ID=0"),
+            (
+                heard(5, good, Imu::TYPE, Imu::HASH),
+                "other-domain",
+                "/rviz is in domain 5, not in 0, and sees nothing of it: set ROS_DOMAIN_ID=0 for it",
+            ),
             (heard(0, good, "sensor_msgs/msg/Image", OTHER), "type-differs", "sensor_msgs/msg/Image"),
             (heard(0, good, Imu::TYPE, OTHER), "hash-differs", Imu::HASH),
             (heard(0, good, Imu::TYPE, NO_HASH), "humble", "/rviz is ROS 2 Humble"),

@@ -161,6 +161,16 @@ structs! {
     }
     /// `mavros_msgs/WaypointList`.
     WaypointList { current_seq: u16, waypoints: Vec<Waypoint> }
+    /// `mavros_msgs/HomePosition`; a `Point` has the fields of a vector.
+    HomePosition { header: Header, geo: GeoPoint, position: Vector3, orientation: Quaternion, approach: Vector3 }
+    /// `mavros_msgs/StatusText`: a `MAV_SEVERITY`, and the text.
+    StatusText { header: Header, severity: u8, text: String }
+    /// `mavros_msgs/ExtendedState`: a `MAV_VTOL_STATE` and a `MAV_LANDED_STATE`.
+    ExtendedState { header: Header, vtol_state: u8, landed_state: u8 }
+    /// `mavros_msgs/WaypointReached`: its number on the wire.
+    WaypointReached { header: Header, wp_seq: u16 }
+    /// `mavros_msgs/RCIn`: pulse lengths, µs.
+    RCIn { header: Header, rssi: u8, channels: Vec<u16> }
     /// What asks without saying anything has a byte in its place.
     Empty { structure_needs_at_least_one_member: u8 }
     /// `std_srvs/SetBool_Request`.
@@ -171,10 +181,21 @@ structs! {
     ModeWanted { base_mode: u8, custom_mode: String }
     /// `mavros_msgs/SetMode_Response`.
     ModeSent { mode_sent: bool }
-    /// `mavros_msgs/CommandBool_Response`; the result is a `MAV_RESULT`.
+    /// `mavros_msgs/CommandBool_Response` and those of the other commands; the result is a `MAV_RESULT`.
     Commanded { success: bool, result: u8 }
-    /// `mavros_msgs/WaypointClear_Response`.
-    Cleared { success: bool }
+    /// `mavros_msgs/CommandTOL_Request`.
+    CommandedPlace { min_pitch: f32, yaw: f32, latitude: f32, longitude: f32, altitude: f32 }
+    /// `mavros_msgs/CommandHome_Request`.
+    HomeWanted { current_gps: bool, yaw: f32, latitude: f32, longitude: f32, altitude: f32 }
+    /// `mavros_msgs/CommandLong_Request`.
+    LongWanted {
+        broadcast: bool, command: u16, confirmation: u8, param1: f32, param2: f32, param3: f32, param4: f32, param5: f32,
+        param6: f32, param7: f32,
+    }
+    /// `mavros_msgs/WaypointSetCurrent_Request`.
+    CurrentWanted { wp_seq: u16 }
+    /// `mavros_msgs/WaypointClear_Response`, `mavros_msgs/WaypointSetCurrent_Response`.
+    Succeeded { success: bool }
     /// `mavros_msgs/WaypointPull_Response`.
     Pulled { success: bool, wp_received: u32 }
     /// `mavros_msgs/WaypointPush_Request`.
@@ -202,6 +223,11 @@ messages! {
     State = "mavros_msgs" / "11ba7686163d22281871f1cb42557e8957407469b0be813bdb1a8922c66e3131";
     VfrHud = "mavros_msgs" / "8a121968bf046a1f0f3e5074c8fed9db9ca5b6a8c0a2ee44c09c0f6a5fb88e8f";
     WaypointList = "mavros_msgs" / "fdd46486d81956d4d9700fd279bcdffb599465f7fed3351a24f34b9ab721aeaf";
+    HomePosition = "mavros_msgs" / "d53f380680238e023e7fb96440b9094c55caa32c010629893eb51c1ee73e81d8";
+    StatusText = "mavros_msgs" / "d3420a07bd2d933d9c53b51d04ec59dc61a0ed04c7110a51996795a3cfde68b2";
+    ExtendedState = "mavros_msgs" / "19ff8d10f52aacba28d9879707d3195c9a9eff3af1ba2f7e40b55eea734e7b20";
+    WaypointReached = "mavros_msgs" / "fe8d859bbb67edffb007b4047ca56da9f12f86d72c32b79acc0e1cbfd6fa2463";
+    RCIn = "mavros_msgs" / "3dcc8e91d63f42d512ed29e767fc89fba216634f354c42467163a2b6f68f857e";
 }
 
 services! {
@@ -214,11 +240,19 @@ services! {
     /// Arms or disarms.
     CommandBool: Bool => Commanded = "mavros_msgs" / "eba73829da4af65d1019131d82f8eccae15d38717bf21409ed5187dd9bae73dc";
     /// Removes the mission.
-    WaypointClear: Empty => Cleared = "mavros_msgs" / "d77b775b7112320e4824747838a0a1412e9288e66cb14acbc581c3b84c22df6d";
+    WaypointClear: Empty => Succeeded = "mavros_msgs" / "d77b775b7112320e4824747838a0a1412e9288e66cb14acbc581c3b84c22df6d";
     /// Reads the mission.
     WaypointPull: Empty => Pulled = "mavros_msgs" / "dba4ca9a44272d78ca9c6c0e0bbb8fdeb898b5bba9fbf2d47e6547cba7f7492a";
     /// Replaces the mission, or some of its waypoints.
     WaypointPush: MissionPushed => Pushed = "mavros_msgs" / "280a0e2e40640f42c7bf28acc7e77ff58e89f8e767fb100f342f4e1a6ddc4350";
+    /// Makes a waypoint the current one.
+    WaypointSetCurrent: CurrentWanted => Succeeded = "mavros_msgs" / "9c640038e67868f5d9f8da4605de07ed8314e1e767438c74ddc9bbc0fd8b65a1";
+    /// Takes off, or lands.
+    CommandTOL: CommandedPlace => Commanded = "mavros_msgs" / "03faac8deec2f89820ff196f8835713a58692713cb164cea25a0022c2b8e4ffe";
+    /// Moves home.
+    CommandHome: HomeWanted => Commanded = "mavros_msgs" / "99b59d7d17a81b8a5fde31b15d2e5e97e2480b211a22851d11592204d08b99ea";
+    /// Any command.
+    CommandLong: LongWanted => Commanded = "mavros_msgs" / "4eba263db07465d64c8b51c68b29d0e649c6761043838cc701b226bc9a813214";
 }
 
 /// `mavros_msgs/CommandBool_Request`, which has the form of a switch.
@@ -283,6 +317,16 @@ mod tests {
             State,
             VfrHud,
             WaypointList,
+            HomePosition,
+            StatusText,
+            ExtendedState,
+            WaypointReached,
+            RCIn,
+            CommandedPlace,
+            HomeWanted,
+            LongWanted,
+            CurrentWanted,
+            Succeeded,
             Switch,
             Told,
             ModeWanted,

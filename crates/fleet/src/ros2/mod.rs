@@ -10,9 +10,11 @@
 //! | [`frames`] | from MAVLink's axes to those of ROS |
 //! | [`moment`] | a plane at a moment |
 //! | [`topics`] | what a plane says, and how often |
+//! | [`news`] | what it says when it happens |
 //! | [`diagnosis`] | its health as a `DiagnosticArray` |
 //! | [`mission`] | missions as MAVROS has them |
 //! | [`services`] | what a plane can be asked for |
+//! | [`setpoint`] | positions to fly to, which come as a stream |
 //! | [`doctor`] | why somebody sees nothing |
 
 pub mod cdr;
@@ -23,6 +25,8 @@ pub mod message;
 pub mod mission;
 pub mod moment;
 pub mod name;
+pub mod news;
 pub mod services;
+pub mod setpoint;
 pub mod token;
 pub mod topics;

@@ -2,8 +2,9 @@
 
 use super::cdr::{BadCdr, Cdr};
 use super::message::{
-    Cleared, CommandBool, Commanded, MissionPushed, ModeSent, ModeWanted, Pulled, Pushed, Service, SetBool, SetMode,
-    Switch, Told, Trigger, Waypoint, WaypointClear, WaypointPull, WaypointPush,
+    CommandBool, CommandHome, CommandLong, CommandTOL, Commanded, CommandedPlace, CurrentWanted, HomeWanted,
+    LongWanted, MissionPushed, ModeSent, ModeWanted, Pulled, Pushed, Service, SetBool, SetMode, Succeeded, Switch,
+    Told, Trigger, Waypoint, WaypointClear, WaypointPull, WaypointPush, WaypointSetCurrent,
 };
 use super::name::Names;
 
@@ -19,6 +20,16 @@ pub enum Wish {
     Arm(bool),
     /// Another mode, by its name or number.
     Mode(String),
+    /// To take off to that altitude above home, m.
+    Takeoff(f64),
+    /// To land.
+    Land,
+    /// Its home at that latitude, longitude and altitude above the sea (m), or where it is.
+    Home(Option<[f64; 3]>),
+    /// Another current waypoint, by its number on the wire.
+    Current(u16),
+    /// Any command.
+    Command(LongWanted),
     /// To return to launch.
     Return,
     /// To circle where it is.
@@ -35,8 +46,23 @@ pub enum Wish {
     IsReady,
 }
 
+/// Why it was not done.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Failed {
+    /// In words.
+    pub why: String,
+    /// The `MAV_RESULT` of the vehicle, where it gave one.
+    pub result: u8,
+}
+
+impl<T: Into<String>> From<T> for Failed {
+    fn from(why: T) -> Self {
+        Self { why: why.into(), result: FAILED }
+    }
+}
+
 /// How it ended: what there is to say and to count, or why not.
-pub type Ended = Result<(String, u32), String>;
+pub type Ended = Result<(String, u32), Failed>;
 
 /// A service of a plane.
 #[derive(Debug, Clone, Copy)]
@@ -56,7 +82,7 @@ pub struct Offer {
 fn told(ended: &Ended) -> Vec<u8> {
     let (success, message) = match ended {
         Ok((message, _)) => (true, message.clone()),
-        Err(why) => (false, why.clone()),
+        Err(failed) => (false, failed.why.clone()),
     };
     Told { success, message }.to_bytes()
 }
@@ -71,6 +97,15 @@ fn arm(bytes: &[u8]) -> Result<Wish, BadCdr> {
     Ok(Wish::Arm(Switch::from_bytes(bytes)?.data))
 }
 
+fn commanded(ended: &Ended) -> Vec<u8> {
+    let result = ended.as_ref().map_or_else(|failed| failed.result, |_| ACCEPTED);
+    Commanded { success: ended.is_ok(), result }.to_bytes()
+}
+
+fn succeeded(ended: &Ended) -> Vec<u8> {
+    Succeeded { success: ended.is_ok() }.to_bytes()
+}
+
 const fn offer<S: Service>(
     name: &'static str,
     read: fn(&[u8]) -> Result<Wish, BadCdr>,
@@ -83,14 +118,14 @@ const fn offer<S: Service>(
 pub fn offers(names: Names) -> Vec<Offer> {
     match names {
         Names::Mavros => vec![
-            offer::<CommandBool>("cmd/arming", arm, |ended| {
-                let result = if ended.is_ok() { ACCEPTED } else { FAILED };
-                Commanded { success: ended.is_ok(), result }.to_bytes()
-            }),
+            offer::<CommandBool>("cmd/arming", arm, commanded),
+            offer::<CommandTOL>("cmd/takeoff", takeoff, commanded),
+            offer::<CommandTOL>("cmd/land", land, commanded),
+            offer::<CommandHome>("cmd/set_home", home, commanded),
+            offer::<CommandLong>("cmd/command", command, commanded),
             offer::<SetMode>("set_mode", mode, |ended| ModeSent { mode_sent: ended.is_ok() }.to_bytes()),
-            offer::<WaypointClear>("mission/clear", trigger::<3>, |ended| {
-                Cleared { success: ended.is_ok() }.to_bytes()
-            }),
+            offer::<WaypointSetCurrent>("mission/set_current", current, succeeded),
+            offer::<WaypointClear>("mission/clear", trigger::<3>, succeeded),
             offer::<WaypointPull>("mission/pull", trigger::<4>, |ended| {
                 let wp_received = ended.as_ref().map_or(0, |(_, count)| *count);
                 Pulled { success: ended.is_ok(), wp_received }.to_bytes()
@@ -108,6 +143,29 @@ pub fn offers(names: Names) -> Vec<Offer> {
         ],
         Names::ArduPilot => vec![offer::<Trigger>("prearm_check", trigger::<5>, told)],
     }
+}
+
+/// The altitude alone: where it stands and to where it points is the plane's own.
+fn takeoff(bytes: &[u8]) -> Result<Wish, BadCdr> {
+    Ok(Wish::Takeoff(CommandedPlace::from_bytes(bytes)?.altitude.into()))
+}
+
+fn land(bytes: &[u8]) -> Result<Wish, BadCdr> {
+    CommandedPlace::from_bytes(bytes)?;
+    Ok(Wish::Land)
+}
+
+fn home(bytes: &[u8]) -> Result<Wish, BadCdr> {
+    let HomeWanted { current_gps, latitude, longitude, altitude, .. } = HomeWanted::from_bytes(bytes)?;
+    Ok(Wish::Home((!current_gps).then(|| [latitude, longitude, altitude].map(f64::from))))
+}
+
+fn current(bytes: &[u8]) -> Result<Wish, BadCdr> {
+    Ok(Wish::Current(CurrentWanted::from_bytes(bytes)?.wp_seq))
+}
+
+fn command(bytes: &[u8]) -> Result<Wish, BadCdr> {
+    Ok(Wish::Command(LongWanted::from_bytes(bytes)?))
 }
 
 fn push(bytes: &[u8]) -> Result<Wish, BadCdr> {
@@ -146,6 +204,15 @@ mod tests {
             assert_eq!((find(name).read)(&nothing), Ok(wish), "{name}");
             assert!((find(name).read)(b"\0\x01").is_err());
         }
+        let place = |altitude| CommandedPlace { min_pitch: 0.0, yaw: 0.0, latitude: 1.0, longitude: 2.0, altitude };
+        assert_eq!((find("cmd/takeoff").read)(&place(50.0).to_bytes()), Ok(Wish::Takeoff(50.0)));
+        assert_eq!((find("cmd/land").read)(&place(0.0).to_bytes()), Ok(Wish::Land));
+        let home = |current_gps| HomeWanted { current_gps, yaw: 0.0, latitude: 40.5, longitude: -3.5, altitude: 600.0 };
+        assert_eq!((find("cmd/set_home").read)(&home(true).to_bytes()), Ok(Wish::Home(None)));
+        let there = Wish::Home(Some([40.5, -3.5, 600.0]));
+        assert_eq!((find("cmd/set_home").read)(&home(false).to_bytes()), Ok(there));
+        let third = CurrentWanted { wp_seq: 3 }.to_bytes();
+        assert_eq!((find("mission/set_current").read)(&third), Ok(Wish::Current(3)));
         let push = MissionPushed { start_index: 3, waypoints: Vec::new() }.to_bytes();
         assert_eq!((find("mission/push").read)(&push), Ok(Wish::Push(3, Vec::new())));
         // A list that says it is longer than what came.
@@ -154,6 +221,9 @@ mod tests {
         let ready = super::offers(Names::ArduPilot)[0];
         assert_eq!((ready.read)(&nothing), Ok(Wish::IsReady));
         assert_eq!((find("cmd/arming").write)(&Err("no".into())), b"\0\x01\0\0\0\x04");
+        let denied = Failed { why: "no".into(), result: 2 };
+        assert_eq!((find("cmd/command").write)(&Err(denied)), b"\0\x01\0\0\0\x02");
+        assert_eq!((find("mission/set_current").write)(&Ok((String::new(), 0))), b"\0\x01\0\0\x01");
         assert_eq!((find("mission/pull").write)(&Ok((String::new(), 7))), b"\0\x01\0\0\x01\0\0\0\x07\0\0\0");
         assert_eq!(
             Told::from_bytes(&(find("vencejo/arm").write)(&Err("no".into()))).map(|told| told.message),

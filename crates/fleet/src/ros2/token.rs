@@ -11,6 +11,8 @@ pub const NO_HASH: &str = "TypeHashNotSupported";
 pub const TOKENS: &str = "@ros2_lv";
 /// Quality of what we send: reliable, volatile, the last ten.
 const OURS: &str = "::,10:,:,:,,";
+/// Quality of what we hear, `SensorDataQoS`: best effort, volatile, the last five.
+const HEARD: &str = "2::,5:,:,:,,";
 
 /// What a node can have.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -89,7 +91,16 @@ impl Node {
 
     /// The token of something that it has: a topic or service with its whole name.
     pub fn token_of(&self, id: u32, kind: Kind, name: &str, of: &str, hash: &str) -> String {
-        format!("{}/{}/{}/{hash}/{OURS}", self.start(id, kind), name.replace('/', "%"), mangled(of))
+        self.with_quality(id, kind, (name, of, hash), OURS)
+    }
+
+    /// The token of a topic that it hears as sensor data.
+    pub fn token_of_heard(&self, id: u32, name: &str, of: &str, hash: &str) -> String {
+        self.with_quality(id, Kind::Subscription, (name, of, hash), HEARD)
+    }
+
+    fn with_quality(&self, id: u32, kind: Kind, (name, of, hash): (&str, &str, &str), quality: &str) -> String {
+        format!("{}/{}/{}/{hash}/{quality}", self.start(id, kind), name.replace('/', "%"), mangled(of))
     }
 }
 
@@ -227,6 +238,8 @@ mod tests {
         let topic = seen.topic.expect("a topic");
         assert_eq!((topic.name.as_str(), topic.kind.as_str()), ("/chatter", "std_msgs/msg/String"));
         assert!(topic.hash == hash && topic.is_reliable && !topic.is_transient_local);
+        let heard = node.token_of_heard(10, "/chatter", "std_msgs/msg/String", hash);
+        assert_eq!(heard, token.replace("/::,10:", "/2::,5:"));
         let inner = Node { namespace: "/plane7".into(), name: "mavros".into(), ..node };
         assert!(inner.token().ends_with("/NN/%/%plane7/mavros"));
         assert_eq!(Seen::read(&inner.token()).map(|seen| seen.node).as_deref(), Some("/plane7/mavros"));

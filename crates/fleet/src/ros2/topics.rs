@@ -4,17 +4,17 @@ use std::time::Duration;
 
 use vencejo_flight::plan::{MavFrame, MissionItem};
 use vencejo_proto::MonoTime;
-use vencejo_vehicle::telemetry::{Gps, LOST_AFTER, SystemStatus};
+use vencejo_vehicle::telemetry::{Gps, LOST_AFTER, LandedState, SystemStatus};
 
 use twox_hash::XxHash3_128;
 
 use super::diagnosis;
 use super::frames;
 use super::message::{
-    BatteryState, DiagnosticArray, Float64, GeoPoint, GeoPose, GeoPoseStamped, Imu, Message, NavSatFix, NavSatStatus,
-    Odometry, Path, Pose, PoseStamped, PoseWithCovariance, Quaternion, State, TFMessage, Time, TimeReference,
-    Transform, TransformStamped, Twist, TwistStamped, TwistWithCovariance, TwistWithCovarianceStamped, Vector3, VfrHud,
-    WaypointList,
+    BatteryState, DiagnosticArray, ExtendedState, Float64, GeoPoint, GeoPose, GeoPoseStamped, HomePosition, Imu,
+    Message, NavSatFix, NavSatStatus, Odometry, Path, Pose, PoseStamped, PoseWithCovariance, Quaternion, RCIn, State,
+    TFMessage, Time, TimeReference, Transform, TransformStamped, Twist, TwistStamped, TwistWithCovariance,
+    TwistWithCovarianceStamped, Vector3, VfrHud, WaypointList,
 };
 use super::mission;
 use super::moment::{Moment, time};
@@ -72,6 +72,9 @@ pub fn topics(names: Names) -> Vec<Topic> {
     match names {
         Names::Mavros => vec![
             topic("state", SLOW, state),
+            topic("extended_state", SLOW, extended_state),
+            topic("home_position/home", SLOW, home_position),
+            topic("rc/in", FAST, rc_in),
             topic("vfr_hud", FAST, vfr_hud),
             topic("global_position/global", FAST, global),
             topic("global_position/raw/fix", FAST, raw_fix),
@@ -193,6 +196,51 @@ fn state(moment: &Moment<'_>) -> Option<(MonoTime, State)> {
         system_status: status_number(heartbeat.value.system_status),
     };
     Some((heartbeat.at, said))
+}
+
+fn extended_state(moment: &Moment<'_>) -> Option<(MonoTime, ExtendedState)> {
+    let extended = moment.fresh(moment.telemetry.extended)?;
+    let landed_state = match extended.value.landed {
+        LandedState::Undefined => 0,
+        LandedState::OnGround => 1,
+        LandedState::InAir => 2,
+        LandedState::TakingOff => 3,
+        LandedState::Landing => 4,
+    };
+    let vtol_state = extended.value.vtol.unwrap_or(0);
+    Some((extended.at, ExtendedState { header: moment.header(extended.at, "base_link"), vtol_state, landed_state }))
+}
+
+/// Once a second, as nothing is kept for whoever comes later. Home is the origin of `map`; which way the plane stood
+/// there is not told.
+fn home_position(moment: &Moment<'_>) -> Option<(MonoTime, HomePosition)> {
+    moment.fresh(moment.telemetry.heartbeat)?;
+    let home = moment.home?;
+    let none = || Vector3 { x: 0.0, y: 0.0, z: 0.0 };
+    let said = HomePosition {
+        header: moment.header(moment.now, "map"),
+        geo: GeoPoint {
+            latitude: home.lat_deg,
+            longitude: home.lon_deg,
+            altitude: ellipsoid_m(moment, Some(home.alt_amsl_m)),
+        },
+        position: none(),
+        orientation: Quaternion { x: 0.0, y: 0.0, z: 0.0, w: 1.0 },
+        approach: none(),
+    };
+    Some((moment.now, said))
+}
+
+/// The pilot's radio; a channel that is missing is `UINT16_MAX`, as on the wire.
+fn rc_in(moment: &Moment<'_>) -> Option<(MonoTime, RCIn)> {
+    let radio = moment.fresh(moment.telemetry.rc)?;
+    let channels = radio.value.pulse_us.iter().take(radio.value.count.into());
+    let said = RCIn {
+        header: moment.header(radio.at, "base_link"),
+        rssi: radio.value.rssi.unwrap_or(u8::MAX),
+        channels: channels.map(|pulse| pulse.unwrap_or(u16::MAX)).collect(),
+    };
+    Some((radio.at, said))
 }
 
 fn vfr_hud(moment: &Moment<'_>) -> Option<(MonoTime, VfrHud)> {

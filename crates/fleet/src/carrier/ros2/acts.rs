@@ -3,19 +3,20 @@
 use std::sync::Arc;
 
 use tokio::runtime::Handle;
-use tokio::sync::{Semaphore, mpsc};
+use tokio::sync::{Semaphore, SemaphorePermit, mpsc};
 use vencejo_flight::plan::{Mission, PlanKind};
-use vencejo_station::{Operator, Pending, RequestResult, Station, VehicleHandle};
+use vencejo_proto::{Address, CommandLong, MissionSeq};
+use vencejo_station::{Operator, Pending, RequestResult, Station, StationError, VehicleHandle};
 use vencejo_vehicle::telemetry::Freshness;
-use vencejo_vehicle::{Danger, ModeChoice, Reply, Request};
+use vencejo_vehicle::{Danger, ModeChoice, Reply, Request, VehicleError};
 use zenoh::query::Query;
 
 use crate::carrier::checked::mission_errors;
 use crate::carrier::network::bytes_of;
 use crate::carrier::utc_ns;
-use crate::ros2::message::Waypoint;
+use crate::ros2::message::{LongWanted, Waypoint};
 use crate::ros2::mission;
-use crate::ros2::services::{Ended, Offer, Wish};
+use crate::ros2::services::{Ended, Failed, Offer, Wish};
 use crate::ros2::token::Attachment;
 
 /// Requests to vehicles that are under way at most, of all who ask.
@@ -23,7 +24,10 @@ const AT_ONCE: usize = 16;
 /// Answers that are made at once at most, those included.
 const ANSWERS: usize = 256;
 /// What a gateway says that only reads.
-const READS: &str = "this gateway only reads; it acts when it is started with --ros2-role operator";
+pub(super) const READS: &str = "this gateway only reads; it acts when it is started with --ros2-role operator";
+
+/// A command to the autopilot itself.
+const THE_AUTOPILOT: Address = Address::new(0, 0);
 
 /// In whose name it is acted.
 pub(super) struct Acting {
@@ -65,11 +69,11 @@ impl Acting {
         self.runtime.spawn(async move {
             let ended = match (offer.read)(&bytes_of(query.payload())) {
                 Ok(wish) => acting.done(&vehicle, wish).await,
-                Err(error) => Err(error.to_string()),
+                Err(error) => Err(error.to_string().into()),
             };
             let line = match &ended {
                 Ok((words, _)) => format!("{}: done{}{words}", offer.name, if words.is_empty() { "" } else { ": " }),
-                Err(why) => format!("{}: {why}", offer.name),
+                Err(failed) => format!("{}: {}", offer.name, failed.why),
             };
             tracing::info!(vehicle = %vehicle.id(), line, "asked by ROS 2");
             // Nobody has to read it.
@@ -89,16 +93,11 @@ impl Acting {
             let fresh = telemetry.sys_status.filter(|status| status.freshness(now) == Freshness::Fresh);
             return match fresh.and_then(|status| status.value.is_ready_to_arm) {
                 Some(true) => Ok(("it is ready to arm".to_owned(), 0)),
-                Some(false) => Err("its pre-arm checks fail".to_owned()),
-                None => Err("it does not say whether it is ready to arm".to_owned()),
+                Some(false) => Err("its pre-arm checks fail".into()),
+                None => Err("it does not say whether it is ready to arm".into()),
             };
         }
-        let operator = self.operator.clone().ok_or_else(|| READS.to_owned())?;
-        // A client of ROS waits for its answer for ever: one that has to ask again is told.
-        let Ok(_place) = self.places.try_acquire() else {
-            return Err(format!("{AT_ONCE} requests are under way; ask again when one has ended"));
-        };
-        let vehicle = vehicle.acting_as(operator);
+        let (vehicle, _place) = self.acting(vehicle)?;
         if let Wish::Push(start, waypoints) = wish {
             return push(&vehicle, start, waypoints).await;
         }
@@ -109,6 +108,39 @@ impl Acting {
             }
             _ => (String::new(), 0),
         })
+    }
+
+    /// Whether it acts.
+    pub(super) fn is_operator(&self) -> bool {
+        self.operator.is_some()
+    }
+
+    /// Starts a request, and tells how it ended.
+    pub(super) fn start(
+        self: &Arc<Self>,
+        vehicle: &VehicleHandle,
+        request: Request,
+        ended: impl FnOnce(Result<(), String>) + Send + 'static,
+    ) {
+        let (acting, vehicle) = (self.clone(), vehicle.clone());
+        self.runtime.spawn(async move {
+            let end = acting.carried(&vehicle, request).await;
+            ended(end.map(drop).map_err(|failed| failed.why));
+        });
+    }
+
+    async fn carried(&self, vehicle: &VehicleHandle, request: Request) -> Result<Reply, Failed> {
+        let (vehicle, _place) = self.acting(vehicle)?;
+        end_of(vehicle.request(request)).await
+    }
+
+    /// A vehicle that is asked by the operator, and a place among all requests.
+    fn acting(&self, vehicle: &VehicleHandle) -> Result<(VehicleHandle, SemaphorePermit<'_>), Failed> {
+        let operator = self.operator.clone().ok_or(READS)?;
+        // A client of ROS waits for its answer for ever: one that has to ask again is told.
+        let place = self.places.try_acquire();
+        let place = place.map_err(|_| format!("{AT_ONCE} requests are under way; ask again when one has ended"))?;
+        Ok((vehicle.acting_as(operator), place))
     }
 
     fn asked(vehicle: &VehicleHandle, wish: Wish) -> Result<Pending<RequestResult>, String> {
@@ -123,9 +155,25 @@ impl Acting {
                 let mode = name.parse().map_or_else(|_| ModeChoice::Name(name), ModeChoice::Custom);
                 vehicle.request(Request::SetMode { mode })
             }
+            Wish::Takeoff(alt_rel_home_m) => vehicle.request(Request::Takeoff { alt_rel_home_m }),
+            Wish::Land => vehicle.request(Request::Land),
+            Wish::Home(place) => {
+                let [lat_deg, lon_deg, alt_amsl_m] = place.map_or([None; 3], |place| place.map(Some));
+                vehicle.request(Request::SetHome { lat_deg, lon_deg, alt_amsl_m })
+            }
+            Wish::Current(seq) => {
+                let item = vehicle.item_of_seq(MissionSeq(seq));
+                let item =
+                    item.ok_or("waypoint 0 is home on ArduPilot, and is not flown to; the mission begins with 1")?;
+                vehicle.request(Request::SetCurrentItem { item })
+            }
+            Wish::Command(wanted) => vehicle.request(Request::RawCommandLong(long(&wanted)?)),
             Wish::Return => vehicle.request(Request::ReturnToLaunch),
             Wish::Loiter => vehicle.request(Request::LoiterHere),
             Wish::Start => vehicle.request(Request::MissionStart { from_item: None }),
+            Wish::Clear if !is_disarmed(vehicle) => {
+                return Err("the mission of a vehicle that is armed is not cleared from ROS 2: disarm it first, or clear it in the web app".to_owned());
+            }
             // Who calls it names what is dangerous: that is what it is for.
             Wish::Clear => vehicle.request_naming(Request::ClearPlan { kind }, Danger::Clear(kind)),
             Wish::Pull => vehicle.request(Request::DownloadPlan { kind }),
@@ -134,11 +182,45 @@ impl Acting {
     }
 }
 
-async fn end_of(pending: Pending<RequestResult>) -> Result<Reply, String> {
+/// Whether it is known to be disarmed.
+fn is_disarmed(vehicle: &VehicleHandle) -> bool {
+    let (telemetry, now) = vehicle.telemetry();
+    let heard = telemetry.heartbeat.filter(|heartbeat| heartbeat.freshness(now) != Freshness::Lost);
+    heard.is_some_and(|heartbeat| !heartbeat.value.is_armed)
+}
+
+/// A command as it is sent to the autopilot.
+fn long(wanted: &LongWanted) -> Result<CommandLong, String> {
+    let LongWanted { broadcast, command, param1, param2, param3, param4, param5, param6, param7, .. } = *wanted;
+    if broadcast {
+        return Err("a command is sent to one vehicle: leave broadcast false".to_owned());
+    }
+    let params = [param1, param2, param3, param4, param5, param6, param7];
+    if params.iter().any(|param| param.is_infinite()) {
+        return Err("a parameter is infinite; NaN leaves it to the vehicle".to_owned());
+    }
+    Ok(CommandLong { target: THE_AUTOPILOT, command, confirmation: 0, params })
+}
+
+async fn end_of(pending: Pending<RequestResult>) -> Result<Reply, Failed> {
     match pending.wait().await {
         Some(Ok(reply)) => Ok(reply),
-        Some(Err(error)) => Err(error.to_string()),
-        None => Err("the station was closed; whether it was done is not known".to_owned()),
+        Some(Err(error)) => Err(failed(&error)),
+        None => Err("the station was closed; whether it was done is not known".into()),
+    }
+}
+
+/// An error as ROS 2 is told, whose services have no field for a confirmation.
+fn failed(error: &StationError) -> Failed {
+    match error {
+        StationError::NeedsConfirmation { challenge } => {
+            let (danger, words) = (challenge.danger, challenge.danger.words());
+            format!("it {words}, which needs a confirmation, and ROS 2 has none: use the web app, or Python with confirm=\"{danger}\"; nothing was sent").into()
+        }
+        StationError::Vehicle(VehicleError::CommandRefused { result, .. }) => {
+            Failed { why: error.to_string(), result: result.0 }
+        }
+        _ => error.to_string().into(),
     }
 }
 
@@ -151,13 +233,13 @@ async fn push(vehicle: &VehicleHandle, start: u16, waypoints: Vec<Waypoint>) -> 
         // What is on board now, not what it was when somebody last looked.
         match end_of(vehicle.request(Request::DownloadPlan { kind })).await? {
             Reply::Plan { items, home, .. } => mission::spliced(Mission { home, items }, start, &waypoints, has_home)?,
-            _ => return Err("the mission on board was not read".to_owned()),
+            _ => return Err("the mission on board was not read".into()),
         }
     };
     let (checked, unchecked) = (vehicle.clone(), mission.clone());
     let errors = tokio::task::spawn_blocking(move || mission_errors(&checked, unchecked)).await;
-    if let Some(errors) = errors.map_err(|_| "the checks failed; nothing was sent".to_owned())? {
-        return Err(format!("the mission has {errors}; nothing was sent"));
+    if let Some(errors) = errors.map_err(|_| "the checks failed; nothing was sent")? {
+        return Err(format!("the mission has {errors}; nothing was sent").into());
     }
     let Mission { home, items } = mission;
     end_of(vehicle.request(Request::UploadPlan { kind, items, home, despite_findings: false })).await?;

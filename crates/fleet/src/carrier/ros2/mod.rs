@@ -5,6 +5,7 @@ mod doctor;
 mod gateway;
 mod plane;
 mod router;
+mod setpoints;
 #[cfg(test)]
 mod tests;
 

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use tokio::sync::mpsc;
 use vencejo_flight::plan::{Mission, PlanKind};
 use vencejo_proto::MonoTime;
-use vencejo_station::VehicleHandle;
+use vencejo_station::{DropOldest, Observed, Taken, VehicleHandle};
 use vencejo_vehicle::PlanState;
 use zenoh::Session;
 use zenoh::liveliness::LivelinessToken;
@@ -14,18 +14,23 @@ use zenoh::qos::CongestionControl;
 use zenoh::query::Queryable;
 
 use super::acts::Acting;
+use super::setpoints::Setpoints;
 use crate::carrier::{network, utc_ns};
 use crate::error::FleetError;
 use crate::ros2::cdr::Cdr;
-use crate::ros2::message::{Log, Message};
+use crate::ros2::message::{GeoPoseStamped, Log, Message};
 use crate::ros2::moment::{Moment, time};
 use crate::ros2::name::{Names, Place};
+use crate::ros2::news;
 use crate::ros2::services::offers;
+use crate::ros2::setpoint;
 use crate::ros2::token::{Attachment, Kind, Node, gid, key};
 use crate::ros2::topics::{StateSource, topics};
 
 /// Lines of the log that wait for a tick at most.
 const LINES: usize = 16;
+/// Events that wait for a tick at most; the oldest go first.
+const EVENTS: usize = 64;
 /// Where nodes write their log.
 const ROSOUT: &str = "/rosout";
 
@@ -35,7 +40,11 @@ pub(super) struct Plane {
     place: Place,
     source: StateSource,
     voices: Vec<Voice>,
+    events: Arc<DropOldest<Observed>>,
+    news: Vec<Voice>,
     log: Voice,
+    /// Where it listens to any.
+    setpoints: Option<Setpoints>,
     lines: mpsc::Receiver<(bool, String)>,
     ids: u32,
     // What ends with it.
@@ -80,7 +89,10 @@ impl Plane {
         let mut id = node.id;
         let mut next = |kind, name: &str, of: &str, hash: &str| {
             id += 1;
-            let token = node.token_of(id, kind, name, of, hash);
+            let token = match kind {
+                Kind::Subscription => node.token_of_heard(id, name, of, hash),
+                _ => node.token_of(id, kind, name, of, hash),
+            };
             tokens.push(token.clone());
             (key(node.domain, name, of, hash), token)
         };
@@ -90,9 +102,21 @@ impl Plane {
             let (key, token) = next(Kind::Publisher, &place.topic(topic.name), topic.kind, topic.hash);
             voices.push(Voice::declare(session, key, &token).await?);
         }
+        let events = vehicle.subscribe_events(EVENTS);
+        let mut news = Vec::new();
+        for (name, kind, hash) in news::topics(names) {
+            let (key, token) = next(Kind::Publisher, &place.topic(name), kind, hash);
+            news.push(Voice::declare(session, key, &token).await?);
+        }
         let (key, token) = next(Kind::Publisher, ROSOUT, Log::TYPE, Log::HASH);
         let log = Voice::declare(session, key, &token).await?;
         let (line, lines) = mpsc::channel(LINES);
+        let mut setpoints = None;
+        if names == Names::Mavros {
+            let (name, hash) = (place.topic(setpoint::TOPIC), GeoPoseStamped::HASH);
+            let (key, _) = next(Kind::Subscription, &name, GeoPoseStamped::TYPE, hash);
+            setpoints = Some(Setpoints::declare(session, key, acting.clone(), line.clone()).await?);
+        }
         let mut services = Vec::new();
         for offer in offers(names) {
             let (key, _) = next(Kind::Service, &place.topic(offer.name), offer.kind, offer.hash);
@@ -107,7 +131,20 @@ impl Plane {
             declared.push(session.liveliness().declare_token(token).await.map_err(network::failed)?);
         }
         let ids = id + 1 - node.id;
-        Ok(Self { vehicle, place, source, voices, log, lines, ids, _tokens: declared, _services: services })
+        Ok(Self {
+            vehicle,
+            place,
+            source,
+            voices,
+            events,
+            news,
+            log,
+            setpoints,
+            lines,
+            ids,
+            _tokens: declared,
+            _services: services,
+        })
     }
 
     /// How many numbers of the session it has.
@@ -120,9 +157,12 @@ impl Plane {
         self.place.prefix.trim_end_matches('/')
     }
 
-    /// Says what is new; how much that was.
+    /// Says what is new, and has it fly where it is wanted; how much was said.
     pub(super) async fn say(&mut self, now: MonoTime) -> u64 {
         let (telemetry, _) = self.vehicle.telemetry();
+        if let Some(setpoints) = &self.setpoints {
+            setpoints.go_on(&self.vehicle, &telemetry, now);
+        }
         let plan = match self.vehicle.plan_on_board(PlanKind::Mission) {
             Some((PlanState::Empty, _)) => Some(Arc::new(Mission { home: None, items: Vec::new() })),
             known => known.and_then(|(_, mission)| mission),
@@ -139,6 +179,14 @@ impl Plane {
         for (index, bytes) in self.source.due(&moment) {
             self.voices[index].send(bytes).await;
             said += 1;
+        }
+        while let Taken::Item(observed) = self.events.take_ready() {
+            if let Some((index, bytes)) = news::of(&observed, &moment)
+                && let Some(voice) = self.news.get_mut(index)
+            {
+                voice.send(bytes).await;
+                said += 1;
+            }
         }
         while let Ok((is_done, msg)) = self.lines.try_recv() {
             let line = Log {
