@@ -8,7 +8,7 @@ use vencejo_fleet::ros2::cdr::Cdr;
 use vencejo_fleet::ros2::doctor::examine;
 use vencejo_fleet::ros2::message::GeoPoseStamped;
 use vencejo_fleet::ros2::name::Names;
-use vencejo_fleet::ros2::services::{Wish, offers};
+use vencejo_fleet::ros2::services::{Done, Wish, offers};
 use vencejo_fleet::ros2::setpoint::Target;
 use vencejo_fleet::ros2::token::{Attachment, Seen};
 
@@ -21,8 +21,11 @@ fuzz_target!(|data: &[u8]| quick(|| {
         0 => {
             for offer in [Names::Mavros, Names::ArduPilot].into_iter().flat_map(offers) {
                 let ended = match (offer.read)(bytes) {
-                    Ok(Wish::Mode(name)) => Ok((name, u32::MAX)),
-                    Ok(wish) => Ok((format!("{wish:?}"), 0)),
+                    Ok(Wish::Mode(name)) => Ok(Done { words: name, count: u32::MAX, ..Done::default() }),
+                    Ok(wish) => match wish.names() {
+                        Some(names) => Ok(Done::without(names, "no")),
+                        None => Ok(Done { words: format!("{wish:?}"), ..Done::default() }),
+                    },
                     Err(error) => Err(error.to_string().into()),
                 };
                 assert!((offer.write)(&ended).starts_with(&[0, 1, 0, 0]));

@@ -59,6 +59,14 @@ SERVICES = {
         "mission/pull": "mavros_msgs/srv/WaypointPull",
         "mission/push": "mavros_msgs/srv/WaypointPush",
         "mission/set_current": "mavros_msgs/srv/WaypointSetCurrent",
+        "param/describe_parameters": "rcl_interfaces/srv/DescribeParameters",
+        "param/get_parameter_types": "rcl_interfaces/srv/GetParameterTypes",
+        "param/get_parameters": "rcl_interfaces/srv/GetParameters",
+        "param/list_parameters": "rcl_interfaces/srv/ListParameters",
+        "param/pull": "mavros_msgs/srv/ParamPull",
+        "param/set": "mavros_msgs/srv/ParamSetV2",
+        "param/set_parameters": "rcl_interfaces/srv/SetParameters",
+        "param/set_parameters_atomically": "rcl_interfaces/srv/SetParametersAtomically",
         "set_mode": "mavros_msgs/srv/SetMode",
         "vencejo/arm": "std_srvs/srv/SetBool",
         "vencejo/loiter": "std_srvs/srv/Trigger",
@@ -86,10 +94,13 @@ def whole(at: str, name: str) -> str:
 
 
 def tokens(types: Types, domain: int, names: str, at: str, node: str) -> set[str]:
-    """The tokens of a plane's node without its session and its numbers, which are the session's: ``NN/…``, ``MP/…``, ``MS/…``, ``SS/…``."""
+    """The tokens of a plane's node, and of that of its parameters, without its session and its numbers, which are the session's: ``NN/…``, ``MP/…``, ``MS/…``, ``SS/…``."""
     space, _, last = node.rpartition("/")
     owner = f"%/{space.replace('/', '%') or '%'}/{last}"
     found = {f"{domain} NN/{owner}"}
+    params = f"%/{node.replace('/', '%')}/param"
+    if names == MAVROS:
+        found.add(f"{domain} NN/{params}")
     reliable, sensor_data = "::,10:,:,:,,", "2::,5:,:,:,,"
     for code, offered, quality in (
         ("MP", TOPICS[names], reliable),
@@ -98,5 +109,6 @@ def tokens(types: Types, domain: int, names: str, at: str, node: str) -> set[str
     ):
         for name, kind in offered.items():
             topic = whole(at, name).replace("/", "%")
-            found.add(f"{domain} {code}/{owner}/{topic}/{_mangled(kind)}/{types.hash(kind)}/{quality}")
+            of = params if name.startswith("param/") else owner
+            found.add(f"{domain} {code}/{of}/{topic}/{_mangled(kind)}/{types.hash(kind)}/{quality}")
     return found

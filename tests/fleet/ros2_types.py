@@ -57,6 +57,26 @@ SERVICES = {
         "bool broadcast\nuint16 command\nuint8 confirmation\n" + "\n".join(f"float32 param{n}" for n in range(1, 8)),
         "bool success\nuint8 result",
     ),
+    "mavros_msgs/srv/ParamPull": ("bool force_pull", "bool success\nuint32 param_received"),
+    "mavros_msgs/srv/ParamSetV2": (
+        "bool force_set\nstring param_id\nrcl_interfaces/ParameterValue value",
+        "bool success\nrcl_interfaces/ParameterValue value",
+    ),
+    "rcl_interfaces/srv/GetParameters": ("string[] names", "rcl_interfaces/ParameterValue[] values"),
+    "rcl_interfaces/srv/GetParameterTypes": ("string[] names", "uint8[] types"),
+    "rcl_interfaces/srv/DescribeParameters": ("string[] names", "rcl_interfaces/ParameterDescriptor[] descriptors"),
+    "rcl_interfaces/srv/ListParameters": (
+        "string[] prefixes\nuint64 depth",
+        "rcl_interfaces/ListParametersResult result",
+    ),
+    "rcl_interfaces/srv/SetParameters": (
+        "rcl_interfaces/Parameter[] parameters",
+        "rcl_interfaces/SetParametersResult[] results",
+    ),
+    "rcl_interfaces/srv/SetParametersAtomically": (
+        "rcl_interfaces/Parameter[] parameters",
+        "rcl_interfaces/SetParametersResult result",
+    ),
     "mavros_msgs/srv/WaypointSetCurrent": ("uint16 wp_seq", "bool success"),
     "mavros_msgs/srv/WaypointClear": ("", "bool success"),
     "mavros_msgs/srv/WaypointPull": ("", "bool success\nuint32 wp_received"),
@@ -65,6 +85,14 @@ SERVICES = {
         "bool success\nuint32 wp_transfered",
     ),
 }
+WITHIN = [
+    "mavros_msgs/msg/Waypoint",
+    *(
+        f"rcl_interfaces/msg/{name}"
+        for name in ("Parameter", "ParameterDescriptor", "ListParametersResult", "SetParametersResult")
+    ),
+]
+"""What is in the services' requests and answers."""
 NOTHING = "uint8 structure_needs_at_least_one_member"
 
 
@@ -151,7 +179,7 @@ class Types:
             if "/srv/" in kind:
                 request, response = SERVICES[kind]
                 self._file(folder, f"{kind}.srv", f"{request or NOTHING}\n---\n{response}")
-                self.files(folder, "mavros_msgs/msg/Waypoint")
+                self.files(folder, *WITHIN)
                 continue
             first, *others = self.text(kind).split("=" * 80 + "\n")
             self._file(folder, f"{kind}.msg", first)

@@ -196,6 +196,53 @@ structs! {
     CurrentWanted { wp_seq: u16 }
     /// `mavros_msgs/WaypointClear_Response`, `mavros_msgs/WaypointSetCurrent_Response`.
     Succeeded { success: bool }
+    /// `rcl_interfaces/ParameterValue`: the field that its type names counts.
+    ParameterValue {
+        r#type: u8, bool_value: bool, integer_value: i64, double_value: f64, string_value: String,
+        byte_array_value: Vec<u8>, bool_array_value: Vec<bool>, integer_array_value: Vec<i64>,
+        double_array_value: Vec<f64>, string_array_value: Vec<String>,
+    }
+    /// `rcl_interfaces/Parameter`.
+    Parameter { name: String, value: ParameterValue }
+    /// `rcl_interfaces/FloatingPointRange`.
+    FloatingPointRange { from_value: f64, to_value: f64, step: f64 }
+    /// `rcl_interfaces/IntegerRange`.
+    IntegerRange { from_value: i64, to_value: i64, step: u64 }
+    /// `rcl_interfaces/ParameterDescriptor`; of each range there is one at most.
+    ParameterDescriptor {
+        name: String, r#type: u8, description: String, additional_constraints: String, read_only: bool,
+        dynamic_typing: bool, floating_point_range: Vec<FloatingPointRange>, integer_range: Vec<IntegerRange>,
+    }
+    /// `rcl_interfaces/SetParametersResult`.
+    SetParametersResult { successful: bool, reason: String }
+    /// `rcl_interfaces/ListParametersResult`.
+    ListParametersResult { names: Vec<String>, prefixes: Vec<String> }
+    /// `rcl_interfaces/GetParameters_Request` and those that ask for types and descriptions.
+    NamesWanted { names: Vec<String> }
+    /// `rcl_interfaces/GetParameters_Response`.
+    Values { values: Vec<ParameterValue> }
+    /// `rcl_interfaces/GetParameterTypes_Response`.
+    Kinds { types: Vec<u8> }
+    /// `rcl_interfaces/DescribeParameters_Response`.
+    Descriptors { descriptors: Vec<ParameterDescriptor> }
+    /// `rcl_interfaces/ListParameters_Request`.
+    ListWanted { prefixes: Vec<String>, depth: u64 }
+    /// `rcl_interfaces/ListParameters_Response`.
+    Listed { result: ListParametersResult }
+    /// `rcl_interfaces/SetParameters_Request`, `rcl_interfaces/SetParametersAtomically_Request`.
+    ParametersWanted { parameters: Vec<Parameter> }
+    /// `rcl_interfaces/SetParameters_Response`.
+    SetResults { results: Vec<SetParametersResult> }
+    /// `rcl_interfaces/SetParametersAtomically_Response`.
+    SetAtOnce { result: SetParametersResult }
+    /// `mavros_msgs/ParamPull_Request`.
+    ParamPullWanted { force_pull: bool }
+    /// `mavros_msgs/ParamPull_Response`.
+    ParamPulled { success: bool, param_received: u32 }
+    /// `mavros_msgs/ParamSetV2_Request`.
+    ParamSetWanted { force_set: bool, param_id: String, value: ParameterValue }
+    /// `mavros_msgs/ParamSetV2_Response`.
+    ParamWritten { success: bool, value: ParameterValue }
     /// `mavros_msgs/WaypointPull_Response`.
     Pulled { success: bool, wp_received: u32 }
     /// `mavros_msgs/WaypointPush_Request`.
@@ -245,6 +292,22 @@ services! {
     WaypointPull: Empty => Pulled = "mavros_msgs" / "dba4ca9a44272d78ca9c6c0e0bbb8fdeb898b5bba9fbf2d47e6547cba7f7492a";
     /// Replaces the mission, or some of its waypoints.
     WaypointPush: MissionPushed => Pushed = "mavros_msgs" / "280a0e2e40640f42c7bf28acc7e77ff58e89f8e767fb100f342f4e1a6ddc4350";
+    /// Reads all parameters.
+    ParamPull: ParamPullWanted => ParamPulled = "mavros_msgs" / "bd1d82d05a5fd7ceef3b7a1fa63e4122325733d578ce193395946f69fd5ec7e1";
+    /// Writes a parameter.
+    ParamSetV2: ParamSetWanted => ParamWritten = "mavros_msgs" / "e0335a4038c2ca9b28f9427764bc56cc32b25148ef0e83cc9fd2cd4128801bc9";
+    /// Reads parameters.
+    GetParameters: NamesWanted => Values = "rcl_interfaces" / "bf9803d5c74cf989a5de3e0c2e99444599a627c7ff75f97b8c05b01003675cbc";
+    /// Tells the types of parameters.
+    GetParameterTypes: NamesWanted => Kinds = "rcl_interfaces" / "da199c878688b3e530bdfe3ca8f74cb9fa0c303101e980a9e8f260e25e1c80ca";
+    /// Describes parameters.
+    DescribeParameters: NamesWanted => Descriptors = "rcl_interfaces" / "845b484d71eb0673dae682f2e3ba3c4851a65a3dcfb97bddd82c5b57e91e4cff";
+    /// Lists parameters.
+    ListParameters: ListWanted => Listed = "rcl_interfaces" / "3e6062bfbb27bfb8730d4cef2558221f51a11646d78e7bb30a1e83afac3aad9d";
+    /// Writes parameters, each by itself.
+    SetParameters: ParametersWanted => SetResults = "rcl_interfaces" / "56eed9a67e169f9cb6c1f987bc88f868c14a8fc9f743a263bc734c154015d7e0";
+    /// Writes parameters, all or none.
+    SetParametersAtomically: ParametersWanted => SetAtOnce = "rcl_interfaces" / "0e192ef259c07fc3c07a13191d27002222e65e00ccec653ca05e856f79285fcd";
     /// Makes a waypoint the current one.
     WaypointSetCurrent: CurrentWanted => Succeeded = "mavros_msgs" / "9c640038e67868f5d9f8da4605de07ed8314e1e767438c74ddc9bbc0fd8b65a1";
     /// Takes off, or lands.
@@ -325,6 +388,20 @@ mod tests {
             CommandedPlace,
             HomeWanted,
             LongWanted,
+            ParameterDescriptor,
+            NamesWanted,
+            Values,
+            Kinds,
+            Descriptors,
+            ListWanted,
+            Listed,
+            ParametersWanted,
+            SetResults,
+            SetAtOnce,
+            ParamPullWanted,
+            ParamPulled,
+            ParamSetWanted,
+            ParamWritten,
             CurrentWanted,
             Succeeded,
             Switch,

@@ -13,6 +13,7 @@
 //! | [`news`] | what it says when it happens |
 //! | [`diagnosis`] | its health as a `DiagnosticArray` |
 //! | [`mission`] | missions as MAVROS has them |
+//! | [`params`] | parameters as those of a node |
 //! | [`services`] | what a plane can be asked for |
 //! | [`setpoint`] | positions to fly to, which come as a stream |
 //! | [`doctor`] | why somebody sees nothing |
@@ -26,6 +27,7 @@ pub mod mission;
 pub mod moment;
 pub mod name;
 pub mod news;
+pub mod params;
 pub mod services;
 pub mod setpoint;
 pub mod token;

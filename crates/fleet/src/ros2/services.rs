@@ -7,6 +7,7 @@ use super::message::{
     Told, Trigger, Waypoint, WaypointClear, WaypointPull, WaypointPush, WaypointSetCurrent,
 };
 use super::name::Names;
+use super::params::{self, Known, Wanted};
 
 /// `MAV_RESULT_ACCEPTED`.
 const ACCEPTED: u8 = 0;
@@ -30,6 +31,12 @@ pub enum Wish {
     Current(u16),
     /// Any command.
     Command(LongWanted),
+    /// Its parameters read: those with these names, or all.
+    Params(Option<Vec<String>>),
+    /// Its parameters written, each to a number, or why that is none.
+    SetParams(Wanted),
+    /// Several parameters written at once, which it cannot.
+    SetAtOnce,
     /// To return to launch.
     Return,
     /// To circle where it is.
@@ -61,8 +68,46 @@ impl<T: Into<String>> From<T> for Failed {
     }
 }
 
-/// How it ended: what there is to say and to count, or why not.
-pub type Ended = Result<(String, u32), Failed>;
+impl Wish {
+    /// The names of the parameters of which each is answered, whatever becomes of the call.
+    pub fn names(&self) -> Option<Vec<String>> {
+        match self {
+            Self::Params(names) => names.clone(),
+            Self::SetParams(wanted) => Some(wanted.iter().map(|(name, _)| name.clone()).collect()),
+            _ => None,
+        }
+    }
+}
+
+/// What there is to say of what was done.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Done {
+    /// In words, where there are any.
+    pub words: String,
+    /// How many waypoints or parameters.
+    pub count: u32,
+    /// The parameters that were asked for.
+    pub params: Vec<Known>,
+}
+
+impl Done {
+    /// Nothing is known of these parameters, for this reason.
+    pub fn without(names: Vec<String>, why: &str) -> Self {
+        Self { params: names.into_iter().map(|name| (name, Err(why.to_owned()))).collect(), ..Self::default() }
+    }
+
+    /// What was not done of it, in words.
+    pub fn problem(&self) -> Option<String> {
+        let mut failed = self.params.iter().filter_map(|(name, value)| Some((name, value.as_ref().err()?)));
+        let (name, why) = failed.next()?;
+        let more = failed.count();
+        let more = if more == 0 { String::new() } else { format!("; and {more} more") };
+        Some(format!("{}: {why}{more}", vencejo_proto::plain(name, 40)))
+    }
+}
+
+/// How it ended.
+pub type Ended = Result<Done, Failed>;
 
 /// A service of a plane.
 #[derive(Debug, Clone, Copy)]
@@ -81,7 +126,7 @@ pub struct Offer {
 
 fn told(ended: &Ended) -> Vec<u8> {
     let (success, message) = match ended {
-        Ok((message, _)) => (true, message.clone()),
+        Ok(done) => (true, done.words.clone()),
         Err(failed) => (false, failed.why.clone()),
     };
     Told { success, message }.to_bytes()
@@ -106,7 +151,7 @@ fn succeeded(ended: &Ended) -> Vec<u8> {
     Succeeded { success: ended.is_ok() }.to_bytes()
 }
 
-const fn offer<S: Service>(
+pub(super) const fn offer<S: Service>(
     name: &'static str,
     read: fn(&[u8]) -> Result<Wish, BadCdr>,
     write: fn(&Ended) -> Vec<u8>,
@@ -117,7 +162,7 @@ const fn offer<S: Service>(
 /// The services of a plane.
 pub fn offers(names: Names) -> Vec<Offer> {
     match names {
-        Names::Mavros => vec![
+        Names::Mavros => [
             offer::<CommandBool>("cmd/arming", arm, commanded),
             offer::<CommandTOL>("cmd/takeoff", takeoff, commanded),
             offer::<CommandTOL>("cmd/land", land, commanded),
@@ -127,11 +172,11 @@ pub fn offers(names: Names) -> Vec<Offer> {
             offer::<WaypointSetCurrent>("mission/set_current", current, succeeded),
             offer::<WaypointClear>("mission/clear", trigger::<3>, succeeded),
             offer::<WaypointPull>("mission/pull", trigger::<4>, |ended| {
-                let wp_received = ended.as_ref().map_or(0, |(_, count)| *count);
+                let wp_received = ended.as_ref().map_or(0, |done| done.count);
                 Pulled { success: ended.is_ok(), wp_received }.to_bytes()
             }),
             offer::<WaypointPush>("mission/push", push, |ended| {
-                let wp_transfered = ended.as_ref().map_or(0, |(_, count)| *count);
+                let wp_transfered = ended.as_ref().map_or(0, |done| done.count);
                 Pushed { success: ended.is_ok(), wp_transfered }.to_bytes()
             }),
             // The same without MAVROS's types, and with an answer in words.
@@ -140,7 +185,10 @@ pub fn offers(names: Names) -> Vec<Offer> {
             offer::<Trigger>("vencejo/loiter", trigger::<1>, told),
             offer::<Trigger>("vencejo/mission_start", trigger::<2>, told),
             offer::<Trigger>("vencejo/mission_clear", trigger::<3>, told),
-        ],
+        ]
+        .into_iter()
+        .chain(params::offers())
+        .collect(),
         Names::ArduPilot => vec![offer::<Trigger>("prearm_check", trigger::<5>, told)],
     }
 }
@@ -223,8 +271,11 @@ mod tests {
         assert_eq!((find("cmd/arming").write)(&Err("no".into())), b"\0\x01\0\0\0\x04");
         let denied = Failed { why: "no".into(), result: 2 };
         assert_eq!((find("cmd/command").write)(&Err(denied)), b"\0\x01\0\0\0\x02");
-        assert_eq!((find("mission/set_current").write)(&Ok((String::new(), 0))), b"\0\x01\0\0\x01");
-        assert_eq!((find("mission/pull").write)(&Ok((String::new(), 7))), b"\0\x01\0\0\x01\0\0\0\x07\0\0\0");
+        assert_eq!((find("mission/set_current").write)(&Ok(Done::default())), b"\0\x01\0\0\x01");
+        assert_eq!(
+            (find("mission/pull").write)(&Ok(Done { count: 7, ..Done::default() })),
+            b"\0\x01\0\0\x01\0\0\0\x07\0\0\0"
+        );
         assert_eq!(
             Told::from_bytes(&(find("vencejo/arm").write)(&Err("no".into()))).map(|told| told.message),
             Ok("no".into())

@@ -157,7 +157,7 @@ mod tests {
     #[test]
     fn a_stream_does_not_fill_the_link() {
         assert_eq!(orders(200, |_| HERE), [(0, HERE)], "what it has already");
-        let nearly = |ms: u64| if ms % 200 == 0 { HERE } else { Target([40.000_000_1, -3.0, 700.01]) };
+        let nearly = |ms: u64| if ms.is_multiple_of(200) { HERE } else { Target([40.000_000_1, -3.0, 700.01]) };
         assert_eq!(orders(200, nearly), [(0, HERE)], "but for a centimetre");
         let moving = |ms: u32| Target([40.0 + 1e-6 * f64::from(ms), -3.0, 700.0]);
         let moves = |ms: u64| moving(u32::try_from(ms).expect("short"));

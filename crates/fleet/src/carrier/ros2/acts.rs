@@ -11,12 +11,13 @@ use vencejo_vehicle::telemetry::Freshness;
 use vencejo_vehicle::{Danger, ModeChoice, Reply, Request, VehicleError};
 use zenoh::query::Query;
 
+use super::params;
 use crate::carrier::checked::mission_errors;
 use crate::carrier::network::bytes_of;
 use crate::carrier::utc_ns;
 use crate::ros2::message::{LongWanted, Waypoint};
 use crate::ros2::mission;
-use crate::ros2::services::{Ended, Failed, Offer, Wish};
+use crate::ros2::services::{Done, Ended, Failed, Offer, Wish};
 use crate::ros2::token::Attachment;
 
 /// Requests to vehicles that are under way at most, of all who ask.
@@ -71,13 +72,16 @@ impl Acting {
                 Ok(wish) => acting.done(&vehicle, wish).await,
                 Err(error) => Err(error.to_string().into()),
             };
-            let line = match &ended {
-                Ok((words, _)) => format!("{}: done{}{words}", offer.name, if words.is_empty() { "" } else { ": " }),
-                Err(failed) => format!("{}: {}", offer.name, failed.why),
-            };
+            let problem = ended.as_ref().map_or_else(|failed| Some(failed.why.clone()), Done::problem);
+            let is_good = problem.is_none();
+            let words = problem.unwrap_or_else(|| match &ended {
+                Ok(Done { words, .. }) if !words.is_empty() => format!("done: {words}"),
+                _ => "done".to_owned(),
+            });
+            let line = format!("{}: {words}", offer.name);
             tracing::info!(vehicle = %vehicle.id(), line, "asked by ROS 2");
             // Nobody has to read it.
-            let _ = lines.try_send((ended.is_ok(), line));
+            let _ = lines.try_send((is_good, line));
             let attachment = Attachment { sent_ns: utc_ns(), ..asked };
             if let Err(error) = query.reply(key, (offer.write)(&ended)).attachment(attachment.to_bytes()).await {
                 // Whoever asked asks again.
@@ -92,21 +96,27 @@ impl Acting {
             let (telemetry, now) = vehicle.telemetry();
             let fresh = telemetry.sys_status.filter(|status| status.freshness(now) == Freshness::Fresh);
             return match fresh.and_then(|status| status.value.is_ready_to_arm) {
-                Some(true) => Ok(("it is ready to arm".to_owned(), 0)),
+                Some(true) => Ok(Done { words: "it is ready to arm".to_owned(), ..Done::default() }),
                 Some(false) => Err("its pre-arm checks fail".into()),
                 None => Err("it does not say whether it is ready to arm".into()),
             };
         }
-        let (vehicle, _place) = self.acting(vehicle)?;
-        if let Wish::Push(start, waypoints) = wish {
-            return push(&vehicle, start, waypoints).await;
-        }
+        let (vehicle, _place) = match (self.acting(vehicle), wish.names()) {
+            (Err(failed), Some(names)) => return Ok(Done::without(names, &failed.why)),
+            (acting, _) => acting?,
+        };
+        let wish = match wish {
+            Wish::Push(start, waypoints) => return push(&vehicle, start, waypoints).await,
+            Wish::Params(names) => return params::read(&vehicle, names).await,
+            Wish::SetParams(wanted) => return params::write(&vehicle, wanted).await,
+            wish => wish,
+        };
         Ok(match end_of(Self::asked(&vehicle, wish)?).await? {
             Reply::Plan { items, .. } => {
                 let count = mission::count(items.len(), vehicle.telemetry().0.is_ardupilot());
-                (format!("{count} waypoints"), count)
+                Done { words: format!("{count} waypoints"), count, ..Done::default() }
             }
-            _ => (String::new(), 0),
+            _ => Done::default(),
         })
     }
 
@@ -177,7 +187,12 @@ impl Acting {
             // Who calls it names what is dangerous: that is what it is for.
             Wish::Clear => vehicle.request_naming(Request::ClearPlan { kind }, Danger::Clear(kind)),
             Wish::Pull => vehicle.request(Request::DownloadPlan { kind }),
-            Wish::Push(..) | Wish::IsReady => return Err("it is not a single act".to_owned()),
+            Wish::SetAtOnce => {
+                return Err("an autopilot takes one parameter after the other: use set_parameters".to_owned());
+            }
+            Wish::Push(..) | Wish::Params(_) | Wish::SetParams(_) | Wish::IsReady => {
+                return Err("it is not a single act".to_owned());
+            }
         })
     }
 }
@@ -202,7 +217,7 @@ fn long(wanted: &LongWanted) -> Result<CommandLong, String> {
     Ok(CommandLong { target: THE_AUTOPILOT, command, confirmation: 0, params })
 }
 
-async fn end_of(pending: Pending<RequestResult>) -> Result<Reply, Failed> {
+pub(super) async fn end_of(pending: Pending<RequestResult>) -> Result<Reply, Failed> {
     match pending.wait().await {
         Some(Ok(reply)) => Ok(reply),
         Some(Err(error)) => Err(failed(&error)),
@@ -244,5 +259,5 @@ async fn push(vehicle: &VehicleHandle, start: u16, waypoints: Vec<Waypoint>) -> 
     let Mission { home, items } = mission;
     end_of(vehicle.request(Request::UploadPlan { kind, items, home, despite_findings: false })).await?;
     let count = u32::try_from(waypoints.len()).unwrap_or(u32::MAX);
-    Ok((format!("{count} waypoints, and the vehicle has them"), count))
+    Ok(Done { words: format!("{count} waypoints, and the vehicle has them"), count, ..Done::default() })
 }

@@ -3,6 +3,7 @@
 mod acts;
 mod doctor;
 mod gateway;
+mod params;
 mod plane;
 mod router;
 mod setpoints;

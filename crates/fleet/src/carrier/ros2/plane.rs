@@ -22,6 +22,7 @@ use crate::ros2::message::{GeoPoseStamped, Log, Message};
 use crate::ros2::moment::{Moment, time};
 use crate::ros2::name::{Names, Place};
 use crate::ros2::news;
+use crate::ros2::params;
 use crate::ros2::services::offers;
 use crate::ros2::setpoint;
 use crate::ros2::token::{Attachment, Kind, Node, gid, key};
@@ -87,11 +88,21 @@ impl Plane {
     ) -> Result<Self, FleetError> {
         let mut tokens = vec![node.token()];
         let mut id = node.id;
+        let mut owners = vec![node.clone()];
+        if names == Names::Mavros {
+            // As MAVROS has them, a node of their own: `ros2 param` looks for one.
+            id += 1;
+            let namespace = format!("{}/{}", node.namespace.trim_end_matches('/'), node.name);
+            owners.push(Node { id, namespace, name: params::NODE.to_owned(), ..node.clone() });
+            tokens.extend(owners.last().map(Node::token));
+        }
         let mut next = |kind, name: &str, of: &str, hash: &str| {
             id += 1;
+            let is_param = name.strip_prefix(&place.prefix).is_some_and(|name| name.starts_with(params::BELOW));
+            let owner = if is_param { owners.last() } else { owners.first() }.unwrap_or(&node);
             let token = match kind {
-                Kind::Subscription => node.token_of_heard(id, name, of, hash),
-                _ => node.token_of(id, kind, name, of, hash),
+                Kind::Subscription => owner.token_of_heard(id, name, of, hash),
+                _ => owner.token_of(id, kind, name, of, hash),
             };
             tokens.push(token.clone());
             (key(node.domain, name, of, hash), token)

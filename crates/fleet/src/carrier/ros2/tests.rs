@@ -147,8 +147,8 @@ async fn a_plane_is_seen_and_acts_for_an_operator_alone() {
     assert!(!told.success && told.message.contains("--ros2-role operator"), "{told:?}");
     assert!(far.0.lock().unwrap_or_else(PoisonError::into_inner).is_empty(), "nothing was asked of it");
     let found = examine(&config(&at, false).router, 0).await.expect("reached");
-    assert_eq!(found.nodes.len(), 1);
-    assert_eq!((found.nodes[0].name.as_str(), found.nodes[0].services), ("/plane_7/mavros", 15));
+    let services: Vec<_> = found.nodes.iter().map(|node| (node.name.as_str(), node.services)).collect();
+    assert_eq!(services, [("/plane_7/mavros", 15), ("/plane_7/mavros/param", 8)]);
     assert_eq!((found.nodes[0].publishers, found.nodes[0].subscriptions), (23, 1), "its topics, and its log");
     assert_eq!(found.findings, []);
     assert_eq!(reader.status().planes, [(id.number(), "/plane_7/mavros".to_owned())]);
