@@ -56,11 +56,14 @@ fuzz_target!(|data: &[u8]| quick(|| {
 }));
 
 fn ordered(authority: &mut Authority, order: &Order, kind: u8, now: MonoTime) {
+    let key = |key: &[u8]| PublicKey(key.try_into().unwrap_or_default());
     let wish = match &order.want {
         Some(Want::Ask(_)) => Wish::Ask,
+        Some(Want::Take(_)) => Wish::Take,
         Some(Want::Renew(_)) => Wish::Renew,
         Some(Want::Release(_)) => Wish::Release,
-        Some(Want::Grant(key)) => Wish::Grant(PublicKey(key.as_slice().try_into().unwrap_or_default())),
+        Some(Want::Grant(of)) => Wish::Grant(key(of)),
+        Some(Want::Keep(of)) => Wish::Keep(key(of)),
         Some(Want::Act(act)) => {
             if let Ok((request, confirmed)) = request_of(act) {
                 let same = act_of(&request, confirmed).map(|act| request_of(&act));

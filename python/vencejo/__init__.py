@@ -81,6 +81,7 @@ if TYPE_CHECKING:
         PlanState,
         RecorderInfo,
         StatusText,
+        VehicleControl,
     )
 
 # Imported lazily: defining all these classes takes longer than hearing the first vehicle.
@@ -104,6 +105,7 @@ _LATER = {
         "PlanState",
         "RecorderInfo",
         "StatusText",
+        "VehicleControl",
     },
 }  # fmt: skip
 
@@ -175,6 +177,7 @@ __all__ = [
     "Telemetry",
     "TransferError",
     "Vehicle",
+    "VehicleControl",
     "VehicleLost",
     "VencejoError",
     "__version__",

@@ -23,7 +23,15 @@ if TYPE_CHECKING:
     from vencejo.signing import SigningInfo
     from vencejo.station import Station
     from vencejo.telemetry import Telemetry
-    from vencejo.values import Event, FlightPreparation, MissionProgress, PlanChange, PlanState, StatusText
+    from vencejo.values import (
+        Event,
+        FlightPreparation,
+        MissionProgress,
+        PlanChange,
+        PlanState,
+        StatusText,
+        VehicleControl,
+    )
     from vencejo.what_if import Trigger, WhatIf
 
     _Upload: TypeAlias = tuple[_native.Pending, tuple[Finding, ...]]
@@ -165,6 +173,13 @@ class VehicleState:
     def remote_name(self) -> str | None:
         """Its name in a fleet, for a remote vehicle: one reached by its station on board and not by a link of this station."""
         return self._native.remote_name()
+
+    @property
+    def control(self) -> VehicleControl:
+        """Who has control of it, and who asks for it; for a vehicle on a link, of its station."""
+        from vencejo.values import VehicleControl
+
+        return VehicleControl(*self._native.control())
 
     @property
     def is_reached(self) -> bool | None:

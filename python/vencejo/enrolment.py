@@ -195,6 +195,8 @@ class Member:
     role : str or None
         Role of a ground station by its newest list: ``"observer"``, ``"operator"`` or ``"chief"``; ``None`` for an
         aircraft, and for a station that is no longer on the list.
+    is_router : bool
+        Whether it is a router of the fleet, too.
     certificate_begins, certificate_ends : datetime
         Validity of its certificate (UTC).
     routers, doors : tuple of str
@@ -205,6 +207,7 @@ class Member:
     name: str
     is_station: bool
     role: Role | None
+    is_router: bool
     certificate_begins: datetime
     certificate_ends: datetime
     routers: tuple[str, ...]
@@ -429,6 +432,7 @@ def _member(found: dict[str, Any]) -> Member:
         name=found["name"],
         is_station=found["is_station"],
         role=found["role"],
+        is_router=found["is_router"],
         certificate_begins=_moment(found["begins"]),
         certificate_ends=_moment(found["ends"]),
         routers=tuple(found["routers"]),

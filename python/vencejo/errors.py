@@ -46,9 +46,10 @@ class Busy(VencejoError):
 
 
 class ControlHeld(VencejoError):
-    """Another operator holds control of the station: nothing was sent.
+    """Another operator holds control of the station, or of the aircraft: nothing was sent.
 
-    Ask for it, wait until it is given up, or take it over by name (`vencejo.Operator`).
+    Ask for it and wait until it is given up: with `Operator.request` for the station, which can also be taken over by
+    the holder's name (`Operator.take`), and with `Vehicle.request_control` for an aircraft of a fleet.
 
     Attributes
     ----------

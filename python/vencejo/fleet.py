@@ -26,7 +26,16 @@ from vencejo.enrolment import Organisation, default_key_file, member, native
 from vencejo.enrolment import member_file as default_member_file
 from vencejo.station import Station, default_history_dir
 
-__all__ = ["Aircraft", "AircraftStatus", "FarAircraft", "Fleet", "default_key_file", "has_fleet", "router_here"]
+__all__ = [
+    "Aircraft",
+    "AircraftStatus",
+    "FarAircraft",
+    "Fleet",
+    "FleetStatus",
+    "default_key_file",
+    "has_fleet",
+    "router_here",
+]
 
 BOARD_HISTORY_MB = 256
 """Default size limit of an aircraft's history on board, MB: a day with an operator, a week without."""
@@ -219,7 +228,7 @@ class FarAircraft:
     age_s : float
         Time since its newest message.
     holder, asking : str or None
-        Who has control of it, and who asks for control.
+        Who has control of it, and who asks for control: the operator's name, after that of the ground station.
     autopilot_silent_s : float or None
         Time since the station on board last heard its autopilot; ``None`` below 5 s, and while the station on board is
         not heard either.
@@ -237,11 +246,27 @@ class FarAircraft:
     links: str | None
 
 
+@dataclass(frozen=True, kw_only=True)
+class FleetStatus:
+    """How a ground station is in the network of its fleet.
+
+    Attributes
+    ----------
+    is_connected : bool
+        Whether a router answers it; a router itself is always connected.
+    problem : str or None
+        Why it is not connected: no aircraft is heard then. A router is missed for 5 s before it is reported.
+    """
+
+    is_connected: bool
+    problem: str | None
+
+
 class Fleet(Closing):
     """A ground station of a fleet: each aircraft is a vehicle of its station.
 
-    Control of an aircraft is requested with the first request to it, and kept while an operator of the station has
-    control. Close it, or use it in a ``with`` statement, inside that of its station.
+    The first request to an aircraft takes control of it if it is free, and it is kept while an operator of the station
+    has control. While another ground station has it, ask for it with `Vehicle.request_control`. Close it, or use it in a ``with`` statement, inside that of its station.
 
     Parameters
     ----------
@@ -337,6 +362,12 @@ class Fleet(Closing):
             for *far, silence in self._native.aircraft()
         ]
 
+    @property
+    def status(self) -> FleetStatus:
+        """Whether it is connected to the fleet."""
+        is_connected, problem = self._native.status()
+        return FleetStatus(is_connected=is_connected, problem=problem)
+
     def close(self) -> None:
-        """Leave the fleet; control that it has of aircraft is given up."""
+        """Leave the fleet; control that it has of aircraft is given up, and requests for it are withdrawn."""
         self._native.close()

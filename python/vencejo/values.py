@@ -22,10 +22,33 @@ __all__ = [
     "PlanState",
     "RecorderInfo",
     "StatusText",
+    "VehicleControl",
 ]
 
 SEVERITIES = ("emergency", "alert", "critical", "error", "warning", "notice", "info", "debug")
 """Names of MAV_SEVERITY, 0 to 7."""
+
+
+@dataclass(frozen=True)
+class VehicleControl:
+    """Who has control of a vehicle.
+
+    Attributes
+    ----------
+    holder : str or None
+        Name of the operator who has control, after that of the ground station; ``None`` when nobody has it.
+    is_held_here : bool
+        Whether that is an operator of this station.
+    requested_by : str or None
+        Name of the operator who asks for control; ``None`` without a request.
+    is_requested_here : bool
+        Whether that is an operator of this station.
+    """
+
+    holder: str | None
+    is_held_here: bool
+    requested_by: str | None
+    is_requested_here: bool
 
 
 @dataclass(frozen=True)

@@ -454,6 +454,46 @@ class Vehicle(Closing, VehicleState):
         """Restart the autopilot; only when it is disarmed, and with ``confirm="reboot"``."""
         self._wait(self._ask("reboot", confirm=confirm))
 
+    # Control -------------------------------------------------------------------------------------------------------
+
+    def request_control(self) -> bool:
+        """Ask for control of an aircraft that another ground station of the fleet has, or take it if it is free.
+
+        Requests to the aircraft take its control only while that is free. The request stands until it is granted,
+        declined, or withdrawn with `release_control`; `control` shows what has become of it. For a vehicle on a link it
+        is `Operator.request`.
+
+        Returns
+        -------
+        bool
+            Whether this station has control now.
+
+        Raises
+        ------
+        ControlHeld
+            When another operator of this station, or one on board, has control.
+        NotPossibleNow
+            When another station asks for it already.
+        VehicleLost
+            When it is not heard.
+        """
+        self._wait(self._native.request_control())
+        return self.control.is_held_here
+
+    def keep_control(self, *, requested_by: str | None = None) -> None:
+        """Decline another ground station's request for control of this aircraft.
+
+        Parameters
+        ----------
+        requested_by : str, optional
+            Decline it only if it is this operator's; by default the present one.
+        """
+        self._wait(self._native.keep_control(requested_by))
+
+    def release_control(self) -> None:
+        """Give control of this aircraft to the ground station that asks for it, or to nobody; or withdraw a request."""
+        self._wait(self._native.release_control())
+
     # Missions ------------------------------------------------------------------------------------------------------
 
     def upload(

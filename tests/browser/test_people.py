@@ -3,10 +3,15 @@
 from __future__ import annotations
 
 import re
+from pathlib import Path
 
+import pytest
 from playwright.async_api import expect
+from vencejo.enrolment import Organisation
+from vencejo.fleet import has_fleet
 
 from tests.browser.conftest import OpenStation, Serve
+from tests.fleet.programs import command
 from tests.plane import Plane
 
 
@@ -38,6 +43,46 @@ async def test_one_has_control_and_another_asks_for_it(open_station: OpenStation
             await second.arm()
             # Both see the same plane.
             await expect(first.bar("bar.motors")).to_contain_text(first.text("bar.armed"))
+
+
+@pytest.mark.skipif(not has_fleet(), reason="this build has no fleets")
+async def test_a_plane_of_a_fleet_is_handed_from_one_ground_station_to_another(
+    open_station: OpenStation, tmp_path: Path
+) -> None:
+    organisation = Organisation("acme", folder=tmp_path / "ground" / "fleet")
+    organisation.init(hosts=["127.0.0.1"])
+    serve = ("serve", "--port", "0", "--link", "udpin:127.0.0.1:0")
+    as_router = ("--fleet", "acme", "--fleet-listen", "tls/127.0.0.1:0", "--fleet-door", "127.0.0.1:0")
+    with Plane() as plane, command(tmp_path / "ground", *serve, *as_router) as first:
+        at_ground = first.line()["url"]
+        token = organisation.enrol_station("tower").text
+        with (
+            command(tmp_path / "tower", *serve, "--join", token) as second,
+            command(
+                tmp_path / "board", "onboard", "--join", organisation.enrol("plane7").text, "--link", plane.link
+            ) as aircraft,
+        ):
+            at_tower = second.line()["url"]
+            aircraft.until(is_connected=True, holder=None)
+            async with open_station(at_ground) as ground, open_station(at_tower) as tower:
+                await ground.arm()
+                theirs = tower.panel("fly")
+                disarm = theirs.get_by_role("button", name=tower.text("fly.disarm"), exact=True)
+                held = theirs.get_by_text(tower.like("control.vehicle.other"))
+                await expect(held).to_contain_text("ground · station")
+                await expect(disarm).to_be_disabled()
+                await tower.button("control.ask").click()
+                wanted = ground.page.get_by_text(ground.like("control.vehicle.wanted"))
+                await expect(wanted).to_contain_text("tower · station")
+                await ground.button("control.keep").click()
+                await expect(theirs.get_by_text(tower.like("control.vehicle.declined"))).to_be_visible()
+                await tower.button("control.askAgain").click()
+                await ground.button("control.give").click()
+                await expect(disarm).to_be_enabled()
+                await expect(ground.panel("fly").get_by_text(ground.like("control.vehicle.other"))).to_be_visible()
+                release = tower.button("control.vehicle.release", vehicle="plane7")
+                await release.click()
+                await expect(release).to_have_count(0)
 
 
 async def test_control_comes_free_when_its_holder_goes(open_station: OpenStation, serve: Serve) -> None:

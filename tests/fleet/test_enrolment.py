@@ -62,10 +62,10 @@ def test_an_aircraft_joins_with_a_token_flies_over_tls_and_is_put_out(tmp_path: 
             wait_for(lambda: len(planes()) == 1, "the plane in the list")
             ana.done("POST", "control/take")
             ana.done("POST", f"vehicles/{planes()[0]['system_id']}/mode", {"mode": "FBWA"})
-            aircraft.until(holder="Ana")
+            aircraft.until(holder="ground · Ana")
             wait_for(lambda: planes()[0]["mode"] == "FBWA", "the mode")
 
-            wait_for(lambda: _row(ground, "plane7")["holder"] == "Ana", "who has control")
+            wait_for(lambda: _row(ground, "plane7")["holder"] == "ground · Ana", "who has control")
             row = _row(ground, "plane7")
             assert row["certificate_days"] in (89, 90)
             assert row["revoked"] is None
@@ -147,12 +147,14 @@ def test_a_second_ground_station_joins_commands_by_its_role_and_is_put_out(tmp_p
                 seen = there.wait_vehicle()
                 assert seen.remote_name == "plane7"
                 wait_for(lambda: tower.key.encode() in _listed(aboard), "its key on board")
-                with pytest.raises(ControlHeld):
+                with pytest.raises(ControlHeld, match="ground holds control of plane7"):
                     seen.set_mode("CIRCLE")
-                here.operator.release()
-                wait_for(lambda: aircraft.status.holder is None, "control given up")
+                assert (seen.control.holder, seen.control.is_held_here) == ("ground", False)
+                # The first is a program, which gives it to whoever asks.
+                seen.request_control()
+                wait_for(lambda: seen.control.is_held_here, "control of the second")
                 seen.set_mode("CIRCLE")
-                wait_for(lambda: aircraft.status.holder == "tower", "control of the second")
+                assert aircraft.status.holder == "tower"
 
                 # As an observer it loses control, and reads on.
                 join(organisation.enrol_station("tower", role="observer").text, file=elsewhere / "acme.json")
@@ -168,6 +170,8 @@ def test_a_second_ground_station_joins_commands_by_its_role_and_is_put_out(tmp_p
                 assert [each.name for each in organisation.stations if each.revoked] == ["tower"]
                 gone = check_board(found, file=revoked)
                 assert any("tower was revoked" in check.message for check in gone if not check.ok)
+                wait_for(lambda: not tower.status.is_connected, "that it is out of the fleet")
+                assert "has this ground station been revoked?" in (tower.status.problem or "")
                 plane.set_mode("FBWA")
                 wait_for(lambda: aircraft.status.holder == "ground", "the first to act again")
     # The list outlives a start without any ground station.

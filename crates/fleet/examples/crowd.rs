@@ -225,9 +225,10 @@ impl Plane {
         let order = Order::read(&signed.order).ok()?;
         let wish = match order.want.as_ref()? {
             Want::Ask(_) => Wish::Ask,
+            Want::Take(_) => Wish::Take,
             Want::Renew(_) => Wish::Renew,
             Want::Release(_) => Wish::Release,
-            Want::Grant(_) | Want::Part(_) | Want::Recall(_) => return None,
+            Want::Grant(_) | Want::Keep(_) | Want::Part(_) | Want::Recall(_) => return None,
             Want::Act(_) => Wish::Act,
         };
         let based_on = StateStamp { at: MonoTime::from_millis(order.based_on_ms), mark: order.mark };

@@ -268,7 +268,7 @@ pub fn answer_of(claim: &Claim, result: &RequestResult) -> Answer {
         StationError::Vehicle(VehicleError::Rebooted | VehicleError::Cancelled) | StationError::Closed => {
             answer(claim, End::Unknown, &why)
         }
-        StationError::Control { holder } => Answer { holder: holder.clone(), ..answer(claim, End::Held, "") },
+        StationError::Control { holder, .. } => Answer { holder: holder.clone(), ..answer(claim, End::Held, "") },
         _ => answer(claim, End::Refused, &why),
     }
 }
@@ -285,7 +285,7 @@ pub fn result_of(answer: &Answer, request: &Request, name: &str, family: ModeFam
     match answer.end() {
         End::Done | End::Granted => Ok(Reply::Done),
         End::Held | End::Asked if !answer.holder.is_empty() => {
-            Err(StationError::Control { holder: answer.holder.clone() })
+            Err(StationError::Control { holder: answer.holder.clone(), vehicle: Some(name.to_owned()) })
         }
         End::CommandRefused => {
             let cure = answer.cure.checked_sub(1).and_then(|number| u32::try_from(number).ok());

@@ -23,7 +23,7 @@ use crate::state_source::millis;
 pub const LEASE: Duration = Duration::from_secs(10);
 /// How often its holder renews it.
 pub const RENEW_EVERY: Duration = Duration::from_secs(2);
-/// How long a request for control is shown to its holder.
+/// How long a request for control is shown to its holder without a sign of the station that asks.
 pub const ASKS_FOR: Duration = Duration::from_secs(10);
 /// The greatest age of the state that an order may be based on.
 pub const FRESH: Duration = Duration::from_secs(5);
@@ -87,14 +87,18 @@ pub struct Caller {
 /// The purpose of an order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Wish {
-    /// Control.
+    /// Control; while another has it, it is asked for it.
     Ask,
+    /// Control if it is free, or to keep up a request for it.
+    Take,
     /// To keep it.
     Renew,
-    /// To give it up.
+    /// To give it up, or to withdraw a request for it.
     Release,
     /// To hand it to the station that asks, by key.
     Grant(PublicKey),
+    /// To decline the request of the station with this key.
+    Keep(PublicKey),
     /// To do something.
     Act,
     /// To read something; needs no control.
@@ -298,13 +302,18 @@ impl Authority {
             return refused(claim, "too many orders came at once; wait some seconds");
         }
         let verdict = match claim.wish {
-            Wish::Ask | Wish::Renew | Wish::Release | Wish::Grant(_) | Wish::Act if caller.role == Role::Observer => {
+            Wish::Ask | Wish::Take | Wish::Renew | Wish::Release | Wish::Grant(_) | Wish::Keep(_) | Wish::Act
+                if caller.role == Role::Observer =>
+            {
                 refused(claim, "this ground station is an observer: it may look and read, not act")
             }
             Wish::Act | Wish::Read if self.is_recalled(caller, claim.id) => {
                 refused(claim, "its sender gave it up before it came")
             }
-            Wish::Ask => self.on_ask(caller, claim, now),
+            Wish::Ask | Wish::Take => self.on_ask(caller, claim, now),
+            Wish::Release if self.asking.take_if(|asking| asking.caller.key == caller.key).is_some() => {
+                ended(claim, End::Done, "")
+            }
             Wish::Read => Verdict::Execute,
             Wish::Recall(id) => {
                 // Only an order in progress can be recalled.
@@ -312,7 +321,9 @@ impl Authority {
                 self.recalled.extend(self.known.get(&id).filter(|known| is_own(known)).map(|_| id));
                 ended(claim, End::Done, "")
             }
-            Wish::Renew | Wish::Release | Wish::Grant(_) | Wish::Act => self.on_holders(caller, claim, now),
+            Wish::Renew | Wish::Release | Wish::Grant(_) | Wish::Keep(_) | Wish::Act => {
+                self.on_holders(caller, claim, now)
+            }
         };
         let answer = match &verdict {
             Verdict::Execute => None,
@@ -349,10 +360,13 @@ impl Authority {
         if caller.role == Role::Chief && lease.caller.role != Role::Chief {
             return self.grant(caller.clone(), claim, now);
         }
-        if self.asking.as_ref().is_some_and(|asking| asking.caller.key != caller.key) {
-            return self.held_by(claim, End::Held);
+        match &mut self.asking {
+            Some(asking) if asking.caller.key == caller.key => asking.until = now + ASKS_FOR,
+            None if claim.wish == Wish::Ask => {
+                self.asking = Some(Lease { caller: caller.clone(), until: now + ASKS_FOR });
+            }
+            _ => return self.held_by(claim, End::Held),
         }
-        self.asking = Some(Lease { caller: caller.clone(), until: now + ASKS_FOR });
         self.held_by(claim, End::Asked)
     }
 
@@ -376,7 +390,10 @@ impl Authority {
                 Some(asking) => self.give(asking.caller, now),
                 None => return refused(claim, "nobody with that key asks for control"),
             },
-            Wish::Renew | Wish::Ask | Wish::Read | Wish::Recall(_) => {}
+            Wish::Keep(key) => {
+                self.asking.take_if(|asking| asking.caller.key == key);
+            }
+            Wish::Renew | Wish::Ask | Wish::Take | Wish::Read | Wish::Recall(_) => {}
         }
         ended(claim, End::Done, "")
     }

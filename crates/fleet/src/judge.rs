@@ -26,6 +26,8 @@ pub struct Addressee<'a> {
     pub aircraft: &'a str,
     /// The keys whose orders count.
     pub trust: &'a BTreeMap<PublicKey, Role>,
+    /// The names of ground stations by key, as far as the fleet's authority has signed them.
+    pub names: &'a BTreeMap<PublicKey, String>,
     /// Whether these are from a list that the fleet's authority signs, or were all configured on board.
     pub has_list: bool,
 }
@@ -121,7 +123,7 @@ pub fn judge(
     if let Some(answer) = &of_other_boot {
         return Judged::Ended((key, order), Box::new(answer.clone()));
     }
-    let caller = Caller { key, name: order.operator.clone(), role };
+    let caller = Caller { key, name: named(to.names.get(&key), &order.operator), role };
     if let Some(known) = authority.on_known(&caller, &claim) {
         return ended(known, (key, order), &claim);
     }
@@ -159,14 +161,29 @@ pub fn judge(
 fn claim_of(order: &Order) -> Claim {
     let wish = match &order.want {
         Some(Want::Ask(_)) => Wish::Ask,
+        Some(Want::Take(_)) => Wish::Take,
         Some(Want::Renew(_)) => Wish::Renew,
         Some(Want::Release(_)) => Wish::Release,
-        Some(Want::Grant(key)) => Wish::Grant(PublicKey(key.as_slice().try_into().unwrap_or_default())),
+        Some(Want::Grant(key)) => Wish::Grant(key_of(key)),
+        Some(Want::Keep(key)) => Wish::Keep(key_of(key)),
         Some(Want::Recall(id)) => Wish::Recall(id.as_slice().try_into().map_or(0, u128::from_be_bytes)),
         Some(Want::Act(_) | Want::Part(_)) | None => Wish::Act,
     };
     let based_on = StateStamp { at: MonoTime::from_millis(order.based_on_ms), mark: order.mark };
     Claim { boot: order.boot, epoch: order.epoch, id: order.id(), based_on, wish }
+}
+
+/// What an operator is called to others: by its ground station, whose name the authority has signed, and the name that
+/// it has there, which several may have. Empty for a renewal, which is nobody's.
+fn named(station: Option<&String>, operator: &str) -> String {
+    match station {
+        Some(station) if !operator.is_empty() && operator != station => format!("{station} · {operator}"),
+        _ => operator.to_owned(),
+    }
+}
+
+fn key_of(bytes: &[u8]) -> PublicKey {
+    PublicKey(bytes.try_into().unwrap_or_default())
 }
 
 /// What has an answer, or will have one.

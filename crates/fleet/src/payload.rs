@@ -157,20 +157,20 @@ pub struct Order {
     #[prost(fixed64, tag = "16")]
     pub mark: u64,
     /// What.
-    #[prost(oneof = "Want", tags = "9, 10, 11, 12, 13, 14, 15")]
+    #[prost(oneof = "Want", tags = "9, 10, 11, 12, 13, 14, 15, 17, 18")]
     pub want: Option<Want>,
 }
 
 /// What an order can be about.
 #[derive(Clone, PartialEq, prost::Oneof)]
 pub enum Want {
-    /// Control.
+    /// Control; while another station has it, it is asked for it.
     #[prost(message, tag = "9")]
     Ask(Nothing),
     /// To keep control.
     #[prost(message, tag = "10")]
     Renew(Nothing),
-    /// To give control up.
+    /// To give control up, or to withdraw the request for it.
     #[prost(message, tag = "11")]
     Release(Nothing),
     /// To hand control to the station that asks for it, by its public key.
@@ -185,6 +185,12 @@ pub enum Want {
     /// To recall the order of this id.
     #[prost(bytes = "vec", tag = "15")]
     Recall(Vec<u8>),
+    /// Control if it is free. Makes no request, but keeps up one that was made.
+    #[prost(message, tag = "17")]
+    Take(Nothing),
+    /// To keep control, and decline the request of the station with this public key.
+    #[prost(bytes = "vec", tag = "18")]
+    Keep(Vec<u8>),
 }
 
 /// A signed order.
@@ -303,8 +309,12 @@ fn read_bare<T: prost::Message + Default>(bytes: &[u8]) -> Result<T, BadPayload>
     T::decode(bytes).map_err(|error| BadPayload::Undecodable(error.to_string()))
 }
 
-fn name_is_short(name: &str) -> bool {
-    name.len() <= 160 && !name.contains(char::is_control)
+/// Most bytes of an operator's name; on board, the name of the ground station is put before it.
+const MAX_OPERATOR: usize = 160;
+const MAX_HOLDER: usize = MAX_OPERATOR + 40;
+
+fn is_name(name: &str, most: usize) -> bool {
+    name.len() <= most && !name.contains(char::is_control)
 }
 
 impl State {
@@ -351,7 +361,8 @@ impl State {
         if (self.ages_ms.len(), self.sizes.len(), size) != (count, count, Some(self.payloads.len())) {
             return Err(BadPayload::Field("sizes"));
         }
-        if self.held.as_ref().is_some_and(|held| !name_is_short(&held.holder) || !name_is_short(&held.asking)) {
+        let is_bad = |name: &String| !is_name(name, MAX_HOLDER);
+        if self.held.as_ref().is_some_and(|held| is_bad(&held.holder) || is_bad(&held.asking)) {
             return Err(BadPayload::Field("held"));
         }
         Ok(self)
@@ -382,7 +393,7 @@ impl Order {
         if order.id.len() != 16 {
             return Err(BadPayload::Field("id"));
         }
-        if !name_is_short(&order.operator) {
+        if !is_name(&order.operator, MAX_OPERATOR) {
             return Err(BadPayload::Field("operator"));
         }
         Ok(order)

@@ -89,7 +89,7 @@ pub fn from_station(error: &StationError) -> PyErr {
             },
             error,
         ),
-        StationError::Control { holder } => {
+        StationError::Control { holder, .. } => {
             Python::attach(|py| raise_with(py, "ControlHeld", (error.to_string(), holder.as_str())))
         }
         StationError::NeedsConfirmation { challenge } => {

@@ -208,6 +208,12 @@ impl PyGround {
         self.0.aircraft().into_iter().map(far).collect()
     }
 
+    /// Whether a router answers, and why not.
+    fn status(&self) -> (bool, Option<String>) {
+        let status = self.0.status();
+        (status.is_connected, status.problem)
+    }
+
     fn close(&self, py: Python<'_>) -> PyResult<()> {
         runtime::wait(py, None, self.0.close()).map(drop)
     }
@@ -377,6 +383,7 @@ struct Member {
     name: String,
     is_station: bool,
     role: Option<&'static str>,
+    is_router: bool,
     begins: u64,
     ends: u64,
     routers: Vec<String>,
@@ -390,6 +397,7 @@ fn shown(member: &Membership) -> Result<Member, FleetError> {
         name: member.name()?.to_string(),
         is_station: member.is_station(),
         role: member.role()?.map(Role::as_str),
+        is_router: !member.serves()?.is_empty(),
         begins,
         ends,
         routers: member.routers()?.iter().map(Endpoint::to_string).collect(),

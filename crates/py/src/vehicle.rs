@@ -9,7 +9,7 @@ use vencejo_flight::landing::Wind;
 use vencejo_flight::plan::{Change, Mission, Plan, PlanKind};
 use vencejo_flight::rehearsal::{Air, Aircraft, Conditions, NotRehearsed};
 use vencejo_proto::{Address, CommandInt, CommandLong, Message, SystemId};
-use vencejo_station::{SigningChange, StationError, VehicleHandle};
+use vencejo_station::{FarWish, SigningChange, StationError, VehicleHandle};
 use vencejo_vehicle::modes::{Action, ModeFamily};
 use vencejo_vehicle::signing::SETUP_SIGNING_ID;
 use vencejo_vehicle::{Danger, PlanState, Request};
@@ -118,6 +118,10 @@ impl PyVehicle {
     fn start(&self, py: Python<'_>, request: Request) -> PyPending {
         let pending = runtime::detached(py, || self.vehicle.request(request));
         PyPending::of_request(pending, self.vehicle.clone())
+    }
+
+    fn wish(&self, py: Python<'_>, wish: FarWish) -> PyPending {
+        PyPending::of_request(runtime::detached(py, || self.vehicle.control(wish)), self.vehicle.clone())
     }
 
     /// Starts what may be dangerous; `confirm` names what a program knows to be.
@@ -445,6 +449,25 @@ impl PyVehicle {
 
     fn remote_name(&self) -> Option<String> {
         self.vehicle.remote_name()
+    }
+
+    /// Who has control, whether that is here, who asks for it, and whether that is here.
+    fn control(&self) -> (Option<String>, bool, Option<String>, bool) {
+        let held = self.vehicle.held();
+        (held.holder, held.is_ours, held.requested_by, held.is_request_ours)
+    }
+
+    fn request_control(&self, py: Python<'_>) -> PyPending {
+        self.wish(py, FarWish::Request)
+    }
+
+    fn release_control(&self, py: Python<'_>) -> PyPending {
+        self.wish(py, FarWish::Release)
+    }
+
+    #[pyo3(signature = (requested_by))]
+    fn keep_control(&self, py: Python<'_>, requested_by: Option<String>) -> PyPending {
+        self.wish(py, FarWish::Keep { requested_by })
     }
 
     fn is_reached(&self) -> Option<bool> {

@@ -22,14 +22,14 @@ mod vehicle_state;
 
 pub(crate) use facts::{ages, attention, commands, gps_fixes, usual_plane, vehicle_kinds};
 pub(crate) use landing::{finding_fix, landing, landing_alternative, landing_options};
-pub(crate) use link::{links, serial_port, signing};
+pub(crate) use link::{links, networks, serial_port, signing};
 pub(crate) use plan::{
     core_item, core_plan, core_plan_kind, item, plan, plan_comparison, plan_format, plan_kind, plan_on_board,
     plan_state, uncertainty,
 };
 pub(crate) use replay::replay;
 pub(crate) use units::{point, seconds};
-pub(crate) use vehicle_state::{progress, texts, vehicle_state, vehicle_summaries, vehicle_summary};
+pub(crate) use vehicle_state::{progress, texts, vehicle_control, vehicle_state, vehicle_summaries, vehicle_summary};
 
 /// Result of a transfer; `None` for a reply without a result.
 ///

@@ -40,7 +40,7 @@ pub use command_table::{CommandCategory, CommandInfo, CommandParam, CommandSuppo
 pub use landing::{
     Landing, LandingAlternative, LandingCaution, LandingMove, LandingReasonText, LandingRequest, Runway,
 };
-pub use link::{LinkFault, LinkInfo, LinkState, NewLink, SerialPort};
+pub use link::{FleetNetwork, LinkFault, LinkInfo, LinkState, NewLink, SerialPort};
 pub use message::RawMessage;
 pub use operation::{Operation, OperationKind, OperationResult, OperationState};
 pub use plan::{
@@ -53,7 +53,7 @@ pub use rehearsal::{
     Outlook, PlaneProfile, Rehearsal, RehearsalRequest, RehearsedFlight, RehearsedPassage, RehearsedTrack, Spread,
     SpreadRequest, VehicleProfile, WhatIf, WhatIfRequest, WhatIfs,
 };
-pub use session::{DeclinedRequest, NewSession, Role, SessionInfo};
+pub use session::{DeclinedRequest, NewSession, Role, SessionInfo, VehicleControl};
 pub use signing::{ChangeSigning, SigningAct, SigningInfo};
 pub use socket::{ClientMessage, EventDetail, ServerMessage};
 pub use vehicle::{

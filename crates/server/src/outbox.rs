@@ -31,6 +31,8 @@ pub enum Topic {
     Operation(u64),
     /// The list of links.
     Links,
+    /// The networks of fleets.
+    Networks,
     /// Map sources and offline areas.
     Maps,
     /// Storage faults.

@@ -881,8 +881,9 @@ async fn the_websocket_sends_what_a_client_subscribed_to() {
     station.close().await;
 }
 
-/// A remote aircraft that carries out all requests.
-struct Willing;
+/// A remote aircraft that carries out all requests, and keeps a list of those for control.
+#[derive(Default)]
+pub struct Willing(pub Mutex<Vec<(vencejo_station::FarWish, String)>>);
 
 impl vencejo_station::Remote for Willing {
     fn request(
@@ -895,15 +896,21 @@ impl vencejo_station::Remote for Willing {
         Box::pin(std::future::ready(Ok(vencejo_vehicle::Reply::Done)))
     }
 
+    fn control(self: Arc<Self>, wish: vencejo_station::FarWish, operator: String) -> vencejo_station::Carried {
+        self.0.lock().expect("no panic").push((wish, operator));
+        Box::pin(std::future::ready(Ok(vencejo_vehicle::Reply::Done)))
+    }
+
     fn held(&self) -> vencejo_station::FarHeld {
-        vencejo_station::FarHeld { holder: Some("Luis".into()), is_ours: false }
+        let (holder, requested_by) = (Some("tower · Luis".into()), Some("ground · Ana".into()));
+        vencejo_station::FarHeld { holder, is_ours: false, requested_by, is_request_ours: true }
     }
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn the_roster_is_sent_whole_once_and_then_its_changes() {
     let station = station(true);
-    let far = station.adopt("plane7", Address::new(1, 1), Arc::new(Willing)).expect("there is room");
+    let far = station.adopt("plane7", Address::new(1, 1), Arc::new(Willing::default())).expect("there is room");
     let heartbeat = |custom_mode| {
         let heartbeat = Heartbeat { mav_type: 1, autopilot: 3, custom_mode, ..Heartbeat::default() };
         [(Message::Heartbeat(heartbeat), station.now())]
@@ -916,7 +923,9 @@ async fn the_roster_is_sent_whole_once_and_then_its_changes() {
     let first = next(&mut socket, "roster").await.expect("the roster");
     let row = &first["rows"][0];
     assert_eq!((&row["id"], &row["remote_name"], &row["mode"]), (&json!(id), &json!("plane7"), &json!("AUTO")));
-    assert_eq!((&row["holder"], &row["is_held_here"], &row["lat_deg"]), (&json!("Luis"), &json!(false), &Value::Null));
+    assert_eq!((&row["holder"], &row["lat_deg"]), (&json!("tower · Luis"), &Value::Null));
+    let asked = json!({"requested_by": "ground · Ana", "is_requested_here": true, "is_held_here": false});
+    assert!(asked.as_object().expect("fields").iter().all(|(name, value)| row[name] == *value), "{row}");
     assert_eq!(first["followed"], json!([]));
     say(&mut socket, json!({"type": "subscribe", "vehicle": id, "rate_hz": 1})).await;
     // Once subscribed to its telemetry, the aircraft is among the followed ones.

@@ -262,7 +262,8 @@ impl Client {
         let vehicles = ServerMessage::Vehicles { vehicles: convert::vehicle_summaries(app.station()) };
         let links = ServerMessage::Links { links: convert::links(app.station()) };
         let storage = ServerMessage::Storage { problems: app.storage_problems() };
-        for message in [hello, vehicles, links, storage] {
+        let networks = ServerMessage::Networks { networks: convert::networks(app.station()) };
+        for message in [hello, vehicles, links, storage, networks] {
             self.send(socket, Message::Text(json(&message))).await?;
         }
         for operation in app.operations().list() {

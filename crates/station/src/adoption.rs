@@ -2,13 +2,14 @@
 
 use std::sync::Arc;
 
+use tokio::sync::watch;
 use vencejo_flight::plan::{Mission, PlanKind};
 use vencejo_proto::{Address, Header, MavVersion, Message, MonoTime};
 use vencejo_vehicle::{Param, PlanState, Vehicle, VehicleError, VehicleId};
 
 use crate::error::StationError;
 use crate::pending::Pending;
-use crate::remote::{Adopted, Carried, Remote, Telling};
+use crate::remote::{Adopted, Carried, FarNetwork, Remote, Telling};
 use crate::station::{RequestResult, Shared, Station, VehicleHandle};
 
 impl Station {
@@ -86,6 +87,28 @@ impl Station {
         self.on_remote_told(id, |vehicle| vehicle.on_parameters_told(params));
     }
 
+    /// Reports the state of a fleet's network, over which remote vehicles are heard.
+    pub fn on_network(&self, network: FarNetwork) {
+        self.shared.networks.send_if_modified(|networks| {
+            if networks.contains(&network) {
+                return false;
+            }
+            networks.retain(|other| other.name != network.name);
+            networks.push(network);
+            true
+        });
+    }
+
+    /// The station is no longer in that fleet.
+    pub fn on_network_left(&self, name: &str) {
+        self.shared.networks.send_modify(|networks| networks.retain(|network| network.name != name));
+    }
+
+    /// The networks of the fleets that this station is in, and their changes.
+    pub fn networks(&self) -> watch::Receiver<Vec<FarNetwork>> {
+        self.shared.networks.subscribe()
+    }
+
     fn on_remote_told(&self, id: VehicleId, tell: impl FnOnce(&mut Vehicle)) {
         let now = self.now();
         let mut core = self.shared.core();
@@ -117,12 +140,12 @@ impl Shared {
 
     /// Starts a request to a remote vehicle.
     pub(crate) fn carry(self: &Arc<Self>, start: impl FnOnce(Telling) -> Carried) -> Pending<RequestResult> {
-        let (tell, mut told) = tokio::sync::watch::channel((0, 0));
+        let (tell, mut told) = watch::channel((0, 0));
         let mut carried = start(Arc::new(move |done, total| {
             // The receiver may be gone when it has ended.
             let _ = tell.send((done, total));
         }));
-        let (cancel, mut cancelled) = tokio::sync::watch::channel(false);
+        let (cancel, mut cancelled) = watch::channel(false);
         let (finisher, pending) = Pending::new(move || {
             cancel.send_replace(true);
         });
@@ -161,7 +184,7 @@ mod tests {
     use vencejo_vehicle::{Danger, ParamName, ParamValue, Reply, Request, VehicleEvent};
 
     use super::*;
-    use crate::{FarHeld, StationConfig, Taken};
+    use crate::{FarHeld, FarWish, StationConfig, Taken};
 
     const OWN: Address = Address::new(1, 1);
 
@@ -183,8 +206,12 @@ mod tests {
             Box::pin(async move { if is_endless { std::future::pending().await } else { Ok(Reply::Done) } })
         }
 
+        fn control(self: Arc<Self>, _: FarWish, _: String) -> Carried {
+            Box::pin(std::future::ready(Ok(Reply::Done)))
+        }
+
         fn held(&self) -> FarHeld {
-            FarHeld { holder: Some("Ana".into()), is_ours: true }
+            FarHeld { holder: Some("Ana".into()), is_ours: true, ..FarHeld::default() }
         }
     }
 

@@ -103,6 +103,12 @@ impl Control {
         state.holder.and_then(|id| state.operators.get(&id)).is_some_and(|holder| holder.attached > 0)
     }
 
+    /// Whether the operator that has control hands it over to any that requests it.
+    pub fn yields(&self) -> bool {
+        let state = self.state();
+        state.holder.and_then(|id| state.operators.get(&id)).is_some_and(|holder| holder.yields)
+    }
+
     /// Name of the operator that requests control.
     pub fn requested_by(&self) -> Option<String> {
         let state = self.state();

@@ -99,10 +99,12 @@ pub enum StationError {
     #[error(transparent)]
     Signing(#[from] SigningError),
     /// Another operator holds control.
-    #[error("{holder} holds control: ask for it, wait until it is given up, or take it over by that name")]
+    #[error("{holder} holds control{}: ask for it, or wait until it is given up", vehicle.as_ref().map_or_else(String::new, |name| format!(" of {name}")))]
     Control {
         /// Its name.
         holder: String,
+        /// The remote vehicle whose control it is; `None`: that of the station.
+        vehicle: Option<String>,
     },
     /// The caller is no longer an operator of this station.
     #[error("this operator is no longer one of the station's, and nothing was sent; connect again")]
@@ -165,7 +167,7 @@ impl StationError {
                 links: "no link".into(),
                 heard: Vec::new(),
             },
-            Self::Control { holder: "Ana".into() },
+            Self::Control { holder: "Ana".into(), vehicle: Some("plane7".into()) },
             Self::Dismissed,
             Self::NeedsConfirmation {
                 challenge: Box::new(Challenge {
@@ -194,7 +196,7 @@ impl StationError {
 impl From<NotTaken> for StationError {
     fn from(reason: NotTaken) -> Self {
         match reason {
-            NotTaken::Held(holder) => Self::Control { holder },
+            NotTaken::Held(holder) => Self::Control { holder, vehicle: None },
             NotTaken::Dismissed => Self::Dismissed,
         }
     }

@@ -52,7 +52,7 @@ pub use queue::{DropOldest, Taken};
 pub use recording::{
     MAX_FLIGHT_BYTES, RecordedEvent, RecordedTelemetry, RecordingSummary, Sender, recorded_flight, summarize_recording,
 };
-pub use remote::{Carried, FarHeld, Remote, Silence, Telling};
+pub use remote::{Carried, FarHeld, FarNetwork, FarWish, Remote, Silence, Telling};
 pub use replay::{
     Film, FilmInfo, MAX_MARKS, MAX_REPLAYS, Mark, MarkKind, Moment, OpenFilm, Replay, ReplayId, ReplayOptions,
     ReplayStatus, SPEEDS,

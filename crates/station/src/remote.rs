@@ -29,6 +29,9 @@ pub trait Remote: Send + Sync {
         telling: Telling,
     ) -> Carried;
 
+    /// Has control of it requested, released or kept, in the name of `operator`.
+    fn control(self: Arc<Self>, wish: FarWish, operator: String) -> Carried;
+
     /// Who has control of it, as far as its station has reported.
     fn held(&self) -> FarHeld;
 
@@ -37,10 +40,29 @@ pub trait Remote: Send + Sync {
         None
     }
 
+    /// Whether its certificate was revoked, as far as this station knows. Default no.
+    fn is_revoked(&self) -> bool {
+        false
+    }
+
     /// Whether it is played from a recording, and takes no requests. Default no.
     fn is_recording(&self) -> bool {
         false
     }
+}
+
+/// A change of control of a vehicle far away.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum FarWish {
+    /// To ask the holder for control, or take it if it is free.
+    Request,
+    /// To give control up: it goes to the station that asks for it, or is free. Withdraws a request.
+    Release,
+    /// To decline a request.
+    Keep {
+        /// The operator whose request is meant; `None` for the present one.
+        requested_by: Option<String>,
+    },
 }
 
 /// Who has control of a vehicle far away.
@@ -50,6 +72,19 @@ pub struct FarHeld {
     pub holder: Option<String>,
     /// Whether that is an operator of this station.
     pub is_ours: bool,
+    /// Name of the operator who asks for control.
+    pub requested_by: Option<String>,
+    /// Whether that is an operator of this station.
+    pub is_request_ours: bool,
+}
+
+/// The network of a fleet, over which vehicles far away are heard.
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+pub struct FarNetwork {
+    /// Name of the fleet.
+    pub name: String,
+    /// Why its vehicles are not heard here; `None` while all is well.
+    pub problem: Option<String>,
 }
 
 /// The silence of an autopilot, as the station on board sees it.

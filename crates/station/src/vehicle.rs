@@ -19,8 +19,8 @@ use vencejo_proto::{Address, Message, MissionSeq, MonoTime, SystemId};
 use vencejo_vehicle::modes::ModeFamily;
 use vencejo_vehicle::telemetry::{self, Telemetry, Text};
 use vencejo_vehicle::{
-    Conduct, Danger, FlightParameters, FlightPreparation, MissionProgress, PlanState, Request, TerrainBlock, Vehicle,
-    VehicleEvent, VehicleId,
+    Conduct, Danger, FlightParameters, FlightPreparation, MissionProgress, PlanState, Reply, Request, TerrainBlock,
+    Vehicle, VehicleEvent, VehicleId,
 };
 
 use crate::changes::Changes;
@@ -29,7 +29,7 @@ use crate::control::Operator;
 use crate::error::StationError;
 use crate::pending::Pending;
 use crate::queue::DropOldest;
-use crate::remote::{FarHeld, Silence};
+use crate::remote::{FarHeld, FarWish, Silence};
 use crate::station::{RequestResult, Shared, Station, VehicleHandle};
 use crate::subscriptions::{Observed, Received};
 
@@ -87,6 +87,45 @@ impl VehicleHandle {
     /// When its autopilot was last heard.
     pub fn heard_at(&self) -> Option<MonoTime> {
         self.station.shared.with_vehicle(self.id, Vehicle::heard_at)
+    }
+
+    /// Who has control of it: of a vehicle at a link, who has control of this station.
+    pub fn held(&self) -> FarHeld {
+        let of_station = || {
+            let control = self.station.control();
+            let (holder, requested_by) = (control.holder(), control.requested_by());
+            FarHeld { is_ours: holder.is_some(), is_request_ours: requested_by.is_some(), holder, requested_by }
+        };
+        self.held_far().unwrap_or_else(of_station)
+    }
+
+    /// Requests, releases or keeps control of it. Control of a vehicle at a link is that of this station; for that of a
+    /// remote one, an operator needs this station's too, and takes it if it is free.
+    pub fn control(&self, wish: FarWish) -> Pending<RequestResult> {
+        if let Err(error) = self.station.shared.core().admit(self.id) {
+            return Pending::ended(Err(error));
+        }
+        let (now, operator) = (self.station.now(), self.operator());
+        let Some(remote) = self.station.shared.remote(self.id) else {
+            match wish {
+                FarWish::Request => {
+                    operator.request(now);
+                }
+                FarWish::Release => operator.release(now),
+                FarWish::Keep { requested_by } => operator.keep(requested_by.as_deref(), now),
+            }
+            return Pending::ended(Ok(Reply::Done));
+        };
+        if let Err(error) = self.take_control() {
+            return Pending::ended(Err(error));
+        }
+        let name = operator.name();
+        self.station.shared.carry(|_| remote.control(wish, name))
+    }
+
+    /// Whether its certificate was revoked in its fleet, as far as is known here.
+    pub fn is_revoked(&self) -> bool {
+        self.station.shared.remote(self.id).is_some_and(|remote| remote.is_revoked())
     }
 
     /// Its progress in the mission.

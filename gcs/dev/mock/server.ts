@@ -54,6 +54,8 @@ const summary = (system_id: number): VehicleSummary => ({
   rival: null,
   silence: null,
   remote_name: system_id >= 300 ? `plane${system_id - 300}` : null,
+  control: null,
+  is_revoked: false,
   is_recorded: false,
   replay: null,
   lacks_terrain: false,

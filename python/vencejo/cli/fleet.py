@@ -59,6 +59,8 @@ LOOKS_S = 2.5
 """How long is waited for aircraft that are there to say something: they do each second, or less often where the uplink is slow."""
 REJOINS_S = 0.2
 """How long a router may be gone while it reloads the roll, s."""
+SILENT_S = 12.0
+"""How long a ground station waits for anything at a router that is reached: one that was revoked hears nothing there."""
 TRYING = "Still trying who answers: an address where nobody does is given 5 s"
 COMES_S = 0.5
 """How long to wait for the router's list of members, s."""
@@ -290,20 +292,32 @@ def acl(org: OrgOption = None) -> None:
 def show_status(org: OrgOption = None, json: JsonOption = False) -> None:
     """Show who is enrolled, when certificates end, who is there and who has control; elsewhere, this computer's place.
 
+    A ground station that joined also shows whether it is connected, and the aircraft that it hears.
+
     Example: vencejo fleet status
 
     Example: vencejo fleet status --fleet acme --json
     """
     if (places := _places(org)) is not None:
+        looked = [(found, _seen_from(found, quiet=json)) for found in places]
         if json:
-            put_json([_shown(found) for found in places] if len(places) > 1 else _shown(places[0]))
+            told = [{**_shown(found), **there} for found, there in looked]
+            put_json(told if len(told) > 1 else told[0])
             return
-        for found in places:
+        for found, there in looked:
             print(
                 f"{found.name} of the fleet {found.org}{_as_role(found)}; certificate until {found.certificate_ends:%Y-%m-%d}; dials {', '.join(found.routers)}"
             )
             for check in () if found.is_station else link_checks():
                 print(clean(f"{check.message[:1].upper()}{check.message[1:]}"))
+            if there:
+                print(clean(f"Not in the fleet: {there['problem']}" if there["problem"] else "In the fleet"))
+            if there and there["aircraft"]:
+                shown = table("aircraft", "there", "heard", "control", right=("heard",))
+                for far in there["aircraft"]:
+                    heard = "–" if far["age_s"] is None else f"{far['age_s']} s ago"
+                    shown.add_row(far["name"], "yes" if far["is_present"] else "no", heard, far["holder"] or "–")
+                stdout().print(shown)
         return
     organisation = _existing(org)
     router, far = _look(organisation, quiet=json)
@@ -412,6 +426,47 @@ def _places(org: str | None) -> list[Member] | None:
             "this computer is in no fleet: vencejo fleet init ORG on the ground, vencejo fleet join TOKEN elsewhere"
         )
     return found
+
+
+def _seen_from(found: Member, *, quiet: bool) -> dict[str, Any]:
+    """Whether a ground station that joined is connected now, and the aircraft heard there; empty for others.
+
+    A router of the fleet is asked nothing: only `vencejo serve` there can be it.
+    """
+    from vencejo import Station
+    from vencejo.errors import LinkError
+    from vencejo.fleet import Fleet
+
+    if not found.is_station or found.is_router:
+        return {}
+    waiting = contextlib.nullcontext() if quiet else status("Looking who is there")
+    try:
+        with (
+            waiting,
+            Station(record=False, heartbeat=False) as station,
+            Fleet(station, org=found.org, history=False) as fleet,
+        ):
+            deadline = time.monotonic() + SILENT_S
+            while True:
+                far = fleet.aircraft
+                is_missing = any(each.is_present and each.system_id is None for each in far)
+                problem = fleet.status.problem
+                left_s = deadline - time.monotonic()
+                if problem or left_s <= 0 or (far and not is_missing and left_s <= SILENT_S - LOOKS_S):
+                    break
+                time.sleep(0.05)
+    except LinkError as error:
+        problem, far = str(error), []
+    rows = [
+        {
+            "name": each.name,
+            "is_present": each.is_present,
+            "age_s": None if each.system_id is None else round(each.age_s, 1),
+            "holder": each.holder,
+        }
+        for each in far
+    ]
+    return {"is_connected": problem is None, "problem": problem, "aircraft": rows}
 
 
 def _look(organisation: Organisation, *, quiet: bool) -> tuple[str | None, dict[str, FarAircraft]]:

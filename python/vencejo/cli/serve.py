@@ -254,7 +254,7 @@ def serve(
         tell(server, json=json, ice=None if interfaces is None else interfaces.proxies, fleet=far)
         if open_browser:
             open_page(server)
-        wait(server, Ros2News(gateway))
+        wait(server, Ros2News(gateway), FleetNews(far))
 
 
 def joined_fleet(
@@ -354,15 +354,32 @@ def open_page(server: Server) -> None:
         webbrowser.open(with_token(server.url, tokens.operator if tokens else None))
 
 
-def wait(server: Server, ros: Ros2News | None = None) -> None:
-    """Wait for Ctrl-C or SIGTERM, and report faults of the disk and of ROS 2 as they come."""
+class FleetNews:
+    """Reports changes of the connection to a fleet."""
+
+    def __init__(self, fleet: Fleet | None) -> None:
+        self._fleet = fleet
+        self._told: str | None = None
+
+    def tell(self) -> None:
+        """Report on standard error what has changed since the last call."""
+        if self._fleet is None:
+            return
+        problem = self._fleet.status.problem
+        if problem != self._told:
+            say("In the fleet" if problem is None else f"Not in the fleet: {problem}")
+        self._told = problem
+
+
+def wait(server: Server, *news: Ros2News | FleetNews) -> None:
+    """Wait for Ctrl-C or SIGTERM, and report faults of the disk, of ROS 2 and of the fleet as they come."""
     forever = threading.Event()
     told: Told = {}
     with contextlib.suppress(KeyboardInterrupt):
         while True:
             told = tell_storage(server.storage_problems, told)
-            if ros is not None:
-                ros.tell()
+            for each in news:
+                each.tell()
             if forever.wait(0.5):
                 return
 

@@ -312,11 +312,14 @@ impl World {
         let Some((boot, based_on, asking)) = self.grounds[station].seen else { return };
         let epoch = self.grounds[station].epoch;
         let wish = match self.rng.random_range(0..10) {
-            0..2 if epoch == 0 => Wish::Ask,
+            0 if epoch == 0 => Wish::Ask,
+            1 if epoch == 0 => Wish::Take,
+            6 if epoch == 0 => Wish::Release,
             0..4 if epoch > 0 => Wish::Act,
             4..6 if epoch > 0 => Wish::Renew,
             6 if epoch > 0 && self.rng.random_bool(0.2) => Wish::Release,
             7 if epoch > 0 => match asking {
+                Some(key) if self.rng.random_bool(0.2) => Wish::Keep(key),
                 Some(key) => Wish::Grant(key),
                 None => return,
             },

@@ -104,6 +104,33 @@ fn control_is_asked_for_and_given() {
 }
 
 #[test]
+fn an_act_takes_what_is_free_and_a_request_is_kept_up_declined_or_withdrawn() {
+    let (mut bench, ana, ben, eve) =
+        (Bench::new(), caller(1, Role::Operator), caller(2, Role::Operator), caller(3, Role::Operator));
+    let epoch = bench.granted(&ana);
+    assert_eq!(bench.end(&ben, Wish::Take, 0).0, End::Held);
+    assert_eq!(bench.authority.held().asking, "", "to act is not to ask");
+    assert_eq!(bench.end(&ben, Wish::Ask, 0).0, End::Asked);
+    for _ in 0..3 {
+        bench.pass(6.0);
+        assert_eq!(bench.end(&ana, Wish::Renew, epoch).0, End::Done);
+        assert_eq!(bench.end(&ben, Wish::Take, 0).0, End::Asked);
+    }
+    assert_eq!(bench.end(&ana, Wish::Keep(eve.key), epoch).0, End::Done);
+    assert_eq!(bench.authority.held().asking, "operator 2", "it was meant for another");
+    assert_eq!(bench.end(&ben, Wish::Keep(ben.key), epoch).0, End::Held, "only the holder declines");
+    assert_eq!(bench.end(&ana, Wish::Keep(ben.key), epoch).0, End::Done);
+    assert_eq!(bench.end(&ben, Wish::Take, 0).0, End::Held);
+    assert_eq!(bench.end(&ben, Wish::Ask, 0).0, End::Asked, "who was declined may ask again");
+    assert_eq!(bench.end(&eve, Wish::Release, 0).0, End::Held);
+    assert_eq!(bench.end(&ben, Wish::Release, 0).0, End::Done);
+    assert_eq!(bench.authority.lease(), Some((ana.key, epoch)), "it was the request that was given up");
+    assert_eq!(bench.end(&ana, Wish::Release, epoch).0, End::Done);
+    assert_eq!(bench.authority.lease(), None, "who has gone gets nothing");
+    assert_eq!(bench.end(&ben, Wish::Take, 0).0, End::Granted);
+}
+
+#[test]
 fn who_acts_at_a_ground_station_now_is_the_holder() {
     let (mut bench, ana) = (Bench::new(), caller(1, Role::Operator));
     let named = |name: &str| Caller { name: name.into(), ..ana.clone() };

@@ -248,6 +248,8 @@ struct Post<'a> {
     place: Option<Place>,
     /// Keys whose orders it accepts.
     trust: BTreeMap<PublicKey, Role>,
+    /// Names of ground stations, by key.
+    names: BTreeMap<PublicKey, String>,
     /// When its certificate ends.
     certificate_ends: Option<u64>,
     /// The router of this session.
@@ -287,6 +289,7 @@ impl<'a> Post<'a> {
             status,
             place: config.member.clone().map(Place::new),
             trust: BTreeMap::new(),
+            names: BTreeMap::new(),
             certificate_ends: None,
             router: None,
             order_key,
@@ -301,16 +304,17 @@ impl<'a> Post<'a> {
             unheard_due: MonoTime::ZERO,
             stranger_due: MonoTime::ZERO,
         };
-        post.trust = post.trusted();
+        (post.trust, post.names) = post.trusted();
         post
     }
 
     /// Keys whose orders it accepts: those on the list of its fleet, and the configured ones, whose roles take
-    /// precedence.
-    fn trusted(&self) -> BTreeMap<PublicKey, Role> {
-        let mut trusted = self.place.as_ref().and_then(|place| place.member.roles().ok()).unwrap_or_default();
+    /// precedence; and the names on that list.
+    fn trusted(&self) -> (BTreeMap<PublicKey, Role>, BTreeMap<PublicKey, String>) {
+        let list = self.place.as_ref().and_then(|place| place.member.stations().ok()).unwrap_or_default();
+        let mut trusted = list.roles();
         trusted.extend(&self.config.trust);
-        trusted
+        (trusted, list.names())
     }
 
     /// The routers, in the order in which they are tried.

@@ -16,7 +16,7 @@ use zenoh::query::Query;
 use zenoh::sample::{Sample, SampleKind};
 
 use self::known::Known;
-use self::terms::{List, Network, Terms};
+use self::terms::{List, Looked, Network, Terms};
 use super::aircraft::place::ask_list;
 use super::door::{Door, blocking};
 use super::endpoint::{Endpoint, Transport};
@@ -32,6 +32,7 @@ mod far;
 mod known;
 mod orders;
 mod plans;
+mod reach;
 mod terms;
 #[cfg(test)]
 mod tests;
@@ -91,6 +92,15 @@ pub struct Far {
     pub silence: Option<Silence>,
 }
 
+/// How a ground station is in its fleet's network.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct GroundStatus {
+    /// Whether a router is reached that answers; a router itself is always.
+    pub is_connected: bool,
+    /// Why not.
+    pub problem: Option<String>,
+}
+
 /// A ground station of a fleet.
 pub struct Ground {
     fleet: Arc<Fleet>,
@@ -115,6 +125,7 @@ struct Fleet {
     /// Whether it was logged that there is no room for more.
     is_full: AtomicBool,
     archive: Option<Arc<Archive>>,
+    reach: Mutex<reach::Reach>,
 }
 
 /// One aircraft.
@@ -143,7 +154,7 @@ impl Ground {
         let standing = if is_clear { Standing::Alone } else { config.standing };
         let news = Arc::new(Notify::new());
         let network = Network::new(listen, dial, standing);
-        let (terms, list) = network.look(0).await?;
+        let Looked { terms, list, .. } = network.look(0).await?;
         let joined_at = terms.listen.iter().chain(&terms.dial).next();
         let endpoint = joined_at.cloned().ok_or_else(|| FleetError::Address(String::new()))?;
         let began = Instant::now();
@@ -185,6 +196,7 @@ impl Ground {
             aircraft: Mutex::default(),
             is_full: AtomicBool::new(false),
             archive,
+            reach: Mutex::default(),
         });
         let (stop, mut stopped) = watch::channel(false);
         let (ready, is_ready) = tokio::sync::oneshot::channel();
@@ -221,6 +233,11 @@ impl Ground {
         self.fleet.signer.public()
     }
 
+    /// How it is in the network.
+    pub fn status(&self) -> GroundStatus {
+        self.fleet.reach().status(self.fleet.station.now())
+    }
+
     /// The aircraft that were heard of, by name.
     pub fn aircraft(&self) -> Vec<Far> {
         let now = self.fleet.station.now();
@@ -249,13 +266,15 @@ impl Ground {
             // A join error is a panic, which has been reported.
             let _ = task.await;
             let aircraft: Vec<_> = self.fleet.aircraft().values().cloned().collect();
-            let held = aircraft.into_iter().filter(|aircraft| !aircraft.known().leases.is_empty());
-            let releases: Vec<_> = held
+            let claimed = aircraft.into_iter().filter(|aircraft| aircraft.known().is_claimed());
+            let releases: Vec<_> = claimed
                 .map(|aircraft| tokio::spawn(async move { aircraft.release(Duration::from_millis(500)).await }))
                 .collect();
             for release in releases {
+                // What is lost of this expires on board by itself.
                 let _ = release.await;
             }
+            self.fleet.on_left();
             // Its declarations end with the process at the latest.
             let _ = self.fleet.session().close().await;
             if let Some(archive) = self.fleet.archive.clone() {
@@ -305,7 +324,10 @@ impl Fleet {
             let session = loop {
                 match self.network.open(&terms).await {
                     Ok(session) => break session,
-                    Err(error) => tracing::debug!(%error, "the fleet is not there for a moment"),
+                    Err(error) => {
+                        tracing::debug!(%error, "the fleet is not there for a moment");
+                        self.on_reached(Some(error.to_string()));
+                    }
                 }
                 tokio::time::sleep(AGAIN).await;
             };
@@ -329,9 +351,12 @@ impl Fleet {
             let _ = tokio::time::timeout(LOOK_EVERY, news.notified()).await;
             let have = self.list().0;
             match self.network.look(have).await {
-                Ok((now, list)) => {
+                Ok(Looked { terms: now, list, revoked }) => {
                     if let Some(list) = list {
                         *self.list.lock().unwrap_or_else(PoisonError::into_inner) = list;
+                    }
+                    for (name, aircraft) in &*self.aircraft() {
+                        aircraft.known().is_revoked = revoked.contains(name.as_str());
                     }
                     if now != *terms {
                         return now;
@@ -410,6 +435,7 @@ impl Fleet {
                 }
                 _ = renew.tick() => {
                     self.renew();
+                    self.look_for_router(session, is_router);
                     if let Standing::Member(_) = self.network.standing {
                         // With a router are aircraft as well, each by its name.
                         if !(is_router || network::is_with_station(session).await) {

@@ -17,7 +17,7 @@ mod tls;
 
 pub use aircraft::{Aircraft, AircraftConfig, AircraftStatus};
 pub use endpoint::{Endpoint, Transport};
-pub use ground::{Far, Ground, GroundConfig, Standing};
+pub use ground::{Far, Ground, GroundConfig, GroundStatus, Standing};
 pub use history::{Contents, HistoryConfig, open_film};
 pub use membership::{Membership, join, renew, standing, try_address};
 pub use network::session_of_an_aircraft;

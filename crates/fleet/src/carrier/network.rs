@@ -12,6 +12,7 @@ use zenoh::Session;
 use zenoh::bytes::ZBytes;
 use zenoh::qos::{CongestionControl, Priority};
 use zenoh::query::{ConsolidationMode, Query, QueryTarget};
+use zenoh::sample::Locality;
 
 use super::CONTROL_QUEUE;
 use super::endpoint::{Endpoint, Transport};
@@ -294,6 +295,14 @@ pub(super) async fn echo(session: &Session, key: &str, wait: Duration, came: imp
         answers.push(sample.payload().to_bytes().into_owned());
     }
     answers
+}
+
+/// Whether another session answers a query under a key.
+pub(super) async fn is_answered(session: &Session, key: &str, wait: Duration) -> bool {
+    let get = session.get(key).target(QueryTarget::All).allowed_destination(Locality::Remote);
+    let get = get.consolidation(ConsolidationMode::None).priority(Priority::RealTime).timeout(wait);
+    let Ok(replies) = get.await else { return false };
+    matches!(replies.recv_async().await.map(zenoh::query::Reply::into_result), Ok(Ok(_)))
 }
 
 /// Replies to a query in a task of its own, so that a slow network does not block.

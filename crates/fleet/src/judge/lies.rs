@@ -295,7 +295,8 @@ impl World {
     fn arrive(&mut self, at: usize, bytes: &[u8]) {
         let now = self.now;
         let plane = &mut self.planes[at];
-        let to = Addressee { org: "acme", aircraft: AIRCRAFT[at], trust: &plane.trust, has_list: true };
+        let names = BTreeMap::new();
+        let to = Addressee { org: "acme", aircraft: AIRCRAFT[at], trust: &plane.trust, names: &names, has_list: true };
         plane.authority.on_time(now);
         let before = (plane.authority.held(), plane.authority.lease());
         let judged = judge(bytes, &to, &mut plane.authority, &mut plane.aboard, now);

@@ -1,6 +1,6 @@
 //! The judge, rule by rule: who may do what, and what is told of what came before.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use prost::Message as _;
 use vencejo_flight::plan::{Mission, MissionItem};
@@ -83,9 +83,10 @@ impl Bench {
         }
     }
 
-    fn judge(&mut self, signer: &Signer, order: &Order) -> Judged {
-        let to = Addressee { org: "acme", aircraft: "plane7", trust: &self.trust, has_list: true };
-        judge(&signed(signer, order), &to, &mut self.authority, &mut self.aboard, self.now)
+    fn judge(&mut self, from: &Signer, order: &Order) -> Judged {
+        let names = BTreeMap::from([(signer(4).public(), "tower".to_owned())]);
+        let to = Addressee { org: "acme", aircraft: "plane7", trust: &self.trust, names: &names, has_list: true };
+        judge(&signed(from, order), &to, &mut self.authority, &mut self.aboard, self.now)
     }
 
     fn tell(&mut self, signer: &Signer, epoch: u64, want: Want) -> Judged {
@@ -173,10 +174,12 @@ fn each_role_may_what_it_may_of_all_that_can_be_ordered() {
     // What has control, stranger, observer, operator, chief; then operator and chief with it.
     let mut rows = vec![
         (Want::Ask(nothing), ["stranger", "Refused", "Asked", "Granted", "Granted", "Granted"]),
+        (Want::Take(nothing), ["stranger", "Refused", "Held", "Granted", "Granted", "Granted"]),
         (Want::Renew(nothing), ["stranger", "Refused", "Held", "Held", "Done", "Done"]),
         (Want::Release(nothing), ["stranger", "Refused", "Held", "Held", "Done", "Done"]),
         // To somebody who does not ask.
         (Want::Grant(vec![9; 32]), ["stranger", "Refused", "Held", "Held", "Refused", "Refused"]),
+        (Want::Keep(vec![9; 32]), ["stranger", "Refused", "Held", "Held", "Done", "Done"]),
         (Want::Recall(vec![9; 16]), ["stranger", "Done", "Done", "Done", "Done", "Done"]),
         (Want::Part(part.clone()), ["stranger", "Done", "Done", "Done", "Done", "Done"]),
     ];
@@ -190,7 +193,7 @@ fn each_role_may_what_it_may_of_all_that_can_be_ordered() {
         };
         rows.push((Want::Act(Act { deed: Some(deed), ..Act::default() }), row));
     }
-    assert_eq!(rows.len(), 36);
+    assert_eq!(rows.len(), 38);
     for (want, expected) in rows {
         let asked = [(1, false), (2, false), (3, false), (4, false), (3, true), (4, true)];
         let taken = asked.map(|(number, has_control)| {
@@ -202,6 +205,19 @@ fn each_role_may_what_it_may_of_all_that_can_be_ordered() {
         });
         assert_eq!(taken, expected, "{want:?}");
     }
+}
+
+#[test]
+fn an_operator_is_called_by_its_station_as_far_as_that_is_known() {
+    let holder = |number| {
+        let mut bench = Bench::new();
+        bench.tell(&signer(number), 0, Want::Ask(Nothing {}));
+        bench.authority.held().holder
+    };
+    assert_eq!((holder(3), holder(4)), ("Ana".to_owned(), "tower · Ana".to_owned()));
+    let tower = "tower".to_owned();
+    assert_eq!(named(Some(&tower), "tower"), "tower", "a program that is called like its station");
+    assert_eq!(named(Some(&tower), ""), "", "a renewal is nobody's");
 }
 
 #[test]
@@ -243,7 +259,8 @@ fn what_is_not_signed_or_is_for_others_is_refused_in_words() {
     let (mut bench, ana, eve) = (Bench::new(), signer(3), signer(1));
     let arm = bench.order(1, Want::Act(Act { deed: Some(Deed::Arm(false)), ..Act::default() }));
     let mut says = |bytes: &[u8], has_list, what: &str| {
-        let to = Addressee { org: "acme", aircraft: "plane7", trust: &bench.trust, has_list };
+        let names = BTreeMap::new();
+        let to = Addressee { org: "acme", aircraft: "plane7", trust: &bench.trust, names: &names, has_list };
         let answer = match judge(bytes, &to, &mut bench.authority, &mut bench.aboard, bench.now) {
             Judged::OfStranger(_, answer) => answer,
             Judged::Ended(_, answer) => *answer,

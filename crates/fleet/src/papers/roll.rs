@@ -237,6 +237,11 @@ impl Roll {
         }
     }
 
+    /// Common names of the members that were revoked.
+    pub fn revoked(&self) -> impl Iterator<Item = &str> {
+        self.members.iter().filter(|(_, entry)| entry.revoked.is_some()).map(|(name, _)| name.as_str())
+    }
+
     /// The aircraft that routers admit.
     pub fn aircraft(&self, org: &Name) -> Admitted {
         Admitted {

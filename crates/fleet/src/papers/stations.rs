@@ -222,6 +222,12 @@ impl Stations {
         let role = |each: &Listed| Some((PublicKey(each.key.as_slice().try_into().ok()?), Role::named(&each.role)?));
         self.stations.iter().filter_map(role).collect()
     }
+
+    /// The names of the stations, by their keys.
+    pub fn names(&self) -> BTreeMap<PublicKey, String> {
+        let named = |each: &Listed| Some((PublicKey(each.key.as_slice().try_into().ok()?), each.name.clone()));
+        self.stations.iter().filter_map(named).collect()
+    }
 }
 
 #[cfg(test)]
@@ -248,6 +254,7 @@ mod tests {
         let signed = list.signed(&ca).expect("signed");
         let read = Stations::read(&signed, &certificate, "acme").expect("good");
         assert_eq!(read, list);
+        assert_eq!(read.names().get(&PublicKey([2; 32])).map(String::as_str), Some("observer"));
         // A role of a later version is none here.
         assert_eq!(read.roles(), [(PublicKey([1; 32]), Role::Chief), (PublicKey([2; 32]), Role::Observer)].into());
         let forged = list.signed(&Ca::read(&other, &other_key).expect("read")).expect("signed");

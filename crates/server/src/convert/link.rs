@@ -1,7 +1,7 @@
 //! Links, and signing on them.
 
 use vencejo_link::{self as link, LinkStats};
-use vencejo_station::{Station, VehicleHandle};
+use vencejo_station::{FarNetwork, Station, VehicleHandle};
 
 use crate::dto;
 
@@ -78,6 +78,12 @@ pub(crate) fn signing(vehicle: &VehicleHandle) -> dto::SigningInfo {
         verified_age_s: info.verified_age.map(|age| age.as_secs_f64()),
         refused_age_s: info.refused_age.map(|age| age.as_secs_f64()),
     }
+}
+
+/// The networks of the fleets that the station is in.
+pub(crate) fn networks(station: &Station) -> Vec<dto::FleetNetwork> {
+    let network = |FarNetwork { name, problem }| dto::FleetNetwork { name, problem };
+    station.networks().borrow().iter().cloned().map(network).collect()
 }
 
 pub(crate) fn links(station: &Station) -> Vec<dto::LinkInfo> {

@@ -1,7 +1,7 @@
 //! Vehicles: their summary and their state.
 
 use vencejo_flight::plan as core;
-use vencejo_station::{Station, VehicleHandle};
+use vencejo_station::{FarHeld, Station, VehicleHandle};
 use vencejo_vehicle as vehicle;
 use vencejo_vehicle::modes::ModeFamily;
 use vencejo_vehicle::telemetry::TelemetryGroups;
@@ -27,6 +27,8 @@ pub(crate) fn vehicle_summary(vehicle: &VehicleHandle) -> dto::VehicleSummary {
             .and_then(|link| link.age_s)
             .or_else(|| heartbeat.map(|heartbeat| heartbeat.age(now).as_secs_f64())),
         remote_name: vehicle.remote_name(),
+        control: vehicle.held_far().map(vehicle_control),
+        is_revoked: vehicle.is_revoked(),
         link: link.as_ref().map(|link| link.id),
         loss_pct: link.as_ref().and_then(|link| link.loss_pct),
         round_trip_ms: link.as_ref().and_then(|link| link.round_trip_ms),
@@ -38,6 +40,11 @@ pub(crate) fn vehicle_summary(vehicle: &VehicleHandle) -> dto::VehicleSummary {
         lacks_terrain: vehicle.lacks_terrain() && !vehicle.is_recorded(),
         flight_parameters: flight_parameters(vehicle.flight_parameters()),
     }
+}
+
+pub(crate) fn vehicle_control(held: FarHeld) -> dto::VehicleControl {
+    let FarHeld { holder, is_ours: is_held_here, requested_by, is_request_ours: is_requested_here } = held;
+    dto::VehicleControl { holder, is_held_here, requested_by, is_requested_here }
 }
 
 fn flight_parameters(known: vehicle::FlightParameters) -> dto::FlightParameters {

@@ -122,6 +122,13 @@ causes! {
         #[schema(required = true)]
         holder: Option<String>,
     } => LOCKED, "Control required",
+    /// Another ground station has control of this remote vehicle.
+    VehicleControl {
+        /// Name of the vehicle.
+        vehicle: String,
+        /// Name of the operator who has control, after that of the ground station.
+        holder: String,
+    } => LOCKED, "Control of the vehicle required",
     /// A dangerous action. It is carried out when the same request is repeated with `confirmation` in the header
     /// `Vencejo-Confirmation`.
     NeedsConfirmation {

@@ -129,6 +129,16 @@ pub struct SerialPort {
     pub is_allowed: bool,
 }
 
+/// The network of a fleet, over which remote vehicles are heard.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, ToSchema)]
+pub struct FleetNetwork {
+    /// Name of the fleet.
+    pub name: String,
+    /// Why its vehicles are not heard here, in English; null while all is well.
+    #[schema(required = true)]
+    pub problem: Option<String>,
+}
+
 /// A link to open.
 #[derive(Debug, Clone, PartialEq, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]

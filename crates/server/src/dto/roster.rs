@@ -48,6 +48,12 @@ pub struct RosterRow {
     pub holder: Option<String>,
     /// Whether an operator of this station is the holder of a remote vehicle.
     pub is_held_here: Option<bool>,
+    /// Operator who asks for control of a remote vehicle; null when there is none.
+    pub requested_by: Option<String>,
+    /// Whether that is an operator of this station.
+    pub is_requested_here: Option<bool>,
+    /// Whether its certificate was revoked, as far as this station knows.
+    pub is_revoked: Option<bool>,
     /// Current mission item, counted from 1.
     pub item: Option<u16>,
     /// Number of items in its mission.

@@ -35,6 +35,21 @@ pub struct DeclinedRequest {
     pub requested_by: Option<String>,
 }
 
+/// Who has control of a vehicle.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, ToSchema)]
+pub struct VehicleControl {
+    /// Name of the operator who has control, after that of the ground station; null when nobody has it.
+    #[schema(required = true)]
+    pub holder: Option<String>,
+    /// Whether that is an operator of this station.
+    pub is_held_here: bool,
+    /// Name of the operator who asks for control; null when there is none.
+    #[schema(required = true)]
+    pub requested_by: Option<String>,
+    /// Whether that is an operator of this station.
+    pub is_requested_here: bool,
+}
+
 /// A session, as its owner sees it. The secret that authenticates it is in the cookie.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, ToSchema)]
 pub struct SessionInfo {

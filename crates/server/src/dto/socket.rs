@@ -10,8 +10,8 @@ use vencejo_vehicle::telemetry::TelemetryGroups;
 use super::roster::{RosterChange, RosterRow};
 use super::storage::StorageProblem;
 use super::{
-    Assessment, Cause, LinkInfo, MissionProgress, Operation, Param, Plan, PlanKind, PlanState, PlaneProfile,
-    RawMessage, SessionInfo, VehicleSummary, Way,
+    Assessment, Cause, FleetNetwork, LinkInfo, MissionProgress, Operation, Param, Plan, PlanKind, PlanState,
+    PlaneProfile, RawMessage, SessionInfo, VehicleSummary, Way,
 };
 
 /// Messages from a client.
@@ -210,6 +210,11 @@ pub enum ServerMessage {
     Links {
         /// Links by id.
         links: Vec<LinkInfo>,
+    },
+    /// The fleets that this station is in, and whether their networks are connected: on connection and on change.
+    Networks {
+        /// The fleets; empty when it is in none.
+        networks: Vec<FleetNetwork>,
     },
     /// Map sources or offline areas have changed, or a download has progressed; at most once a second. Clients fetch
     /// them again.

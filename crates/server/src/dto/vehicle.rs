@@ -5,7 +5,7 @@ use utoipa::ToSchema;
 use vencejo_vehicle::telemetry::TelemetryGroups;
 
 use super::replay::Replay;
-use super::{LinkInfo, PlanStates};
+use super::{LinkInfo, PlanStates, VehicleControl};
 
 /// Summary of a vehicle.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
@@ -30,6 +30,11 @@ pub struct VehicleSummary {
     /// Name of a remote vehicle in its fleet: it is reached through a station on board, not over a link of this server.
     #[schema(required = true)]
     pub remote_name: Option<String>,
+    /// Who has control of a remote vehicle; null for one on a link, and for a recording.
+    #[schema(required = true)]
+    pub control: Option<VehicleControl>,
+    /// Whether the certificate of a remote vehicle was revoked, as far as this station knows.
+    pub is_revoked: bool,
     /// Id of the link over which it is reached.
     #[schema(required = true)]
     pub link: Option<u32>,

@@ -28,7 +28,12 @@ pub fn from_station(error: &StationError) -> Problem {
             Cause::TooMany { what: LimitKind::Links, limit: MAX_LINKS as u64 }
         }
         StationError::NoVehicle { waited, .. } => Cause::NoVehicle { waited_s: waited.as_secs_f64() },
-        StationError::Control { holder } => return Problem::no_control(Some(holder)),
+        StationError::Control { holder, vehicle: None } => return Problem::no_control(Some(holder)),
+        StationError::Control { holder, vehicle: Some(vehicle) } => {
+            let cause = Cause::VehicleControl { vehicle: vehicle.clone(), holder: holder.clone() };
+            let detail = format!("{holder} holds control of {vehicle}");
+            return Problem::new(cause, detail).remedy("ask for it: POST /api/v1/vehicles/{id}/control/request");
+        }
         StationError::Dismissed => return Problem::no_session(),
         StationError::NeedsConfirmation { challenge } => {
             let cause = Cause::NeedsConfirmation {

@@ -10,7 +10,7 @@ use vencejo_station::StationError;
 
 use crate::convert;
 use crate::dto::cause::{Cause, ResourceKind};
-use crate::dto::{LinkInfo, NewLink, SerialPort};
+use crate::dto::{FleetNetwork, LinkInfo, NewLink, SerialPort};
 use crate::extract::{Id, Json as Body, Pilot, Viewer};
 use crate::problem::Problem;
 use crate::state::App;
@@ -21,6 +21,13 @@ pub(super) fn router() -> OpenApiRouter<App> {
         .routes(routes!(list_links, open_link))
         .routes(routes!(close_link))
         .routes(routes!(list_serial_ports))
+        .routes(routes!(list_networks))
+}
+
+/// Lists the fleets that this station is in, and whether their networks are connected.
+#[utoipa::path(get, path = "/networks", tag = "links", responses((status = 200, body = Vec<FleetNetwork>), Problem))]
+async fn list_networks(State(app): State<App>, _: Viewer) -> Json<Vec<FleetNetwork>> {
+    Json(convert::networks(app.station()))
 }
 
 /// Lists the links with their traffic counters.

@@ -38,11 +38,17 @@ impl App {
         ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
         let mut count = 0_u32;
         let mut control = self.shared.station.control().news();
+        let mut networks = self.shared.station.networks();
         loop {
             tokio::select! {
                 () = closed(&mut closing) => break,
                 Ok(()) = control.changed() => {
                     self.shared.outboxes.put_control();
+                    continue;
+                }
+                Ok(()) = networks.changed() => {
+                    let networks = convert::networks(&self.shared.station);
+                    self.shared.outboxes.put_latest(Topic::Networks, &ServerMessage::Networks { networks });
                     continue;
                 }
                 _ = ticks.tick() => {}

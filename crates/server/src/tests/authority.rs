@@ -7,6 +7,7 @@ use std::task::{Context, Poll, ready};
 use axum::response::Response;
 use futures_core::Stream;
 use tokio::sync::oneshot;
+use vencejo_station::FarWish;
 
 use super::bodies::{described, filled};
 use super::*;
@@ -47,6 +48,7 @@ const ROUTES: &[(Needs, &[&str])] = &[
             "GET /history",
             "GET /history/{place}/{name}",
             "GET /links",
+            "GET /networks",
             "GET /maps/areas",
             "GET /maps/areas/{id}",
             "GET /maps/areas/{id}/export",
@@ -126,6 +128,9 @@ const ROUTES: &[(Needs, &[&str])] = &[
             "POST /maps/capabilities",
             "POST /maps/files",
             "POST /maps/sources/{id}/check",
+            "POST /vehicles/{id}/control/keep",
+            "POST /vehicles/{id}/control/release",
+            "POST /vehicles/{id}/control/request",
             "POST /vehicles/{id}/messages/{name}/request",
             "POST /vehicles/{id}/plan/fence/read",
             "POST /vehicles/{id}/plan/mission/read",
@@ -344,6 +349,29 @@ async fn a_request_ends_with_its_session() {
     station.close().await;
 }
 
+#[tokio::test]
+async fn control_of_a_remote_vehicle_is_asked_for_kept_and_given_back_by_who_has_control_here() {
+    let station = station(true);
+    let willing = Arc::new(Willing::default());
+    let far = station.adopt("plane7", Address::new(1, 1), willing.clone()).expect("there is room");
+    let server = Plain::new(station.clone(), None);
+    let (ana, eva) = (server.session(json!({"name": "Ana"})).await, server.session(json!({"name": "Eva"})).await);
+    let path = |act: &str| format!("/vehicles/{far}/control/{act}");
+    let answer = server.ask("POST", &path("request"), Some(&ana), None).await;
+    let held = json!({"holder": "tower · Luis", "is_held_here": false, "requested_by": "ground · Ana", "is_requested_here": true});
+    assert_eq!((answer.status, answer.json()), (200, held.clone()));
+    for (act, body) in [("keep", Some(json!({"requested_by": "tower · Luis"}))), ("keep", None), ("release", None)] {
+        assert_eq!(server.ask("POST", &path(act), Some(&ana), body).await.status, 200);
+    }
+    assert_eq!(server.ask("POST", &path("request"), Some(&eva), None).await.status, 423, "Ana has control here");
+    let keep = |requested_by: Option<&str>| FarWish::Keep { requested_by: requested_by.map(str::to_owned) };
+    let wanted = [FarWish::Request, keep(Some("tower · Luis")), keep(None), FarWish::Release];
+    assert_eq!(*willing.0.lock().expect("no panic"), wanted.map(|wish| (wish, "Ana".to_owned())));
+    let vehicles = server.ask("GET", "/vehicles", Some(&ana), None).await.json();
+    assert_eq!(vehicles[0]["control"], held);
+    station.close().await;
+}
+
 // fault 31: a program and a page share one lease
 #[tokio::test]
 async fn a_program_and_a_browser_share_one_lease() {
@@ -353,7 +381,7 @@ async fn a_program_and_a_browser_share_one_lease() {
     let vehicle = station.vehicle(vencejo_proto::SystemId(1)).expect("heard");
     let ana = server.session(json!({"name": "Ana"})).await;
     let refused = vehicle.request(vencejo_vehicle::Request::Arm { force: false }).wait().await.expect("an end");
-    let held = vencejo_station::StationError::Control { holder: "Ana".into() };
+    let held = vencejo_station::StationError::Control { holder: "Ana".into(), vehicle: None };
     assert_eq!(refused, Err(held), "the page that came first has control");
     let read = vencejo_vehicle::Request::Note { severity: vencejo_vehicle::telemetry::Severity(6), text: "x".into() };
     assert!(vehicle.request(read).wait().await.expect("an end").is_ok(), "what acts on nothing needs none");

@@ -14,7 +14,7 @@ use super::handle::{MAX_REPLAYS, OpenFilm, Replay, ReplayId, ReplayOptions, Shar
 use super::pace::{Pace, SPEEDS};
 use super::{playing, tlog};
 use crate::error::StationError;
-use crate::remote::{Carried, FarHeld, Remote, Telling};
+use crate::remote::{Carried, FarHeld, FarWish, Remote, Telling};
 use crate::station::{Station, VehicleHandle};
 
 /// Refuses everything.
@@ -24,6 +24,10 @@ struct Recorded {
 
 impl Remote for Recorded {
     fn request(self: Arc<Self>, _: Request, _: Option<Danger>, _: String, _: Telling) -> Carried {
+        Box::pin(async move { Err(StationError::Replayed { vehicle: self.name.clone() }) })
+    }
+
+    fn control(self: Arc<Self>, _: FarWish, _: String) -> Carried {
         Box::pin(async move { Err(StationError::Replayed { vehicle: self.name.clone() }) })
     }
 

@@ -20,7 +20,7 @@ use crate::error::{StationError, Wanted};
 use crate::namesake::Namesake;
 use crate::pending::Finisher;
 use crate::records::Records;
-use crate::remote::Adopted;
+use crate::remote::{Adopted, FarNetwork};
 use crate::replay::{Replays, Shown};
 use crate::signing::{SigningError, Vault};
 use crate::subscriptions::Subscriptions;
@@ -60,6 +60,8 @@ pub(crate) struct Shared {
     pub(super) closing: watch::Sender<bool>,
     /// State of the recording when the driver last looked.
     pub(super) health: watch::Sender<Option<RecorderStatus>>,
+    /// The networks of fleets.
+    pub(crate) networks: watch::Sender<Vec<FarNetwork>>,
     /// The signing keys.
     pub(crate) vault: Option<Vault>,
     /// Why they could not be read.

@@ -75,6 +75,7 @@ impl Station {
         operator.attach(clock.now());
         let shared = Arc::new(Shared {
             health,
+            networks: watch::channel(Vec::new()).0,
             control,
             operator,
             confirmations: Mutex::default(),

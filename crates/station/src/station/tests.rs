@@ -97,7 +97,7 @@ async fn of_two_operators_one_acts_and_the_other_is_told() {
         let pending = racers.map(|racer| racer.join().expect("no panic"));
         let holder = station.control().holder().expect("one of them");
         for (operator, pending) in operators.iter().zip(&pending) {
-            let refused = pending.end() == Some(Err(StationError::Control { holder: holder.clone() }));
+            let refused = pending.end() == Some(Err(StationError::Control { holder: holder.clone(), vehicle: None }));
             assert_ne!(operator.name() == holder, refused, "race {race}: {:?}", pending.end());
             told += u32::from(refused);
             pending.cancel();

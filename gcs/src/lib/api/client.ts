@@ -45,6 +45,7 @@ import type {
   VehicleCommands,
   VehicleProfile,
   VehicleState,
+  VehicleControl,
   VehicleSummary,
   Way,
   WhatIfRequest,
@@ -71,6 +72,11 @@ export class Api extends Http {
   keepControl = (requested_by: string) =>
     this.json<Partial<Session>>('POST', '/control/keep', { requested_by } satisfies DeclinedRequest);
   requestControl = () => this.json<Partial<Session>>('POST', '/control/request', {});
+  /** Control of a vehicle that another ground station of the fleet may have. */
+  requestVehicle = (id: number) => this.json<VehicleControl>('POST', `/vehicles/${id}/control/request`, {});
+  releaseVehicle = (id: number) => this.json<VehicleControl>('POST', `/vehicles/${id}/control/release`, {});
+  keepVehicle = (id: number, requested_by: string) =>
+    this.json<VehicleControl>('POST', `/vehicles/${id}/control/keep`, { requested_by } satisfies DeclinedRequest);
 
   links = () => this.json<LinkInfo[]>('GET', '/links');
   addLink = (body: NewLink) => this.json<LinkInfo>('POST', '/links', body);

@@ -725,6 +725,23 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/networks": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** Lists the fleets that this station is in, and whether their networks are connected. */
+        get: operations["list_networks"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/operations": {
         parameters: {
             query?: never;
@@ -1469,6 +1486,60 @@ export interface paths {
         put?: never;
         /** Sends any command as COMMAND_LONG. It is retransmitted only if repeating it is known to be safe. */
         post: operations["command_long"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/vehicles/{id}/control/keep": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /** Declines the request of another ground station for control of a remote vehicle that this one has. */
+        post: operations["keep_vehicle_control"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/vehicles/{id}/control/release": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /** Releases control of a remote vehicle: to the ground station that requests it, if any. Also withdraws a request. */
+        post: operations["release_vehicle_control"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/vehicles/{id}/control/request": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Requests control of a remote vehicle from the ground station that has it; takes it when none does. The request
+         *     stands until it is granted, declined or withdrawn. For a vehicle on a link it is `POST /control/request`.
+         */
+        post: operations["request_vehicle_control"];
         delete?: never;
         options?: never;
         head?: never;
@@ -2756,6 +2827,13 @@ export interface components {
             code: "control";
             /** @description Name of the session that holds control; null when there is none. */
             holder: string | null;
+        } | {
+            /** @enum {string} */
+            code: "vehicle-control";
+            /** @description Name of the operator who has control, after that of the ground station. */
+            holder: string;
+            /** @description Name of the vehicle. */
+            vehicle: string;
         } | {
             /**
              * @description The dangerous action: `force-arm`, `force-disarm`, `disarm-in-flight`, `terminate`, `clear-mission`,
@@ -4902,6 +4980,13 @@ export interface components {
                  */
                 value: number;
             };
+        };
+        /** @description The network of a fleet, over which remote vehicles are heard. */
+        FleetNetwork: {
+            /** @description Name of the fleet. */
+            name: string;
+            /** @description Why its vehicles are not heard here, in English; null while all is well. */
+            problem: string | null;
         };
         /** @description Time of a flight on the vehicle's own clock, which runs faster in some simulators. */
         FlightNow: {
@@ -7836,6 +7921,10 @@ export interface components {
             is_reached?: boolean | null;
             /** @description Whether it comes from a recording and takes no commands. */
             is_recorded?: boolean | null;
+            /** @description Whether that is an operator of this station. */
+            is_requested_here?: boolean | null;
+            /** @description Whether its certificate was revoked, as far as this station knows. */
+            is_revoked?: boolean | null;
             /**
              * Format: int32
              * @description Current mission item, counted from 1.
@@ -7872,6 +7961,8 @@ export interface components {
             mode?: string | null;
             /** @description Name of a remote vehicle in its fleet; null for one on a link of this server. */
             remote_name?: string | null;
+            /** @description Operator who asks for control of a remote vehicle; null when there is none. */
+            requested_by?: string | null;
             /**
              * @description What the station on board of a remote vehicle reports of its links to the autopilot, in English, while the
              *     autopilot is silent; null when it is heard, and when the station on board is not heard either.
@@ -8167,6 +8258,11 @@ export interface components {
             links: components["schemas"]["LinkInfo"][];
             /** @enum {string} */
             type: "links";
+        } | {
+            /** @description The fleets; empty when it is in none. */
+            networks: components["schemas"]["FleetNetwork"][];
+            /** @enum {string} */
+            type: "networks";
         } | {
             /** @enum {string} */
             type: "maps";
@@ -8813,6 +8909,17 @@ export interface components {
          * @enum {string}
          */
         UnknownLevel: "home" | "ground" | "frame";
+        /** @description Who has control of a vehicle. */
+        VehicleControl: {
+            /** @description Name of the operator who has control, after that of the ground station; null when nobody has it. */
+            holder: string | null;
+            /** @description Whether that is an operator of this station. */
+            is_held_here: boolean;
+            /** @description Whether that is an operator of this station. */
+            is_requested_here: boolean;
+            /** @description Name of the operator who asks for control; null when there is none. */
+            requested_by: string | null;
+        };
         /** @description Data with which a vehicle's plans are rehearsed. */
         VehicleProfile: {
             /** @description Airframe according to its parameters; its power is measured in flight, as far as the flight was followed. */
@@ -8877,6 +8984,7 @@ export interface components {
              * @description `MAV_AUTOPILOT`; 3 is ArduPilot.
              */
             autopilot: number | null;
+            control: components["schemas"]["VehicleControl"] | null;
             /** @description Flight characteristics according to its parameters, as far as they were read. */
             flight_parameters: components["schemas"]["FlightParameters"];
             /** @description Whether it is armed. */
@@ -8888,6 +8996,8 @@ export interface components {
             is_reached: boolean | null;
             /** @description Whether it comes from a recording and takes no commands: a replay, or a link that plays one. */
             is_recorded: boolean;
+            /** @description Whether the certificate of a remote vehicle was revoked, as far as this station knows. */
+            is_revoked: boolean;
             /** @description Whether it requests ground elevations at positions that no map of this server contains. */
             lacks_terrain: boolean;
             /**
@@ -10758,6 +10868,34 @@ export interface operations {
             };
         };
     };
+    list_networks: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["FleetNetwork"][];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     list_operations: {
         parameters: {
             query?: never;
@@ -12277,6 +12415,103 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["Acknowledged"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    keep_vehicle_control: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description The vehicle's id */
+                id: number;
+            };
+            cookie?: never;
+        };
+        requestBody?: {
+            content: {
+                "application/json": components["schemas"]["DeclinedRequest"] | null;
+            };
+        };
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["VehicleControl"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    release_vehicle_control: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description The vehicle's id */
+                id: number;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["VehicleControl"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    request_vehicle_control: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description The vehicle's id */
+                id: number;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["VehicleControl"];
                 };
             };
             /** @description What was wrong and what to do */

@@ -89,6 +89,8 @@ export type Info = Schemas['Info'];
 export type Session = Schemas['SessionInfo'];
 export type NewSession = Schemas['NewSession'];
 export type DeclinedRequest = Schemas['DeclinedRequest'];
+export type FleetNetwork = Schemas['FleetNetwork'];
+export type VehicleControl = Schemas['VehicleControl'];
 export type Cause = Schemas['Cause'];
 export type RefusalCode = Schemas['RefusalCode'];
 /** A problem of the server has a cause; one made here has none. */

@@ -39,6 +39,7 @@ describe('attention', () => {
     ['battery', { id: 1, battery_pct: 12 }, 1, ['battery-critical'], 'danger'],
     ['battery getting low', { id: 1, battery_pct: 20 }, 1, ['battery-low'], 'warn'],
     ['off its plan, and more', { id: 1, target_off_m: 300, may_be_mixed: true }, 1, ['target', 'mixed'], 'danger'],
+    ['revoked', { id: 1, is_revoked: true }, 60, ['revoked'], 'warn'],
     ['held elsewhere', { id: 1, holder: 'Luis', is_held_here: false }, 1, ['held'], 'warn'],
     ['alarm', { id: 1, alarm: { severity: 2, text: 'x', time_s: 1 } }, 1, ['alarm'], 'danger'],
     ['warning', { id: 1, alarm: { severity: 4, text: 'x', time_s: 1 } }, 1, ['warning'], 'warn'],

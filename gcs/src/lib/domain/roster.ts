@@ -27,6 +27,9 @@ export interface RosterRow {
   readonly silence: string | null;
   readonly holder: string | null;
   readonly is_held_here: boolean | null;
+  readonly requested_by: string | null;
+  readonly is_requested_here: boolean | null;
+  readonly is_revoked: boolean | null;
   readonly item: number | null;
   readonly items: number | null;
   readonly is_complete: boolean | null;
@@ -60,6 +63,9 @@ const NEW: Omit<RosterRow, 'id'> = {
   silence: null,
   holder: null,
   is_held_here: null,
+  requested_by: null,
+  is_requested_here: null,
+  is_revoked: null,
   item: null,
   items: null,
   is_complete: null,
@@ -71,6 +77,9 @@ const NEW: Omit<RosterRow, 'id'> = {
 /** A row after a change of it. */
 export const changedRow = (row: RosterRow | undefined, change: RosterChange): RosterRow =>
   ({ ...(row ?? NEW), ...change }) as RosterRow;
+
+/** Whether another ground station has control of it. */
+export const isHeldElsewhere = (row: RosterRow): boolean => row.holder !== null && row.is_held_here === false;
 
 /** Reasons why a vehicle needs attention, the most urgent first. */
 const ATTENTION = [
@@ -86,6 +95,7 @@ const ATTENTION = [
   'battery-low',
   'mixed',
   'held',
+  'revoked',
   'warning',
 ] as const;
 export type Attention = (typeof ATTENTION)[number];
@@ -113,7 +123,7 @@ export function attentionTo(row: RosterRow, age_s: number | null): Attention[] {
   const fresh = freshness(age_s);
   const { battery_critical_pct, battery_low_pct, loss_high_pct } = ATTENTION_FROM;
   const is: Record<Attention, boolean> = {
-    lost: fresh === 'lost' && row.silence === null,
+    lost: fresh === 'lost' && row.silence === null && row.is_revoked !== true,
     silent: row.silence !== null,
     target: row.target_off_m !== null,
     'battery-critical': row.battery_pct !== null && row.battery_pct < battery_critical_pct,
@@ -125,7 +135,8 @@ export function attentionTo(row: RosterRow, age_s: number | null): Attention[] {
     'battery-low':
       row.battery_pct !== null && row.battery_pct >= battery_critical_pct && row.battery_pct < battery_low_pct,
     mixed: row.may_be_mixed === true,
-    held: row.holder !== null && row.is_held_here === false,
+    held: isHeldElsewhere(row),
+    revoked: row.is_revoked === true,
     warning: row.alarm !== null && row.alarm.severity > ERROR,
   };
   return ATTENTION.filter((reason) => is[reason]);

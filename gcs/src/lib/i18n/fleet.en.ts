@@ -10,6 +10,9 @@ export const fleetEn = {
   'history.unknown': 'what is missing is not known',
   'fleet.needing': '{count} need attention',
 
+  'fleet.away': 'This station is not connected to the fleet {fleet}.',
+  'fleet.awayHint': 'None of its aircraft are heard here; they may well be flying.',
+
   'fleet.search': 'Search name, number, mode, text',
   'fleet.order': 'Order',
   'fleet.order.attention': 'Attention first',
@@ -51,6 +54,7 @@ export const fleetEn = {
   'fleet.why.battery-low': 'Battery low',
   'fleet.why.mixed': 'Mission doubtful',
   'fleet.why.held': 'Held elsewhere',
+  'fleet.why.revoked': 'Revoked',
   'fleet.why.warning': 'Warning',
 
   'fleet.acts': 'Tell the marked vehicles',

@@ -12,6 +12,9 @@ export const fleetEs: Record<keyof typeof fleetEn, string> = {
   'panel.fleet': 'Flota',
   'fleet.needing': '{count} requieren atención',
 
+  'fleet.away': 'Esta estación no está conectada a la flota {fleet}.',
+  'fleet.awayHint': 'Aquí no se oye a ninguno de sus aviones, aunque pueden seguir volando.',
+
   'fleet.search': 'Buscar nombre, número, modo, texto',
   'fleet.order': 'Orden',
   'fleet.order.attention': 'Atención primero',
@@ -53,6 +56,7 @@ export const fleetEs: Record<keyof typeof fleetEn, string> = {
   'fleet.why.battery-low': 'Batería baja',
   'fleet.why.mixed': 'Misión dudosa',
   'fleet.why.held': 'Control ajeno',
+  'fleet.why.revoked': 'Revocado',
   'fleet.why.warning': 'Aviso',
 
   'fleet.acts': 'Ordenar a los marcados',

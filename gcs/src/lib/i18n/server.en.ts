@@ -26,6 +26,8 @@ export const serverEn = {
   'danger.write-files': 'writes to its files',
   'problem.control': 'Somebody else has control: {holder}.',
   'problem.control.remedy': 'Take control, or ask for it.',
+  'problem.vehicle-control': '{holder} has control of {vehicle}.',
+  'problem.vehicle-control.remedy': 'Ask for control of it.',
   'problem.too-many': 'That is too much at once: the server takes {limit}.',
   'problem.too-many.remedy': 'Wait until something is done.',
   'problem.signing-no-keys': 'The server keeps no signing keys.',

@@ -28,6 +28,8 @@ export const serverEs: Record<keyof typeof serverEn, string> = {
   'danger.write-files': 'escribe en sus ficheros',
   'problem.control': 'Otro tiene el control: {holder}.',
   'problem.control.remedy': 'Toma el control o pídelo.',
+  'problem.vehicle-control': '{holder} tiene el control de {vehicle}.',
+  'problem.vehicle-control.remedy': 'Pide su control.',
   'problem.too-many': 'Es demasiado a la vez: el servidor admite {limit}.',
   'problem.too-many.remedy': 'Espera a que algo termine.',
   'problem.signing-no-keys': 'El servidor no guarda claves de firma.',

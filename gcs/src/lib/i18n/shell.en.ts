@@ -113,6 +113,13 @@ export const shellEn = {
   'control.wanted': '{name} asks for control',
   'control.give': 'Give control',
   'control.keep': 'Keep it',
+  'control.vehicle.other': '{name} has control of {vehicle}',
+  'control.vehicle.asked': 'Asked for {vehicle}. Waiting for {name}.',
+  'control.vehicle.declined': '{name} keeps control of {vehicle}',
+  'control.vehicle.wanted': '{name} asks for control of {vehicle}',
+  'control.vehicle.release': 'Give back {vehicle}',
+  'control.vehicle.release.hint':
+    'Another ground station can take control then. Your next command takes it again, if it is free.',
 
   'session.title': 'Who is there?',
   'session.hint': 'This server asks for a token. It was shown in the terminal when the server started.',
@@ -123,6 +130,7 @@ export const shellEn = {
 
   'fly.needVehicle': 'Commands appear when a vehicle is heard.',
   'fly.needControl': 'You can send commands once you have control.',
+  'fly.heldElsewhere': 'Another ground station has control of this vehicle. Ask for it first.',
   'fly.onlyWatching': 'This token lets you watch only. To command, open the page with the operator’s token.',
   'fly.needLink': 'The vehicle is not heard. A command may not arrive.',
   'fly.hold': 'Hold for one second',

@@ -116,6 +116,13 @@ export const shellEs: Record<keyof typeof shellEn, string> = {
   'control.wanted': '{name} pide el control',
   'control.give': 'Dar el control',
   'control.keep': 'Conservarlo',
+  'control.vehicle.other': '{name} tiene el control de {vehicle}',
+  'control.vehicle.asked': 'Pedido el control de {vehicle}. Esperando a {name}.',
+  'control.vehicle.declined': '{name} conserva el control de {vehicle}',
+  'control.vehicle.wanted': '{name} pide el control de {vehicle}',
+  'control.vehicle.release': 'Devolver {vehicle}',
+  'control.vehicle.release.hint':
+    'Otra estación de tierra podrá tomar el control. Tu próxima orden lo vuelve a tomar si está libre.',
 
   'session.title': '¿Quién eres?',
   'session.hint': 'Este servidor pide una clave. Se mostró en la terminal al arrancar el servidor.',
@@ -126,6 +133,7 @@ export const shellEs: Record<keyof typeof shellEn, string> = {
 
   'fly.needVehicle': 'Las órdenes aparecen cuando se recibe un vehículo.',
   'fly.needControl': 'Podrás enviar órdenes cuando tengas el control.',
+  'fly.heldElsewhere': 'Otra estación de tierra tiene el control de este vehículo. Pídelo primero.',
   'fly.onlyWatching': 'Esta clave solo permite mirar. Para dar órdenes, abre la página con la clave de operador.',
   'fly.needLink': 'No se recibe el vehículo. Puede que una orden no llegue.',
   'fly.hold': 'Mantener pulsado un segundo',

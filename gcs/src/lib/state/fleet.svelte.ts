@@ -1,12 +1,15 @@
 // The fleet list: rows, search, marks, and saved groups.
 import { SvelteMap, SvelteSet } from 'svelte/reactivity';
+import { type ControlRequest, followed, NO_REQUEST } from '$lib/domain/control-request';
 import { vehicleKind } from '$lib/domain/core';
 import {
+  type Attention,
   type AttentionLevel,
   attentionTo,
   changedRow,
   found,
   inOrder,
+  isHeldElsewhere,
   keyOf,
   levelOf,
   type Listed,
@@ -33,6 +36,9 @@ function readGroups(value: unknown): Groups | null {
   return Object.fromEntries(kept.slice(0, MAX_GROUPS));
 }
 
+/** Why a vehicle is not heard any more. */
+const GONE: ReadonlySet<Attention> = new Set(['lost', 'revoked']);
+
 class Fleet {
   readonly #byId = new Map<number, RosterRow>();
   /** Counts the messages: the rows themselves stay out of reactive state. */
@@ -50,6 +56,9 @@ class Fleet {
   group = $state<string | null>(null);
   /** Ids of those that a group act is meant for. */
   readonly marked = new SvelteSet<number>();
+
+  /** Our requests for control of vehicles. */
+  readonly #requests = new SvelteMap<number, ControlRequest>();
 
   /** When those that are lost and forgotten were heard last: they are listed again once they are heard. */
   readonly #forgotten = new SvelteMap<number, number | null>();
@@ -81,7 +90,9 @@ class Fleet {
     [this.#at_s, this.#at_ms] = [time_s, now_ms];
     for (const change of rows) {
       if ('remote_name' in change || 'is_recorded' in change || 'mav_type' in change) this.#places = null;
-      this.#byId.set(change.id, changedRow(this.#byId.get(change.id), change));
+      const row = changedRow(this.#byId.get(change.id), change);
+      this.#byId.set(change.id, row);
+      this.#followRequest(row);
     }
     if (gone.length > 0) this.#places = null;
     for (const id of gone) this.#byId.delete(id);
@@ -89,6 +100,38 @@ class Fleet {
     for (const id of this.marked) if (!this.#byId.has(id)) this.marked.delete(id);
     this.#version += 1;
   }
+
+  #followRequest(row: RosterRow): void {
+    const before = this.requestFor(row.id);
+    const [requestedBy, isRequestOurs] = [row.requested_by, row.is_requested_here === true];
+    const now = followed(before, { has: row.is_held_here === true, holder: row.holder, requestedBy, isRequestOurs });
+    if (now.state === 'none') this.#requests.delete(row.id);
+    else if (now.state !== before.state || now.askedOf !== before.askedOf) this.#requests.set(row.id, now);
+  }
+
+  /** What became of our request for control of a vehicle. */
+  requestFor(id: number): ControlRequest {
+    return this.#requests.get(id) ?? NO_REQUEST;
+  }
+
+  /** Whether another ground station has control of a vehicle. */
+  isHeldElsewhere(id: number): boolean {
+    void this.#version;
+    const row = this.#byId.get(id);
+    return row !== undefined && isHeldElsewhere(row);
+  }
+
+  /** Its row, as it is now. Reactive. */
+  row(id: number): RosterRow | undefined {
+    void this.#version;
+    return this.#byId.get(id);
+  }
+
+  /** The vehicles that we have control of, and another ground station asks for. */
+  wanted = $derived.by<readonly RosterRow[]>(() => {
+    void this.#version;
+    return [...this.#byId.values()].filter((row) => row.is_held_here === true && row.requested_by !== null);
+  });
 
   /** The whole list comes next. */
   begin(): void {
@@ -142,9 +185,9 @@ class Fleet {
     return inOrder(some, 'name').sort((a, b) => isMute(a) - isMute(b));
   }
 
-  /** The marked ones that are lost. */
+  /** The marked ones that are lost, or out of the fleet. */
   markedLost = $derived(
-    this.listed.filter(({ row, attention }) => this.marked.has(row.id) && attention.includes('lost')),
+    this.listed.filter(({ row, attention }) => this.marked.has(row.id) && attention.some((why) => GONE.has(why))),
   );
 
   /** Takes the marked ones that are lost off the list until they are heard again. */

@@ -7,9 +7,11 @@ import { problemFrom } from '$lib/api/problem';
 import { parse, Socket, type SocketState } from '$lib/api/socket';
 import type { Replay } from '$lib/api/replays';
 import { commandBar, type CommandBar } from '$lib/domain/command-bar';
+import { type ControlRequest, followed, NO_REQUEST } from '$lib/domain/control-request';
 import type {
   Assessment,
   ClientMessage,
+  FleetNetwork,
   LinkInfo,
   Plan,
   PlaneProfile,
@@ -58,6 +60,8 @@ export class Station {
   /** Whether the server is of another version than the one that this page came from. */
   isUpdated = $state(false);
   links = $state.raw<readonly LinkInfo[]>([]);
+  /** The fleets that the server is in, and why one's vehicles are not heard. */
+  networks = $state.raw<readonly FleetNetwork[]>([]);
   /** Storage faults of the server, the flight recorder's first. */
   storage = $state.raw<readonly StorageProblem[]>([]);
   /** The newest draft announced by the server. */
@@ -67,10 +71,10 @@ export class Station {
   /** Why no session could be opened: a token is asked for, mostly. */
   sessionProblem = $state.raw<Problem | null>(null);
   controlProblem = $state.raw<Problem | null>(null);
-  /** What became of this page's request for control. */
-  controlRequest = $state<'none' | 'waiting' | 'declined'>('none');
-  /** Who held control when it was requested. */
-  #askedOf: string | null = null;
+  /** This page's request for control. */
+  #request = $state.raw<ControlRequest>(NO_REQUEST);
+  /** What became of it. */
+  controlRequest = $derived(this.#request.state);
   /** Monotonic time since when the server is not heard; null while it is. */
   #away_ms = $state<number | null>(performance.now());
   readonly #answers = new SvelteMap<string, Answer>();
@@ -111,7 +115,8 @@ export class Station {
   /** Why a vehicle takes no command from this page; null when it does. */
   barOf(vehicle: Vehicle | null): CommandBar | null {
     const { isOnline, isOperator, hasControl } = this;
-    return commandBar({ isRecorded: vehicle?.isRecorded ?? false, isOnline, isOperator, hasControl });
+    const isHeldElsewhere = vehicle !== null && fleet.isHeldElsewhere(vehicle.systemId);
+    return commandBar({ isRecorded: vehicle?.isRecorded ?? false, isOnline, isOperator, hasControl, isHeldElsewhere });
   }
 
   /** Whether a vehicle may be commanded. */
@@ -266,16 +271,11 @@ export class Station {
     }
   }
 
-  /** A request that is gone while the one who was asked keeps control was declined, unless another's took its place. */
-  #followRequest(before: typeof this.controlRequest): void {
+  #followRequest(before: ControlRequest): void {
     const { session } = this;
-    this.controlRequest = 'none';
-    if (session === null || session.has_control || session.holder === null) return;
-    const { holder, name, requested_by } = session;
-    if (requested_by === name) {
-      this.controlRequest = 'waiting';
-      this.#askedOf = holder;
-    } else if (before !== 'none' && requested_by === null && holder === this.#askedOf) this.controlRequest = 'declined';
+    if (session === null) return;
+    const { has_control: has, holder, name, requested_by: requestedBy } = session;
+    this.#request = followed(before, { has, holder, requestedBy, isRequestOurs: requestedBy === name });
   }
 
   /** A moment on the station's clock, on this page's. */
@@ -298,7 +298,7 @@ export class Station {
         this.#clockOffset_ms = now_ms - message.time_s * 1000;
         const { session, name, role, has_control, holder, requested_by } = message;
         this.session = { session, name, role, has_control, holder, requested_by };
-        this.#followRequest('none');
+        this.#followRequest(NO_REQUEST);
         break;
       }
       case 'vehicles':
@@ -342,6 +342,9 @@ export class Station {
       case 'maps':
         this.mapsRevision += 1;
         break;
+      case 'networks':
+        this.networks = message.networks;
+        break;
       case 'storage':
         this.storage = message.problems;
         break;
@@ -352,7 +355,7 @@ export class Station {
         if (this.session) {
           const { has_control, holder, requested_by } = message;
           this.session = { ...this.session, has_control, holder, requested_by };
-          this.#followRequest(this.controlRequest);
+          this.#followRequest(this.#request);
         }
         break;
       case 'event':

@@ -259,6 +259,8 @@ describe('Vehicle', () => {
       remote_name: null,
       is_recorded: false,
       replay: null,
+      control: null,
+      is_revoked: false,
       lacks_terrain: false,
     };
     const known = { loiter_radius_m: 95, airspeed_m_s: null, finds_landing: true };

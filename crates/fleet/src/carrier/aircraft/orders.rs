@@ -21,7 +21,7 @@ use crate::signature::PublicKey;
 impl Post<'_> {
     /// The list of ground stations has changed: stations that are not on it any more lose control.
     pub(super) fn on_trust(&mut self, authority: &mut Authority) {
-        self.trust = self.trusted();
+        (self.trust, self.names) = self.trusted();
         tracing::info!(stations = self.trust.len(), "the ground stations whose orders count");
         authority.on_roles(|key| self.trust.get(key).copied());
         self.keep_order(authority);
@@ -69,6 +69,7 @@ impl Post<'_> {
             org: self.config.org.as_str(),
             aircraft: self.config.name.as_str(),
             trust: &self.trust,
+            names: &self.names,
             has_list: self.place.is_some(),
         };
         let mut on_board = (&mut self.holdings, self.vehicle);

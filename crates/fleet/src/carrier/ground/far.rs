@@ -9,7 +9,7 @@ use zenoh::qos::Priority;
 
 use super::super::network::{self, Replies};
 use super::known::Known;
-use super::{FarAircraft, Fleet, READ_WITHIN};
+use super::{CONTROL_PATIENCE, FarAircraft, Fleet, READ_WITHIN};
 use crate::key::{Kind, Name, key_of};
 use crate::payload::{Event, State};
 use crate::state_source::StateUpdate;
@@ -60,12 +60,29 @@ impl FarAircraft {
             let component = u8::try_from(state.component).map_or(ComponentId::AUTOPILOT, ComponentId);
             known.autopilot = Some(Address { system, component });
             known.forget_leases(now);
+            known.on_held(&fleet.signer.public());
             known.follow(&state.under_way, now);
             (news, known.plans.on_state(state.boot, state.plans_version, &state.plans))
         };
         self.tell(&fleet, news);
         self.on_plans(&fleet, plans);
         self.tell_rival(&fleet);
+        self.yield_control(&fleet);
+    }
+
+    /// Gives control to the station that asks for it, if the operator here who has control is a program that yields.
+    fn yield_control(self: &Arc<Self>, fleet: &Fleet) {
+        let is_asked = {
+            let mut known = self.known();
+            !known.listener.held().asking.is_empty() && known.is_ours(&fleet.signer.public())
+        };
+        if is_asked && fleet.station.control().yields() {
+            let far = self.clone();
+            tokio::spawn(async move {
+                // It is asked for until it is given.
+                let _ = far.release(CONTROL_PATIENCE).await;
+            });
+        }
     }
 
     /// Has the station show whether another computer uses this aircraft's name.

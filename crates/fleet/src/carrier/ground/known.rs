@@ -26,6 +26,10 @@ pub(super) struct Known {
     /// The epoch in which we have control, by boot: a boot may be followed again when the newer one was not its
     /// restart.
     pub(super) leases: BTreeMap<u64, u64>,
+    /// Our request for control of it, until it is granted or declined.
+    pub(super) request: Option<Requested>,
+    /// Whether its certificate was revoked.
+    pub(super) is_revoked: bool,
     /// How long it takes to answer.
     pub(super) round_trip: RoundTrip,
     /// Whether missed events are being fetched.
@@ -37,6 +41,15 @@ pub(super) struct Known {
     pub(super) is_asking_plans: bool,
     /// Orders whose progress is reported, by id.
     pub(super) followed: BTreeMap<Vec<u8>, Followed>,
+}
+
+/// A request for control that we made.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Requested {
+    /// The boot that it is of.
+    pub(super) boot: u64,
+    /// The operator who made it.
+    pub(super) operator: String,
 }
 
 /// An order whose progress is reported.
@@ -70,9 +83,33 @@ impl Known {
         self.leases.retain(|of, held| (Some(*of), *held) != (boot, epoch));
     }
 
-    /// Removes our lease of the followed boot; returns its epoch.
+    /// Removes our lease of the followed boot, or our request for it; returns the epoch for the release, 0 for that of
+    /// a request.
     pub(super) fn give_up(&mut self) -> Option<u64> {
-        self.leases.remove(&self.boot()?)
+        let boot = self.boot()?;
+        let requested = self.request.take().filter(|request| request.boot == boot).map(|_| 0);
+        self.leases.remove(&boot).or(requested)
+    }
+
+    /// Whether we have control, or have asked for it.
+    pub(super) fn is_claimed(&self) -> bool {
+        !self.leases.is_empty() || self.request.is_some()
+    }
+
+    /// The followed boot has granted us control in this epoch.
+    pub(super) fn on_granted(&mut self, boot: u64, epoch: u64) {
+        self.leases.insert(boot, epoch);
+        self.request.take_if(|request| request.boot == boot);
+    }
+
+    /// Takes what we had asked for, once it is published that we have it: of a request that was granted later there is
+    /// no other answer.
+    pub(super) fn on_held(&mut self, own: &PublicKey) {
+        let (boot, held) = (self.boot(), self.listener.held());
+        if let Some(request) = self.request.as_ref().filter(|request| Some(request.boot) == boot && held.key == own.0) {
+            let (boot, epoch) = (request.boot, held.epoch);
+            self.on_granted(boot, epoch);
+        }
     }
 
     /// Forgets the leases that have expired on board.
@@ -119,6 +156,27 @@ mod tests {
         assert_eq!(shown(1, 4), (false, None), "in an epoch of which we have no answer");
         assert_eq!(shown(2, 3), (false, None), "ours ran out");
     }
+
+    #[test]
+    fn control_that_was_asked_for_is_ours_once_it_is_shown() {
+        let own = PublicKey([1; 32]);
+        let mut known = Known::default();
+        let shows = |known: &mut Known, key: u8, epoch| {
+            let held = Held { epoch, holder: "somebody".into(), key: vec![key; 32], ..Held::default() };
+            let state = State { boot: 7, clock_ms: epoch, sequence: epoch, held: Some(held), ..State::default() };
+            known.listener.on_state(&state, MonoTime::from_millis(epoch));
+            known.on_held(&own);
+            known.epoch(&own)
+        };
+        assert_eq!(shows(&mut known, 1, 3), None, "nobody here asked for it");
+        known.request = Some(Requested { boot: 7, operator: "Ana".into() });
+        assert_eq!((shows(&mut known, 2, 4), known.request.is_some()), (None, true));
+        assert_eq!((shows(&mut known, 1, 5), known.request.is_some()), (Some(5), false));
+        assert_eq!((known.give_up(), known.give_up()), (Some(5), None));
+        known.request = Some(Requested { boot: 7, operator: "Ana".into() });
+        assert_eq!((known.give_up(), known.is_claimed()), (Some(0), false));
+    }
+
     #[test]
     fn control_of_a_computer_outlives_another_one_of_its_name() {
         let own = PublicKey([1; 32]);

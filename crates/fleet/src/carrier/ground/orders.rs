@@ -7,12 +7,12 @@ use prost::Message;
 use tokio::task::JoinSet;
 use vencejo_flight::plan::Mission;
 use vencejo_proto::MonoTime;
-use vencejo_station::{Carried, FarHeld, Remote, RequestResult, Silence, StationError, Telling};
+use vencejo_station::{Carried, FarHeld, FarWish, Remote, RequestResult, Silence, StationError, Telling};
 use vencejo_vehicle::modes::ModeFamily;
 use vencejo_vehicle::{Danger, PlanState, Reply, Request, VehicleError};
 
 use super::super::network::{self, Replies};
-use super::known::Followed;
+use super::known::{Followed, Requested};
 use super::{CONTROL_PATIENCE, FarAircraft, Fleet};
 use crate::act;
 use crate::authority::{FRESH, STARTED_AGAIN};
@@ -176,7 +176,7 @@ impl FarAircraft {
                     if let delivery::Outcome::Answered(answer) = &outcome
                         && answer.end() == End::Granted
                     {
-                        self.known().leases.insert(boot, answer.epoch);
+                        self.known().on_granted(boot, answer.epoch);
                     }
                     return Ok(outcome);
                 }
@@ -236,18 +236,18 @@ impl FarAircraft {
         self.known().epoch(&own)
     }
 
-    /// The epoch in which we have control of this boot; requests control if we have none. A request that came too late
-    /// is repeated once if `again`.
-    async fn control(self: &Arc<Self>, boot: u64, operator: &str, again: bool) -> Result<u64, StationError> {
+    /// The epoch in which we have control of this boot; takes control if nobody has it. What another has is asked for by
+    /// [`Self::ask`] alone. A request that came too late is repeated once if `again`.
+    async fn lease(self: &Arc<Self>, boot: u64, operator: &str, again: bool) -> Result<u64, StationError> {
         let _one = self.asking.lock().await;
         if let Some(epoch) = self.epoch() {
             return Ok(epoch);
         }
-        let ask = || self.send_to(boot, Want::Ask(Nothing {}), operator, CONTROL_PATIENCE);
-        let mut outcome = ask().await?;
+        let take = || self.send_to(boot, Want::Take(Nothing {}), operator, CONTROL_PATIENCE);
+        let mut outcome = take().await?;
         if again && is_late(&outcome) {
             self.look_again().await;
-            outcome = ask().await?;
+            outcome = take().await?;
         }
         match outcome {
             delivery::Outcome::Answered(answer) if answer.end() == End::Granted => Ok(answer.epoch),
@@ -271,6 +271,55 @@ impl FarAircraft {
         };
         // Without one, sending fails.
         let _ = tokio::time::timeout(TRANSFER_PATIENCE, fresh).await;
+    }
+
+    /// Asks the holder for control, or takes it if it is free. The request stands until it is granted, declined or
+    /// withdrawn, or nobody has control of our station.
+    async fn ask(&self, boot: Option<u64>, operator: String) -> Result<(), StationError> {
+        let boot = boot.ok_or_else(|| self.unreached())?;
+        let _one = self.asking.lock().await;
+        if self.epoch().is_some() {
+            return Ok(());
+        }
+        match self.send_to(boot, Want::Ask(Nothing {}), &operator, CONTROL_PATIENCE).await? {
+            delivery::Outcome::Answered(answer) if answer.end() == End::Asked => {
+                self.known().request = Some(Requested { boot, operator });
+                Ok(())
+            }
+            delivery::Outcome::Answered(answer) if answer.end() == End::Granted => Ok(()),
+            outcome => {
+                let asking = Some(self.known().listener.held().asking.clone()).filter(|asking| !asking.is_empty());
+                let is_first = |asking| format!("{asking} has asked for control already; wait until that is answered");
+                Err(asking.map_or_else(|| self.not_done(outcome), |asking| self.refused(&is_first(asking))))
+            }
+        }
+    }
+
+    /// Keeps up a request for control.
+    async fn keep_asking(&self) {
+        let _one = self.asking.lock().await;
+        let Some(Requested { boot, operator }) = self.known().request.clone() else { return };
+        let sent = self.send_to(boot, Want::Take(Nothing {}), &operator, Duration::ZERO).await;
+        let has_ended = match sent {
+            Ok(delivery::Outcome::Answered(answer)) => answer.end() != End::Asked,
+            Ok(_) | Err(StationError::Vehicle(_)) => false,
+            // Another boot is followed.
+            Err(_) => true,
+        };
+        if has_ended {
+            self.known().request = None;
+        }
+    }
+
+    /// Declines the request for our control, if that is the one of this name.
+    async fn keep(&self, requested_by: Option<String>, operator: &str) -> Result<(), StationError> {
+        let (epoch, held) = (self.epoch(), self.known().listener.held().clone());
+        let is_meant = !held.asking.is_empty() && requested_by.is_none_or(|name| name == held.asking);
+        let Some(epoch) = epoch.filter(|_| is_meant) else { return Ok(()) };
+        match self.send(Want::Keep(held.asking_key), operator, epoch, CONTROL_PATIENCE).await? {
+            delivery::Outcome::Answered(answer) if answer.end() == End::Done => Ok(()),
+            outcome => Err(self.not_done(outcome)),
+        }
     }
 
     /// The error of an order for control or of a part of a list.
@@ -327,7 +376,7 @@ impl FarAircraft {
         let (mut has_asked_again, mut has_sent_again, mut sends_list) = (false, false, true);
         loop {
             let control =
-                async { if request.is_act() { self.control(boot, &operator, may_repeat).await } else { Ok(0) } };
+                async { if request.is_act() { self.lease(boot, &operator, may_repeat).await } else { Ok(0) } };
             let parts = if std::mem::take(&mut sends_list) { list.clone() } else { Vec::new() };
             let (epoch, ()) = tokio::try_join!(control, self.deliver(boot, parts, &operator))?;
             let mut waited = Waited::new(&self, self.new_id()?, &operator, &telling);
@@ -497,22 +546,40 @@ impl FarAircraft {
         }
     }
 
-    pub(super) async fn release(&self, patience: Duration) {
-        let Some(epoch) = self.known().give_up() else { return };
-        // If this is lost, the lease expires by itself.
-        let _ = self.send(Want::Release(Nothing {}), "", epoch, patience).await;
+    /// Gives control up, to the station that asks for it if there is one; or withdraws our request. What is lost of this
+    /// expires on board by itself.
+    ///
+    /// # Errors
+    /// When it was not delivered.
+    pub(super) async fn release(&self, patience: Duration) -> Result<(), StationError> {
+        // What keeps the request up would take control that has become free.
+        let has_request = self.known().request.is_some();
+        let _one = if has_request { tokio::time::timeout(patience, self.asking.lock()).await.ok() } else { None };
+        let Some(epoch) = self.known().give_up() else { return Ok(()) };
+        match self.send(Want::Release(Nothing {}), "", epoch, patience).await? {
+            // Held: another has it already, or it is free.
+            delivery::Outcome::Answered(answer) if matches!(answer.end(), End::Done | End::Held) => Ok(()),
+            outcome => Err(self.not_done(outcome)),
+        }
     }
 }
 
 impl Fleet {
-    /// Renews control of aircraft while an operator is here; releases it otherwise.
+    /// Renews control of aircraft, and requests for it, while an operator is here; releases it otherwise.
     pub(super) fn renew(&self) {
         let is_manned = self.station.control().holder().is_some();
-        let aircraft: Vec<_> = self.aircraft().values().filter(|far| !far.known().leases.is_empty()).cloned().collect();
+        let aircraft: Vec<_> = self.aircraft().values().filter(|far| far.known().is_claimed()).cloned().collect();
         for far in aircraft {
-            tokio::spawn(
-                async move { if is_manned { far.renew().await } else { far.release(CONTROL_PATIENCE).await } },
-            );
+            tokio::spawn(async move {
+                if !is_manned {
+                    // If it is lost, it expires on board by itself.
+                    let _ = far.release(CONTROL_PATIENCE).await;
+                } else if far.known().request.is_some() {
+                    far.keep_asking().await;
+                } else {
+                    far.renew().await;
+                }
+            });
         }
     }
 }
@@ -530,11 +597,34 @@ impl Remote for FarAircraft {
         Box::pin(self.carry(boot, request, confirmed, operator, telling))
     }
 
+    fn control(self: Arc<Self>, wish: FarWish, operator: String) -> Carried {
+        let boot = self.known().boot();
+        Box::pin(async move {
+            match wish {
+                FarWish::Request => self.ask(boot, operator).await?,
+                FarWish::Release => self.release(CONTROL_PATIENCE).await?,
+                FarWish::Keep { requested_by } => self.keep(requested_by, &operator).await?,
+            }
+            // Who has it now is shown before the caller goes on.
+            if let Some(fleet) = self.fleet.upgrade() {
+                self.ask_everything(&fleet).await;
+            }
+            Ok(Reply::Done)
+        })
+    }
+
     fn held(&self) -> FarHeld {
-        let own = self.fleet.upgrade().map(|fleet| fleet.signer.public());
+        let Some(own) = self.fleet.upgrade().map(|fleet| fleet.signer.public()) else { return FarHeld::default() };
         let mut known = self.known();
-        let holder = Some(known.listener.held().holder.clone()).filter(|holder| !holder.is_empty());
-        FarHeld { is_ours: holder.is_some() && own.is_some_and(|own| known.is_ours(&own)), holder }
+        let some = |text: &String| Some(text.clone()).filter(|text| !text.is_empty());
+        let held = known.listener.held();
+        let (holder, requested_by) = (some(&held.holder), some(&held.asking));
+        let is_request_ours = requested_by.is_some() && held.asking_key == own.0;
+        FarHeld { is_ours: holder.is_some() && known.is_ours(&own), holder, requested_by, is_request_ours }
+    }
+
+    fn is_revoked(&self) -> bool {
+        self.known().is_revoked
     }
 
     fn silence(&self) -> Option<Silence> {

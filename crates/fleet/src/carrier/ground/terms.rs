@@ -1,5 +1,6 @@
 //! How a ground station joins the network: its addresses, certificate, access control, and list of ground stations.
 
+use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
@@ -55,6 +56,15 @@ pub(super) struct Terms {
     access: Option<Value>,
 }
 
+/// What is found about a membership at one time.
+pub(super) struct Looked {
+    pub terms: Terms,
+    /// The list of ground stations, if its number differs.
+    pub list: Option<List>,
+    /// The members whose certificates were revoked, as far as they are known: with the authority.
+    pub revoked: BTreeSet<String>,
+}
+
 /// A signed list of ground stations and its number.
 pub(super) type List = Arc<(u64, Vec<u8>)>;
 
@@ -63,18 +73,21 @@ impl Network {
         Self { listen, dial, standing, asked: Mutex::default() }
     }
 
-    /// The current terms; and the list of ground stations, if its number differs.
-    pub(super) async fn look(&self, have: u64) -> Result<(Terms, Option<List>), FleetError> {
+    /// The present state of the membership, for a ground station that has the list of this number.
+    pub(super) async fn look(&self, have: u64) -> Result<Looked, FleetError> {
+        let revoked = BTreeSet::new();
         let (listen, dial) = (self.listen.clone(), self.dial.clone());
         match self.standing.clone() {
-            Standing::Alone => Ok((Terms { listen, dial, ..Terms::default() }, None)),
+            Standing::Alone => Ok(Looked { terms: Terms { listen, dial, ..Terms::default() }, list: None, revoked }),
             Standing::Authority(organisation) => {
                 blocking(move || {
                     let access = listen.is_some().then(|| organisation.access()).transpose()?;
                     let identity = Some(organisation.identity(unix_now())?);
-                    let number = organisation.roll()?.number;
+                    let roll = organisation.roll()?;
+                    let number = roll.number;
                     let list = if number == have { None } else { Some((number, organisation.stations()?).into()) };
-                    Ok((Terms { listen, dial, identity, access }, list))
+                    let revoked = roll.revoked().map(str::to_owned).collect();
+                    Ok(Looked { terms: Terms { listen, dial, identity, access }, list, revoked })
                 })
                 .await
             }
@@ -104,9 +117,21 @@ impl Network {
                 let dial = if dial.is_empty() { member.routers()?.into_iter().filter(others).collect() } else { dial };
                 let number = member.stations()?.number;
                 let list = if number == have { None } else { Some((number, member.signed_stations()?).into()) };
-                Ok((Terms { listen, dial, identity: Some(member.identity()), access }, list))
+                let terms = Terms { listen, dial, identity: Some(member.identity()), access };
+                Ok(Looked { terms, list, revoked })
             }
         }
+    }
+
+    /// Our certificate; `None` without one, and if it cannot be read.
+    pub(super) async fn identity(&self) -> Option<Identity> {
+        let standing = self.standing.clone();
+        let read = blocking(move || match standing {
+            Standing::Alone => Ok(None),
+            Standing::Authority(organisation) => organisation.identity(unix_now()).map(Some),
+            Standing::Member(file) => Ok(Membership::read(&file)?.map(|member| member.identity())),
+        });
+        read.await.ok().flatten()
     }
 
     /// The membership with its next certificate, if it is due and can be had.

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use tokio::time::timeout;
 use vencejo_proto::{Address, CommandAck, Heartbeat, Message, StatusText};
-use vencejo_station::{StationConfig, StationError};
+use vencejo_station::{FarWish, StationConfig, StationError, VehicleHandle};
 use vencejo_vehicle::Request;
 
 use super::super::aircraft::tests::{beside_plane, on_board, until};
@@ -149,6 +149,80 @@ async fn aircraft_and_stations_at_either_of_two_routers_are_one_fleet_and_one_ro
     }
     above.close().await;
     for station in [valley, hill] {
+        station.close().await;
+    }
+}
+
+/// Who has control of the first aircraft, as a station sees it: the holder, who asks, and which of the two is here.
+fn control(station: &Station) -> (String, String, bool, bool) {
+    let held = station.vehicles().first().and_then(VehicleHandle::held_far).unwrap_or_default();
+    let name = |name: Option<String>| name.unwrap_or_default();
+    (name(held.holder), name(held.requested_by), held.is_ours, held.is_request_ours)
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn control_goes_from_one_ground_station_to_another_that_asks_for_it() {
+    let scratch = Scratch::new();
+    let organisation = scratch.organisation("acme");
+    let (here, ground_here) =
+        ground(Some(endpoint("tls/127.0.0.1:0")), 1, Standing::Authority(organisation.clone())).await;
+    let tower = Newcomer::Station(name("tower"), Role::Operator, Vec::new());
+    let place = scratch.board("tower");
+    joined(&organisation, &tower, place.clone(), Some(2)).await;
+    let (there, ground_there) = ground(None, 2, Standing::Member(place)).await;
+    let (board, aircraft) = flying(&scratch, &organisation, "plane7", Vec::new()).await;
+    until("it is seen at both", || shows(&ground_here, "plane7") && shows(&ground_there, "plane7")).await;
+
+    let (ana, luis) = (Arc::new(here.enlist("Ana")), Arc::new(there.enlist("Luis")));
+    ana.attach(here.now());
+    luis.attach(there.now());
+    let (ours, theirs) = (here.vehicles().remove(0).acting_as(ana), there.vehicles().remove(0).acting_as(luis));
+    let wish = async |vehicle: &VehicleHandle, wish| {
+        let ended = timeout(WAIT, vehicle.control(wish).wait()).await.expect("it ends").expect("it was not given up");
+        ended.expect("it was heard");
+    };
+    let keep = || FarWish::Keep { requested_by: None };
+    let said =
+        |holder: &str, asking: &str, is_ours, is_asking| (holder.to_owned(), asking.to_owned(), is_ours, is_asking);
+
+    wish(&ours, FarWish::Request).await;
+    assert_eq!(control(&here), said("ground · Ana", "", true, false));
+    // An act does not ask.
+    until("the other sees it", || control(&there).0 == "ground · Ana").await;
+    let refused = timeout(WAIT, theirs.request(Request::LoiterHere).wait()).await.expect("it ends").expect("an end");
+    let held = StationError::Control { holder: "ground · Ana".into(), vehicle: Some("plane7".into()) };
+    assert_eq!(refused, Err(held));
+    wish(&theirs, FarWish::Request).await;
+    assert_eq!(control(&there), said("ground · Ana", "tower · Luis", false, true));
+    until("the holder is told", || control(&here) == said("ground · Ana", "tower · Luis", true, false)).await;
+    wish(&ours, keep()).await;
+    until("it is declined", || control(&there) == said("ground · Ana", "", false, false)).await;
+    until("and not kept up", || !ground_there.fleet.aircraft().values().any(|far| far.known().is_claimed())).await;
+    wish(&theirs, FarWish::Request).await;
+    wish(&ours, FarWish::Release).await;
+    until("the other has it", || control(&there) == said("tower · Luis", "", true, false)).await;
+
+    // A program that has it gives it at once to whoever asks.
+    wish(&theirs, FarWish::Release).await;
+    here.operator().take_over("Ana", here.now()).expect("by name");
+    wish(&here.vehicles().remove(0), FarWish::Request).await;
+    assert_eq!(control(&here), said("ground · program", "", true, false));
+    wish(&theirs, FarWish::Request).await;
+    until("the other has it", || control(&there) == said("tower · Luis", "", true, false)).await;
+
+    // A ground station that is closed takes its request back, and gets nothing.
+    wish(&theirs, FarWish::Release).await;
+    here.operator().release(here.now());
+    wish(&ours, FarWish::Request).await;
+    wish(&theirs, FarWish::Request).await;
+    until("it asks", || control(&here) == said("ground · Ana", "tower · Luis", true, false)).await;
+    ground_there.close().await;
+    until("it asks no more", || control(&here) == said("ground · Ana", "", true, false)).await;
+    wish(&ours, FarWish::Release).await;
+    assert_eq!(control(&here), said("", "", false, false));
+    aircraft.close().await;
+    ground_here.close().await;
+    for station in [here, there, board] {
         station.close().await;
     }
 }

@@ -13,7 +13,7 @@ use vencejo_proto::dialect::{
     RC_CHANNELS_DATA,
 };
 use vencejo_proto::{Address, Heartbeat, Message as Mavlink, StatusText as MavlinkText};
-use vencejo_station::{Carried, FarHeld, Remote, Station, StationConfig, Telling};
+use vencejo_station::{Carried, FarHeld, FarWish, Remote, Station, StationConfig, Telling};
 use vencejo_vehicle::command::CommandResult;
 use vencejo_vehicle::{AltFrame, Danger, PlanState, Reply, Request, VehicleError, VehicleId};
 use zenoh::Session;
@@ -58,7 +58,7 @@ impl Remote for Far {
             Request::RawCommandLong(ref long) if long.command == Command::NAV_LAND.0 => {
                 let (target, command, result) = (Address::new(1, 1), Command::NAV_LAND, CommandResult::DENIED);
                 let reasons = Vec::new();
-                Err(VehicleError::CommandRefused { target, command, result, reasons, cure: None }.into())
+                Err(VehicleError::CommandRefused { target: target.into(), command, result, reasons, cure: None }.into())
             }
             _ => Ok(Reply::Done),
         };
@@ -67,6 +67,10 @@ impl Remote for Far {
             return Box::pin(std::future::pending());
         }
         Box::pin(async { end })
+    }
+
+    fn control(self: Arc<Self>, _: FarWish, _: String) -> Carried {
+        Box::pin(async { Ok(Reply::Done) })
     }
 
     fn held(&self) -> FarHeld {

@@ -7,6 +7,7 @@ const WORDS = {
   away: 'bar.serverAway',
   watching: 'fly.onlyWatching',
   control: 'fly.needControl',
+  held: 'fly.heldElsewhere',
 } as const;
 
 export const barWords = (bar: CommandBar): string => t(WORDS[bar]);

@@ -1,0 +1,58 @@
+// Control of the station, and of vehicles that another ground station may have: who has it, and what can be done here.
+import { SvelteMap } from 'svelte/reactivity';
+import type { ControlRequest } from '$lib/domain/control-request';
+import type { RosterRow } from '$lib/domain/roster';
+import type { Problem } from '$lib/api/types';
+import { fleet } from './fleet.svelte';
+import { api, problemFrom, station } from './station.svelte';
+
+export interface Lease {
+  /** Name of the vehicle; null for the station itself. */
+  readonly vehicle: string | null;
+  readonly has: boolean;
+  readonly holder: string | null;
+  readonly requestedBy: string | null;
+  /** What became of our request. */
+  readonly request: ControlRequest['state'];
+  readonly problem: Problem | null;
+  readonly ask: () => Promise<void>;
+  readonly give: () => Promise<void>;
+  readonly keep: (requestedBy: string) => Promise<void>;
+}
+
+export const stationLease = (): Lease => ({
+  vehicle: null,
+  has: station.hasControl,
+  holder: station.holder,
+  requestedBy: station.requestedBy,
+  request: station.controlRequest,
+  problem: station.controlProblem,
+  ask: station.requestControl,
+  give: station.releaseControl,
+  keep: station.keepControl,
+});
+
+/** Why the last change was refused, by vehicle. */
+const problems = new SvelteMap<number, Problem>();
+
+/** What has changed comes with the list of vehicles. */
+async function change(id: number, call: () => Promise<unknown>): Promise<void> {
+  problems.delete(id);
+  try {
+    await call();
+  } catch (error) {
+    problems.set(id, problemFrom(error));
+  }
+}
+
+export const vehicleLease = (row: RosterRow): Lease => ({
+  vehicle: fleet.nameOf(row),
+  has: row.is_held_here === true,
+  holder: row.holder,
+  requestedBy: row.requested_by,
+  request: fleet.requestFor(row.id).state,
+  problem: problems.get(row.id) ?? null,
+  ask: () => change(row.id, () => api.requestVehicle(row.id)),
+  give: () => change(row.id, () => api.releaseVehicle(row.id)),
+  keep: (requestedBy) => change(row.id, () => api.keepVehicle(row.id, requestedBy)),
+});
