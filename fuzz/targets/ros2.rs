@@ -8,7 +8,8 @@ use vencejo_fleet::ros2::cdr::Cdr;
 use vencejo_fleet::ros2::doctor::examine;
 use vencejo_fleet::ros2::message::GeoPoseStamped;
 use vencejo_fleet::ros2::name::Names;
-use vencejo_fleet::ros2::services::{Done, Wish, offers};
+use vencejo_fleet::ros2::offer::{Done, Wish};
+use vencejo_fleet::ros2::services::offers;
 use vencejo_fleet::ros2::setpoint::Target;
 use vencejo_fleet::ros2::token::{Attachment, Seen};
 

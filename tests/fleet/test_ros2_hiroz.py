@@ -60,8 +60,8 @@ def test_it_lists_reads_and_is_answered_the_same(tmp_path: Path) -> None:
             listed = [topics | {whole(at, name): kind for name, kind in HEARD[names].items()}, services]
             wait_for(lambda: hiroz.ask("listed", domain=domain) == listed, f"domain {domain}")  # noqa: B023
             witness.ask("listen", key=f"{domain}/**")
-            said = {whole(at, name): kind for name, kind in TOPICS[names].items() if name not in NEWS}
-            hiroz.ask("listen", domain=domain, topics=said)
+            heard = {whole(at, name): kind for name, kind in TOPICS[names].items() if name not in NEWS}
+            hiroz.ask("listen", domain=domain, topics=heard)
 
         def call(domain: int, name: str, kind: str, **request: object) -> Any:
             return hiroz.ask("call", domain=domain, name=name, kind=kind, request=request)

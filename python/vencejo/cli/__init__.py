@@ -38,4 +38,4 @@ def _have_outputs() -> None:
     """Replace outputs that are closed: they are ``None`` then, and a link's socket would take their descriptor."""
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:
-            setattr(sys, name, open(os.devnull, "w"))  # noqa: SIM115, PTH123 - for as long as the program runs
+            setattr(sys, name, os.fdopen(os.open(os.devnull, os.O_WRONLY), "w"))

@@ -14,7 +14,8 @@
 //! | [`diagnosis`] | its health as a `DiagnosticArray` |
 //! | [`mission`] | missions as MAVROS has them |
 //! | [`params`] | parameters as those of a node |
-//! | [`services`] | what a plane can be asked for |
+//! | [`offer`] | what a plane can be asked for, and how that ends |
+//! | [`services`] | its services |
 //! | [`setpoint`] | positions to fly to, which come as a stream |
 //! | [`doctor`] | why somebody sees nothing |
 
@@ -27,6 +28,7 @@ pub mod mission;
 pub mod moment;
 pub mod name;
 pub mod news;
+pub mod offer;
 pub mod params;
 pub mod services;
 pub mod setpoint;

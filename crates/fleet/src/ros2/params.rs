@@ -10,7 +10,7 @@ use super::message::{
     Parameter, ParameterDescriptor, ParameterValue, ParametersWanted, SetAtOnce, SetParameters,
     SetParametersAtomically, SetParametersResult, SetResults, Values,
 };
-use super::services::{Ended, Offer, Wish, offer};
+use super::offer::{Ended, Known, Offer, Wanted, Wish, offer};
 
 /// `rcl_interfaces/ParameterType`.
 const NOT_SET: u8 = 0;
@@ -22,12 +22,6 @@ const DOUBLE: u8 = 3;
 pub const NODE: &str = "param";
 /// How the names of its services begin.
 pub const BELOW: &str = "param/";
-
-/// A parameter that was asked for: its name, and its value, or why there is none.
-pub type Known = (String, Result<ParameterValue, String>);
-
-/// Parameters to write: their names, and the number, or why it is none.
-pub type Wanted = Vec<(String, Result<f64, String>)>;
 
 /// A value that is none.
 fn not_set() -> ParameterValue {
@@ -174,7 +168,7 @@ fn set_at_once(bytes: &[u8]) -> Result<Wish, BadCdr> {
 mod tests {
     use vencejo_proto::param::ParamName;
 
-    use super::super::services::{Done, Failed};
+    use super::super::offer::{Done, Failed};
     use super::*;
 
     fn double(value: f64) -> ParameterValue {

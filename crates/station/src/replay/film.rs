@@ -61,7 +61,7 @@ pub struct FilmInfo {
     pub duration: Duration,
     /// What happened, in order; at most [`MAX_MARKS`].
     pub marks: Vec<Mark>,
-    /// The plans on board, and from when on, in order; at most [`MAX_PLANS`].
+    /// The plans on board, and from when on, in order.
     pub plans: Vec<(Duration, HeardPlan)>,
     /// Bytes that could not be read: damaged, or torn off at the end.
     pub skipped_bytes: u64,

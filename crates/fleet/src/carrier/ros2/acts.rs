@@ -6,18 +6,19 @@ use tokio::runtime::Handle;
 use tokio::sync::{Semaphore, SemaphorePermit, mpsc};
 use vencejo_flight::plan::{Mission, PlanKind};
 use vencejo_proto::{Address, CommandLong, MissionSeq};
-use vencejo_station::{Operator, Pending, RequestResult, Station, StationError, VehicleHandle};
+use vencejo_station::{Operator, Pending, RequestResult, Station, VehicleHandle};
 use vencejo_vehicle::telemetry::Freshness;
-use vencejo_vehicle::{Danger, ModeChoice, Reply, Request, VehicleError};
+use vencejo_vehicle::{Danger, ModeChoice, Reply, Request};
 use zenoh::query::Query;
 
+use super::ends::end_of;
 use super::params;
 use crate::carrier::checked::mission_errors;
 use crate::carrier::network::bytes_of;
 use crate::carrier::utc_ns;
 use crate::ros2::message::{LongWanted, Waypoint};
 use crate::ros2::mission;
-use crate::ros2::services::{Done, Ended, Failed, Offer, Wish};
+use crate::ros2::offer::{Done, Ended, Failed, Offer, Wish};
 use crate::ros2::token::Attachment;
 
 /// Requests to vehicles that are under way at most, of all who ask.
@@ -215,28 +216,6 @@ fn long(wanted: &LongWanted) -> Result<CommandLong, String> {
         return Err("a parameter is infinite; NaN leaves it to the vehicle".to_owned());
     }
     Ok(CommandLong { target: THE_AUTOPILOT, command, confirmation: 0, params })
-}
-
-pub(super) async fn end_of(pending: Pending<RequestResult>) -> Result<Reply, Failed> {
-    match pending.wait().await {
-        Some(Ok(reply)) => Ok(reply),
-        Some(Err(error)) => Err(failed(&error)),
-        None => Err("the station was closed; whether it was done is not known".into()),
-    }
-}
-
-/// An error as ROS 2 is told, whose services have no field for a confirmation.
-fn failed(error: &StationError) -> Failed {
-    match error {
-        StationError::NeedsConfirmation { challenge } => {
-            let (danger, words) = (challenge.danger, challenge.danger.words());
-            format!("it {words}, which needs a confirmation, and ROS 2 has none: use the web app, or Python with confirm=\"{danger}\"; nothing was sent").into()
-        }
-        StationError::Vehicle(VehicleError::CommandRefused { result, .. }) => {
-            Failed { why: error.to_string(), result: result.0 }
-        }
-        _ => error.to_string().into(),
-    }
 }
 
 /// Replaces the mission, or some of its waypoints: checked as by every other door, and done when the vehicle has it.

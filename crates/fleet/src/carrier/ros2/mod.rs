@@ -2,6 +2,7 @@
 
 mod acts;
 mod doctor;
+mod ends;
 mod gateway;
 mod params;
 mod plane;

@@ -5,10 +5,10 @@ use std::collections::BTreeMap;
 use vencejo_station::VehicleHandle;
 use vencejo_vehicle::{Reply, Request};
 
-use super::acts::end_of;
+use super::ends::end_of;
 use crate::ros2::message::ParameterValue;
-use crate::ros2::params::{Wanted, value_of};
-use crate::ros2::services::{Done, Ended, Failed};
+use crate::ros2::offer::{Done, Ended, Failed, Wanted};
+use crate::ros2::params::value_of;
 
 /// Parameters that are read one by one at most; for more all are read, which takes less.
 const ONE_BY_ONE: usize = 16;
