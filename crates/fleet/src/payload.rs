@@ -507,7 +507,7 @@ mod tests {
         assert_eq!(Order::read(&short.encode_to_vec()), Err(BadPayload::Field("id")));
         let endless = Answer { version: VERSION, ..Answer::default() };
         assert_eq!(Answer::read(&endless.encode_to_vec()), Err(BadPayload::Field("end")));
-        let holder = Held { holder: "x".repeat(161), ..Held::default() };
+        let holder = Held { holder: "x".repeat(MAX_HOLDER + 1), ..Held::default() };
         let boasting = State { system: 1, held: Some(holder), ..State::default() };
         let answer =
             Answer { version: VERSION, end: End::Done.into(), state: Some(Box::new(boasting)), ..Answer::default() };
