@@ -239,7 +239,9 @@ def test_a_plane_that_was_armed_for_a_flight_that_does_not_begin_is_disarmed(
 
     mock.on_message = answer
     mock.do(lambda: mock.say(mavlink.MAVLink_extended_sys_state_message(0, mavlink.MAV_LANDED_STATE_ON_GROUND)))
-    wait_for(lambda: plane.telemetry.is_on_ground is True, "on the ground")
+    here = mavlink.MAVLink_global_position_int_message(0, 400_000_000, -30_000_000, 600_000, 0, 0, 0, 0, 0)
+    mock.do(lambda: mock.say(here))
+    wait_for(lambda: plane.telemetry.is_on_ground is True and plane.telemetry.position is not None, "on the ground")
     plan = vencejo.Plan(items=(vencejo.MissionItem.waypoint(40.0, -3.0, alt_rel_home_m=60.0),))
     with pytest.raises(vencejo.VencejoError, match="DENIED" if disarms else "MAY STILL BE ARMED"):
         plane.send_and_fly(plan)

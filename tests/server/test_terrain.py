@@ -210,7 +210,7 @@ def test_a_plane_follows_the_ground_that_it_is_given_over_a_hill(tmp_path: Path)
         def telemetry() -> Any:
             return pilot.done("GET", "vehicles/1")["telemetry"]
 
-        wait_for(lambda: telemetry().get("position") is not None, "a position")
+        wait_for(lambda: telemetry().get("home") is not None, "home, without which no mission is started")
         pilot.done("POST", "vehicles/1/mode", {"mode": "AUTO"})
         wait_for(lambda: summary(pilot)["lacks_terrain"], "asking for the ground")
         refused = pilot.ask("POST", "vehicles/1/arm")

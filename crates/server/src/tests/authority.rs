@@ -49,6 +49,7 @@ const ROUTES: &[(Needs, &[&str])] = &[
             "GET /history/{place}/{name}",
             "GET /links",
             "GET /networks",
+            "GET /serial-ports",
             "GET /maps/areas",
             "GET /maps/areas/{id}",
             "GET /maps/areas/{id}/export",

@@ -68,8 +68,9 @@ pub(super) async fn play(
                     if state.seeks != seeks {
                         return;
                     }
-                    // What the seek took is not skipped.
+                    // What the seek took is not skipped. The limit may be one of the place that was left.
                     state.pace.seek(place);
+                    state.limit = state.pace.place();
                     state.fault = None;
                     state.clock = past.iter().rev().find_map(|moment| Some((moment.at, moment.unix_us?)));
                     state.clock = state.clock.or(replay.info().start_unix_us.map(|unix_us| (Duration::ZERO, unix_us)));
