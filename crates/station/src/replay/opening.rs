@@ -107,7 +107,12 @@ impl Station {
             }),
         };
         self.shared.show_replay(&replay);
-        let task = playing::play(Arc::downgrade(&self.shared), replay.clone(), film, options.repeat, woken);
+        let (shared, played) = (Arc::downgrade(&self.shared), replay.clone());
+        let task = async move {
+            playing::play(shared, played.clone(), film, options.repeat, woken).await;
+            // A film that failed for good, or the station is gone: nobody waits for a place any more.
+            played.on_closed();
+        };
         replays.open.push((replay.clone(), self.shared.runtime().spawn(task)));
         Ok(replay)
     }

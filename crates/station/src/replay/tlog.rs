@@ -6,9 +6,9 @@ use std::time::Duration;
 
 use vencejo_link::{PlayedFrame, TlogFile};
 use vencejo_proto::{Address, Message};
-use vencejo_vehicle::Overheard;
 use vencejo_vehicle::heartbeat::is_autopilot;
 use vencejo_vehicle::modes::{FlightMode, ModeFamily};
+use vencejo_vehicle::{HeardPlan, Overheard};
 
 use super::film::{Film, FilmInfo, MAX_MARKS, MAX_PLANS, Mark, MarkKind, Moment};
 
@@ -43,8 +43,9 @@ impl TlogFilm {
             if !Overheard::concerns(frame.message_id()) {
                 return;
             }
-            let (Ok(message), from) = (frame.decode(), frame.source()) else { return };
-            if let Some(plan) = overheard.hear(from, &message).filter(|_| plans.len() < MAX_PLANS) {
+            let Ok(message) = frame.decode() else { return };
+            let from = frame.source();
+            if let Some(plan) = overheard.hear(from, &message).filter(|plan| is_new(&plans, plan)) {
                 plans.push((at, plan));
             }
             let Message::Heartbeat(heartbeat) = message else { return };
@@ -85,6 +86,13 @@ impl TlogFilm {
         };
         Ok(Self { file, info })
     }
+}
+
+/// Whether a plan is another than the one of its kind before, which a station may read again and again.
+fn is_new(plans: &[(Duration, HeardPlan)], plan: &HeardPlan) -> bool {
+    let is_of_it = |known: &&HeardPlan| (known.autopilot, known.kind) == (plan.autopilot, plan.kind);
+    let before = plans.iter().rev().map(|(_, known)| known).find(is_of_it);
+    plans.len() < MAX_PLANS && before != Some(plan)
 }
 
 /// Whether a time is one of our calendar: the stamps of a file are whatever was written.
