@@ -58,8 +58,7 @@ fuzz_target!(|data: &[u8]| quick(|| {
 fn ordered(authority: &mut Authority, order: &Order, kind: u8, now: MonoTime) {
     let key = |key: &[u8]| PublicKey(key.try_into().unwrap_or_default());
     let wish = match &order.want {
-        Some(Want::Ask(_)) => Wish::Ask,
-        Some(Want::Take(_)) => Wish::Take,
+        Some(Want::Ask(how)) => Wish::Ask(*how),
         Some(Want::Renew(_)) => Wish::Renew,
         Some(Want::Release(_)) => Wish::Release,
         Some(Want::Grant(of)) => Wish::Grant(key(of)),
@@ -86,14 +85,15 @@ fn ordered(authority: &mut Authority, order: &Order, kind: u8, now: MonoTime) {
     let based_on = if kind & 128 == 128 { authority.stamp(at) } else { StateStamp { at, mark: order.mark } };
     let claim = Claim { boot: order.boot % 3, epoch: order.epoch, id: order.id(), based_on, wish };
     let role = if kind & 64 == 64 { Role::Chief } else { Role::Operator };
-    let caller = Caller { key: PublicKey([kind >> 3 & 3; 32]), name: order.operator.clone(), role };
+    let caller = Caller { key: PublicKey([kind >> 3 & 3; 32]), run: order.run & 1, name: order.operator.clone(), role };
     let held = authority.lease();
+    let holder = authority.holder().cloned();
     match authority.on_order(&caller, &claim, now) {
         Verdict::Execute if wish == Wish::Read => {}
         Verdict::Execute => {
             assert_eq!(authority.stamp(at), based_on, "done by who has not seen it");
-            let (key, epoch) = held.expect("nothing is done without a lease");
-            assert_eq!((key, epoch), (caller.key, order.epoch), "done for another");
+            assert_eq!(held, Some((caller.key, order.epoch)), "done without a lease");
+            assert_eq!(holder.map(|holder| holder.run), Some(caller.run), "done for another");
             authority.on_ended(claim.id, answer(&claim, End::Done, ""), now);
         }
         Verdict::UnderWay | Verdict::Answer(_) => {}

@@ -398,6 +398,7 @@ class FleetGround:
         dial: Sequence[str],
         door: str | None,
         key_file: str | os.PathLike[str],
+        overrules: bool,
         folder: str | os.PathLike[str],
         history: tuple[str | os.PathLike[str], int] | None,
     ) -> None: ...

@@ -288,6 +288,10 @@ class Fleet(Closing):
         there is none without encryption.
     key_file : path, optional
         File of its own key; created if missing.
+    overrules : bool, optional
+        Whether it takes control of an aircraft, when it acts or asks, from those who have to yield: from another program
+        with its key, and, if it is a chief, from an operator. ``vencejo serve`` does. Programs with one key have control
+        each for itself; that of one that was killed ends after 10 s.
     history : bool or path, optional
         Whether the aircraft's messages are stored here, and where: by default in `default_history_dir`, within
         `history_mb`. Missed ones are fetched when an aircraft is connected again.
@@ -313,6 +317,7 @@ class Fleet(Closing):
         router: str | Iterable[str] | None = None,
         door: str | None = None,
         key_file: str | Path | None = None,
+        overrules: bool = False,
         history: bool | str | Path = True,
         history_mb: float = GROUND_HISTORY_MB,
         folder: str | Path | None = None,
@@ -332,6 +337,7 @@ class Fleet(Closing):
             dial=_addresses(router),
             door=door,
             key_file=default_key_file(org) if key_file is None else Path(key_file),
+            overrules=overrules,
             folder=organisation.folder.parent,
             history=_history(history, history_mb, f"ground/{org}"),
         )

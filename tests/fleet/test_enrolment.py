@@ -53,6 +53,8 @@ def test_an_aircraft_joins_with_a_token_flies_over_tls_and_is_put_out(tmp_path: 
         assert words[4:] == ["--link", "/dev/serial0,921600"]
         with command(board, *words[1:4], "--link", link) as aircraft:
             aircraft.until(is_connected=True, holder=None)
+            assert "plane7 of the fleet acme" in run(board, "status").stdout, "also while it runs"
+            assert any("the autopilot is heard on" in check["message"] for check in put(board, "doctor"))
             ana = Client(told["url"])
             ana.open_session(name="Ana")
 
@@ -83,7 +85,11 @@ def test_an_aircraft_joins_with_a_token_flies_over_tls_and_is_put_out(tmp_path: 
                 for more, exit_code, says in (
                     ((), 2, "say which aircraft: --plane NAME (plane7)"),
                     (("--plane", "plan7"), 1, "there is no plan7 in the fleet acme; enrolled: plane7"),
-                    (("--plane", "plane7"), 1, "Ana has control of plane7, and nothing was sent"),
+                    (
+                        ("--plane", "plane7"),
+                        1,
+                        "Ana has control of plane7: wait until it is given up, or add --take-control",
+                    ),
                     (("--plane", "plane7", "--take-control"), 0, "mode: done"),
                 ):
                     result = ask(*more)

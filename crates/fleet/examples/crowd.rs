@@ -224,8 +224,7 @@ impl Plane {
         let signed = Signed::read(bytes).ok()?;
         let order = Order::read(&signed.order).ok()?;
         let wish = match order.want.as_ref()? {
-            Want::Ask(_) => Wish::Ask,
-            Want::Take(_) => Wish::Take,
+            Want::Ask(how) => Wish::Ask(*how),
             Want::Renew(_) => Wish::Renew,
             Want::Release(_) => Wish::Release,
             Want::Grant(_) | Want::Keep(_) | Want::Part(_) | Want::Recall(_) => return None,
@@ -237,7 +236,7 @@ impl Plane {
         if !key.verifies(&signed.order, &signed.signature) {
             return Some(answer(&claim, End::Refused, "its signature is wrong"));
         }
-        let caller = Caller { key, name: order.operator.clone(), role: Role::Operator };
+        let caller = Caller { key, run: order.run, name: order.operator.clone(), role: Role::Operator };
         match self.authority.on_order(&caller, &claim, now) {
             Verdict::Answer(answer) => Some(*answer),
             Verdict::UnderWay => None,

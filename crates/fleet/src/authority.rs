@@ -6,6 +6,8 @@
 //! based on, by the clock on board, so that no clocks need to agree. What the network does to orders (loss, repetition,
 //! reordering, delay) changes when and whether they are executed, but none of the above; `schedules` tests it.
 //!
+//! A ground station is its key; programs that share one have control each for itself.
+//!
 //! Precedence: the pilot at the sticks (decided by the autopilot); an operator on board or at a direct link; a chief;
 //! the operator who has the lease; one who asks.
 
@@ -14,7 +16,7 @@ use std::time::Duration;
 
 use vencejo_proto::MonoTime;
 
-use crate::payload::{Answer, End, Held, VERSION};
+use crate::payload::{Answer, Ask, End, Held, VERSION};
 use crate::signature::PublicKey;
 use crate::stamp::{Stamper, StateStamp};
 use crate::state_source::millis;
@@ -50,7 +52,7 @@ pub enum Role {
     Observer,
     /// Has to ask for control while another operator has it.
     Operator,
-    /// May take control from an operator at once.
+    /// May take control from an operator at once, if it wants to.
     Chief,
 }
 
@@ -78,19 +80,25 @@ impl Role {
 pub struct Caller {
     /// Its key.
     pub key: PublicKey,
+    /// The number of its program: several may have one key.
+    pub run: u32,
     /// Its name.
     pub name: String,
     /// Its role.
     pub role: Role,
 }
 
+impl Caller {
+    fn is_same_program(&self, other: &Self) -> bool {
+        (self.key, self.run) == (other.key, other.run)
+    }
+}
+
 /// The purpose of an order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Wish {
-    /// Control; while another has it, it is asked for it.
-    Ask,
-    /// Control if it is free, or to keep up a request for it.
-    Take,
+    /// Control.
+    Ask(Ask),
     /// To keep it.
     Renew,
     /// To give it up, or to withdraw a request for it.
@@ -219,6 +227,11 @@ impl Authority {
         self.lease.as_ref().map(|lease| (lease.caller.key, self.epoch))
     }
 
+    /// The remote operator who has control.
+    pub fn holder(&self) -> Option<&Caller> {
+        self.lease.as_ref().map(|lease| &lease.caller)
+    }
+
     /// What is published of it.
     pub fn held(&self) -> Held {
         let name = |lease: &Option<Lease>| lease.as_ref().map(|lease| lease.caller.name.clone()).unwrap_or_default();
@@ -229,6 +242,7 @@ impl Authority {
             key: key(&self.lease),
             asking: name(&self.asking),
             asking_key: key(&self.asking),
+            run: self.lease.as_ref().map_or(0, |lease| lease.caller.run),
         }
     }
 
@@ -302,7 +316,7 @@ impl Authority {
             return refused(claim, "too many orders came at once; wait some seconds");
         }
         let verdict = match claim.wish {
-            Wish::Ask | Wish::Take | Wish::Renew | Wish::Release | Wish::Grant(_) | Wish::Keep(_) | Wish::Act
+            Wish::Ask(_) | Wish::Renew | Wish::Release | Wish::Grant(_) | Wish::Keep(_) | Wish::Act
                 if caller.role == Role::Observer =>
             {
                 refused(claim, "this ground station is an observer: it may look and read, not act")
@@ -310,8 +324,8 @@ impl Authority {
             Wish::Act | Wish::Read if self.is_recalled(caller, claim.id) => {
                 refused(claim, "its sender gave it up before it came")
             }
-            Wish::Ask | Wish::Take => self.on_ask(caller, claim, now),
-            Wish::Release if self.asking.take_if(|asking| asking.caller.key == caller.key).is_some() => {
+            Wish::Ask(how) => self.on_ask(caller, how, claim, now),
+            Wish::Release if self.asking.take_if(|asking| asking.caller.is_same_program(caller)).is_some() => {
                 ended(claim, End::Done, "")
             }
             Wish::Read => Verdict::Execute,
@@ -346,23 +360,24 @@ impl Authority {
         self.known.values().any(|known| known.recalls == Some(id) && known.key == caller.key)
     }
 
-    fn on_ask(&mut self, caller: &Caller, claim: &Claim, now: MonoTime) -> Verdict {
+    fn on_ask(&mut self, caller: &Caller, how: Ask, claim: &Claim, now: MonoTime) -> Verdict {
         if self.local.is_some() {
             return self.held_by(claim, End::Held);
         }
         let Some(lease) = &mut self.lease else {
             return self.grant(caller.clone(), claim, now);
         };
-        if lease.caller.key == caller.key {
+        if lease.caller.is_same_program(caller) {
             lease.renew(caller, now);
             return Verdict::Answer(Box::new(Answer { epoch: self.epoch, ..answer(claim, End::Granted, "") }));
         }
-        if caller.role == Role::Chief && lease.caller.role != Role::Chief {
+        let is_above = caller.role == Role::Chief && lease.caller.role != Role::Chief;
+        if how.overrules && (is_above || lease.caller.key == caller.key) {
             return self.grant(caller.clone(), claim, now);
         }
         match &mut self.asking {
-            Some(asking) if asking.caller.key == caller.key => asking.until = now + ASKS_FOR,
-            None if claim.wish == Wish::Ask => {
+            Some(asking) if asking.caller.is_same_program(caller) => asking.until = now + ASKS_FOR,
+            None if !how.only_if_free => {
                 self.asking = Some(Lease { caller: caller.clone(), until: now + ASKS_FOR });
             }
             _ => return self.held_by(claim, End::Held),
@@ -373,7 +388,7 @@ impl Authority {
     /// Decides on an order that needs the lease.
     fn on_holders(&mut self, caller: &Caller, claim: &Claim, now: MonoTime) -> Verdict {
         let epoch = self.epoch;
-        let holds = |lease: &&mut Lease| lease.caller.key == caller.key && claim.epoch == epoch;
+        let holds = |lease: &&mut Lease| lease.caller.is_same_program(caller) && claim.epoch == epoch;
         let Some(lease) = self.lease.as_mut().filter(holds) else {
             return self.held_by(claim, End::Held);
         };
@@ -393,7 +408,7 @@ impl Authority {
             Wish::Keep(key) => {
                 self.asking.take_if(|asking| asking.caller.key == key);
             }
-            Wish::Renew | Wish::Ask | Wish::Take | Wish::Read | Wish::Recall(_) => {}
+            Wish::Renew | Wish::Ask(_) | Wish::Read | Wish::Recall(_) => {}
         }
         ended(claim, End::Done, "")
     }
@@ -404,7 +419,7 @@ impl Authority {
     }
 
     fn give(&mut self, caller: Caller, now: MonoTime) {
-        self.asking.take_if(|asking| asking.caller.key == caller.key);
+        self.asking.take_if(|asking| asking.caller.is_same_program(&caller));
         self.lease = Some(Lease { caller, until: now + LEASE });
         self.fence();
     }

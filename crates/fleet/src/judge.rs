@@ -123,7 +123,7 @@ pub fn judge(
     if let Some(answer) = &of_other_boot {
         return Judged::Ended((key, order), Box::new(answer.clone()));
     }
-    let caller = Caller { key, name: named(to.names.get(&key), &order.operator), role };
+    let caller = Caller { key, run: order.run, name: named(to.names.get(&key), &order.operator), role };
     if let Some(known) = authority.on_known(&caller, &claim) {
         return ended(known, (key, order), &claim);
     }
@@ -160,8 +160,7 @@ pub fn judge(
 
 fn claim_of(order: &Order) -> Claim {
     let wish = match &order.want {
-        Some(Want::Ask(_)) => Wish::Ask,
-        Some(Want::Take(_)) => Wish::Take,
+        Some(Want::Ask(how)) => Wish::Ask(*how),
         Some(Want::Renew(_)) => Wish::Renew,
         Some(Want::Release(_)) => Wish::Release,
         Some(Want::Grant(key)) => Wish::Grant(key_of(key)),

@@ -28,6 +28,9 @@ pub struct Held {
     /// Its public key.
     #[prost(bytes = "vec", tag = "5")]
     pub asking_key: Vec<u8>,
+    /// The holder's [`Order::run`].
+    #[prost(uint32, tag = "6")]
+    pub run: u32,
 }
 
 /// The state of an aircraft: what is new since the sample before; on request, everything.
@@ -156,17 +159,31 @@ pub struct Order {
     /// The mark of `based_on_ms` in that state.
     #[prost(fixed64, tag = "16")]
     pub mark: u64,
+    /// A random number of each program: those with one key need control each for itself.
+    #[prost(uint32, tag = "19")]
+    pub run: u32,
     /// What.
-    #[prost(oneof = "Want", tags = "9, 10, 11, 12, 13, 14, 15, 17, 18")]
+    #[prost(oneof = "Want", tags = "9, 10, 11, 12, 13, 14, 15, 17")]
     pub want: Option<Want>,
+}
+
+/// How control is asked for.
+#[derive(Clone, Copy, PartialEq, Eq, prost::Message)]
+pub struct Ask {
+    /// Only if it may be had at once, or to keep up a request: none is made.
+    #[prost(bool, tag = "1")]
+    pub only_if_free: bool,
+    /// It is taken from those who have to yield: another program with the same key; an operator, for a chief.
+    #[prost(bool, tag = "2")]
+    pub overrules: bool,
 }
 
 /// What an order can be about.
 #[derive(Clone, PartialEq, prost::Oneof)]
 pub enum Want {
-    /// Control; while another station has it, it is asked for it.
+    /// Control; while another has it, it is asked for it.
     #[prost(message, tag = "9")]
-    Ask(Nothing),
+    Ask(Ask),
     /// To keep control.
     #[prost(message, tag = "10")]
     Renew(Nothing),
@@ -185,11 +202,8 @@ pub enum Want {
     /// To recall the order of this id.
     #[prost(bytes = "vec", tag = "15")]
     Recall(Vec<u8>),
-    /// Control if it is free. Makes no request, but keeps up one that was made.
-    #[prost(message, tag = "17")]
-    Take(Nothing),
     /// To keep control, and decline the request of the station with this public key.
-    #[prost(bytes = "vec", tag = "18")]
+    #[prost(bytes = "vec", tag = "17")]
     Keep(Vec<u8>),
 }
 
@@ -469,6 +483,7 @@ mod tests {
             based_on_ms: 300,
             operator: "Ana".into(),
             mark: 8,
+            run: 0,
             want: Some(Want::Act(Act { deed: Some(Deed::Mode("RTL".into())), ..Act::default() })),
         };
         let mut bytes = vec![0x08, 1, 0x12, 4];

@@ -150,7 +150,7 @@ fn standing_in(folder: &Path, org: &Name) -> Standing {
 #[pymethods]
 impl PyGround {
     #[new]
-    #[pyo3(signature = (station, *, org, listen, dial, door, key_file, folder, history))]
+    #[pyo3(signature = (station, *, org, listen, dial, door, key_file, overrules, folder, history))]
     #[expect(clippy::too_many_arguments, reason = "all by name, in Python")]
     fn new(
         py: Python<'_>,
@@ -160,6 +160,7 @@ impl PyGround {
         dial: Vec<String>,
         door: Option<String>,
         key_file: PathBuf,
+        overrules: bool,
         folder: PathBuf,
         history: Option<(PathBuf, u64)>,
     ) -> PyResult<Self> {
@@ -170,6 +171,7 @@ impl PyGround {
                 listen: listen.map(str::parse).transpose()?,
                 dial: endpoints(&dial)?,
                 signer: operator::key_of_file(&key_file)?,
+                overrules,
                 standing: standing_in(&folder, &org),
                 door,
                 org,

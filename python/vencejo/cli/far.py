@@ -24,8 +24,6 @@ def far_vehicle(
 ) -> Iterator[Vehicle]:
     """An aircraft of a fleet, as long as the block runs.
 
-    Control is not taken from somebody: it may be the holder's station whose key this command signs with.
-
     Raises
     ------
     Failed
@@ -42,7 +40,7 @@ def far_vehicle(
         routers = [router] if router else _routers(org)
     with (
         Station(record=False, heartbeat=False) as station,
-        Fleet(station, org=org, router=routers, history=False) as fleet,
+        Fleet(station, org=org, router=routers, overrules=take_control, history=False) as fleet,
     ):
         if plane is None:
             time.sleep(COMES_S)
@@ -55,18 +53,16 @@ def far_vehicle(
                 message = f"{plane} is connected, but its autopilot was not heard within {timeout_s:g} s"
                 raise Failed(f"{message}; on board: vencejo fleet doctor") from error
             raise
-        far = _seen(fleet, plane)
-        if acts and not take_control and far is not None and far.holder is not None:
-            raise Failed(
-                f"{far.holder} has control of {plane}, and nothing was sent: wait until it is given up, or add --take-control"
-            )
         try:
             yield vehicle
         except ControlHeld as held:
-            raise Failed(
-                f"{held.holder} has control of {plane}, and nothing was sent: a chief's ground station takes it at once, "
-                "others wait until it is given up"
-            ) from held
+            # Told at the first order that it refuses: what came before is done.
+            has = f"{held.holder} has control of {plane}: wait until it is given up"
+            if take_control:
+                raise Failed(
+                    f"{has}; --take-control takes it in this station, and as a chief from an operator"
+                ) from held
+            raise Failed(f"{has}, or add --take-control") from held
 
 
 def _seen(fleet: Fleet, plane: str) -> FarAircraft | None:

@@ -269,7 +269,8 @@ def joined_fleet(
         # Unless it is a router, it listens on all its addresses.
         host = "0.0.0.0" if listen is None else listen.partition("/")[2].rpartition(":")[0]
         door = f"{host}:7448"
-    return Fleet(station, org=org, listen=listen, door=door, router=router, history=history)
+    # Its people come before the scripts beside it; after a crash, what it had is its own again.
+    return Fleet(station, org=org, listen=listen, door=door, router=router, overrules=True, history=history)
 
 
 def tell(

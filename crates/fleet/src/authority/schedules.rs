@@ -22,6 +22,13 @@ fn schedules() -> u64 {
     seeds.map_or(USUAL, |seeds| seeds * EACH)
 }
 
+/// A program that has control: its key and run.
+type Program = (PublicKey, u32);
+
+fn program(caller: &Caller) -> Program {
+    (caller.key, caller.run)
+}
+
 /// What is on its way.
 #[derive(Debug, Clone)]
 enum Sent {
@@ -48,8 +55,8 @@ struct Ground {
 #[derive(Default)]
 struct Truth {
     /// Whom the lease was given last, in which boot and epoch; `None` after a local operator took control or a restart.
-    given: Option<(u64, u64, PublicKey)>,
-    epochs: BTreeMap<(u64, u64), PublicKey>,
+    given: Option<(u64, u64, Program)>,
+    epochs: BTreeMap<(u64, u64), Program>,
     executed: BTreeSet<u128>,
     /// Acts that were given up on board before they came; and how often one came then.
     recalled: BTreeSet<u128>,
@@ -81,7 +88,9 @@ impl World {
         let chief = rng.random_bool(0.5);
         let ground = |number: usize| Ground {
             caller: Caller {
-                key: PublicKey([number as u8 + 1; 32]),
+                // The last two are programs of one ground station.
+                key: PublicKey([number.min(STATIONS - 2) as u8 + 1; 32]),
+                run: number as u32,
                 name: format!("station {number}"),
                 role: if number == 0 && chief { Role::Chief } else { Role::Operator },
             },
@@ -209,11 +218,11 @@ impl World {
                     }
                 }
                 // Who has control now, was given it by an order: of whom, the state tells.
-                if let Some((key, epoch)) = self.authority.lease() {
-                    let boot = self.authority.boot();
-                    let owner = *self.truth.epochs.entry((boot, epoch)).or_insert(key);
-                    assert_eq!(owner, key, "two holders in epoch {epoch}");
-                    let before = self.truth.given.replace((boot, epoch, key));
+                if let (Some(holder), Some((_, epoch))) = (self.authority.holder(), self.authority.lease()) {
+                    let (boot, holder) = (self.authority.boot(), program(holder));
+                    let owner = *self.truth.epochs.entry((boot, epoch)).or_insert(holder);
+                    assert_eq!(owner, holder, "two holders in epoch {epoch}");
+                    let before = self.truth.given.replace((boot, epoch, holder));
                     if let Some((_, before, _)) = before {
                         assert!(epoch >= before, "epochs never go back");
                     }
@@ -286,7 +295,7 @@ impl World {
 
     /// An act is done: was it allowed to be?
     fn execute(&mut self, station: usize, caller: &Caller, claim: &Claim) {
-        assert_eq!(self.truth.given, Some((claim.boot, claim.epoch, caller.key)), "an act after its fence");
+        assert_eq!(self.truth.given, Some((claim.boot, claim.epoch, program(caller))), "an act after its fence");
         assert!(!self.local, "an act beside the operator at the aircraft");
         assert!(self.truth.executed.insert(claim.id), "done twice");
         assert!(!self.truth.recalled.contains(&claim.id), "done after it was given up");
@@ -312,8 +321,9 @@ impl World {
         let Some((boot, based_on, asking)) = self.grounds[station].seen else { return };
         let epoch = self.grounds[station].epoch;
         let wish = match self.rng.random_range(0..10) {
-            0 if epoch == 0 => Wish::Ask,
-            1 if epoch == 0 => Wish::Take,
+            0 | 1 if epoch == 0 => {
+                Wish::Ask(Ask { only_if_free: self.rng.random_bool(0.5), overrules: self.rng.random_bool(0.2) })
+            }
             6 if epoch == 0 => Wish::Release,
             0..4 if epoch > 0 => Wish::Act,
             4..6 if epoch > 0 => Wish::Renew,

@@ -3,13 +3,16 @@
 use super::*;
 
 const BOOT: u64 = 77;
+/// As from a page.
+const ASK: Wish = Wish::Ask(Ask { only_if_free: false, overrules: true });
+const TAKE: Wish = Wish::Ask(Ask { only_if_free: true, overrules: true });
 
 fn at(ms: u64) -> MonoTime {
     MonoTime::from_millis(ms)
 }
 
 fn caller(number: u8, role: Role) -> Caller {
-    Caller { key: PublicKey([number; 32]), name: format!("operator {number}"), role }
+    Caller { key: PublicKey([number; 32]), run: 0, name: format!("operator {number}"), role }
 }
 
 /// An authority, and orders based on the present moment.
@@ -42,7 +45,7 @@ impl Bench {
     }
 
     fn granted(&mut self, caller: &Caller) -> u64 {
-        let (end, answer) = self.end(caller, Wish::Ask, 0);
+        let (end, answer) = self.end(caller, ASK, 0);
         assert_eq!(end, End::Granted);
         answer.epoch
     }
@@ -86,17 +89,17 @@ fn control_is_asked_for_and_given() {
     let (mut bench, ana, ben, eve) =
         (Bench::new(), caller(1, Role::Operator), caller(2, Role::Operator), caller(3, Role::Operator));
     let epoch = bench.granted(&ana);
-    assert_eq!(bench.end(&ben, Wish::Ask, 0).0, End::Asked);
-    assert_eq!(bench.end(&eve, Wish::Ask, 0).0, End::Held, "one at a time");
+    assert_eq!(bench.end(&ben, ASK, 0).0, End::Asked);
+    assert_eq!(bench.end(&eve, ASK, 0).0, End::Held, "one at a time");
     assert_eq!(bench.authority.held().asking, "operator 2");
     assert_eq!(bench.end(&ana, Wish::Grant(eve.key), epoch).0, End::Refused, "she does not ask");
     assert_eq!(bench.end(&ana, Wish::Grant(ben.key), epoch).0, End::Done);
     assert_eq!(bench.authority.lease(), Some((ben.key, epoch + 1)));
     assert_eq!(bench.end(&ana, Wish::Act, epoch).0, End::Held);
-    assert_eq!(bench.end(&ana, Wish::Ask, 0).0, End::Asked);
+    assert_eq!(bench.end(&ana, ASK, 0).0, End::Asked);
     assert_eq!(bench.end(&ben, Wish::Release, epoch + 1).0, End::Done);
     assert_eq!(bench.authority.lease(), Some((ana.key, epoch + 2)), "it goes to the one who asks");
-    bench.end(&ben, Wish::Ask, 0);
+    bench.end(&ben, ASK, 0);
     bench.pass(9.0);
     bench.end(&ana, Wish::Renew, epoch + 2);
     bench.pass(1.0);
@@ -108,26 +111,26 @@ fn an_act_takes_what_is_free_and_a_request_is_kept_up_declined_or_withdrawn() {
     let (mut bench, ana, ben, eve) =
         (Bench::new(), caller(1, Role::Operator), caller(2, Role::Operator), caller(3, Role::Operator));
     let epoch = bench.granted(&ana);
-    assert_eq!(bench.end(&ben, Wish::Take, 0).0, End::Held);
+    assert_eq!(bench.end(&ben, TAKE, 0).0, End::Held);
     assert_eq!(bench.authority.held().asking, "", "to act is not to ask");
-    assert_eq!(bench.end(&ben, Wish::Ask, 0).0, End::Asked);
+    assert_eq!(bench.end(&ben, ASK, 0).0, End::Asked);
     for _ in 0..3 {
         bench.pass(6.0);
         assert_eq!(bench.end(&ana, Wish::Renew, epoch).0, End::Done);
-        assert_eq!(bench.end(&ben, Wish::Take, 0).0, End::Asked);
+        assert_eq!(bench.end(&ben, TAKE, 0).0, End::Asked);
     }
     assert_eq!(bench.end(&ana, Wish::Keep(eve.key), epoch).0, End::Done);
     assert_eq!(bench.authority.held().asking, "operator 2", "it was meant for another");
     assert_eq!(bench.end(&ben, Wish::Keep(ben.key), epoch).0, End::Held, "only the holder declines");
     assert_eq!(bench.end(&ana, Wish::Keep(ben.key), epoch).0, End::Done);
-    assert_eq!(bench.end(&ben, Wish::Take, 0).0, End::Held);
-    assert_eq!(bench.end(&ben, Wish::Ask, 0).0, End::Asked, "who was declined may ask again");
+    assert_eq!(bench.end(&ben, TAKE, 0).0, End::Held);
+    assert_eq!(bench.end(&ben, ASK, 0).0, End::Asked, "who was declined may ask again");
     assert_eq!(bench.end(&eve, Wish::Release, 0).0, End::Held);
     assert_eq!(bench.end(&ben, Wish::Release, 0).0, End::Done);
     assert_eq!(bench.authority.lease(), Some((ana.key, epoch)), "it was the request that was given up");
     assert_eq!(bench.end(&ana, Wish::Release, epoch).0, End::Done);
     assert_eq!(bench.authority.lease(), None, "who has gone gets nothing");
-    assert_eq!(bench.end(&ben, Wish::Take, 0).0, End::Granted);
+    assert_eq!(bench.end(&ben, TAKE, 0).0, End::Granted);
 }
 
 #[test]
@@ -145,17 +148,38 @@ fn who_acts_at_a_ground_station_now_is_the_holder() {
     assert_eq!(bench.authority.held().holder, "Eve", "what is too late changes nothing");
 }
 
+/// Such as a script beside a ground station.
+#[test]
+fn programs_of_one_key_have_control_each_for_itself() {
+    let (mut bench, ana) = (Bench::new(), caller(1, Role::Operator));
+    let script = Caller { run: 77, name: "script".into(), ..ana.clone() };
+    let (ask, take) = (Wish::Ask(Ask::default()), Wish::Ask(Ask { only_if_free: true, overrules: false }));
+    let epoch = bench.granted(&ana);
+    assert_eq!(bench.end(&script, Wish::Act, epoch).0, End::Held, "also with her epoch");
+    assert_eq!(bench.end(&script, Wish::Release, epoch).0, End::Held);
+    assert_eq!(bench.end(&script, take, 0).0, End::Held);
+    assert_eq!(bench.end(&script, ask, 0).0, End::Asked);
+    assert_eq!(bench.end(&ana, Wish::Release, epoch).0, End::Done, "it is hers that she gives up");
+    assert_eq!((bench.authority.held().holder.as_str(), bench.authority.held().run), ("script", 77));
+    assert_eq!(bench.end(&ana, TAKE, 0).0, End::Granted);
+    assert_eq!(bench.end(&script, Wish::Act, epoch + 1).0, End::Held);
+    assert_eq!(bench.end(&caller(2, Role::Operator), TAKE, 0).0, End::Held, "only from what has its key");
+    assert_eq!(bench.authority.lease(), Some((ana.key, epoch + 2)));
+}
+
 #[test]
 fn a_chief_takes_control_and_what_was_under_way_is_given_up() {
     let (mut bench, ana, chief) = (Bench::new(), caller(1, Role::Operator), caller(9, Role::Chief));
     let epoch = bench.granted(&ana);
+    let take = Wish::Ask(Ask { only_if_free: true, overrules: false });
+    assert_eq!(bench.end(&chief, take, 0).0, End::Held, "a script of a chief does not take it");
     let act = bench.claim(Wish::Act, epoch);
     assert_eq!(bench.authority.on_order(&ana, &act, bench.now), Verdict::Execute);
     assert_eq!(bench.granted(&chief), epoch + 1);
     assert_eq!(bench.authority.take_fenced(), [act.id]);
     assert!(bench.authority.take_fenced().is_empty());
-    assert_eq!(bench.end(&ana, Wish::Ask, 0).0, End::Asked, "and not the other way round");
-    assert_eq!(bench.end(&caller(8, Role::Chief), Wish::Ask, 0).0, End::Held, "nor among chiefs");
+    assert_eq!(bench.end(&ana, ASK, 0).0, End::Asked, "and not the other way round");
+    assert_eq!(bench.end(&caller(8, Role::Chief), ASK, 0).0, End::Held, "nor among chiefs");
 }
 
 #[test]
@@ -164,7 +188,7 @@ fn the_operator_beside_the_aircraft_comes_first() {
     let epoch = bench.granted(&ana);
     bench.authority.set_local(Some("Field".into()));
     for who in [&ana, &chief] {
-        let (end, answer) = bench.end(who, Wish::Ask, 0);
+        let (end, answer) = bench.end(who, ASK, 0);
         assert_eq!((end, answer.holder.as_str()), (End::Held, "Field"));
     }
     assert_eq!(bench.end(&ana, Wish::Act, epoch).0, End::Held);
@@ -295,7 +319,7 @@ fn an_order_that_its_recall_has_overtaken_is_not_done() {
 #[test]
 fn an_observer_reads_and_never_acts() {
     let (mut bench, eve) = (Bench::new(), caller(1, Role::Observer));
-    for wish in [Wish::Ask, Wish::Act, Wish::Renew, Wish::Release, Wish::Grant(eve.key)] {
+    for wish in [ASK, Wish::Act, Wish::Renew, Wish::Release, Wish::Grant(eve.key)] {
         let (end, answer) = bench.end(&eve, wish, 0);
         assert_eq!(end, End::Refused, "{wish:?}");
         assert!(answer.why.contains("observer"), "{}", answer.why);
@@ -308,13 +332,13 @@ fn an_observer_reads_and_never_acts() {
 fn control_ends_with_the_role_that_it_was_given_for() {
     let (mut bench, ana, ben) = (Bench::new(), caller(1, Role::Operator), caller(2, Role::Operator));
     let epoch = bench.granted(&ana);
-    assert_eq!(bench.end(&ben, Wish::Ask, 0).0, End::Asked);
+    assert_eq!(bench.end(&ben, ASK, 0).0, End::Asked);
     assert_eq!(bench.order(&ana, Wish::Act, epoch), Verdict::Execute);
     let under_way = bench.ids;
     // Nothing changes for those who may still act; whoever is chief now is not displaced by another.
     bench.authority.on_roles(|key| Some(if *key == ana.key { Role::Chief } else { Role::Operator }));
     assert_eq!(bench.authority.lease(), Some((ana.key, epoch)));
-    assert_eq!(bench.end(&caller(9, Role::Chief), Wish::Ask, 0).0, End::Held);
+    assert_eq!(bench.end(&caller(9, Role::Chief), ASK, 0).0, End::Held);
     // Who asks and may not any more is forgotten; who has control loses it, and what was under way is given up.
     bench.authority.on_roles(|key| (*key == ana.key).then_some(Role::Operator));
     assert_eq!(bench.authority.held().asking, "");

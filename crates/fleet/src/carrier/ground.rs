@@ -26,6 +26,7 @@ use crate::authority::RENEW_EVERY;
 use crate::content::Shelf;
 use crate::error::FleetError;
 use crate::key::{Kind, Name, admitted_key, aircraft_of, echo_key, keys_of_all, stations_key};
+use crate::operator;
 use crate::signature::{PublicKey, Signer};
 
 mod far;
@@ -37,6 +38,7 @@ mod terms;
 #[cfg(test)]
 mod tests;
 
+use known::Own;
 pub use terms::Standing;
 
 /// Most aircraft that are followed: as many remote vehicles as a station follows.
@@ -65,6 +67,9 @@ pub struct GroundConfig {
     pub dial: Vec<Endpoint>,
     /// Its key, which aircraft trust.
     pub signer: Signer,
+    /// Whether it takes control, when it acts or asks, from those who have to yield: another program with its key; an
+    /// operator, if it is a chief.
+    pub overrules: bool,
     /// Its standing in the fleet: for TLS and QUIC.
     pub standing: Standing,
     /// Address of the enrolment door, `HOST:PORT`, if it has the authority; port 0 takes a free one.
@@ -119,7 +124,9 @@ struct Fleet {
     endpoint: Endpoint,
     /// The newest list of ground stations.
     list: Mutex<List>,
+    own: Own,
     signer: Signer,
+    overrules: bool,
     station: Station,
     aircraft: Mutex<BTreeMap<Name, Arc<FarAircraft>>>,
     /// Whether it was logged that there is no room for more.
@@ -174,7 +181,8 @@ impl Ground {
             }
             _ => None,
         };
-        let (org, signer) = (config.org, config.signer);
+        let (org, signer, overrules) = (config.org, config.signer, config.overrules);
+        let own = Own { key: signer.public(), run: u32::from_ne_bytes(operator::random()?) };
         let session = Mutex::new(session);
         let archive = match config.history {
             Some(history) => {
@@ -191,7 +199,9 @@ impl Ground {
             session,
             endpoint,
             list: Mutex::new(list.unwrap_or_default()),
+            own,
             signer,
+            overrules,
             station,
             aircraft: Mutex::default(),
             is_full: AtomicBool::new(false),

@@ -16,7 +16,7 @@ use super::tests::{Aboard, signed};
 use super::*;
 use crate::authority::{FRESH, LEASE};
 use crate::deed::{Deed, Nothing};
-use crate::payload::VERSION;
+use crate::payload::{Ask, VERSION};
 use crate::signature::Signer;
 use crate::stamp::Stamper;
 use crate::state_source::millis;
@@ -192,7 +192,7 @@ impl World {
         }
         let Seen { boot, based_on, epoch } = self.seen[station][at];
         let want = match self.rng.random_range(0..16) {
-            0..6 if epoch == 0 => Want::Ask(Nothing {}),
+            0..6 if epoch == 0 => Want::Ask(Ask::default()),
             0..2 => Want::Renew(Nothing {}),
             2 => Want::Release(Nothing {}),
             3 => Want::Grant(key(self.rng.random_range(0..5)).0.to_vec()),
@@ -211,6 +211,7 @@ impl World {
             based_on_ms: millis(based_on.at.as_duration()),
             operator: format!("station {station}"),
             mark: based_on.mark,
+            run: 0,
             want: Some(want),
         };
         self.carried.push((at, signed(&SIGNERS[station], &order)));

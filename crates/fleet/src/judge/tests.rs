@@ -10,7 +10,7 @@ use crate::content::{Content, Shelf, pack_items};
 use crate::deed::{
     AbortLanding, Altitude, Climb, Course, Deed, Int, Long, NewParam, Nothing, PlanClear, PlanPut, Reposition,
 };
-use crate::payload::VERSION;
+use crate::payload::{Ask, VERSION};
 use crate::signature::Signer;
 use crate::stamp::Stamper;
 
@@ -79,6 +79,7 @@ impl Bench {
             based_on_ms: 100_000,
             operator: "Ana".into(),
             mark: self.authority.stamp(self.now).mark,
+            run: 0,
             want: Some(want),
         }
     }
@@ -173,8 +174,11 @@ fn each_role_may_what_it_may_of_all_that_can_be_ordered() {
     let part = Part::all_of(&plan()).remove(0);
     // What has control, stranger, observer, operator, chief; then operator and chief with it.
     let mut rows = vec![
-        (Want::Ask(nothing), ["stranger", "Refused", "Asked", "Granted", "Granted", "Granted"]),
-        (Want::Take(nothing), ["stranger", "Refused", "Held", "Granted", "Granted", "Granted"]),
+        (Want::Ask(Ask::default()), ["stranger", "Refused", "Asked", "Asked", "Granted", "Granted"]),
+        (
+            Want::Ask(Ask { only_if_free: true, overrules: true }),
+            ["stranger", "Refused", "Held", "Granted", "Granted", "Granted"],
+        ),
         (Want::Renew(nothing), ["stranger", "Refused", "Held", "Held", "Done", "Done"]),
         (Want::Release(nothing), ["stranger", "Refused", "Held", "Held", "Done", "Done"]),
         // To somebody who does not ask.
@@ -200,7 +204,9 @@ fn each_role_may_what_it_may_of_all_that_can_be_ordered() {
             let mut bench = Bench::new();
             bench.aboard.0.put(&plan());
             let holder = signer(if has_control { number } else { 5 });
-            let Judged::Ended(_, granted) = bench.tell(&holder, 0, Want::Ask(nothing)) else { panic!("not granted") };
+            let Judged::Ended(_, granted) = bench.tell(&holder, 0, Want::Ask(Ask::default())) else {
+                panic!("not granted")
+            };
             word(&bench.tell(&signer(number), granted.epoch, want.clone()))
         });
         assert_eq!(taken, expected, "{want:?}");
@@ -211,7 +217,7 @@ fn each_role_may_what_it_may_of_all_that_can_be_ordered() {
 fn an_operator_is_called_by_its_station_as_far_as_that_is_known() {
     let holder = |number| {
         let mut bench = Bench::new();
-        bench.tell(&signer(number), 0, Want::Ask(Nothing {}));
+        bench.tell(&signer(number), 0, Want::Ask(Ask::default()));
         bench.authority.held().holder
     };
     assert_eq!((holder(3), holder(4)), ("Ana".to_owned(), "tower · Ana".to_owned()));
@@ -223,7 +229,7 @@ fn an_operator_is_called_by_its_station_as_far_as_that_is_known() {
 #[test]
 fn an_order_that_comes_again_has_its_answer_although_its_list_has_made_room() {
     let (mut bench, ana) = (Bench::new(), signer(3));
-    let Judged::Ended(_, granted) = bench.tell(&ana, 0, Want::Ask(Nothing {})) else { panic!("not granted") };
+    let Judged::Ended(_, granted) = bench.tell(&ana, 0, Want::Ask(Ask::default())) else { panic!("not granted") };
     let list = Some(Content::of(plan()).at_most(0));
     let deed = Deed::PlanPut(PlanPut { kind: 0, revision: 1, list, despite_findings: false });
     let put = bench.order(granted.epoch, Want::Act(Act { deed: Some(deed), ..Act::default() }));
@@ -242,7 +248,9 @@ fn an_order_for_another_boot_is_answered_as_such_whatever_it_is() {
     let part = Part::all_of(&plan()).remove(0);
     let put = PlanPut { list: Some(Content::of(plan()).at_most(0)), ..PlanPut::default() };
     let put = Want::Act(Act { deed: Some(Deed::PlanPut(put)), ..Act::default() });
-    for (number, want) in [(3, Want::Part(part)), (3, put), (3, Want::Ask(Nothing {})), (1, Want::Ask(Nothing {}))] {
+    for (number, want) in
+        [(3, Want::Part(part)), (3, put), (3, Want::Ask(Ask::default())), (1, Want::Ask(Ask::default()))]
+    {
         let mut bench = Bench::new();
         let order = Order { boot: BOOT + 1, ..bench.order(0, want) };
         let answer = match bench.judge(&signer(number), &order) {

@@ -14,7 +14,7 @@ use super::*;
 use crate::authority::{Authority, Caller, Claim, Role, Verdict, Wish, answer};
 use crate::content::{Digest, PART_BYTES, Part, Shelf, Tray};
 use crate::delivery::{OrderDelivery, Outcome, RoundTrip, Step};
-use crate::payload::{Answer, End};
+use crate::payload::{Answer, Ask, End};
 use crate::signature::PublicKey;
 use crate::stamp::{Stamper, StateStamp};
 
@@ -107,6 +107,7 @@ impl World {
         let ground = |number: usize| Ground {
             caller: Caller {
                 key: PublicKey([number as u8 + 1; 32]),
+                run: 0,
                 name: format!("station {number}"),
                 role: if number == 0 { Role::Chief } else { Role::Operator },
             },
@@ -357,7 +358,7 @@ impl World {
         let ground = &self.grounds[station];
         let (Some((boot, based_on)), Some(seen)) = (ground.seen, ground.heard.told(MISSION).cloned()) else { return };
         let epoch = ground.epoch;
-        let (id, wish) = (u128::from(self.next), if epoch == 0 { Wish::Ask } else { Wish::Act });
+        let (id, wish) = (u128::from(self.next), if epoch == 0 { Wish::Ask(Ask::default()) } else { Wish::Act });
         if !self.rng.random_bool(0.15) {
             return;
         }
@@ -366,7 +367,7 @@ impl World {
         let mut delivery = OrderDelivery::new(Duration::from_secs(30), RoundTrip::default(), self.now);
         let Step::Send { wait, .. } = delivery.start() else { return };
         match wish {
-            Wish::Ask => self.ask(station, delivery, claim, wait),
+            Wish::Ask(_) => self.ask(station, delivery, claim, wait),
             _ => self.put(station, delivery, claim, list_of(u64::try_from(id).expect("small")), seen, wait),
         }
     }

@@ -17,7 +17,7 @@ use super::*;
 use crate::carrier::network::{Part as Place, Replies};
 use crate::content::{Content, Part, pack_items};
 use crate::deed::{Act, Deed, Nothing, PlanPut};
-use crate::payload::{Answer, End, Order, Signed, State, VERSION, Want};
+use crate::payload::{Answer, Ask, End, Order, Signed, State, VERSION, Want};
 use crate::signature::Signer;
 
 const WAIT: Duration = Duration::from_secs(20);
@@ -44,6 +44,7 @@ impl Bench {
             based_on_ms: self.state.clock_ms,
             operator: self.operator.into(),
             mark: self.state.mark,
+            run: 0,
             want: Some(want),
         }
         .encode_to_vec();
@@ -240,7 +241,7 @@ async fn a_list_arrives_in_parts_and_an_order_that_is_about_another_plan_is_refu
     bench.look().await;
     assert_eq!(bench.state.plans.len(), 3, "whoever has just come is told all");
     assert!(bench.state.plans.iter().all(|told| told.read().is_ok()));
-    let granted = bench.tell(&ana, Want::Ask(Nothing {})).await;
+    let granted = bench.tell(&ana, Want::Ask(Ask::default())).await;
     bench.epoch = granted.epoch;
     assert_eq!(station.control().holder().as_deref(), Some("Ana"));
 

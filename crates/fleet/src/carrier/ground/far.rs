@@ -60,7 +60,7 @@ impl FarAircraft {
             let component = u8::try_from(state.component).map_or(ComponentId::AUTOPILOT, ComponentId);
             known.autopilot = Some(Address { system, component });
             known.forget_leases(now);
-            known.on_held(&fleet.signer.public());
+            known.on_held(&fleet.own);
             known.follow(&state.under_way, now);
             (news, known.plans.on_state(state.boot, state.plans_version, &state.plans))
         };
@@ -74,7 +74,7 @@ impl FarAircraft {
     fn yield_control(self: &Arc<Self>, fleet: &Fleet) {
         let is_asked = {
             let mut known = self.known();
-            !known.listener.held().asking.is_empty() && known.is_ours(&fleet.signer.public())
+            !known.listener.held().asking.is_empty() && known.is_ours(&fleet.own)
         };
         if is_asked && fleet.station.control().yields() {
             let far = self.clone();

@@ -8,7 +8,7 @@ use vencejo_vehicle::VehicleId;
 
 use crate::authority::LEASE;
 use crate::delivery::RoundTrip;
-use crate::payload::UnderWay;
+use crate::payload::{Held, UnderWay};
 use crate::plans::{PlanTold, PlansHeard};
 use crate::signature::PublicKey;
 use crate::state_source::Listener;
@@ -59,18 +59,32 @@ pub(super) struct Followed {
     pub(super) heard_at: MonoTime,
 }
 
+/// Who we are to an aircraft.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Own {
+    pub(super) key: PublicKey,
+    pub(super) run: u32,
+}
+
+impl Own {
+    /// Whether we have control by this.
+    fn holds(&self, held: &Held) -> bool {
+        held.key == self.key.0 && held.run == self.run
+    }
+}
+
 impl Known {
     /// The boot that is followed.
     pub(super) fn boot(&self) -> Option<u64> {
         self.listener.stamp().map(|(boot, _)| boot)
     }
 
-    /// The epoch in which we have control with this key, as far as is known. A grant and its key are published
-    /// together, so a state with that epoch and another key, or with a later epoch, is newer than the grant.
-    pub(super) fn epoch(&mut self, own: &PublicKey) -> Option<u64> {
+    /// The epoch in which we have control, as far as is known. A grant and its holder are published together, so a state
+    /// with that epoch and another holder, or with a later epoch, is newer than the grant.
+    pub(super) fn epoch(&mut self, own: &Own) -> Option<u64> {
         let (boot, held) = (self.boot()?, self.listener.held());
         let epoch = *self.leases.get(&boot)?;
-        if held.epoch > epoch || (held.epoch == epoch && held.key != own.0) {
+        if held.epoch > epoch || (held.epoch == epoch && !own.holds(held)) {
             self.leases.remove(&boot);
             return None;
         }
@@ -104,9 +118,9 @@ impl Known {
 
     /// Takes what we had asked for, once it is published that we have it: of a request that was granted later there is
     /// no other answer.
-    pub(super) fn on_held(&mut self, own: &PublicKey) {
+    pub(super) fn on_held(&mut self, own: &Own) {
         let (boot, held) = (self.boot(), self.listener.held());
-        if let Some(request) = self.request.as_ref().filter(|request| Some(request.boot) == boot && held.key == own.0) {
+        if let Some(request) = self.request.as_ref().filter(|request| Some(request.boot) == boot && own.holds(held)) {
             let (boot, epoch) = (request.boot, held.epoch);
             self.on_granted(boot, epoch);
         }
@@ -119,7 +133,7 @@ impl Known {
     }
 
     /// Whether the published holder is us.
-    pub(super) fn is_ours(&mut self, own: &PublicKey) -> bool {
+    pub(super) fn is_ours(&mut self, own: &Own) -> bool {
         self.epoch(own) == Some(self.listener.held().epoch)
     }
 
@@ -137,54 +151,57 @@ impl Known {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::payload::{Held, State};
+    use crate::payload::State;
 
     #[test]
     fn control_that_another_is_shown_to_have_is_not_ours() {
-        let own = PublicKey([1; 32]);
-        let shown = |key: u8, epoch| {
-            let held = Held { epoch, holder: "somebody".into(), key: vec![key; 32], ..Held::default() };
+        let own = Own { key: PublicKey([1; 32]), run: 5 };
+        let shown = |(key, run): (u8, u32), epoch| {
+            let held = Held { epoch, holder: "somebody".into(), key: vec![key; 32], run, ..Held::default() };
             let state = State { boot: 7, held: Some(held), ..State::default() };
             let mut known = Known { leases: BTreeMap::from([(7, 3)]), ..Known::default() };
             known.listener.on_state(&state, MonoTime::ZERO);
             (known.is_ours(&own), known.epoch(&own))
         };
-        assert_eq!(shown(1, 3), (true, Some(3)));
-        assert_eq!(shown(2, 2), (false, Some(3)), "from before the grant");
-        assert_eq!(shown(1, 2), (false, Some(3)));
-        assert_eq!(shown(2, 4), (false, None), "another has it since");
-        assert_eq!(shown(1, 4), (false, None), "in an epoch of which we have no answer");
-        assert_eq!(shown(2, 3), (false, None), "ours ran out");
+        let (us, beside, another) = ((1, 5), (1, 6), (2, 5));
+        assert_eq!(shown(us, 3), (true, Some(3)));
+        assert_eq!(shown(another, 2), (false, Some(3)), "from before the grant");
+        assert_eq!(shown(us, 2), (false, Some(3)));
+        assert_eq!(shown(another, 4), (false, None), "another has it since");
+        assert_eq!(shown(beside, 4), (false, None), "or another program with our key");
+        assert_eq!(shown(us, 4), (false, None), "in an epoch of which we have no answer");
+        assert_eq!(shown(another, 3), (false, None), "ours ran out");
     }
 
     #[test]
     fn control_that_was_asked_for_is_ours_once_it_is_shown() {
-        let own = PublicKey([1; 32]);
+        let own = Own { key: PublicKey([1; 32]), run: 5 };
         let mut known = Known::default();
-        let shows = |known: &mut Known, key: u8, epoch| {
-            let held = Held { epoch, holder: "somebody".into(), key: vec![key; 32], ..Held::default() };
+        let shows = |known: &mut Known, (key, run): (u8, u32), epoch| {
+            let held = Held { epoch, holder: "somebody".into(), key: vec![key; 32], run, ..Held::default() };
             let state = State { boot: 7, clock_ms: epoch, sequence: epoch, held: Some(held), ..State::default() };
             known.listener.on_state(&state, MonoTime::from_millis(epoch));
             known.on_held(&own);
             known.epoch(&own)
         };
-        assert_eq!(shows(&mut known, 1, 3), None, "nobody here asked for it");
+        assert_eq!(shows(&mut known, (1, 5), 3), None, "nobody here asked for it");
         known.request = Some(Requested { boot: 7, operator: "Ana".into() });
-        assert_eq!((shows(&mut known, 2, 4), known.request.is_some()), (None, true));
-        assert_eq!((shows(&mut known, 1, 5), known.request.is_some()), (Some(5), false));
-        assert_eq!((known.give_up(), known.give_up()), (Some(5), None));
+        assert_eq!((shows(&mut known, (2, 5), 4), known.request.is_some()), (None, true));
+        assert_eq!((shows(&mut known, (1, 6), 5), known.request.is_some()), (None, true), "another program has it");
+        assert_eq!((shows(&mut known, (1, 5), 6), known.request.is_some()), (Some(6), false));
+        assert_eq!((known.give_up(), known.give_up()), (Some(6), None));
         known.request = Some(Requested { boot: 7, operator: "Ana".into() });
         assert_eq!((known.give_up(), known.is_claimed()), (Some(0), false));
     }
 
     #[test]
     fn control_of_a_computer_outlives_another_one_of_its_name() {
-        let own = PublicKey([1; 32]);
+        let own = Own { key: PublicKey([1; 32]), run: 5 };
         let mut known = Known { leases: BTreeMap::from([(7, 3)]), ..Known::default() };
         let mut says = |boot, clock_ms, now_ms| {
             let now = MonoTime::from_millis(now_ms);
-            let held =
-                if boot == 7 { Held { epoch: 3, key: own.0.to_vec(), ..Held::default() } } else { Held::default() };
+            let ours = || Held { epoch: 3, key: own.key.0.to_vec(), run: own.run, ..Held::default() };
+            let held = if boot == 7 { ours() } else { Held::default() };
             known.listener.on_state(&State { boot, clock_ms, held: Some(held), ..State::default() }, now);
             known.forget_leases(now);
             known.epoch(&own)

@@ -22,7 +22,7 @@ use crate::delivery::{self, AGAIN_AFTER, OrderDelivery, Step};
 use crate::key::{Kind, key_of};
 use crate::operator::random;
 use crate::outcome::{Outcome, PlanOutcome};
-use crate::payload::{Answer, BadPayload, End, Order, Signed, VERSION, Want};
+use crate::payload::{Answer, Ask, BadPayload, End, Order, Signed, VERSION, Want};
 use crate::state_source::millis;
 
 /// The timeout of an act.
@@ -161,6 +161,7 @@ impl FarAircraft {
             based_on_ms: millis(based_on.at.as_duration()),
             operator: operator.to_owned(),
             mark: based_on.mark,
+            run: fleet.own.run,
             want: Some(want),
         }
         .encode_to_vec();
@@ -232,18 +233,22 @@ impl FarAircraft {
 
     /// The epoch in which we have control, as far as is known.
     fn epoch(&self) -> Option<u64> {
-        let own = self.fleet.upgrade()?.signer.public();
+        let own = self.fleet.upgrade()?.own;
         self.known().epoch(&own)
     }
 
     /// The epoch in which we have control of this boot; takes control if nobody has it. What another has is asked for by
     /// [`Self::ask`] alone. A request that came too late is repeated once if `again`.
     async fn lease(self: &Arc<Self>, boot: u64, operator: &str, again: bool) -> Result<u64, StationError> {
+        // Not behind an order for control that waits for its answer.
+        if let Some(epoch) = self.epoch() {
+            return Ok(epoch);
+        }
         let _one = self.asking.lock().await;
         if let Some(epoch) = self.epoch() {
             return Ok(epoch);
         }
-        let take = || self.send_to(boot, Want::Take(Nothing {}), operator, CONTROL_PATIENCE);
+        let take = || self.send_to(boot, self.ask_for(true), operator, CONTROL_PATIENCE);
         let mut outcome = take().await?;
         if again && is_late(&outcome) {
             self.look_again().await;
@@ -253,6 +258,12 @@ impl FarAircraft {
             delivery::Outcome::Answered(answer) if answer.end() == End::Granted => Ok(answer.epoch),
             outcome => Err(self.not_done(outcome)),
         }
+    }
+
+    /// An order for control.
+    fn ask_for(&self, only_if_free: bool) -> Want {
+        let overrules = self.fleet.upgrade().is_some_and(|fleet| fleet.overrules);
+        Want::Ask(Ask { only_if_free, overrules })
     }
 
     /// Requests a state that the next order can be based on.
@@ -281,27 +292,31 @@ impl FarAircraft {
         if self.epoch().is_some() {
             return Ok(());
         }
-        match self.send_to(boot, Want::Ask(Nothing {}), &operator, CONTROL_PATIENCE).await? {
+        match self.send_to(boot, self.ask_for(false), &operator, CONTROL_PATIENCE).await? {
             delivery::Outcome::Answered(answer) if answer.end() == End::Asked => {
                 self.known().request = Some(Requested { boot, operator });
                 Ok(())
             }
             delivery::Outcome::Answered(answer) if answer.end() == End::Granted => Ok(()),
-            outcome => {
+            delivery::Outcome::Answered(answer) if answer.end() == End::Held => {
                 let asking = Some(self.known().listener.held().asking.clone()).filter(|asking| !asking.is_empty());
                 let is_first = |asking| format!("{asking} has asked for control already; wait until that is answered");
-                Err(asking.map_or_else(|| self.not_done(outcome), |asking| self.refused(&is_first(asking))))
+                let held = delivery::Outcome::Answered(answer);
+                Err(asking.map_or_else(|| self.not_done(held), |asking| self.refused(&is_first(asking))))
             }
+            outcome => Err(self.not_done(outcome)),
         }
     }
 
     /// Keeps up a request for control.
     async fn keep_asking(&self) {
-        let _one = self.asking.lock().await;
+        // Its turn comes again.
+        let Ok(_one) = self.asking.try_lock() else { return };
         let Some(Requested { boot, operator }) = self.known().request.clone() else { return };
-        let sent = self.send_to(boot, Want::Take(Nothing {}), &operator, Duration::ZERO).await;
+        let sent = self.send_to(boot, self.ask_for(true), &operator, Duration::ZERO).await;
         let has_ended = match sent {
-            Ok(delivery::Outcome::Answered(answer)) => answer.end() != End::Asked,
+            // Whatever else it is, such as too late, it may stand on board.
+            Ok(delivery::Outcome::Answered(answer)) => matches!(answer.end(), End::Held | End::Granted),
             Ok(_) | Err(StationError::Vehicle(_)) => false,
             // Another boot is followed.
             Err(_) => true,
@@ -552,9 +567,8 @@ impl FarAircraft {
     /// # Errors
     /// When it was not delivered.
     pub(super) async fn release(&self, patience: Duration) -> Result<(), StationError> {
-        // What keeps the request up would take control that has become free.
-        let has_request = self.known().request.is_some();
-        let _one = if has_request { tokio::time::timeout(patience, self.asking.lock()).await.ok() } else { None };
+        // What keeps a request up would take control that has become free, and one that is under way would stand.
+        let _one = tokio::time::timeout(patience, self.asking.lock()).await.ok();
         let Some(epoch) = self.known().give_up() else { return Ok(()) };
         match self.send(Want::Release(Nothing {}), "", epoch, patience).await? {
             // Held: another has it already, or it is free.
@@ -614,12 +628,12 @@ impl Remote for FarAircraft {
     }
 
     fn held(&self) -> FarHeld {
-        let Some(own) = self.fleet.upgrade().map(|fleet| fleet.signer.public()) else { return FarHeld::default() };
+        let Some(own) = self.fleet.upgrade().map(|fleet| fleet.own) else { return FarHeld::default() };
         let mut known = self.known();
         let some = |text: &String| Some(text.clone()).filter(|text| !text.is_empty());
         let held = known.listener.held();
         let (holder, requested_by) = (some(&held.holder), some(&held.asking));
-        let is_request_ours = requested_by.is_some() && held.asking_key == own.0;
+        let is_request_ours = requested_by.is_some() && held.asking_key == own.key.0 && known.request.is_some();
         FarHeld { is_ours: holder.is_some() && known.is_ours(&own), holder, requested_by, is_request_ours }
     }
 

@@ -25,18 +25,8 @@ async fn ground(listen: Option<Endpoint>, key: u8, standing: Standing) -> (Stati
 }
 
 async fn dialling(listen: Option<Endpoint>, dial: Vec<Endpoint>, key: u8, standing: Standing) -> (Station, Ground) {
-    let station = Station::start(StationConfig::default(), Handle::current()).expect("a station");
-    let config = GroundConfig {
-        org: name("acme"),
-        listen,
-        dial,
-        signer: Signer::from_seed(&[key; 32]),
-        standing,
-        door: Some("127.0.0.1:0".into()),
-        history: None,
-    };
-    let ground = Ground::start(station.clone(), config, &Handle::current()).await.expect("a ground station");
-    (station, ground)
+    let door = Some("127.0.0.1:0".into());
+    started(GroundConfig { signer: Signer::from_seed(&[key; 32]), standing, door, ..clear(listen, dial) }).await
 }
 
 async fn joined(organisation: &Organisation, newcomer: &Newcomer, file: PathBuf, key: Option<u8>) -> Membership {
@@ -63,12 +53,26 @@ async fn flying(scratch: &Scratch, organisation: &Organisation, who: &str, dial:
     (station, aircraft)
 }
 
+fn clear(listen: Option<Endpoint>, dial: Vec<Endpoint>) -> GroundConfig {
+    GroundConfig {
+        org: name("acme"),
+        listen,
+        dial,
+        signer: Signer::from_seed(&[1; 32]),
+        overrules: false,
+        standing: Standing::Alone,
+        door: None,
+        history: None,
+    }
+}
+
 /// A ground station in the clear, and the station that it is of.
 async fn in_the_clear(listen: Option<Endpoint>, dial: Vec<Endpoint>) -> (Station, Ground) {
+    started(clear(listen, dial)).await
+}
+
+async fn started(config: GroundConfig) -> (Station, Ground) {
     let station = Station::start(StationConfig::default(), Handle::current()).expect("a station");
-    let signer = Signer::from_seed(&[1; 32]);
-    let standing = Standing::Alone;
-    let config = GroundConfig { org: name("acme"), listen, dial, signer, standing, door: None, history: None };
     let ground = Ground::start(station.clone(), config, &Handle::current()).await.expect("a ground station");
     (station, ground)
 }
@@ -284,6 +288,58 @@ async fn of_two_computers_that_speak_as_one_aircraft_the_first_stays_under_contr
     }
     ground.close().await;
     station.close().await;
+}
+
+/// Such as a script beside `vencejo serve`.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn programs_with_one_key_have_control_each_for_itself() {
+    let (station, ground) = in_the_clear(Some(endpoint("tcp/127.0.0.1:0")), Vec::new()).await;
+    let (board, _flying) = beside_plane().await;
+    let aircraft = plane7(&board, ground.endpoint());
+    let beside = |overrules| {
+        let config = clear(None, vec![ground.endpoint().clone()]);
+        started(GroundConfig { overrules, ..config })
+    };
+    let (other, script) = beside(false).await;
+    until("it is seen", || shows(&ground, "plane7") && shows(&script, "plane7")).await;
+    let wish = async |station: &Station, wish| {
+        let asked = station.vehicles().remove(0).control(wish);
+        timeout(WAIT, asked.wait()).await.expect("it ends").expect("it was not given up").map(|_| ())
+    };
+    let ana = Arc::new(station.enlist("Ana"));
+    ana.attach(station.now());
+    let ours = station.vehicles().remove(0).acting_as(ana);
+    timeout(WAIT, ours.control(FarWish::Request).wait()).await.expect("it ends").expect("an end").expect("it is free");
+
+    let act = async |station: &Station| {
+        let act = station.vehicles().remove(0).request(Request::LoiterHere);
+        timeout(WAIT, act.wait()).await.expect("it ends").expect("it was not given up")
+    };
+    let held = StationError::Control { holder: "Ana".into(), vehicle: Some("plane7".into()) };
+    assert_eq!(act(&other).await, Err(held.clone()), "nothing was sent");
+    wish(&other, FarWish::Request).await.expect("it asks");
+    assert_eq!((control(&other).2, control(&other).3), (false, true));
+    until("she is asked", || !control(&station).1.is_empty() && !control(&station).3).await;
+    wish(&other, FarWish::Release).await.expect("it asks no more");
+    assert!(control(&station).2 || !control(&station).0.is_empty());
+    script.close().await;
+    other.close().await;
+    until("its end gives up nothing", || control(&station).2).await;
+
+    // One that was told to take it takes it, and leaves it free.
+    let (other, script) = beside(true).await;
+    until("it is seen", || shows(&script, "plane7")).await;
+    wish(&other, FarWish::Request).await.expect("it takes it");
+    until("she has lost it", || control(&station).0 == "program" && !control(&station).2).await;
+    script.close().await;
+    other.close().await;
+    until("it is free", || control(&station).0.is_empty()).await;
+
+    aircraft.close().await;
+    for station in [station, board] {
+        station.close().await;
+    }
+    ground.close().await;
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
