@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import dataclasses
 import inspect
 import io
 import json
@@ -38,6 +37,9 @@ from vencejo.params import same
 from vencejo.recording import summarize
 from vencejo.storage import StorageProblem
 from vencejo.values import Parameter
+
+if KNOWS:
+    import fcntl
 
 from tests.cli.doubles import FakeStation
 from tests.support import CAPTURES
@@ -249,20 +251,36 @@ def test_a_silent_autopilot_is_told_on_board_once_and_when_it_changes(capsys: py
 
 @pytest.mark.skipif(not KNOWS, reason="no locks that show that a program runs")
 def test_the_doctor_on_board_knows_the_link_of_the_running_program(tmp_path: Path) -> None:
-    path = tmp_path / "onboard.json"
+    path = tmp_path / "onboard.links"
 
     def found() -> tuple[bool, str]:
         (check,) = link_checks(path)
         return check.ok, check.message
 
     assert "is not running here" in found()[1]
-    with LinkNote(path) as note:
-        heard = PlaneLinks(name=None, links=("/dev/ttyS0,57600",), silent_since=None, states=None)
+    heard = PlaneLinks(name=None, links=("/dev/ttyS0,57600",), silent_since=None, states=None)
+    started = time.time()
+    with LinkNote(path) as note, pytest.MonkeyPatch.context() as clocks:
+        clocks.setattr(time, "monotonic", lambda: 1_000.0)
+        with (tmp_path / ".onboard.links.lock").open("w") as doctor:
+            fcntl.flock(doctor, fcntl.LOCK_SH)  # one that looks at the start
+            note.write([heard])
         note.write([heard])
         assert found() == (True, "the autopilot is heard on /dev/ttyS0,57600")
-        states = "serial:/dev/ttyS0:57600 (open, nothing received)"
-        note.write([dataclasses.replace(heard, silent_since=time.time() - 64.0, states=states)])
-        assert found() == (False, f"no message of the autopilot for 64 s: {states}")
+        silent: Any = SimpleNamespace(autopilot_silent_s=64.0, links="serial:/dev/ttyS0:57600 (open, nothing received)")
+        seen: list[bool] = []
+
+        def dumps(planes: Any, dumps: Any = json.dumps) -> Any:
+            seen.append(found()[0])
+            return dumps(planes)
+
+        with clocks.context() as writing:
+            writing.setattr(json, "dumps", dumps)
+            note.write([PlaneLinks.of(None, heard.links, silent)])
+        assert seen == [True], "the note is whole while another is written"
+        # A computer without a battery for its clock gets the time from the network.
+        clocks.setattr(time, "time", lambda: started + 2e8)
+        assert found() == (False, f"no message of the autopilot for 64 s: {silent.links}")
         with LinkNote(path) as second:
             second.write([heard])
         assert not found()[0], "the first one has the file"

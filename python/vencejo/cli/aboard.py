@@ -40,7 +40,8 @@ class PlaneLinks:
     links : tuple[str, ...]
         Link strings.
     silent_since : float or None
-        When the autopilot was last heard, or the program was started, seconds since 1970; ``None`` while it is heard.
+        When the autopilot was last heard, or the program was started, by `time.monotonic`, which is one clock for all
+        programs and no time from the network sets; ``None`` while it is heard.
     states : str or None
         The links and their states while it is silent.
     """
@@ -54,60 +55,62 @@ class PlaneLinks:
     def of(cls, name: str | None, links: tuple[str, ...], status: AircraftStatus) -> PlaneLinks:
         """Those that a status shows now."""
         silent_s = status.autopilot_silent_s
-        since = None if silent_s is None else time.time() - silent_s
+        since = None if silent_s is None else time.monotonic() - silent_s
         return cls(name=name, links=links, silent_since=since, states=status.links)
 
 
 class LinkNote:
-    """The file that `vencejo onboard` keeps locked while it runs; written when a state changes."""
+    """The file that `vencejo onboard` keeps while it runs, which a lock beside it shows; written when a state changes."""
 
     def __init__(self, path: Path | None = None) -> None:
         self._path = _file() if path is None else path
-        self._open: IO[str] | None = None
+        self._lock: IO[bytes] | None = None
         self._written: list[tuple[str | None, str | None]] | None = None
 
     def __enter__(self) -> LinkNote:
-        # Without it the doctor knows nothing of the link, which ends nothing.
-        with contextlib.suppress(OSError):
-            if KNOWS and self._path.parent.is_dir():
-                file = self._path.open("a", encoding="utf-8")
-                try:
-                    fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-                except OSError:  # another one runs
-                    file.close()
-                    raise
-                self._open = file
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        if self._open is not None:
-            self._open.close()
+        if self._lock is not None:
+            self._lock.close()
 
     def write(self, planes: Sequence[PlaneLinks]) -> None:
-        """Write the present states, if any has changed."""
+        """Write the present states, if any has changed; nothing while another program has the file."""
         states = [(plane.name, without_counts(plane.states)) for plane in planes]
-        if self._open is None or states == self._written:
-            return
-        self._written = states
+        # Without it the doctor knows nothing of the link, which ends nothing.
         with contextlib.suppress(OSError):
-            self._open.truncate(0)
-            self._open.write(json.dumps([asdict(plane) for plane in planes]))
-            self._open.flush()
+            if not self._is_locked() or states == self._written:
+                return
+            # Whoever reads it meanwhile gets all of the one before.
+            new = self._path.with_name(f".{self._path.name}.new")
+            new.write_text(json.dumps([asdict(plane) for plane in planes]), encoding="utf-8")
+            new.replace(self._path)
+            self._written = states
+
+    def _is_locked(self) -> bool:
+        """Whether the file is this program's, now or from before: a doctor may have the lock for a moment."""
+        if self._lock is None and KNOWS and self._path.parent.is_dir():
+            lock = _lock_of(self._path).open("wb")
+            try:
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except OSError:
+                lock.close()
+                raise
+            self._lock = lock
+        return self._lock is not None
 
 
 def running(path: Path | None = None) -> list[PlaneLinks] | None:
     """The links of the running program; ``None`` if none runs."""
-    try:
-        with (_file() if path is None else path).open(encoding="utf-8") as file:
-            try:
-                fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
-            except BlockingIOError:
-                planes = json.load(file)
-                return [PlaneLinks(**{**plane, "links": tuple(plane["links"])}) for plane in planes]
-    except (OSError, ValueError, TypeError, KeyError):  # none, or just being written
-        pass
+    path = _file() if path is None else path
+    with contextlib.suppress(OSError, ValueError, TypeError, KeyError), _lock_of(path).open("rb") as lock:
+        try:
+            fcntl.flock(lock, fcntl.LOCK_SH | fcntl.LOCK_NB)
+        except BlockingIOError:
+            planes = json.loads(path.read_text(encoding="utf-8"))
+            return [PlaneLinks(**{**plane, "links": tuple(plane["links"])}) for plane in planes]
     return None
 
 
@@ -131,7 +134,7 @@ def _checked(plane: PlaneLinks) -> Check:
     of = "" if plane.name is None else f" of {plane.name}"
     if plane.silent_since is None:
         return Check(ok=True, message=f"the autopilot{of} is heard on {', '.join(plane.links)}")
-    silent_s = max(0.0, time.time() - plane.silent_since)
+    silent_s = max(0.0, time.monotonic() - plane.silent_since)
     return Check(
         ok=False,
         message=f"no message of the autopilot{of} for {silent_s:.0f} s: {plane.states}",
@@ -139,7 +142,12 @@ def _checked(plane: PlaneLinks) -> Check:
     )
 
 
+def _lock_of(path: Path) -> Path:
+    return path.with_name(f".{path.name}.lock")
+
+
 def _file() -> Path:
     from vencejo.enrolment import fleet_folder
 
-    return fleet_folder() / "onboard.json"
+    # Every .json there is the membership of a ground station.
+    return fleet_folder() / "onboard.links"
