@@ -74,6 +74,8 @@ class AsyncArrivals(_Queue[_T]):
         import asyncio
 
         deadline = deadline_of(self._timeout_s)
+        # Other tasks run, and a cancellation arrives, also between entries that wait. Before the look: none is lost.
+        await asyncio.sleep(0)
         while not self._is_over:
             # Before the look: what was queued until then is returned.
             is_last = self._subscription.is_closed or (deadline is not None and time.monotonic() >= deadline)

@@ -149,9 +149,22 @@ async def test_asyncio_iterates_the_same(station: vencejo.Station, fleet: Fleet)
     plane = await aio.wait_vehicle(station)
     messages = plane.messages("HEARTBEAT", timeout_s=LIMIT_S)
     events = plane.events()
-    for number in range(1, 4):
+    for number in range(1, 6):
         fleet.beat(1, number)
     assert [(await anext(messages)).fields["custom_mode"] for _ in range(3)] == [1, 2, 3]
+    # Other tasks run between messages that wait: this one is cancelled after its first, and loses none.
+    wait_for(lambda: station.links[0].frames_received == 6, "all of them")
+    taken: list[int] = []
+
+    async def take() -> None:
+        async for message in messages:
+            taken.append(message.fields["custom_mode"])
+            taking.cancel()
+
+    taking = asyncio.create_task(take())
+    with pytest.raises(asyncio.CancelledError):
+        await taking
+    assert (taken, (await anext(messages)).fields["custom_mode"]) == ([4], 5)
     assert (await anext(events)).kind == "mode"
     assert [message async for message in plane.messages(timeout_s=0.0)] == []
 
