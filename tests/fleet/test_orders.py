@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner, Result
 from vencejo.cli.commands import app
-from vencejo.fleet import has_fleet
+from vencejo.fleet import Fleet, FleetStatus, has_fleet
 
 from tests.fleet.programs import FarPlane, far_plane
 from tests.house.test_docs_commands import lines
@@ -50,7 +50,9 @@ def test_commands_act_on_a_plane_of_a_fleet(plane: tuple[FarPlane, Path], tmp_pa
 
     far.ana.ask("POST", "control/release")
     wait_for(lambda: far.ana.done("GET", far.at)["telemetry"].get("position") is not None, "its position")
-    assert done("telemetry", "--once", "--groups", "position")["position"]["lat_deg"] is not None
+    sample = done("telemetry", "--once", "--groups", "position")
+    assert (sample["remote_name"], sample["position"]["lat_deg"] is not None) == ("plane7", True)
+    assert run(plane, "telemetry", "--once", "--groups", "position", *on).stdout.split()[0] == "plane7"
     assert done("params", "get", "WP_RADIUS") == {"WP_RADIUS": 50}
     assert done("ask", "mode", "mode=FBWA")["done"] is True
     wait_for(lambda: mode_is("FBWA"), "the mode")
@@ -70,13 +72,19 @@ def test_commands_act_on_a_plane_of_a_fleet(plane: tuple[FarPlane, Path], tmp_pa
     wait_for(lambda: mode_is("CIRCLE"), "the mode")
 
 
-def test_what_is_not_meant_is_said(plane: tuple[FarPlane, Path]) -> None:
+def test_what_is_not_meant_is_said(plane: tuple[FarPlane, Path], monkeypatch: pytest.MonkeyPatch) -> None:
     def says(*args: str) -> tuple[int, str]:
         result = run(plane, "telemetry", "--once", *args)
         return result.exit_code, result.stderr
 
-    code, said = says("--fleet", "acme", "--plane", "plane9", "--timeout", "1")
-    assert (code, "called plane9 was heard within 1 s; heard: plane7" in said) == (1, True), said
+    # Each aircraft says something each second.
+    code, said = says("--fleet", "acme", "--plane", "plane9", "--timeout", "5")
+    assert (code, "called plane9 was heard within 5 s; heard: plane7" in said) == (1, True), said
+    with monkeypatch.context() as unreached:
+        missed = FleetStatus(is_connected=False, problem="tcp/127.0.0.1:7447: it is reached and answers nothing")
+        unreached.setattr(Fleet, "status", missed)
+        code, said = says("--fleet", "acme", "--plane", "plane9", "--timeout", "0.1")
+    assert (code, f"plane9 was not heard within 0.1 s: {missed.problem}" in said) == (1, True), said
     code, said = says("--fleet", "acme")
     assert (code, "--plane NAME (plane7)" in said) == (2, True), said
     code, said = says("--fleet", "acne", "--plane", "plane7")

@@ -52,6 +52,8 @@ def far_vehicle(
             if (far := _seen(fleet, plane)) is not None and far.is_present:
                 message = f"{plane} is connected, but its autopilot was not heard within {timeout_s:g} s"
                 raise Failed(f"{message}; on board: vencejo fleet doctor") from error
+            if (problem := fleet.status.problem) is not None:
+                raise Failed(f"{plane} was not heard within {timeout_s:g} s: {problem}") from error
             raise
         try:
             yield vehicle

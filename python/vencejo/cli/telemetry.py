@@ -63,7 +63,7 @@ def telemetry(
             show(vehicle, wait_for(vehicle, names, on.timeout), names, json=json)
         elif json:
             for sample in samples(vehicle, rate):
-                put_json(as_json(vehicle.system_id, sample, names))
+                put_json(as_json(vehicle, sample, names))
         else:
             _watch(vehicle, rate, names)
 
@@ -117,29 +117,31 @@ def group_values(sample: Telemetry) -> dict[str, Any]:
     return values
 
 
-def as_json(system_id: int, sample: Telemetry, names: tuple[str, ...]) -> dict[str, Any]:
+def as_json(vehicle: Vehicle, sample: Telemetry, names: tuple[str, ...]) -> dict[str, Any]:
     """One sample as JSON; groups that were asked for and not heard are null."""
     here = group_values(sample)
     chosen = {name: here.get(name) for name in names} if names else here
-    return {"system_id": system_id, "time_s": round(sample.time_s, 6), **chosen}
+    which = {"system_id": vehicle.system_id, "remote_name": vehicle.remote_name}
+    return {**which, "time_s": round(sample.time_s, 6), **chosen}
 
 
 def show(vehicle: Vehicle, sample: Telemetry, names: tuple[str, ...], *, json: bool) -> None:
     """Write one sample."""
     if json:
-        put_json(as_json(vehicle.system_id, sample, names))
+        put_json(as_json(vehicle, sample, names))
     else:
-        stdout().print(render(vehicle.system_id, sample, names))
+        stdout().print(render(vehicle, sample, names))
 
 
-def render(system_id: int, sample: Telemetry, names: tuple[str, ...]) -> RenderableType:
+def render(vehicle: Vehicle, sample: Telemetry, names: tuple[str, ...]) -> RenderableType:
     """One sample as a table: group, age, values."""
     from rich.text import Text
 
     from vencejo.cli.common import table
     from vencejo.telemetry import LOST_AFTER_S, STALE_AFTER_S
 
-    shown = table("group", "age", "values", right=("age",), title=f"Vehicle {system_id}")
+    title = vehicle.remote_name or f"Vehicle {vehicle.system_id}"
+    shown = table("group", "age", "values", right=("age",), title=title)
     here = group_values(sample)
     for name in names or here:
         group = here.get(name)
@@ -185,7 +187,7 @@ def _watch(vehicle: Vehicle, rate_hz: float, names: tuple[str, ...]) -> None:
 
     with Live(console=console, auto_refresh=False, transient=False) as live:
         for sample in samples(vehicle, rate_hz):
-            live.update(render(vehicle.system_id, sample, names), refresh=True)
+            live.update(render(vehicle, sample, names), refresh=True)
 
 
 def line(sample: Telemetry, names: tuple[str, ...]) -> str:
