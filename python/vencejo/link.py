@@ -69,7 +69,8 @@ class SerialPort:
     device : str
         Its device: ``/dev/ttyUSB0``, ``COM3``.
     lasting_path : str or None
-        A name that stays when the number of the device changes, in ``/dev/serial/by-id``.
+        A name that stays when the number of the device changes: in ``/dev/serial/by-id``, or ``/dev/serial0`` on a
+        Raspberry Pi.
     description : str or None
         Manufacturer and product, as a USB device says.
     usual_baud : int

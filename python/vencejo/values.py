@@ -249,7 +249,7 @@ class Parameter:
     name : str
     value : float
     type : int
-        MAV_PARAM_TYPE: 9 is a float, others are integers.
+        MAV_PARAM_TYPE: 9 and 10 are floats, of 32 and 64 bits, the others integers.
     default : float or None
         Default value on this vehicle. ``None`` when it is not reported: only `Parameters.all` over MAVFTP from an
         ArduPilot since 4.2 has it.

@@ -12,6 +12,7 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from typing import cast
 
 import pytest
 import vencejo
@@ -92,6 +93,8 @@ def test_design_a_landing_fly_it_and_draw_the_flight(
     assert "mode AUTO" in told
     positions, highest_m = (int(told.split(word)[0].split()[-1]) for word in (" positions", " m above home at most"))
     assert positions > 50
+    track = cast("list[tuple[float, ...]]", names["track"])
+    assert all(one[1:] != other[1:] for one, other in itertools.pairwise(track)), "each position once"
     assert 50 <= highest_m <= 80
     import matplotlib.pyplot as plt
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import shutil
 from pathlib import Path
 
 import pytest
@@ -11,7 +10,7 @@ import vencejo
 from vencejo import MissionItem, Plan
 from vencejo.fleet import Aircraft, Fleet, default_key_file, has_fleet
 
-from tests.support import CAPTURES, HOME, ROOT, simulated_plane
+from tests.support import HOME, ROOT, simulated_plane
 
 pytestmark = pytest.mark.e2e
 PAGE = ROOT / "docs/how-to/python.md"
@@ -41,7 +40,6 @@ def run(title: str, *replaced: tuple[str, str]) -> None:
 
 def test_each_block_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     monkeypatch.chdir(tmp_path)
-    shutil.copy(CAPTURES / "arduplane-takeoff-to-landing.tlog", "flight.tlog")
     circuit = (
         MissionItem.takeoff(LAT, LON - 0.003, alt_rel_home_m=50.0),
         MissionItem.waypoint(LAT + 0.003, LON - 0.006, alt_rel_home_m=60.0),
@@ -65,7 +63,7 @@ def test_each_block_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys
     assert told["Parameters"].endswith(" True\n")
     assert "armable" in told["Errors"]
     assert len(told["asyncio"].splitlines()) == 2
-    assert len(told["Recordings"].splitlines()) > 20
+    assert "GeoPoint(" in told["Recordings"]
 
 
 @pytest.mark.skipif(not has_fleet(), reason="this build has no fleets")
