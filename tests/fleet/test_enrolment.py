@@ -75,6 +75,9 @@ def test_an_aircraft_joins_with_a_token_flies_over_tls_and_is_put_out(tmp_path: 
             assert (board / "fleet" / "aboard.json").stat().st_mode & 0o777 == 0o600
             assert words[3] not in secret, "the token is kept nowhere"
 
+            (plane,) = put(board, "status")["onboard"]
+            assert plane == {"name": None, "link": [link], "autopilot_silent_s": None, "links": None}
+
             # A command on the same computer goes to its router, and overrules nobody.
             def ask(*more: str) -> Result:
                 data = {"VENCEJO_DATA": str(ground)}

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from types import TracebackType
-from typing import IO, TYPE_CHECKING
+from typing import IO, TYPE_CHECKING, Any
 
 if sys.platform != "win32":
     import fcntl
@@ -58,6 +58,16 @@ class PlaneLinks:
         since = None if silent_s is None else time.monotonic() - silent_s
         return cls(name=name, links=links, silent_since=since, states=status.links)
 
+    @property
+    def silent_s(self) -> float | None:
+        """How long the autopilot has been silent; ``None`` while it is heard."""
+        return None if self.silent_since is None else max(0.0, time.monotonic() - self.silent_since)
+
+    def as_json(self) -> dict[str, Any]:
+        """As `vencejo fleet status` prints them."""
+        silent_s = None if self.silent_s is None else round(self.silent_s, 1)
+        return {"name": self.name, "link": list(self.links), "autopilot_silent_s": silent_s, "links": self.states}
+
 
 class LinkNote:
     """The file that `vencejo onboard` keeps while it runs, which a lock beside it shows; written when a state changes."""
@@ -103,7 +113,9 @@ class LinkNote:
 
 
 def running(path: Path | None = None) -> list[PlaneLinks] | None:
-    """The links of the running program; ``None`` if none runs."""
+    """The links of the running program; ``None`` if none runs, or this system cannot tell."""
+    if not KNOWS:
+        return None
     path = _file() if path is None else path
     with contextlib.suppress(OSError, ValueError, TypeError, KeyError), _lock_of(path).open("rb") as lock:
         try:
@@ -132,9 +144,8 @@ def _checked(plane: PlaneLinks) -> Check:
     from vencejo.enrolment import Check
 
     of = "" if plane.name is None else f" of {plane.name}"
-    if plane.silent_since is None:
+    if (silent_s := plane.silent_s) is None:
         return Check(ok=True, message=f"the autopilot{of} is heard on {', '.join(plane.links)}")
-    silent_s = max(0.0, time.monotonic() - plane.silent_since)
     return Check(
         ok=False,
         message=f"no message of the autopilot{of} for {silent_s:.0f} s: {plane.states}",

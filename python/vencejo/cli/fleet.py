@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from vencejo.cli.aboard import link_checks
+from vencejo.cli.aboard import link_checks, running
 from vencejo.cli.common import (
     Exit,
     Failed,
@@ -301,7 +301,7 @@ def show_status(org: OrgOption = None, json: JsonOption = False) -> None:
     if (places := _places(org)) is not None:
         looked = [(found, _seen_from(found, quiet=json)) for found in places]
         if json:
-            told = [{**_shown(found), **there} for found, there in looked]
+            told = [{**_shown(found), **(there if found.is_station else _on_board())} for found, there in looked]
             put_json(told if len(told) > 1 else told[0])
             return
         for found, there in looked:
@@ -426,6 +426,12 @@ def _places(org: str | None) -> list[Member] | None:
             "this computer is in no fleet: vencejo fleet init ORG on the ground, vencejo fleet join TOKEN elsewhere"
         )
     return found
+
+
+def _on_board() -> dict[str, Any]:
+    """The links of the running `vencejo onboard`."""
+    planes = running()
+    return {"onboard": None if planes is None else [plane.as_json() for plane in planes]}
 
 
 def _seen_from(found: Member, *, quiet: bool) -> dict[str, Any]:
