@@ -41,6 +41,8 @@ BOARD_HISTORY_MB = 256
 """Default size limit of an aircraft's history on board, MB: a day with an operator, a week without."""
 GROUND_HISTORY_MB = 4096
 """Default size limit of all aircraft's histories on the ground, MB."""
+_PORT = 7447
+"""TCP port of a router without encryption."""
 
 
 def has_fleet() -> bool:
@@ -190,10 +192,12 @@ def router_here(org: str, *, folder: str | Path | None = None) -> str | None:
     if (found := member(file=place)) is not None:
         return _answering(found.routers, lambda address: native("fleet_try")(address, place))
     try:
-        socket.create_connection(("127.0.0.1", 7447), timeout=1.0).close()
+        socket.create_connection(("127.0.0.1", _PORT), timeout=1.0).close()
     except OSError:
         return None
-    return "tcp/127.0.0.1:7447"
+    # Others listen there too, such as a router of ROS 2.
+    here = f"tcp/127.0.0.1:{_PORT}"
+    return here if native("fleet_router_answers")(here, org) else None
 
 
 def _answering(routers: Iterable[str], problem_at: Callable[[str], str | None]) -> str | None:

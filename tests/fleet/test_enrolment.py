@@ -16,7 +16,7 @@ from typer.testing import CliRunner, Result
 from vencejo.cli.commands import app
 from vencejo.enrolment import Organisation, check_board, check_ground, join, member
 from vencejo.errors import InvalidRequest, LinkError, NotPossibleNow, VencejoError
-from vencejo.fleet import Fleet, has_fleet
+from vencejo.fleet import Fleet, has_fleet, router_here
 
 from tests.clock import Clock
 from tests.fleet.programs import command
@@ -239,18 +239,30 @@ def test_a_program_beside_a_second_router_uses_that(tmp_path: Path) -> None:
         Station(**quiet) as first,
         Fleet(
             first, org="acme", folder=valley, key_file=valley / "acme.key", listen="tls/127.0.0.1:0", door="127.0.0.1:0"
-        ),
+        ) as valleys,
         Station(**quiet) as second,
         Station(**quiet) as beside,
     ):
         at_hill = f"tls/127.0.0.1:{port}"
         join(organisation.enrol_station("hill", routers=[at_hill]).text, file=hill / "acme.json")
-        with (
-            Fleet(second, org="acme", listen=at_hill, **own) as router,
-            Fleet(beside, org="acme", router=at_hill, **own) as program,
-        ):
-            # Two at one port would not both be there.
-            assert router.endpoint == program.endpoint == at_hill
+        with Fleet(second, org="acme", listen=at_hill, **own) as router:
+            # The other router of the list is on this machine too.
+            valleys.close()
+            with Fleet(beside, org="acme", **own) as program:
+                # Two at one port would not both be there.
+                assert router.endpoint == program.endpoint == at_hill
+
+
+def test_only_a_router_of_the_fleet_is_its_router_here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from vencejo import Station
+
+    with reserved_ports() as (port,), Station(record=False, signing=False) as station:
+        at = f"tcp/127.0.0.1:{port}"
+        monkeypatch.setattr("vencejo.fleet._PORT", port)
+        assert router_here("ours", folder=tmp_path) is None, "nobody listens"
+        with Fleet(station, org="ours", listen=at, folder=tmp_path, key_file=tmp_path / "key", history=False):
+            assert router_here("ours", folder=tmp_path) == at
+            assert router_here("theirs", folder=tmp_path) is None
 
 
 @pytest.mark.e2e

@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 use vencejo_fleet::authority::Role;
 use vencejo_fleet::carrier::{
     Aircraft, AircraftConfig, AircraftStatus, Contents, Endpoint, Ground, GroundConfig, HistoryConfig, Membership,
-    Organisation, Standing, join, standing, try_address, unix_now,
+    Organisation, Standing, is_router_of, join, standing, try_address, unix_now,
 };
 use vencejo_fleet::key::Name;
 use vencejo_fleet::papers::certificate::{Facts, Identity, STATION_PREFIX, WARN_BEFORE_S};
@@ -32,7 +32,8 @@ pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(fleet_join, module)?)?;
     module.add_function(wrap_pyfunction!(fleet_member, module)?)?;
     module.add_function(wrap_pyfunction!(fleet_standing, module)?)?;
-    module.add_function(wrap_pyfunction!(fleet_try, module)?)
+    module.add_function(wrap_pyfunction!(fleet_try, module)?)?;
+    module.add_function(wrap_pyfunction!(fleet_router_answers, module)?)
 }
 
 pub fn raise(error: FleetError) -> PyErr {
@@ -443,4 +444,12 @@ fn fleet_standing(py: Python<'_>, file: PathBuf) -> PyResult<Option<String>> {
 fn fleet_try(py: Python<'_>, address: &str, file: PathBuf) -> PyResult<Option<String>> {
     let member = py.detach(|| Membership::read(&file)).map_err(raise)?;
     member.map_or(Ok(None), |member| tried(py, address, &member.identity()))
+}
+
+/// Whether a router of this fleet answers at an address without encryption.
+#[pyfunction]
+fn fleet_router_answers(py: Python<'_>, address: &str, org: &str) -> PyResult<bool> {
+    let address: Endpoint = address.parse().map_err(raise)?;
+    let org: Name = org.parse().map_err(|error| raise(FleetError::Name(error)))?;
+    Ok(runtime::wait(py, None, is_router_of(&org, &address))?.unwrap_or(false))
 }

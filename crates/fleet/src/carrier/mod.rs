@@ -20,7 +20,7 @@ pub use endpoint::{Endpoint, Transport};
 pub use ground::{Far, Ground, GroundConfig, GroundStatus, Standing};
 pub use history::{Contents, HistoryConfig, open_film};
 pub use membership::{Membership, join, renew, standing, try_address};
-pub use network::session_of_an_aircraft;
+pub use network::{is_router_of, session_of_an_aircraft};
 pub use organisation::{DOOR_PORT, Made, Organisation};
 pub use ros2::{Examined, Gateway, GatewayConfig, GatewayStatus, RosPapers, RosRouter, examine};
 

@@ -18,6 +18,7 @@ use super::CONTROL_QUEUE;
 use super::endpoint::{Endpoint, Transport};
 use super::membership::try_address;
 use crate::error::FleetError;
+use crate::key::{Name, echo_key};
 use crate::papers::certificate::{Identity, STATION_PREFIX};
 use crate::papers::stations::MAX_STATIONS;
 use crate::payload::MAX_BYTES;
@@ -303,6 +304,17 @@ pub(super) async fn is_answered(session: &Session, key: &str, wait: Duration) ->
     let get = get.consolidation(ConsolidationMode::None).priority(Priority::RealTime).timeout(wait);
     let Ok(replies) = get.await else { return false };
     matches!(replies.recv_async().await.map(zenoh::query::Reply::into_result), Ok(Ok(_)))
+}
+
+/// Whether a router of a fleet without encryption answers at this address: other programs listen there too, such as a
+/// router of ROS 2.
+pub async fn is_router_of(org: &Name, address: &Endpoint) -> bool {
+    let part = Part::Client(std::slice::from_ref(address), CONNECT_HERE);
+    let Ok(session) = open(part, None).await else { return false };
+    let is_router = is_answered(&session, &echo_key(org), CONNECT_HERE).await;
+    // Closing ends its declarations even if it fails.
+    let _ = session.close().await;
+    is_router
 }
 
 /// Replies to a query in a task of its own, so that a slow network does not block.
