@@ -312,6 +312,8 @@ class Fleet(Closing):
         When the address is in use, or the router cannot be reached.
     """
 
+    _is_left = False
+
     def __init__(
         self,
         station: Station,
@@ -375,9 +377,10 @@ class Fleet(Closing):
     @property
     def status(self) -> FleetStatus:
         """Whether it is connected to the fleet."""
-        is_connected, problem = self._native.status()
+        is_connected, problem = (False, "the fleet was left") if self._is_left else self._native.status()
         return FleetStatus(is_connected=is_connected, problem=problem)
 
     def close(self) -> None:
         """Leave the fleet; control that it has of aircraft is given up, and requests for it are withdrawn."""
+        self._is_left = True
         self._native.close()

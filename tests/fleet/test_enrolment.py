@@ -16,7 +16,7 @@ from typer.testing import CliRunner, Result
 from vencejo.cli.commands import app
 from vencejo.enrolment import Organisation, check_board, check_ground, join, member
 from vencejo.errors import InvalidRequest, LinkError, NotPossibleNow, VencejoError
-from vencejo.fleet import Fleet, has_fleet, router_here
+from vencejo.fleet import Fleet, FleetStatus, has_fleet, router_here
 
 from tests.clock import Clock
 from tests.fleet.programs import command
@@ -248,6 +248,7 @@ def test_a_program_beside_a_second_router_uses_that(tmp_path: Path) -> None:
         with Fleet(second, org="acme", listen=at_hill, **own) as router:
             # The other router of the list is on this machine too.
             valleys.close()
+            assert valleys.status == FleetStatus(is_connected=False, problem="the fleet was left")
             with Fleet(beside, org="acme", **own) as program:
                 # Two at one port would not both be there.
                 assert router.endpoint == program.endpoint == at_hill
