@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import base64
 import json
 import os
@@ -38,7 +39,7 @@ def put(data: Path, *args: str) -> Any:
 
 @pytest.mark.e2e
 def test_an_aircraft_joins_with_a_token_flies_over_tls_and_is_put_out(tmp_path: Path) -> None:
-    from vencejo import Station
+    from vencejo import Station, aio
 
     ground, board = tmp_path / "ground", tmp_path / "board"
     assert put(ground, "init", "acme", "--host", "127.0.0.1")["made"]
@@ -103,6 +104,7 @@ def test_an_aircraft_joins_with_a_token_flies_over_tls_and_is_put_out(tmp_path: 
             with Station(record=False) as script, Fleet(script, org="acme", **own) as fleet:
                 assert fleet.endpoint == told["fleet"]["endpoint"]
                 assert script.wait_vehicle(name="plane7").telemetry.mode == "CIRCLE"
+                assert asyncio.run(aio.wait_vehicle(script, name="plane7")).remote_name == "plane7"
 
             # A second aircraft: the first is there again by itself, and so is who has control.
             joined, is_new = join(put(ground, "enrol", "plane8")["token"], file=tmp_path / "second.json")
