@@ -294,6 +294,14 @@ def test_a_link_that_cannot_be_read() -> None:
     assert "udpin:0.0.0.0:14550" in result.stderr
 
 
+@pytest.mark.parametrize("args", [("signing", "keys"), ("fleet", "history"), ("maps", "list"), ("fleet", "status")])
+def test_a_data_folder_that_is_a_file_is_named(args: tuple[str, ...], tmp_path: Path) -> None:
+    file = tmp_path / "data"
+    file.touch()
+    result = CliRunner().invoke(app, [*args], env={"VENCEJO_DATA": str(file)})
+    assert (result.exit_code, f"VENCEJO_DATA is {file}, a file" in result.stderr) == (2, True), result.output
+
+
 def test_no_vehicle() -> None:
     result = run("params", "get", "WP_RADIUS", "--link", "udpin:127.0.0.1:0", "--timeout", "0.1")
     assert result.exit_code == 1
