@@ -30,6 +30,23 @@ describe('Vehicles', () => {
     expect(vehicles.selected?.systemId).toBe(7);
     vehicles.drop(7);
   });
+
+  it('does not bring back one that was dropped while its telemetry waited for a frame, or that is told afterwards', () => {
+    vi.useFakeTimers();
+    vi.stubGlobal('document', { hidden: true });
+    const seen: number[] = [];
+    const end = vehicles.onFrame(({ systemId }) => seen.push(systemId));
+    for (const id of [7, 300]) vehicles.ensure(id);
+    for (const id of [7, 300]) vehicles.telemetry(id, 1, groups, progress);
+    vehicles.drop(300);
+    vehicles.telemetry(300, 2, groups, progress);
+    vi.runAllTimers();
+    expect([vehicles.all.map(({ systemId }) => systemId), seen]).toEqual([[7], [7]]);
+    vehicles.drop(7);
+    end();
+    vi.useRealTimers();
+    vi.unstubAllGlobals();
+  });
 });
 
 describe('a recorded vehicle', () => {

@@ -409,7 +409,9 @@ class Vehicles {
       heardAt_ms: { ...waiting.heardAt_ms, ...next.heardAt_ms },
     }),
     flush: (id, change) => {
-      const vehicle = this.ensure(id);
+      const vehicle = this.#byId.get(id);
+      // it was dropped while this waited
+      if (vehicle === undefined) return;
       vehicle.apply(change);
       for (const listener of this.#listeners) listener(vehicle);
     },
