@@ -45,6 +45,7 @@ def test_a_recording_is_replayed_over_http(tmp_path: Path) -> None:
         client.done("PATCH", at, {"position_s": 250})
         texts = client.done("GET", f"{state}/texts")
         assert 150 < texts[-1]["time_s"] <= 250, "their time is their place in the recording"
+        assert all(abs(text["unix_s"] - opened["start_unix_s"] - text["time_s"]) < 1 for text in texts)
         assert client.done("GET", f"{state}/texts") == texts
         elsewhere = client.done("PATCH", at, {"position_s": 20})
         assert elsewhere["seeks"] == 3

@@ -29,7 +29,9 @@ pub(crate) use plan::{
 };
 pub(crate) use replay::replay;
 pub(crate) use units::{point, seconds};
-pub(crate) use vehicle_state::{progress, texts, vehicle_control, vehicle_state, vehicle_summaries, vehicle_summary};
+pub(crate) use vehicle_state::{
+    progress, text, texts, vehicle_control, vehicle_state, vehicle_summaries, vehicle_summary,
+};
 
 /// Result of a transfer; `None` for a reply without a result.
 ///

@@ -210,9 +210,11 @@ pub fn json(message: &ServerMessage) -> Utf8Bytes {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::dto::Text;
 
     fn text(number: u32) -> ServerMessage {
-        ServerMessage::Text { vehicle: 1, severity: 6, text: number.to_string(), time_s: 0.0 }
+        let text = Text { time_s: 0.0, unix_s: None, severity: 6, text: number.to_string() };
+        ServerMessage::Text { vehicle: 1, text }
     }
 
     fn links(_: u32) -> ServerMessage {

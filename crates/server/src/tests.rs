@@ -32,7 +32,7 @@ use vencejo_station::{Station, StationConfig};
 
 use crate::Tokens;
 use crate::access::Access;
-use crate::dto::ServerMessage;
+use crate::dto::{ServerMessage, Text};
 use crate::outbox::MAX_EVENTS;
 use crate::state::{App, AppParts};
 use crate::{Server, ServerConfig, ServerError, routes};
@@ -964,7 +964,8 @@ async fn a_slow_reader_is_let_go_and_the_others_hear_everything() {
     let texts = 20 * MAX_EVENTS;
     for number in 0..texts {
         let text = format!("{number} {}", "x".repeat(200));
-        server.app().outboxes().put_event(&ServerMessage::Text { vehicle: 1, severity: 6, text, time_s: 0.0 });
+        let text = Text { time_s: 0.0, unix_s: None, severity: 6, text };
+        server.app().outboxes().put_event(&ServerMessage::Text { vehicle: 1, text });
         let heard = next(&mut quick, "text").await.expect("the quick one stays");
         assert!(heard["text"].as_str().expect("text").starts_with(&format!("{number} ")));
     }

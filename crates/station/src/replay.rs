@@ -5,6 +5,7 @@
 //! |---|---|
 //! | `film` | what is played, whatever its file format |
 //! | `tlog` | a `.tlog` as a film; other formats are added by [`add_film_format`](crate::Station::add_film_format) |
+//! | `clock` | UTC of the places that were shown |
 //! | `pace` | where a replay is, and how it goes on |
 //! | `handle` | a replay and its state |
 //! | `opening` | how a station opens and ends one |
@@ -14,6 +15,7 @@
 //! stand still while it is paused. At another place it begins anew, with what was known there, so that no value from
 //! another time looks current.
 
+mod clock;
 mod film;
 mod handle;
 mod opening;

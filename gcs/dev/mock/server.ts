@@ -89,14 +89,14 @@ const link = (): LinkInfo => ({
 });
 
 const texts = [
-  { time_s: HEAD_START_S - 205, severity: 6, text: 'ArduPlane V4.6.3 (3fc7011a)' },
-  { time_s: HEAD_START_S - 190, severity: 4, text: 'PreArm: GPS 1: Bad fix' },
-  { time_s: HEAD_START_S - 160, severity: 6, text: 'EKF3 IMU0 origin set' },
-  { time_s: HEAD_START_S - 95, severity: 6, text: 'Throttle armed' },
-  { time_s: HEAD_START_S - 90, severity: 6, text: 'Mission: 1 Takeoff' },
-  { time_s: HEAD_START_S - 61, severity: 5, text: 'Takeoff complete at 60.12m' },
-  { time_s: HEAD_START_S - 20, severity: 2, text: 'Battery 1 is low 10.50V used 1840 mAh' },
-  { time_s: HEAD_START_S - 8, severity: 6, text: 'Mission: 2 WP' },
+  { time_s: HEAD_START_S - 205, unix_s: null, severity: 6, text: 'ArduPlane V4.6.3 (3fc7011a)' },
+  { time_s: HEAD_START_S - 190, unix_s: null, severity: 4, text: 'PreArm: GPS 1: Bad fix' },
+  { time_s: HEAD_START_S - 160, unix_s: null, severity: 6, text: 'EKF3 IMU0 origin set' },
+  { time_s: HEAD_START_S - 95, unix_s: null, severity: 6, text: 'Throttle armed' },
+  { time_s: HEAD_START_S - 90, unix_s: null, severity: 6, text: 'Mission: 1 Takeoff' },
+  { time_s: HEAD_START_S - 61, unix_s: null, severity: 5, text: 'Takeoff complete at 60.12m' },
+  { time_s: HEAD_START_S - 20, unix_s: null, severity: 2, text: 'Battery 1 is low 10.50V used 1840 mAh' },
+  { time_s: HEAD_START_S - 8, unix_s: null, severity: 6, text: 'Mission: 2 WP' },
 ];
 
 const plan: Plan = { items: mission, home, fence: { zones: [], return_point: null }, rally: [] };

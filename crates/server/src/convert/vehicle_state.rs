@@ -4,7 +4,7 @@ use vencejo_flight::plan as core;
 use vencejo_station::{FarHeld, Station, VehicleHandle};
 use vencejo_vehicle as vehicle;
 use vencejo_vehicle::modes::ModeFamily;
-use vencejo_vehicle::telemetry::TelemetryGroups;
+use vencejo_vehicle::telemetry::{TelemetryGroups, Text};
 
 use super::link::vehicle_link;
 use super::plan::plan_state;
@@ -122,7 +122,11 @@ pub(crate) fn vehicle_state(vehicle: &VehicleHandle) -> dto::VehicleState {
 }
 
 pub(crate) fn texts(vehicle: &VehicleHandle) -> Vec<dto::Text> {
-    let texts = vehicle.texts().into_iter();
-    let time_s = |at| vehicle.moment(at).as_secs_f64();
-    texts.map(|text| dto::Text { time_s: time_s(text.at), severity: text.severity.0, text: text.text }).collect()
+    vehicle.texts().into_iter().map(|one| text(vehicle, one)).collect()
+}
+
+pub(crate) fn text(vehicle: &VehicleHandle, Text { at, severity, text, .. }: Text) -> dto::Text {
+    let at = vehicle.moment(at);
+    let unix_us = vehicle.replay().and_then(|replay| replay.unix_us_at(at));
+    dto::Text { time_s: at.as_secs_f64(), unix_s: unix_us.map(|us| us as f64 / 1e6), severity: severity.0, text }
 }

@@ -11,7 +11,7 @@ use super::roster::{RosterChange, RosterRow};
 use super::storage::StorageProblem;
 use super::{
     Assessment, Cause, FleetNetwork, LinkInfo, MissionProgress, Operation, Param, Plan, PlanKind, PlanState,
-    PlaneProfile, RawMessage, SessionInfo, VehicleSummary, Way,
+    PlaneProfile, RawMessage, SessionInfo, Text, VehicleSummary, Way,
 };
 
 /// Messages from a client.
@@ -150,12 +150,9 @@ pub enum ServerMessage {
     Text {
         /// Id of the vehicle.
         vehicle: u16,
-        /// `MAV_SEVERITY`: 0 emergency to 7 debug.
-        severity: u8,
         /// The text.
-        text: String,
-        /// Time of reception, seconds on the station's clock; of a replay, the position in its recording.
-        time_s: f64,
+        #[serde(flatten)]
+        text: Text,
     },
     /// An event of a vehicle.
     Event {

@@ -170,6 +170,9 @@ pub struct VehicleState {
 pub struct Text {
     /// Time of reception, seconds on the station's clock; of a replay, the position in its recording.
     pub time_s: f64,
+    /// Of a replay, the time at which it was recorded, seconds since 1970; null when unknown, and for other vehicles.
+    #[schema(required = true)]
+    pub unix_s: Option<f64>,
     /// `MAV_SEVERITY`: 0 emergency to 7 debug.
     pub severity: u8,
     /// The text.

@@ -178,9 +178,11 @@ impl App {
         let item = |seq| vehicle.item_of_seq(seq).map(|item| ("item", EventDetail::Number(item.into())));
         let (kind, detail): (_, BTreeMap<_, _>) = match &observed.event {
             VehicleEvent::Text(words) => {
-                let (severity, text) = (words.severity.0, words.text.clone());
-                let time_s = if vehicle.is_recorded() { vehicle.moment(words.at).as_secs_f64() } else { time_s };
-                outboxes.put_event(&ServerMessage::Text { vehicle: system, severity, text, time_s });
+                let mut text = convert::text(vehicle, words.clone());
+                if !vehicle.is_recorded() {
+                    text.time_s = time_s;
+                }
+                outboxes.put_event(&ServerMessage::Text { vehicle: system, text });
                 return;
             }
             VehicleEvent::PlanStateChanged { kind, state } => {

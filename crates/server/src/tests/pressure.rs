@@ -60,7 +60,8 @@ async fn telemetry_is_dropped_first() {
     sleep(Duration::from_secs(2)).await;
     for number in 0..TEXTS {
         let text = format!("{number} {}", "x".repeat(100));
-        server.app.outboxes().put_event(&ServerMessage::Text { vehicle: 1, severity: 6, text, time_s: 0.0 });
+        let text = Text { time_s: 0.0, unix_s: None, severity: 6, text };
+        server.app.outboxes().put_event(&ServerMessage::Text { vehicle: 1, text });
     }
     sleep(Duration::from_secs(5)).await;
     let (mut texts, mut telemetry) = (0, 0);

@@ -11,7 +11,8 @@ use tokio::task::JoinHandle;
 use vencejo_proto::{Address, MonoTime};
 use vencejo_vehicle::VehicleId;
 
-use super::film::{Film, FilmInfo};
+use super::clock::RecordedClock;
+use super::film::{Film, FilmInfo, Moment};
 use super::pace::{Pace, SPEEDS};
 
 /// Most replays open at once.
@@ -94,8 +95,8 @@ pub(super) struct State {
     /// How often it was asked to go to another place.
     pub(super) seeks: u64,
     pub(super) fault: Option<String>,
-    /// UTC of a place before the present one.
-    pub(super) clock: Option<(Duration, u64)>,
+    /// The recorder's clock until the present place.
+    pub(super) clock: Option<RecordedClock>,
 }
 
 /// The replays of a station.
@@ -166,18 +167,21 @@ impl Replay {
         let state = self.state();
         let done = *self.shared.done.borrow();
         let position = state.pace.place().min(state.limit);
-        let unix_us = state.clock.map(|(at, unix_us)| {
-            unix_us.saturating_add(u64::try_from(position.saturating_sub(at).as_micros()).unwrap_or(u64::MAX))
-        });
         ReplayStatus {
             position,
-            unix_us,
+            unix_us: state.unix_us_at(position),
             speed: state.pace.speed,
             is_paused: state.pace.is_paused,
             is_over: state.is_over || done == CLOSED,
             seeks: state.seeks.min(done),
             fault: state.fault.clone(),
         }
+    }
+
+    /// UTC of a place that was shown since it last went to another one, microseconds since 1970, if the recording has
+    /// it.
+    pub fn unix_us_at(&self, place: Duration) -> Option<u64> {
+        self.state().unix_us_at(place)
     }
 
     /// Stops where it is.
@@ -231,6 +235,17 @@ impl Replay {
 }
 
 impl State {
+    /// Takes the UTC of moments that are shown.
+    pub(super) fn set_clock(&mut self, said: &[Moment]) {
+        for (at, unix_us) in said.iter().filter_map(|moment| Some((moment.at, moment.unix_us?))) {
+            self.clock.get_or_insert_default().hear(at, unix_us);
+        }
+    }
+
+    fn unix_us_at(&self, place: Duration) -> Option<u64> {
+        self.clock.as_ref()?.at(place)
+    }
+
     pub(super) fn seek(&mut self, to: Duration) {
         self.pace.seek(to);
         self.limit = self.pace.place();

@@ -72,8 +72,11 @@ pub(super) async fn play(
                     state.pace.seek(place);
                     state.limit = state.pace.place();
                     state.fault = None;
-                    state.clock = past.iter().rev().find_map(|moment| Some((moment.at, moment.unix_us?)));
-                    state.clock = state.clock.or(replay.info().start_unix_us.map(|unix_us| (Duration::ZERO, unix_us)));
+                    state.clock = None;
+                    if let Some(unix_us) = replay.info().start_unix_us {
+                        state.clock.get_or_insert_default().hear(Duration::ZERO, unix_us);
+                    }
+                    state.set_clock(&past);
                 }
                 (shown_seeks, shown_until) = (seeks, place);
                 (queue, has_ended) = (VecDeque::new(), false);
@@ -132,12 +135,10 @@ pub(super) async fn play(
         shown_until = if queue.is_empty() { said.last().map_or(target, |moment| moment.at) } else { here };
         {
             let mut state = replay.state();
-            if let Some(clock) = said.iter().rev().find_map(|moment| Some((moment.at, moment.unix_us?))) {
-                state.clock = Some(clock);
-            }
             if state.seeks != shown_seeks {
                 continue;
             }
+            state.set_clock(&said);
         }
         let Some(station) = station.upgrade() else { return };
         station.show_moments(&replay, &said, shown_until, false);

@@ -180,6 +180,36 @@ async fn it_is_paused_and_played_at_any_speed_in_the_time_of_the_recording() {
 }
 
 #[tokio::test(start_paused = true)]
+async fn its_texts_have_the_utc_of_the_recorders_clock_which_was_set() {
+    const SET_US: u64 = 26 * 3600 * 1_000_000;
+    let (folder, station) = (Folder::new("clock"), station());
+    let mut bytes = Vec::new();
+    for second in 0..=30_u64 {
+        let unix_us = START_US + second * 1_000_000 + if second < 20 { 0 } else { SET_US };
+        write_entry(&mut bytes, unix_us, &heartbeat(0).encode(header(PLANE)));
+        if second % 15 == 10 {
+            let text = StatusText { severity: 6, text: second.to_string(), id: 0, chunk_seq: 0 };
+            write_entry(&mut bytes, unix_us, &Message::StatusText(text).encode(header(PLANE)));
+        }
+    }
+    let path = folder.0.join("set.tlog");
+    std::fs::write(&path, bytes).expect("written");
+    let replay = station.open_replay(&path, ReplayOptions::default()).await.expect("it is opened");
+    let plane = vehicle(&station, &replay);
+    let texts = || {
+        let utc = |at| replay.unix_us_at(plane.moment(at)).map(|unix_us| unix_us - START_US);
+        plane.texts().into_iter().map(|text| (text.text, utc(text.at))).collect::<Vec<_>>()
+    };
+    let told = [("10".to_owned(), Some(10_000_000)), ("25".to_owned(), Some(25_000_000 + SET_US))];
+    sleep(Duration::from_secs(28)).await;
+    assert_eq!(texts(), told);
+    replay.seek(Duration::from_secs(27));
+    replay.arrived().await;
+    assert_eq!(texts(), told, "at another place too");
+    station.close().await;
+}
+
+#[tokio::test(start_paused = true)]
 async fn at_another_place_nothing_from_elsewhere_is_current() {
     let (folder, station) = (Folder::new("seek"), station());
     let path = recording(&folder, "flight.tlog");

@@ -8166,27 +8166,16 @@ export interface components {
              * @description Id of the vehicle.
              */
             vehicle: number;
-        } | {
-            /**
-             * Format: int32
-             * @description `MAV_SEVERITY`: 0 emergency to 7 debug.
-             */
-            severity: number;
-            /** @description The text. */
-            text: string;
-            /**
-             * Format: double
-             * @description Time of reception, seconds on the station's clock; of a replay, the position in its recording.
-             */
-            time_s: number;
-            /** @enum {string} */
-            type: "text";
+        } | (components["schemas"]["Text"] & {
             /**
              * Format: int32
              * @description Id of the vehicle.
              */
             vehicle: number;
-        } | {
+        } & {
+            /** @enum {string} */
+            type: "text";
+        }) | {
             /** @description Details by name: `mode` and `from`, `landed`, or `item`; `distance_m` for `target_elsewhere`. */
             detail: {
                 [key: string]: components["schemas"]["EventDetail"];
@@ -8860,6 +8849,11 @@ export interface components {
              * @description Time of reception, seconds on the station's clock; of a replay, the position in its recording.
              */
             time_s: number;
+            /**
+             * Format: double
+             * @description Of a replay, the time at which it was recorded, seconds since 1970; null when unknown, and for other vehicles.
+             */
+            unix_s: number | null;
         };
         /**
          * @description Kind of a resource that a request named and that does not exist.

@@ -46,8 +46,8 @@ it('does not lose what is told while it asks for the whole state', async () => {
   let answer!: (state: VehicleState) => void;
   vi.spyOn(api, 'vehicle').mockReturnValue(new Promise((resolve) => (answer = resolve)));
   vi.spyOn(api, 'texts').mockResolvedValue([
-    { time_s: 8, severity: 6, text: 'before' },
-    { time_s: 9, severity: 6, text: 'in both' },
+    { time_s: 8, unix_s: null, severity: 6, text: 'before' },
+    { time_s: 9, unix_s: null, severity: 6, text: 'in both' },
   ]);
   const station = new Station();
   station.receive({ type: 'vehicles', vehicles: [summary] } as unknown as Parameters<Station['receive']>[0]);
@@ -57,7 +57,7 @@ it('does not lose what is told while it asks for the whole state', async () => {
     [9, 'in both'],
     [11, 'afterwards'],
   ] as const)
-    station.receive({ type: 'text', vehicle: 9, time_s, severity: 4, text });
+    station.receive({ type: 'text', vehicle: 9, time_s, unix_s: null, severity: 4, text });
   station.receive({ type: 'plan_state', vehicle: 9, kind: 'mission', state: mixed });
   station.receive({ type: 'telemetry', vehicle: 9, time_s: 11, groups: { heartbeat } });
   answer(state);

@@ -87,8 +87,7 @@ describe('a recorded vehicle', () => {
     vehicle.isRecorded = true;
     expect(vehicle.applyReplay(replay, 10_000)).toBe(false);
     vehicle.apply({ groups, progress, heardAt_ms: heardAt(groups, 10_000) });
-    vehicle.addText({ severity: 4, text: 'Bad', time_s: 60 }, 10_000);
-    expect(vehicle.texts[0]?.at).toEqual(new Date(1_700_000_060_000));
+    vehicle.addText({ severity: 4, text: 'Bad', time_s: 60, unix_s: 1_700_000_060 }, 10_000);
     const plotted = vehicle.sensors.series('wind');
     expect(plotted.length).toBe(1);
     clock.tick(60_000);
@@ -98,6 +97,17 @@ describe('a recorded vehicle', () => {
     expect(plotted.length).toBe(0);
     vehicle.apply({ groups, progress, heardAt_ms: heardAt(groups, vehicle.time_ms(60_000)) });
     expect(plotted.length, 'a plot goes on with the new values').toBe(1);
+  });
+
+  it('has texts at the time of its recorder, however that was set meanwhile, or without a date', () => {
+    const vehicle = new Vehicle(300);
+    vehicle.addText({ severity: 4, text: 'Before', time_s: 19, unix_s: 1_700_000_019 }, 10_000);
+    vehicle.addText({ severity: 4, text: 'After', time_s: 21, unix_s: 1_700_007_221 }, 12_000);
+    vehicle.addText({ severity: 4, text: 'Undated', time_s: 23, unix_s: null }, 14_000);
+    expect(vehicle.texts.map(({ at }) => at.getTime()).slice(0, 2)).toEqual([1_700_000_019_000, 1_700_007_221_000]);
+    // the replay comes with the next summary
+    vehicle.applyReplay(replay, 15_000);
+    expect(vehicle.texts.map((text) => vehicle.isDated(text))).toEqual([true, true, false]);
   });
 
   it('gives way, when it is closed, to the live one that was selected before', () => {
@@ -162,10 +172,11 @@ describe('Vehicle', () => {
 
   it('counts the warnings that nobody has looked at, for each vehicle by itself', () => {
     const [one, other] = [new Vehicle(1), new Vehicle(2)];
-    const warn = (vehicle: Vehicle, text: string) => vehicle.addText({ severity: 4, text, time_s: 0 }, 10_000);
+    const warn = (vehicle: Vehicle, text: string) =>
+      vehicle.addText({ severity: 4, text, time_s: 0, unix_s: null }, 10_000);
     for (const text of ['Bad', 'Worse', 'Bad', 'Worst', 'Bad']) warn(one, text);
     warn(other, 'Bad');
-    one.addText({ severity: 6, text: 'Well', time_s: 0 }, 10_000);
+    one.addText({ severity: 6, text: 'Well', time_s: 0, unix_s: null }, 10_000);
     expect([one.unseenWarnings, other.unseenWarnings]).toEqual([3, 1]);
     one.see();
     expect([one.unseenWarnings, other.unseenWarnings]).toEqual([0, 1]);
@@ -178,7 +189,7 @@ describe('Vehicle', () => {
   });
 
   it('counts what came while the connection was lost, and what nobody had looked at before', () => {
-    const text = (time_s: number, severity = 2) => ({ time_s, severity, text: `text of ${time_s}` });
+    const text = (time_s: number, severity = 2) => ({ time_s, unix_s: null, severity, text: `text of ${time_s}` });
     const vehicle = new Vehicle(1);
     vehicle.setServerTime(100, 10_000);
     vehicle.setTexts([text(50), text(60)], 10_000);
@@ -306,8 +317,8 @@ describe('Vehicle', () => {
     try {
       const vehicle = new Vehicle(1);
       vehicle.setServerTime(500, 10_000);
-      vehicle.setTexts([{ time_s: 440, severity: 6, text: 'a minute ago' }], 10_000);
-      vehicle.addText({ time_s: 500, severity: 4, text: 'now' }, 10_000);
+      vehicle.setTexts([{ time_s: 440, unix_s: null, severity: 6, text: 'a minute ago' }], 10_000);
+      vehicle.addText({ time_s: 500, unix_s: null, severity: 4, text: 'now' }, 10_000);
       expect(vehicle.texts.map(({ at, text }) => [at.toISOString(), text])).toEqual([
         ['2026-05-01T09:59:00.000Z', 'a minute ago'],
         ['2026-05-01T10:00:00.000Z', 'now'],
@@ -319,7 +330,8 @@ describe('Vehicle', () => {
 
   it('keeps a bounded number of texts', () => {
     const vehicle = new Vehicle(1);
-    for (let n = 0; n < 1100; n += 1) vehicle.addText({ time_s: n, severity: 6, text: String(n) }, 10_000);
+    for (let n = 0; n < 1100; n += 1)
+      vehicle.addText({ time_s: n, unix_s: null, severity: 6, text: String(n) }, 10_000);
     expect(vehicle.texts).toHaveLength(1000);
     expect(vehicle.texts[0]?.text).toBe('100');
   });

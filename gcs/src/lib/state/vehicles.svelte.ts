@@ -38,9 +38,11 @@ export interface Text {
   id: number;
   severity: number;
   text: string;
-  /** When it arrived, seconds on the station's clock. */
+  /** When it arrived, seconds on the station's clock; of a replay, the position in its recording. */
   time_s: number;
-  /** Time of day at which it arrived. */
+  /** Of a replay, when it was recorded, seconds since 1970; null when that is not known, and for other vehicles. */
+  unix_s: number | null;
+  /** Time of day at which it was recorded, or else arrived. */
   at: Date;
   /** Whether it came after this page began to follow the vehicle. */
   isNews: boolean;
@@ -358,12 +360,17 @@ export class Vehicle {
     this.#hasPastTexts = true;
   }
 
-  #entry({ severity, text, time_s }: StatusText, now_ms: number, isNews: boolean): Text {
-    return { id: this.#nextText++, severity, text, time_s, at: this.#timeOfDay(time_s, now_ms), isNews };
+  #entry({ severity, text, time_s, unix_s }: StatusText, now_ms: number, isNews: boolean): Text {
+    const at = unix_s === null ? this.#timeOfDay(time_s, now_ms) : new Date(unix_s * 1000);
+    return { id: this.#nextText++, severity, text, time_s, unix_s, at, isNews };
+  }
+
+  /** Whether the time of day of a text is known: not in a recording without a date. */
+  isDated({ unix_s }: Text): boolean {
+    return unix_s !== null || this.replay === null;
   }
 
   #timeOfDay(time_s: number, now_ms: number): Date {
-    if (this.replay !== null) return new Date(((this.replay.is.start_unix_s ?? 0) + time_s) * 1000);
     const age_ms = this.#serverOffset_s === null ? 0 : Math.max(0, now_ms - (time_s - this.#serverOffset_s) * 1000);
     return new Date(Date.now() - age_ms);
   }
