@@ -21,7 +21,7 @@ class Replays {
     const before = vehicles.selected;
     await this.#try(null, async () => {
       const replay = await replaysApi.open(asked);
-      station.applyReplay(replay);
+      station.beginReplay(replay);
       const [first] = replay.vehicles;
       const now = vehicles.selected;
       const isAsBefore = now === before || (now !== null && replay.vehicles.includes(now.systemId));

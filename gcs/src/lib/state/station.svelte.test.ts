@@ -1,4 +1,5 @@
 import { afterEach, expect, it, vi } from 'vitest';
+import type { Replay } from '$lib/api/replays';
 import type { VehicleState } from '$lib/api/types';
 import { telemetryAt } from '../../../dev/mock/flight';
 import { ownProblem, ProblemError } from '$lib/api/problem';
@@ -149,6 +150,22 @@ it('counts recordings apart from live vehicles, and forgets those closed while t
   expect(vehicles.selected?.systemId).toBe(43_172);
   roster([...live, { id: 9 }]);
   expect([followed(), vehicles.selected?.systemId]).toEqual([[1, 7], 7]);
+});
+
+it('takes a replay that was opened for one before the roster tells of it', () => {
+  vi.stubGlobal('document', { hidden: true });
+  vi.spyOn(api, 'vehicle').mockReturnValue(new Promise(() => undefined));
+  vi.spyOn(api, 'texts').mockReturnValue(new Promise(() => undefined));
+  const station = new Station();
+  station.beginReplay({ id: 1, vehicles: [43_172], position_s: 12, seeks: 1 } as Replay);
+  station.choose(43_172);
+  const vehicle = vehicles.selected;
+  expect([vehicle?.systemId, vehicle?.replay?.is.position_s, station.barOf(vehicle)]).toEqual([
+    43_172,
+    12,
+    'recording',
+  ]);
+  vehicles.drop(43_172);
 });
 
 it('sends a refused token once, and one that has to wait again until it is taken', async () => {

@@ -133,6 +133,12 @@ export class Station {
     }
   }
 
+  /** Takes over a replay that was opened just now: its vehicles are recorded before the roster says so. */
+  beginReplay(replay: Replay): void {
+    for (const id of replay.vehicles) vehicles.ensure(id).isRecorded = true;
+    this.applyReplay(replay);
+  }
+
   #beginAnew(vehicle: Vehicle): void {
     trails.cut(vehicle.systemId);
     void this.#meet(vehicle);
