@@ -56,7 +56,7 @@ export type { CommandName, VehicleCommands } from './types';
 
 /** How a command is sent. */
 export type Acting = Options & {
-  /** Although the mission on board may be a mixture. */
+  /** Although the mission on board may be a mixture or lead out of reach. */
   despiteMixedPlan?: boolean;
 };
 

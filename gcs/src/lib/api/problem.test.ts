@@ -1,6 +1,6 @@
 import { expect, it } from 'vitest';
-import { reasonsOf } from './problem';
-import type { Problem, RefusalCode } from './types';
+import { doubtOf, reasonsOf } from './problem';
+import type { CommandName, Problem, RefusalCode } from './types';
 
 const refused = (reasons: string[], refusals?: (RefusalCode | null)[]): Problem => ({
   type: 'urn:vencejo:command-refused',
@@ -21,4 +21,12 @@ it('tells each reason once, without what every refusal begins with', () => {
   expect(reasonsOf(refused(['item 2: height 80, kept 79']))).toEqual([
     { text: 'item 2: height 80, kept 79', refusal: null },
   ]);
+});
+
+it('knows which refusals are about the mission on board, and may be overridden', () => {
+  const doubt = (code: string, command: CommandName) =>
+    doubtOf({ ...refused([]), cause: { code } as NonNullable<Problem['cause']> }, command);
+  expect([doubt('plan-unknown', 'arm'), doubt('out-of-reach', 'mission/resume')]).toEqual(['mixed', 'reach']);
+  expect([doubt('home-unknown', 'mode'), doubt('home-unknown', 'goto')]).toEqual(['home', null]);
+  expect(doubt('landing', 'mode')).toBeNull();
 });

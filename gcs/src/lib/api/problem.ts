@@ -1,5 +1,5 @@
 // What went wrong with a request, in the server's words or, when there was no answer, in ours.
-import type { Cause, Problem, RefusalCode } from './types';
+import type { Cause, CommandName, Problem, RefusalCode } from './types';
 
 /** The type of a problem without a kind (RFC 9457). */
 const NO_KIND = 'about:blank';
@@ -69,6 +69,27 @@ type Challenge = Extract<Cause, { code: 'needs-confirmation' }>;
 /** What the server wants confirmed; null for any other problem. */
 export const challengeOf = ({ cause }: Problem): Challenge | null =>
   cause?.code === 'needs-confirmation' ? cause : null;
+
+/** Why a mission on board is not flown; each is overridden in the same way. */
+export type Doubt = 'mixed' | 'reach' | 'home';
+
+/** Commands that may have the mission followed. */
+const FOLLOW_MISSION: ReadonlySet<CommandName> = new Set([
+  'arm',
+  'mode',
+  'prepare-flight',
+  'mission/start',
+  'mission/resume',
+  'mission/current',
+]);
+
+/** Why a command was held back because of the mission on board; null when that was not the reason. */
+export function doubtOf({ cause }: Problem, command: CommandName): Doubt | null {
+  if (cause?.code === 'plan-unknown') return 'mixed';
+  if (cause?.code === 'out-of-reach') return 'reach';
+  // to others home is a height's reference, which no override replaces
+  return cause?.code === 'home-unknown' && FOLLOW_MISSION.has(command) ? 'home' : null;
+}
 
 /** The problem for an unreachable server. */
 export const noAnswer = (error: unknown): Problem => ownProblem(NO_ANSWER_TITLE, NO_ANSWER, String(error));

@@ -101,7 +101,8 @@ export const serverEn = {
   'problem.plan-unknown.remedy': 'Send it anew, or clear it.',
   'problem.out-of-reach':
     'Item {item} of the mission on board lies {distance_m} from home and the plane: out of reach.',
-  'problem.out-of-reach.remedy': 'Are latitude and longitude swapped? Correct the plan and send it again.',
+  'problem.out-of-reach.remedy': 'Check its position; if it is wrong, correct the plan and send it again.',
+  'problem.out-of-reach.is-swapped.remedy': 'Are latitude and longitude swapped? Correct the plan and send it again.',
   'problem.too-old': 'The vehicle’s firmware is too old for that.',
   'problem.too-old.remedy': 'Update the autopilot.',
   'problem.armed': 'That is only possible while the vehicle is disarmed.',

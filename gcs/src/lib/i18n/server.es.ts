@@ -105,7 +105,9 @@ export const serverEs: Record<keyof typeof serverEn, string> = {
   'problem.plan-unknown.remedy': 'Envíala de nuevo o bórrala.',
   'problem.out-of-reach':
     'El punto {item} de la misión de a bordo está a {distance_m} de casa y del avión: fuera de alcance.',
-  'problem.out-of-reach.remedy': '¿Están intercambiadas la latitud y la longitud? Corrige el plan y envíalo otra vez.',
+  'problem.out-of-reach.remedy': 'Revisa su posición; si está mal, corrige el plan y envíalo otra vez.',
+  'problem.out-of-reach.is-swapped.remedy':
+    '¿Están intercambiadas la latitud y la longitud? Corrige el plan y envíalo otra vez.',
   'problem.too-old': 'El firmware del vehículo es demasiado antiguo para eso.',
   'problem.too-old.remedy': 'Actualiza el autopiloto.',
   'problem.armed': 'Eso solo se puede hacer con el vehículo desarmado.',

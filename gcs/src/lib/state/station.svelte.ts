@@ -49,7 +49,7 @@ export interface Answer {
   state: 'waiting' | 'accepted' | 'refused';
   problem: Problem | null;
   at_ms: number;
-  /** The same once more: with the confirmation that the server gave, or although the mission on board may be a mixture. */
+  /** The same once more: with the confirmation that the server gave, or in spite of the mission on board. */
   repeat: (more: Acting) => void;
 }
 

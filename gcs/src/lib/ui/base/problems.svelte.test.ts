@@ -21,6 +21,13 @@ test('times are told to a tenth, coordinates as far as they are known', () => {
   expect(problemOf({ code: 'not-on-earth', lat_deg: 91.1234567, lon_deg: 0 }).text).toContain('91.1234567');
 });
 
+test('swapped coordinates are suspected only of an item that is in reach with them', () => {
+  const cause = { code: 'out-of-reach', item: 3, distance_m: 260_000 };
+  const remedies = [false, true].map((is_swapped) => problemOf({ ...cause, is_swapped }).remedy);
+  expect(remedies.map((remedy) => remedy.includes('swapped'))).toEqual([false, true]);
+  expect(remedies).not.toContain('');
+});
+
 test('what a vehicle shows is told in the language in use', () => {
   i18n.language = 'es';
   const cause = {

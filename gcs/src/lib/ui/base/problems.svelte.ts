@@ -40,19 +40,25 @@ export function problemWords(problem: Problem): ProblemWords {
   if (cause === null || !hasText(key)) {
     return { text: problem.detail || problem.title, said: '', remedy: problem.remedy ?? '' };
   }
-  const remedyKey = `${key}.remedy`;
+  const remedyKey = [`${key}.${variantOf(cause)}.remedy`, `${key}.remedy`].find(hasText);
   const said = TOLD.has(String(cause['code']))
     ? ''
     : WORDS.map((name) => cause[name])
         .filter(isText)
         .join(' · ');
-  return { text: t(key, wordsOf(cause)), said, remedy: hasText(remedyKey) ? t(remedyKey, wordsOf(cause)) : '' };
+  return { text: t(key, wordsOf(cause)), said, remedy: remedyKey === undefined ? '' : t(remedyKey, wordsOf(cause)) };
 }
 
 function causeOf(problem: Problem): Fields | null {
   const { cause } = problem as { cause?: unknown };
   return typeof cause === 'object' && cause !== null ? (cause as Fields) : null;
 }
+
+/** Variant of a cause's remedy: a flag that is set. */
+const variantOf = (cause: Fields): string =>
+  Object.keys(cause)
+    .find((name) => cause[name] === true)
+    ?.replaceAll('_', '-') ?? '';
 
 const isText = (value: unknown): value is string => typeof value === 'string' && value !== '';
 
