@@ -4,6 +4,7 @@ import {
   changedRow,
   found,
   inOrder,
+  isOld,
   keptOrder,
   keyOf,
   levelOf,
@@ -50,6 +51,13 @@ describe('attention', () => {
     const attention = attentionTo(row(change), age_s);
     expect([attention, levelOf(attention)]).toEqual([reasons, level]);
   });
+});
+
+it('is shown as old by its age, whatever else is to be said of it', () => {
+  const isOldAt = (change: RosterChange, age_s: number) => isOld(listed(change, 'plane7', age_s));
+  expect([isOldAt({ id: 1, is_revoked: true }, 60), isOldAt({ id: 1, is_revoked: true }, 1)]).toEqual([true, false]);
+  expect([isOldAt({ id: 1 }, 4), isOldAt({ id: 1, is_recorded: true }, 60)]).toEqual([true, false]);
+  expect(isOldAt({ id: 1, silence: 'ttyS0 (open)' }, 1)).toBe(true);
 });
 
 describe('the list', () => {

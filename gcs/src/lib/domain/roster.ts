@@ -142,10 +142,6 @@ export function attentionTo(row: RosterRow, age_s: number | null): Attention[] {
   return ATTENTION.filter((reason) => is[reason]);
 }
 
-/** Whether what is shown of it is old. */
-export const isOld = (reasons: readonly Attention[]): boolean =>
-  reasons.some((reason) => reason === 'lost' || reason === 'silent' || reason === 'stale');
-
 export function levelOf(reasons: readonly Attention[]): AttentionLevel {
   const [first] = reasons;
   if (first === undefined) return 'none';
@@ -163,6 +159,18 @@ export interface Listed {
   /** What a search looks through: name, id, mode, holder, texts. */
   readonly words: () => string;
 }
+
+/** Whether what is shown of it is old; nothing ages in a recording. */
+export function isOld({ row, age_s }: Listed): boolean {
+  const fresh = freshness(age_s);
+  return row.is_recorded !== true && (row.silence !== null || fresh === 'stale' || fresh === 'lost');
+}
+
+const GONE: ReadonlySet<Attention> = new Set(['lost', 'revoked']);
+/** Whether it is not heard any more: lost, or out of the fleet. */
+export const isGone = ({ attention }: Listed): boolean => attention.some((why) => GONE.has(why));
+/** Whether it answers no command. */
+export const isMute = (one: Listed): boolean => isGone(one) || one.row.silence !== null;
 
 export type RosterOrder = 'attention' | 'name';
 

@@ -49,6 +49,13 @@ describe('the fleet', () => {
     expect([fleet.group, fleet.groupNames, names()]).toEqual(['north', ['north'], ['plane8', 'Copter 3']]);
     fleet.forgetGroup('north');
     expect([fleet.group, fleet.groupNames.length, fleet.keepGroup('  ')]).toEqual([null, 0, false]);
+    for (const id of [3, 300, 301]) fleet.mark(id, true);
+    fleet.apply(100, [{ id: 3, is_revoked: true }], [], performance.now());
+    expect(
+      fleet.markedRows().map(({ name }) => name),
+      'nor does a revoked one answer',
+    ).toEqual(['plane7', 'Copter 3', 'plane8']);
+    fleet.apply(100, [{ id: 3, is_revoked: false }], [], performance.now());
   });
 
   it('forgets the marked ones that are lost until they are heard', () => {

@@ -3,13 +3,14 @@ import { SvelteMap, SvelteSet } from 'svelte/reactivity';
 import { type ControlRequest, followed, NO_REQUEST } from '$lib/domain/control-request';
 import { vehicleKind } from '$lib/domain/core';
 import {
-  type Attention,
   type AttentionLevel,
   attentionTo,
   changedRow,
   found,
   inOrder,
+  isGone,
   isHeldElsewhere,
+  isMute,
   keyOf,
   levelOf,
   type Listed,
@@ -35,9 +36,6 @@ function readGroups(value: unknown): Groups | null {
   const kept = Object.entries(value).filter((entry): entry is [string, string[]] => isList(entry[1]));
   return Object.fromEntries(kept.slice(0, MAX_GROUPS));
 }
-
-/** Why a vehicle is not heard any more. */
-const GONE: ReadonlySet<Attention> = new Set(['lost', 'revoked']);
 
 class Fleet {
   readonly #byId = new Map<number, RosterRow>();
@@ -180,15 +178,11 @@ class Fleet {
   /** The marked rows in list order, those that do not answer last, so that the others do not wait for them. */
   markedRows(): Listed[] {
     const some = this.listed.filter(({ row }) => this.marked.has(row.id));
-    const isMute = ({ attention }: Listed): number =>
-      Number(attention.includes('lost') || attention.includes('silent'));
-    return inOrder(some, 'name').sort((a, b) => isMute(a) - isMute(b));
+    return inOrder(some, 'name').sort((a, b) => Number(isMute(a)) - Number(isMute(b)));
   }
 
   /** The marked ones that are lost, or out of the fleet. */
-  markedLost = $derived(
-    this.listed.filter(({ row, attention }) => this.marked.has(row.id) && attention.some((why) => GONE.has(why))),
-  );
+  markedLost = $derived(this.listed.filter((one) => this.marked.has(one.row.id) && isGone(one)));
 
   /** Takes the marked ones that are lost off the list until they are heard again. */
   forgetLost(): void {
