@@ -1,5 +1,16 @@
 import { expect, it } from 'vitest';
-import { firstFree, pathOf, pluggedIn, type Port, shortName } from './serial-ports';
+import {
+  chosenByHand,
+  firstFree,
+  NOTHING_CHOSEN,
+  pathOf,
+  pluggedIn,
+  type Port,
+  portOf,
+  type SerialChoice,
+  shortName,
+  withPorts,
+} from './serial-ports';
 
 const port = (device: string, more: Partial<Port> = {}): Port => ({
   device,
@@ -33,4 +44,28 @@ it('opens a port under the name that stays', () => {
   expect(pathOf(acm)).toBe('/dev/ttyACM0');
   expect(pathOf(port('/dev/ttyACM0', { lasting_path: '/dev/serial/by-id/usb-x' }))).toBe('/dev/serial/by-id/usb-x');
   expect([shortName(usb), shortName(port('COM3'))]).toEqual(['ttyUSB0', 'COM3']);
+});
+
+it('offers what is plugged in, and says so of no other port', () => {
+  let choice: SerialChoice = NOTHING_CHOSEN;
+  const told = [[acm], [acm, usb], [acm, usb], [acm], [acm, usb], []].map((ports) => {
+    choice = withPorts(choice, ports);
+    return [choice.device && shortName({ device: choice.device }), choice.isNew];
+  });
+  expect(told).toEqual([
+    ['ttyACM0', false],
+    ['ttyUSB0', true],
+    ['ttyUSB0', true],
+    ['ttyACM0', false],
+    ['ttyUSB0', true],
+    [null, false],
+  ]);
+});
+
+it('keeps what a person chose or typed, also while it is gone and when the form begins anew', () => {
+  const chosen = withPorts(chosenByHand(withPorts(NOTHING_CHOSEN, [acm, usb]), usb.device), [acm]);
+  expect([chosen.device, portOf(chosen), chosen.isNew]).toEqual([usb.device, null, false]);
+  expect(portOf(withPorts(chosen, [acm, usb]))).toBe(usb);
+  const typed = withPorts(chosenByHand(NOTHING_CHOSEN, null), [acm]);
+  expect([typed.device, withPorts(typed, [acm, usb]).device]).toEqual([null, null]);
 });

@@ -421,6 +421,7 @@ export const shellEn = {
   'link.kind.other': 'Any link address',
   'link.device': 'Device',
   'link.port.name': 'Its name',
+  'link.port.gone': '{name} (unplugged)',
   'link.port.other': 'Another one…',
   'link.port.linked': '{name} (a link already)',
   'link.port.linkedHint': 'A link is on this port already.',

@@ -424,6 +424,7 @@ export const shellEs: Record<keyof typeof shellEn, string> = {
   'link.kind.other': 'Cualquier dirección de enlace',
   'link.device': 'Dispositivo',
   'link.port.name': 'Su nombre',
+  'link.port.gone': '{name} (desenchufado)',
   'link.port.other': 'Otro…',
   'link.port.linked': '{name} (ya es un enlace)',
   'link.port.linkedHint': 'En este puerto ya hay un enlace.',
