@@ -35,12 +35,13 @@ impl TelemetrySnapshot {
         seconds(self.taken_at)
     }
 
-    /// Values so far that could not be and were not used.
+    /// Messages so far.
     #[getter]
     fn messages(&self) -> u64 {
         self.telemetry.messages
     }
 
+    /// Values so far that could not be and were not used.
     #[getter]
     fn invalid_values(&self) -> u64 {
         self.telemetry.invalid_values

@@ -457,6 +457,10 @@ impl PyVehicle {
         (held.holder, held.is_ours, held.requested_by, held.is_request_ours)
     }
 
+    fn has_control(&self) -> bool {
+        self.vehicle.has_control()
+    }
+
     fn request_control(&self, py: Python<'_>) -> PyPending {
         self.wish(py, FarWish::Request)
     }

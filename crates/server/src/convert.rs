@@ -22,7 +22,7 @@ mod vehicle_state;
 
 pub(crate) use facts::{ages, attention, commands, gps_fixes, usual_plane, vehicle_kinds};
 pub(crate) use landing::{finding_fix, landing, landing_alternative, landing_options};
-pub(crate) use link::{links, networks, serial_port, signing};
+pub(crate) use link::{links, networks, serial_ports, signing};
 pub(crate) use plan::{
     core_item, core_plan, core_plan_kind, item, plan, plan_comparison, plan_format, plan_kind, plan_on_board,
     plan_state, uncertainty,

@@ -250,7 +250,8 @@ impl<T: DeserializeOwned + Default> FromRequest<App> for OptionalJson<T> {
     }
 }
 
-/// Query parameter `despite_mixed_plan=true`: carry out the request although the mission on board may be a mixture.
+/// Query parameter `despite_mixed_plan=true`: carry out the request although the mission on board may be a mixture or lead
+/// out of reach.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct DespiteMixedPlan(pub bool);
 

@@ -87,14 +87,15 @@ impl Station {
         self.on_remote_told(id, |vehicle| vehicle.on_parameters_told(params));
     }
 
-    /// Reports the state of a fleet's network, over which remote vehicles are heard.
+    /// Reports the state of a fleet's network, over which remote vehicles are heard. Networks stay in the order in which
+    /// they were first reported.
     pub fn on_network(&self, network: FarNetwork) {
         self.shared.networks.send_if_modified(|networks| {
-            if networks.contains(&network) {
-                return false;
+            match networks.iter_mut().find(|known| known.name == network.name) {
+                Some(known) if *known == network => return false,
+                Some(known) => *known = network,
+                None => networks.push(network),
             }
-            networks.retain(|other| other.name != network.name);
-            networks.push(network);
             true
         });
     }

@@ -99,10 +99,16 @@ impl VehicleHandle {
         self.held_far().unwrap_or_else(of_station)
     }
 
+    /// Whether its operator has control of it: a remote vehicle's is this station's besides.
+    pub fn has_control(&self) -> bool {
+        self.held().is_ours && self.operator().has_control()
+    }
+
     /// Requests, releases or keeps control of it. Control of a vehicle at a link is that of this station; for that of a
-    /// remote one, an operator needs this station's too, and takes it if it is free.
+    /// remote one, an operator needs this station's too, and takes it if it is free. Of a vehicle at a link a request
+    /// may stand when this has ended ([`Self::has_control`]).
     pub fn control(&self, wish: FarWish) -> Pending<RequestResult> {
-        if let Err(error) = self.station.shared.core().admit(self.id) {
+        if let Err(error) = self.station.shared.admit_control(self.id) {
             return Pending::ended(Err(error));
         }
         let (now, operator) = (self.station.now(), self.operator());
@@ -425,13 +431,15 @@ impl VehicleHandle {
     }
 
     /// Sends any message as it is, without waiting for an answer. It is an act like any other. Messages that arm the
-    /// vehicle or start or jump in its mission are refused while that may be a mixture of two, unless
+    /// vehicle or start or jump in its mission are refused while that may be a mixture of two, and those that have it
+    /// follow the mission also where that leads out of reach, or where home and position are not known, unless
     /// `despite_mixed_plan`.
     ///
     /// # Errors
     /// [`StationError::Control`], [`StationError::NeedsConfirmation`], [`StationError::BadConfirmation`],
     /// [`StationError::Replayed`], [`StationError::RemoteRefused`] for a remote vehicle, and of
-    /// [`VehicleError`](vencejo_vehicle::VehicleError) `PlanUnknown`, `Landing` and `InvalidValue`.
+    /// [`VehicleError`](vencejo_vehicle::VehicleError) `PlanUnknown`, `OutOfReach`, `HomeUnknown`, `Landing` and
+    /// `InvalidValue`.
     pub fn send(
         &self,
         message: &Message,

@@ -1,9 +1,10 @@
 //! The plans on board as a recording has them: what an autopilot gave to any station, or took from it.
 //!
 //! Lists of items count both ways, plan files of MAVFTP as they are read: a station that verifies what it sent reads it
-//! back. Nothing is asked for, and a transfer with a gap tells nothing.
+//! back. Nothing is asked for, and a transfer with a gap tells nothing. A list of which a part is replaced is unknown from
+//! then on.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, VecDeque};
 
 use vencejo_flight::plan::{MAX_ITEMS, Mission, PlanKind};
 use vencejo_proto::dialect::{MavMessage, MavMissionType};
@@ -13,7 +14,7 @@ use vencejo_proto::{Address, Message, MissionItemInt};
 
 use crate::autopilot::AutopilotType;
 use crate::heartbeat::is_autopilot;
-use crate::plan_state::{PlanState, read_plan};
+use crate::plan_state::{PlanState, Unknown, read_plan};
 use crate::transfer::{MAX_FILE, file_items};
 
 /// Most autopilots that are listened to.
@@ -26,9 +27,9 @@ pub struct HeardPlan {
     pub autopilot: Address,
     /// Which plan.
     pub kind: PlanKind,
-    /// Verified, or empty.
+    /// Verified, empty, or unknown.
     pub state: PlanState,
-    /// Its items; none of an empty one.
+    /// Its items; none of an empty or unknown one.
     pub list: Mission,
 }
 
@@ -36,6 +37,8 @@ pub struct HeardPlan {
 #[derive(Debug, Default)]
 pub struct Overheard {
     autopilots: Vec<Autopilot>,
+    /// Plans that were not told yet: one message clears all kinds.
+    untold: VecDeque<HeardPlan>,
 }
 
 #[derive(Debug)]
@@ -57,8 +60,12 @@ struct List {
 /// A file that is being read.
 #[derive(Debug, Default)]
 struct File {
-    parts: BTreeMap<u32, Vec<u8>>,
-    len: usize,
+    /// Its beginning, without a gap.
+    begin: Vec<u8>,
+    /// Parts beyond, by their offsets.
+    parts: BTreeMap<usize, Vec<u8>>,
+    /// Their bytes.
+    waiting: usize,
     /// It is no plan.
     is_other: bool,
 }
@@ -66,12 +73,19 @@ struct File {
 impl Overheard {
     /// Whether messages with this id matter: the others need not be decoded.
     pub fn concerns(message_id: u32) -> bool {
-        // HEARTBEAT, MISSION_COUNT, MISSION_CLEAR_ALL, MISSION_ACK, MISSION_ITEM_INT, FILE_TRANSFER_PROTOCOL
-        matches!(message_id, 0 | 44 | 45 | 47 | 73 | 110)
+        // HEARTBEAT, MISSION_WRITE_PARTIAL_LIST, MISSION_COUNT, MISSION_CLEAR_ALL, MISSION_ACK, MISSION_ITEM_INT,
+        // FILE_TRANSFER_PROTOCOL
+        matches!(message_id, 0 | 38 | 44 | 45 | 47 | 73 | 110)
     }
 
-    /// The next message; the plan that is on board from then on, if it completes one.
+    /// The next message; the plan that is on board from then on, if it completes one. Of several, one is told with each
+    /// message from here on.
     pub fn hear(&mut self, from: Address, message: &Message) -> Option<HeardPlan> {
+        self.take(from, message);
+        self.untold.pop_front()
+    }
+
+    fn take(&mut self, from: Address, message: &Message) {
         if let Message::Heartbeat(heartbeat) = message {
             let is_known = self.autopilots.iter().any(|one| one.address == from);
             if is_autopilot(heartbeat) && !is_known && self.autopilots.len() < MAX_AUTOPILOTS {
@@ -84,17 +98,20 @@ impl Overheard {
                     file: File::default(),
                 });
             }
-            return None;
+            return;
         }
         let said = self.autopilots.iter().position(|one| one.address == from);
         let is_addressed = |one: &Autopilot| message.target().includes(one.address);
-        let place = said.or_else(|| self.autopilots.iter().position(is_addressed))?;
-        self.autopilots[place].hear(said.is_some(), message)
+        if let Some(place) = said.or_else(|| self.autopilots.iter().position(is_addressed)) {
+            self.untold.extend(self.autopilots[place].hear(said.is_some(), message));
+        }
     }
 }
 
-fn kind_of(mission_type: MavMissionType) -> Option<PlanKind> {
-    kind_numbered(mission_type as u8)
+/// The kinds of plans that a message is about.
+fn kinds_of(mission_type: u8) -> impl Iterator<Item = PlanKind> {
+    let is_all = mission_type == MavMissionType::MAV_MISSION_TYPE_ALL as u8;
+    PlanKind::ALL.into_iter().filter(move |kind| is_all || kind.mission_type() == mission_type)
 }
 
 fn kind_numbered(mission_type: u8) -> Option<PlanKind> {
@@ -102,33 +119,43 @@ fn kind_numbered(mission_type: u8) -> Option<PlanKind> {
 }
 
 impl Autopilot {
-    fn hear(&mut self, is_own: bool, message: &Message) -> Option<HeardPlan> {
+    fn hear(&mut self, is_own: bool, message: &Message) -> Vec<HeardPlan> {
         match message {
             Message::Dialect(MavMessage::MISSION_COUNT(count)) => {
-                let kind = kind_of(count.mission_type)?;
+                let Some(kind) = kind_numbered(count.mission_type as u8) else { return Vec::new() };
                 self.lists[kind as usize] = Some(List::new(count.count.into(), !is_own));
-                self.finished(kind, false)
+                self.finished(kind, false).into_iter().collect()
             }
             Message::Dialect(MavMessage::MISSION_CLEAR_ALL(clear)) if !is_own => {
-                let kind = kind_of(clear.mission_type)?;
-                self.lists[kind as usize] = Some(List::new(0, true));
-                None
+                kinds_of(clear.mission_type as u8)
+                    .for_each(|kind| self.lists[kind as usize] = Some(List::new(0, true)));
+                Vec::new()
             }
-            Message::MissionItemInt(item) => {
-                let kind = kind_numbered(item.mission_type)?;
-                let list = self.lists[kind as usize].as_mut().filter(|list| list.is_upload != is_own)?;
-                *list.items.get_mut(usize::from(item.seq))? = Some(*item);
-                self.finished(kind, false)
+            Message::Dialect(MavMessage::MISSION_WRITE_PARTIAL_LIST(part)) if !is_own => {
+                kind_numbered(part.mission_type as u8).map(|kind| self.forgotten(kind)).into_iter().collect()
             }
-            Message::MissionAck(ack) if is_own => {
-                let kind = kind_numbered(ack.mission_type)?;
-                if ack.result == 0 { self.finished(kind, true) } else { None }
+            Message::MissionItemInt(item) => self.on_item(is_own, item).into_iter().collect(),
+            Message::MissionAck(ack) if is_own && ack.result == 0 => {
+                kinds_of(ack.mission_type).filter_map(|kind| self.finished(kind, true)).collect()
             }
             _ => {
-                let (_, answer) = FtpPayload::from_message(message).filter(|_| is_own)?;
-                self.on_file(answer)
+                let answer = FtpPayload::from_message(message).filter(|_| is_own);
+                answer.and_then(|(_, answer)| self.on_file(answer)).into_iter().collect()
             }
         }
+    }
+
+    fn on_item(&mut self, is_own: bool, item: &MissionItemInt) -> Option<HeardPlan> {
+        let kind = kind_numbered(item.mission_type)?;
+        let list = self.lists[kind as usize].as_mut().filter(|list| list.is_upload != is_own)?;
+        *list.items.get_mut(usize::from(item.seq))? = Some(*item);
+        self.finished(kind, false)
+    }
+
+    fn forgotten(&mut self, kind: PlanKind) -> HeardPlan {
+        self.lists[kind as usize] = None;
+        let (state, list) = (PlanState::Unknown(Unknown::ChangedElsewhere), Mission { home: None, items: Vec::new() });
+        HeardPlan { autopilot: self.address, kind, state, list }
     }
 
     /// Takes a list that is whole, once for each transfer.
@@ -172,39 +199,39 @@ impl List {
 impl File {
     /// Adds a part; the plan, once the file is whole.
     fn put(&mut self, offset: u32, data: Vec<u8>) -> Option<(PlanKind, Vec<MissionItemInt>)> {
-        self.len += data.len();
-        if let Some(before) = self.parts.insert(offset, data) {
-            self.len -= before.len();
-        }
-        let Some(first) = self.parts.get(&0) else {
-            // Files of other kinds can be long.
-            self.is_other = self.len > MAX_FILE;
+        if data.is_empty() {
             return None;
-        };
+        }
+        self.waiting += data.len();
+        if let Some(before) = self.parts.insert(usize::try_from(offset).ok()?, data) {
+            self.waiting -= before.len();
+        }
+        while let Some(next) = self.parts.first_entry().filter(|next| *next.key() <= self.begin.len()) {
+            let (offset, part) = next.remove_entry();
+            self.waiting -= part.len();
+            let known = self.begin.len() - offset;
+            self.begin.extend(part.into_iter().skip(known));
+        }
+        // Files of other kinds can be long.
+        self.is_other = self.begin.len() + self.waiting > 2 * MAX_FILE;
+        if self.begin.is_empty() {
+            return None;
+        }
         let is_whole = |header: &PlanFileHeader| header.first == 0 && header.file_len() <= MAX_FILE;
-        let header = PlanFileHeader::decode(first).ok().filter(is_whole);
+        let header = PlanFileHeader::decode(&self.begin).ok().filter(is_whole);
         let kind = header.and_then(|header| kind_numbered(u8::try_from(header.mission_type).ok()?));
         let Some((header, kind)) = header.zip(kind) else {
             self.is_other = true;
             return None;
         };
-        let len = header.file_len();
-        if self.len < len {
-            return None;
-        }
-        let mut file = Vec::with_capacity(len);
-        for (offset, part) in &self.parts {
-            let known = file.len().checked_sub(usize::try_from(*offset).ok()?)?;
-            file.extend(part.iter().skip(known));
-        }
-        Some((kind, file_items(kind, file.get(..len)?).ok()?))
+        Some((kind, file_items(kind, self.begin.get(..header.file_len())?).ok()?))
     }
 }
 
 #[cfg(test)]
 mod tests {
     use vencejo_flight::plan::{MissionItem, items_to_wire};
-    use vencejo_proto::dialect::{MISSION_CLEAR_ALL_DATA, MISSION_COUNT_DATA};
+    use vencejo_proto::dialect::{MISSION_CLEAR_ALL_DATA, MISSION_COUNT_DATA, MISSION_WRITE_PARTIAL_LIST_DATA};
     use vencejo_proto::plan_file::encode_plan_file;
     use vencejo_proto::{Heartbeat, MissionAck};
 
@@ -212,6 +239,7 @@ mod tests {
 
     const PLANE: Address = Address::new(1, 1);
     const STATION: Address = Address::new(255, 190);
+    const ALL: MavMissionType = MavMissionType::MAV_MISSION_TYPE_ALL;
 
     fn wire() -> Vec<MissionItemInt> {
         let items = [0.0, 80.0, 90.0].map(|alt_m| MissionItem::waypoint(40.1, -3.7, alt_m));
@@ -274,6 +302,21 @@ mod tests {
         let clear = Message::Dialect(MavMessage::MISSION_CLEAR_ALL(clear));
         let [plan] = &all(&mut overheard, [(STATION, clear), (PLANE, ack(0))])[..] else { panic!("one") };
         assert_eq!((plan.state, plan.list.items.len()), (PlanState::Empty, 0));
+        // All kinds at once, as a PX4 takes it; the others are told with what comes next.
+        let clear = MISSION_CLEAR_ALL_DATA { target_system: 1, target_component: 1, mission_type: ALL };
+        let clear = Message::Dialect(MavMessage::MISSION_CLEAR_ALL(clear));
+        let taken = Message::MissionAck(MissionAck { target: STATION, result: 0, mission_type: 255, opaque_id: 0 });
+        let rest = || [(PLANE, ack(5)), (PLANE, ack(5))];
+        assert_eq!(all(&mut overheard, [(STATION, clear), (PLANE, ack(4))]), [], "refused");
+        let told = all(&mut overheard, [(PLANE, taken)].into_iter().chain(rest()));
+        assert!(told.iter().all(|plan| plan.state == PlanState::Empty));
+        assert_eq!(told.iter().map(|plan| plan.kind).collect::<Vec<_>>(), PlanKind::ALL);
+        // What a part of is replaced is not known any more, nor is what it was to be.
+        let part = MISSION_WRITE_PARTIAL_LIST_DATA { target_system: 1, target_component: 1, ..Default::default() };
+        let part = Message::Dialect(MavMessage::MISSION_WRITE_PARTIAL_LIST(part));
+        let replaced = sent().chain([(STATION, part), (PLANE, ack(0))]);
+        let [plan] = &all(&mut overheard, replaced)[..] else { panic!("one") };
+        assert_eq!((plan.state, plan.list.items.len()), (PlanState::Unknown(Unknown::ChangedElsewhere), 0));
         // Of nobody that was heard.
         assert_eq!(all(&mut overheard, [(Address::new(9, 1), count(STATION, 0))]), []);
     }
@@ -299,5 +342,26 @@ mod tests {
         assert_eq!(all(&mut overheard, other.into_iter().chain(parts([0, 1, 2]))), [], "parameters");
         let asked = FtpPayload::request(burst, 0, 1, 0, &file).to_message(PLANE);
         assert_eq!(all(&mut overheard, [opened(), (STATION, asked)]), []);
+    }
+    /// A file whose end does not come, and parts of it that are nowhere near: neither is kept without a bound.
+    #[test]
+    fn what_is_kept_of_a_file_is_bounded() {
+        let file = encode_plan_file(0, &wire());
+        let mut kept = File::default();
+        assert_eq!(kept.put(0, file[..50].to_vec()), None);
+        let mut count = 0;
+        while !kept.is_other {
+            count += 1;
+            assert_eq!(kept.put(1_000 * count, vec![0; 239]), None);
+        }
+        assert!(kept.begin.len() + kept.waiting <= 2 * MAX_FILE + 239);
+        // As much again, each part twice and the second half first, is put together once.
+        let mut kept = File::default();
+        let items: Vec<_> = (0..MAX_ITEMS as u16).map(|seq| MissionItemInt { seq, ..wire()[1] }).collect();
+        let file = encode_plan_file(0, &items);
+        let parts: Vec<_> = file.chunks(239).enumerate().map(|(nth, part)| (239 * nth as u32, part)).collect();
+        let (first, second) = parts.split_at(parts.len() / 2);
+        let told = second.iter().chain(second).chain(first).filter_map(|(at, part)| kept.put(*at, part.to_vec()));
+        assert_eq!(told.map(|(_, items)| items.len()).collect::<Vec<_>>(), [MAX_ITEMS]);
     }
 }

@@ -312,8 +312,8 @@ pub enum Request {
     /// Reboots the autopilot. Only when a fresh HEARTBEAT shows it disarmed.
     Reboot,
     /// Does what is asked although the mission on board may be a mixture ([`PlanState::may_be_mixed`]), in which case
-    /// arming, following the mission and jumping in it are refused otherwise. It is written among the vehicle's texts
-    /// and in the log.
+    /// arming, following the mission and jumping in it are refused otherwise, or although it leads out of reach, or
+    /// perhaps out of reach, in which case following it is. It is written among the vehicle's texts and in the log.
     #[cfg_attr(feature = "describe", serde(skip))]
     DespiteMixedPlan(Box<Request>),
 }

@@ -81,11 +81,14 @@ impl Namespace {
         Self(format!("{}_{{system}}", self.0))
     }
 
-    /// That of a plane: by its name in a fleet, else by `vencejo_` and that id.
+    /// That of a plane: by its name in a fleet or its recording, else by `vencejo_` and that id. Any name makes one that
+    /// ROS takes and does not hide: its letters and digits, with one `_` for what is between them.
     pub fn of(&self, name: Option<&str>, id: u16) -> String {
-        let name = match name.map(|name| name.replace('-', "_")) {
-            Some(name) if name.starts_with(|first: char| first.is_ascii_digit()) => format!("vencejo_{name}"),
-            Some(name) => name,
+        let parts = name.unwrap_or_default().split(|sign: char| !sign.is_ascii_alphanumeric());
+        let name = parts.filter(|part| !part.is_empty()).collect::<Vec<_>>().join("_");
+        let name = match name.bytes().next() {
+            Some(first) if first.is_ascii_digit() => format!("vencejo_{name}"),
+            Some(_) => name,
             None => format!("vencejo_{id}"),
         };
         format!("/{}", self.0.replace("{name}", &name).replace("{system}", &id.to_string()))
@@ -146,6 +149,19 @@ mod tests {
         assert_eq!(usual.of(Some("plane-7"), 254), "/plane_7");
         assert_eq!(usual.of(Some("7up"), 254), "/vencejo_7up");
         assert_eq!(usual.of(None, 3), "/vencejo_3");
+        // Those of recordings are names of files.
+        for (name, namespace) in [
+            ("flight #3 (replay)", "/flight_3_replay"),
+            ("_hidden/a?*$b", "/hidden_a_b"),
+            ("2026-11-27", "/vencejo_2026_11_27"),
+            ("vuelo ñ", "/vuelo"),
+            ("{system}", "/system"),
+            ("#", "/vencejo_3"),
+            ("", "/vencejo_3"),
+        ] {
+            assert_eq!(usual.of(Some(name), 3), namespace);
+            assert!(is_namespace(namespace), "{namespace}");
+        }
         let other: Namespace = "/uas{system}".parse().expect("a namespace");
         assert_eq!(other.of(None, 3), "/uas3");
         for bad in ["", "/", "a b", "7a", "a//b", "{plane}", "a-b", "{system}", &"x".repeat(200)] {

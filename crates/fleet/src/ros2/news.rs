@@ -33,7 +33,8 @@ pub fn of(observed: &Observed, moment: &Moment<'_>) -> Option<(usize, Vec<u8>)> 
             (0, said.to_bytes())
         }
         VehicleEvent::ItemReached { seq } => {
-            (1, WaypointReached { header: header(observed.at), wp_seq: seq.0 }.to_bytes())
+            // Just now; `observed.at` is of the station's clock, which a replayed vehicle does not go by.
+            (1, WaypointReached { header: header(moment.now), wp_seq: seq.0 }.to_bytes())
         }
         _ => return None,
     })

@@ -109,6 +109,8 @@ pub fn topics(names: Names) -> Vec<Topic> {
 pub struct StateSource {
     topics: Vec<Topic>,
     said: Vec<Option<Said>>,
+    /// The newest moment that was looked at.
+    now: MonoTime,
 }
 
 /// What was said last.
@@ -127,7 +129,7 @@ struct Said {
 impl StateSource {
     /// Says these topics.
     pub fn new(topics: Vec<Topic>) -> Self {
-        Self { said: vec![None; topics.len()], topics }
+        Self { said: vec![None; topics.len()], topics, now: MonoTime::ZERO }
     }
 
     /// The topics.
@@ -138,6 +140,11 @@ impl StateSource {
     /// What is to be said now: numbers of topics, with their messages.
     pub fn due(&mut self, moment: &Moment<'_>) -> Vec<(usize, Vec<u8>)> {
         let mut due = Vec::new();
+        if moment.now < self.now {
+            // A replay went back: what was said is still to come.
+            self.said.fill(None);
+        }
+        self.now = moment.now;
         for (index, (topic, said)) in self.topics.iter().zip(&mut self.said).enumerate() {
             let now = moment.now;
             if said.is_some_and(|said| now.since(said.looked) < topic.every) {

@@ -90,14 +90,19 @@ pub(crate) fn links(station: &Station) -> Vec<dto::LinkInfo> {
     station.links().iter().map(|(info, stats)| link_info(station, info, stats)).collect()
 }
 
-/// A serial port, and which of the station's links is on it.
-pub(crate) fn serial_port(station: &Station, port: link::SerialPort) -> dto::SerialPort {
+/// Serial ports, and which of the station's links is on each.
+pub(crate) fn serial_ports(station: &Station, ports: Vec<link::SerialPort>) -> Vec<dto::SerialPort> {
+    let links = station.links();
+    ports.into_iter().map(|port| serial_port(&links, port)).collect()
+}
+
+fn serial_port(links: &[(link::LinkInfo, LinkStats)], port: link::SerialPort) -> dto::SerialPort {
     let is_on_it = |info: &link::LinkInfo| match &info.address {
         link::LinkAddress::Serial { path, .. } => port.is_at(path),
         _ => false,
     };
     dto::SerialPort {
-        link: station.links().iter().find(|(info, _)| is_on_it(info)).map(|(info, _)| info.id.0),
+        link: links.iter().find(|(info, _)| is_on_it(info)).map(|(info, _)| info.id.0),
         device: port.device,
         lasting_path: port.lasting_path,
         description: port.description,

@@ -75,11 +75,7 @@ async fn close_link(State(app): State<App>, _: Pilot, Id(id): Id) -> Result<Stat
 /// Lists the serial ports of the server's machine: autopilots on USB first, then adapters, then the others.
 #[utoipa::path(get, path = "/serial-ports", tag = "links", responses((status = 200, body = Vec<SerialPort>), Problem))]
 async fn list_serial_ports(State(app): State<App>, _: Viewer) -> Result<Json<Vec<SerialPort>>, Problem> {
-    quickly(move || {
-        let ports = serial_ports().into_iter();
-        Ok(Json(ports.map(|port| convert::serial_port(app.station(), port)).collect()))
-    })
-    .await
+    quickly(move || Ok(Json(convert::serial_ports(app.station(), serial_ports())))).await
 }
 
 fn find(app: &App, id: LinkId) -> Option<LinkInfo> {

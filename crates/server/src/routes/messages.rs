@@ -137,9 +137,10 @@ fn not_a_message(error: &FieldError) -> Problem {
     }
 }
 
-/// Sends any message as given, without waiting for an answer. Refused are numbers that no autopilot can interpret and,
-/// while the mission may be mixed, messages that arm, start the mission or set its current item. A new altitude is refused
-/// while an ArduPlane lands, or may be landing in a mission that was not read.
+/// Sends any message as given, without waiting for an answer. Refused are numbers that no autopilot can interpret; while
+/// the mission may be mixed, messages that arm, start the mission or set its current item; and while it leads out of reach,
+/// or home and position are not known, those that have the vehicle follow it. A new altitude is refused while an ArduPlane
+/// lands, or may be landing in a mission that was not read.
 #[utoipa::path(post, path = "/vehicles/{id}/messages", tag = "raw", request_body = NewMessage,
     params(("id" = u16, Path, description = "The vehicle's id"),
         ("despite_mixed_plan" = Option<bool>, Query, description = "Carry it out although the mission on board may be mixed or lead out of reach")),

@@ -6,8 +6,9 @@ use std::sync::{Arc, Weak};
 use std::time::Duration;
 
 use tokio::sync::watch;
+use vencejo_flight::plan::PlanKind;
 use vencejo_proto::{Header, MavVersion, MonoTime};
-use vencejo_vehicle::{HeardPlan, VehicleId};
+use vencejo_vehicle::VehicleId;
 
 use super::film::{Film, Moment};
 use super::handle::{Replay, Shown};
@@ -226,11 +227,11 @@ impl Shared {
                 let known = replay.info().plans.partition_point(|(at, _)| *at <= place);
                 let new = replay.info().plans.get(shown.plans..known).unwrap_or_default();
                 shown.plans = known;
-                for (_, HeardPlan { kind, state, list, .. }) in
-                    new.iter().filter(|(_, plan)| plan.autopilot == *address)
-                {
-                    if let Some(vehicle) = core.vehicles.get_mut(*id) {
-                        vehicle.on_plan_told(*kind, *state, Some(list.clone()));
+                // A seek may pass many, of which the last ones are on board.
+                for kind in PlanKind::ALL {
+                    let newest = new.iter().rev().find(|(_, plan)| plan.autopilot == *address && plan.kind == kind);
+                    if let (Some((_, plan)), Some(vehicle)) = (newest, core.vehicles.get_mut(*id)) {
+                        vehicle.on_plan_told(kind, plan.state, Some(plan.list.clone()));
                     }
                 }
             }

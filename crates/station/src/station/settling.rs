@@ -173,6 +173,16 @@ impl Shared {
         self.settle(&mut core, now);
     }
 
+    /// Admits a change of control of a vehicle: of one that is there, and not in a recording.
+    pub(crate) fn admit_control(&self, id: VehicleId) -> Result<(), StationError> {
+        let core = self.core();
+        if *self.closing.borrow() {
+            return Err(StationError::Closed);
+        }
+        core.admit(id)?;
+        core.vehicles.get(id).map(drop).ok_or(StationError::Vehicle(VehicleError::NotHeard { age: LOST_AFTER }))
+    }
+
     /// Starts a request to a vehicle.
     pub(crate) fn request(self: &Arc<Self>, system: VehicleId, request: Request) -> Pending<RequestResult> {
         let now = self.clock.now();

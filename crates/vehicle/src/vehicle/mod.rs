@@ -13,7 +13,7 @@
 //! | `identity` | which aircraft it is, and whose record its mission is kept in |
 //! | `onboard` | the doubt whether a mission is mixed, reading back |
 //! | `others` | changes of plans by other stations, also during our own transfers |
-//! | `guard` | messages refused while the mission may be mixed |
+//! | `guard` | messages refused while the mission may be mixed or leads out of reach |
 //! | `judged` | a PX4's own checks: of arming, and of a mission that it has stored |
 //! | `landing` | messages refused while an ArduPlane lands |
 //! | `target` | whether the plane's target is that of its plan |

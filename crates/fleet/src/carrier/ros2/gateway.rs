@@ -1,6 +1,6 @@
 //! The gateway: which planes are shown, from router to router.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
@@ -21,7 +21,7 @@ use crate::ros2::token::Node;
 
 /// How often it is looked what there is to say.
 const TICK: Duration = Duration::from_millis(50);
-/// How often it is looked for planes that are new.
+/// How often it is looked for planes that are new or gone.
 const LOOK_EVERY: Duration = Duration::from_millis(500);
 /// How long to wait before a router is dialled again.
 const AGAIN: Duration = Duration::from_secs(1);
@@ -129,7 +129,6 @@ async fn show(
 ) -> Result<(), FleetError> {
     let acting = Acting::new(station, config.is_operator);
     let mut planes: BTreeMap<VehicleId, Plane> = BTreeMap::new();
-    let mut taken: BTreeSet<String> = BTreeSet::new();
     let (mut look_due, mut next_id) = (MonoTime::ZERO, 0);
     let mut tick = tokio::time::interval(TICK);
     tick.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
@@ -138,7 +137,10 @@ async fn show(
         let now = station.now();
         if now >= look_due {
             look_due = MonoTime::from_origin(now.as_duration() + LOOK_EVERY);
-            for vehicle in station.vehicles() {
+            let vehicles = station.vehicles();
+            // With one that is gone go its node, its topics and its services.
+            planes.retain(|id, _| vehicles.iter().any(|vehicle| vehicle.id() == *id));
+            for vehicle in vehicles {
                 let id = vehicle.id();
                 if planes.contains_key(&id) || vehicle.telemetry().0.heartbeat.is_none() {
                     continue;
@@ -146,9 +148,8 @@ async fn show(
                 let name = vehicle.remote_name();
                 let mut place = Place::new(config.names, &config.namespace, name.as_deref(), id.number());
                 // One namespace is one plane's, whatever was asked for.
-                if !taken.insert(place.prefix.clone()) {
+                if planes.values().any(|plane| plane.is_at(&place)) {
                     place = Place::new(config.names, &config.namespace.with_system(), name.as_deref(), id.number());
-                    taken.insert(place.prefix.clone());
                 }
                 let node = Node {
                     domain: config.domain,
@@ -170,7 +171,7 @@ async fn show(
         }
         let mut sent = 0;
         for plane in planes.values_mut() {
-            sent += plane.say(now).await;
+            sent += plane.say().await;
         }
         status.lock().unwrap_or_else(PoisonError::into_inner).messages += sent;
     }

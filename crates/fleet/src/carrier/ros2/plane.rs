@@ -4,7 +4,6 @@ use std::sync::Arc;
 
 use tokio::sync::mpsc;
 use vencejo_flight::plan::{Mission, PlanKind};
-use vencejo_proto::MonoTime;
 use vencejo_station::{DropOldest, Observed, Taken, VehicleHandle};
 use vencejo_vehicle::PlanState;
 use zenoh::Session;
@@ -168,9 +167,15 @@ impl Plane {
         self.place.prefix.trim_end_matches('/')
     }
 
+    /// Whether another plane would have the same topics there.
+    pub(super) fn is_at(&self, place: &Place) -> bool {
+        self.place.prefix == place.prefix
+    }
+
     /// Says what is new, and has it fly where it is wanted; how much was said.
-    pub(super) async fn say(&mut self, now: MonoTime) -> u64 {
-        let (telemetry, _) = self.vehicle.telemetry();
+    pub(super) async fn say(&mut self) -> u64 {
+        // A replayed vehicle has a time of its own.
+        let (telemetry, now) = self.vehicle.telemetry();
         if let Some(setpoints) = &self.setpoints {
             setpoints.go_on(&self.vehicle, &telemetry, now);
         }

@@ -1,5 +1,6 @@
 //! A plane in ROS 2, at a real router, seen and asked as a node of ROS would.
 
+mod replayed;
 mod tls;
 
 use std::sync::atomic::{AtomicBool, Ordering};
