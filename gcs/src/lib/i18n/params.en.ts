@@ -59,7 +59,7 @@ export const paramsEn = {
   'params.writing': 'Writing {done} of {total}',
   'params.written': '{set} set and verified',
   'params.writtenRefused': '{set} set and verified, {refused} refused',
-  'params.unheld': '{count} not written: the vehicle was armed meanwhile.',
+  'params.unheld': '{count} not written: the vehicle is not known to be disarmed any more.',
   'params.fileFor': '{file} for {name}',
   'params.oneFile': 'Another file can be opened after that.',
   'params.show': 'Show parameter {name}',

@@ -59,7 +59,7 @@ export const paramsEs = {
   'params.writing': 'Escribiendo {done} de {total}',
   'params.written': '{set} fijados y verificados',
   'params.writtenRefused': '{set} fijados y verificados, {refused} rechazados',
-  'params.unheld': '{count} sin escribir: el vehículo se ha armado entretanto.',
+  'params.unheld': '{count} sin escribir: ya no consta que el vehículo esté desarmado.',
   'params.fileFor': '{file} para {name}',
   'params.oneFile': 'Después se puede abrir otro fichero.',
   'params.show': 'Mostrar el parámetro {name}',

@@ -78,9 +78,11 @@ class ParamFiles {
     }
   }
 
+  /** Puts the file away, and what became of it; not what became of a file of another vehicle. */
   close(): void {
     this.#opened = null;
-    this.dismiss();
+    if (this.#failed?.of === params.selected) this.#failed = null;
+    if (this.#written?.of === params.selected) this.#written = null;
     this.skipped.clear();
   }
 

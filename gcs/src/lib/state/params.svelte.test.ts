@@ -270,6 +270,8 @@ describe('a file', () => {
     await writing;
     expect(paramFiles.elsewhere).toMatchObject({ of: table, problem: { status: 423 } });
     expect([paramFiles.problem, paramFiles.written]).toEqual([null, null]);
+    showParam('WP_RADIUS');
+    expect(paramFiles.elsewhere, 'what is done with this one does not put it away').toMatchObject({ of: table });
     vehicles.select(table.systemId);
     expect([paramFiles.elsewhere, paramFiles.problem]).toMatchObject([null, { status: 423 }]);
   });
