@@ -107,12 +107,25 @@ describe('parameters', () => {
         return Promise.resolve();
       },
     });
-    await reads(() => table.makeRoom());
+    await reads(() => table.makeRoom(() => Promise.resolve()));
     expect(cancelled).toEqual([]);
     table.readUnasked();
     await vi.waitFor(() => expect(operations.running.some(({ vehicle }) => vehicle === table.systemId)).toBe(true));
-    await table.makeRoom();
-    expect([cancelled.length, table.isReading, table.isStopped, table.problem]).toEqual([1, false, true, null]);
+    station.socketState = 'open';
+    arm(false);
+    say({ type: 'event', vehicle: table.systemId, kind: 'rebooted', detail: {}, time_s: 1 });
+    await table.makeRoom(() => {
+      expect([cancelled.length, table.isReading, table.isDue]).toEqual([1, false, false]);
+      return Promise.resolve();
+    });
+    expect([table.isStopped, table.problem, table.isDue], 'it is read again').toEqual([false, null, true]);
+    say({ type: 'operation', ...read, id: 999, vehicle: table.systemId, state: 'running' });
+    expect(table.isDue, 'a transfer is under way').toBe(false);
+    say({ type: 'operation', ...read, id: 999, vehicle: table.systemId, state: 'done' });
+    table.readUnasked();
+    await vi.waitFor(() => expect(operations.running.some(({ vehicle }) => vehicle === table.systemId)).toBe(true));
+    await table.giveUpUnasked();
+    expect([cancelled.length, table.isReading, table.isStopped]).toEqual([2, false, false]);
   });
 
   it('that were set or told while the list was read are newer than it', async () => {

@@ -49,6 +49,10 @@ export class VehicleParams {
   #reading = $state.raw<Promise<boolean> | null>(null);
   /** Whether nobody asked for the reading that is under way. */
   #isUnasked = false;
+  /** Whether the reading that is under way was given up: it becomes due again. */
+  #isGivenUp = false;
+  /** Whether it waits for a plan. */
+  #hasMadeRoom = $state(false);
   readonly #whenChanged: () => void;
   /** What is to be edited once it is known. */
   #wanted: string | null = null;
@@ -63,8 +67,9 @@ export class VehicleParams {
    * waits for it. Not after a gap in the page's connection either: vehicle and station need not have lost each other.
    */
   isDue = $derived.by(() => {
-    if (this.isReading || this.isStopped || this.problem !== null || this.isHeld) return false;
+    if (this.isReading || this.isStopped || this.#hasMadeRoom || this.problem !== null || this.isHeld) return false;
     if (!station.isOperator || this.bar === 'recording' || this.bar === 'away') return false;
+    if (operations.running.some(({ vehicle }) => vehicle === this.systemId)) return false;
     return !this.isWhole || this.outdatedBy === 'restart';
   });
   /** Share of the list that was read; `null` while that is not known. */
@@ -104,11 +109,23 @@ export class VehicleParams {
     void this.#begin();
   }
 
-  /** Ends a reading that nobody asked for: of a vehicle one transfer is under way at a time. */
-  async makeRoom(): Promise<void> {
+  /** Ends a reading that nobody asked for, until it is due again. */
+  async giveUpUnasked(): Promise<void> {
     if (this.#reading === null || !this.#isUnasked) return;
-    await this.stopReading();
+    this.#isGivenUp = true;
+    await this.#cancel();
     await this.#reading;
+  }
+
+  /** Does something without a reading that nobody asked for: of a vehicle one transfer is under way at a time. */
+  async makeRoom<Result>(work: () => Promise<Result>): Promise<Result> {
+    this.#hasMadeRoom = true;
+    try {
+      await this.giveUpUnasked();
+      return await work();
+    } finally {
+      this.#hasMadeRoom = false;
+    }
   }
 
   #begin(): Promise<boolean> {
@@ -118,15 +135,15 @@ export class VehicleParams {
 
   async #read(): Promise<boolean> {
     this.problem = null;
-    this.isStopped = false;
+    [this.isStopped, this.#isGivenUp] = [false, false];
     const begun = this.#singles;
     try {
       this.#operation = await api.readParams(this.systemId);
-      if (this.isStopped) await operations.cancel(this.#operation.id);
+      if (this.isStopped || this.#isGivenUp) await operations.cancel(this.#operation.id);
       this.#takeAll(await operations.finish<Parameter[]>(this.#operation), begun);
       return true;
     } catch (error) {
-      this.problem = this.isStopped ? null : problemFrom(error);
+      this.problem = this.isStopped || this.#isGivenUp ? null : problemFrom(error);
       return false;
     } finally {
       this.#operation = null;
@@ -135,6 +152,10 @@ export class VehicleParams {
 
   async stopReading(): Promise<void> {
     this.isStopped = true;
+    await this.#cancel();
+  }
+
+  async #cancel(): Promise<void> {
     if (this.#operation === null) return;
     try {
       await operations.cancel(this.#operation.id);

@@ -137,8 +137,7 @@ class PlanTransfers {
     this.#problems.delete(vehicle.systemId);
     this.transfer = { kind, part, vehicle, operation: null, cancelled: new AbortController() };
     try {
-      await params.of(vehicle.systemId).makeRoom();
-      const there = await run(vehicle);
+      const there = await params.of(vehicle.systemId).makeRoom(() => run(vehicle));
       onBoard.note(vehicle, part, (await api.planOnBoard(vehicle.systemId, part)).state, there);
       return true;
     } catch (error) {
