@@ -1674,9 +1674,10 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Sends any message as given, without waiting for an answer. Refused are numbers that no autopilot can interpret and,
-         *     while the mission may be mixed, messages that arm, start the mission or set its current item. A new altitude is refused
-         *     while an ArduPlane lands, or may be landing in a mission that was not read.
+         * Sends any message as given, without waiting for an answer. Refused are numbers that no autopilot can interpret; while
+         *     the mission may be mixed, messages that arm, start the mission or set its current item; and while it leads out of reach,
+         *     or home and position are not known, those that have the vehicle follow it. A new altitude is refused while an ArduPlane
+         *     lands, or may be landing in a mission that was not read.
          */
         post: operations["send_message"];
         delete?: never;
