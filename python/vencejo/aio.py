@@ -486,19 +486,19 @@ class AsyncVehicle(VehicleState):
         Returns
         -------
         bool
-            Whether this station has control now.
+            Whether requests of this operator have control now.
 
         Raises
         ------
         ControlHeld
-            When another operator of this station, or one on board, has control.
+            When another operator of this station, or one on board, has control of an aircraft of a fleet.
         NotPossibleNow
             When another station asks for it already.
         VehicleLost
             When it is not heard.
         """
         await self._wait(self._native.request_control())
-        return self.control.is_held_here
+        return self._native.has_control()
 
     async def keep_control(self, *, requested_by: str | None = None) -> None:
         """Decline another ground station's request for control of this aircraft.

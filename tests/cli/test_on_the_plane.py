@@ -311,7 +311,7 @@ def test_one_thing_is_asked_for_by_its_name(parked_plane: str) -> None:
 
 def test_telemetry_once(parked_plane: str) -> None:
     sample = told(run("telemetry", "--once", "--json", "--groups", "position,attitude,battery", link=parked_plane))[0]
-    assert sorted(sample) == ["attitude", "battery", "position", "system_id", "time_s"]
+    assert sorted(sample) == ["attitude", "battery", "position", "remote_name", "system_id", "time_s"]
     assert sample["position"]["lat_deg"] == pytest.approx(LAT, abs=1e-3)
     assert sample["battery"][0]["voltage_v"] > 10.0
     shown = run("telemetry", "--once", link=parked_plane)
