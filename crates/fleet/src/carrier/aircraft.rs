@@ -333,7 +333,6 @@ impl<'a> Post<'a> {
             events.extend(source.on_frame(&received.frame, received.at));
         }
         events.iter().for_each(|event| self.keep(&Entry::Event(event)));
-        source.on_silence(self.silence().map(|(since, silence)| (since, silence.links)));
         while let Some(Taken::Item(received)) = self.frames.as_ref().map(|frames| frames.take_ready()) {
             self.keep(&Entry::Frame(received.frame.bytes()));
         }
@@ -346,6 +345,11 @@ impl<'a> Post<'a> {
         Some((heard_at, silence(self.station, heard_at)?))
     }
 
+    /// Has the state that is made next tell of it. Not earlier: its links are described for that.
+    fn tell_silence(&self, source: &mut StateSource) {
+        source.on_silence(self.silence().map(|(since, silence)| (since, silence.links)));
+    }
+
     fn keep(&self, told: &Entry<'_>) {
         if let Some(history) = self.history {
             history.keep(told, self.station.now());
@@ -354,6 +358,7 @@ impl<'a> Post<'a> {
 
     /// The next state of the numbered series, with plans and progress of orders.
     fn sample(&mut self, source: &mut StateSource, authority: &Authority, audience: Audience) -> State {
+        self.tell_silence(source);
         let (held, now) = (authority.held(), self.station.now());
         let state = if audience == Audience::Holder { source.sample(held, now) } else { source.sparing(held, now) };
         let mut state = self.holdings.dress(state, true);

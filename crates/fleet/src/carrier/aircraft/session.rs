@@ -156,6 +156,7 @@ impl Post<'_> {
                 }
                 Ok(query) = orders.recv_async() => self.on_order(query, authority),
                 Ok(query) = states.recv_async() => {
+                    self.tell_silence(source);
                     let state = source.everything(authority.held(), self.station.now());
                     let state = self.holdings.dress(state, false);
                     network::reply(query, state_key.clone(), vec![state.encode_to_vec()]);
@@ -171,6 +172,7 @@ impl Post<'_> {
                     for event in self.listen(source, heard) {
                         network::tell(session, &event_key, &event, Priority::InteractiveHigh).await;
                     }
+                    self.tell_silence(source);
                     let state = source.effects(authority.held(), self.station.now());
                     self.on_end(&claim, &result, &state, authority);
                 }
