@@ -34,6 +34,9 @@ pub const STARTED_AGAIN: &str = "the station on board has started again since; l
 /// Why an order that comes later is not done.
 pub const TOO_LATE: &str = "it came too late: more than 5 s after the state of the aircraft that it is based on; look at \
                             the aircraft, then give it again";
+/// Why it is unknown whether such an order was done.
+const FORGOTTEN: &str = "it came more than 5 s after the state of the aircraft that it is based on, and orders of that time \
+                         are forgotten";
 /// How far in the future that state may be: clocks are read in whole milliseconds.
 const AHEAD: Duration = Duration::from_secs(1);
 /// How much longer an order is remembered: the network may deliver it twice, and its sender may not have noticed that
@@ -310,7 +313,9 @@ impl Authority {
         let fresh_until = claim.based_on.at + FRESH + OVERTAKEN;
         if now.since(claim.based_on.at) > FRESH {
             // If it had been done, its answer would be known, or forgotten since.
-            return ended(claim, if fresh_until > self.forgotten { End::Stale } else { End::Unknown }, TOO_LATE);
+            let (end, why) =
+                if fresh_until > self.forgotten { (End::Stale, TOO_LATE) } else { (End::Unknown, FORGOTTEN) };
+            return ended(claim, end, why);
         }
         if !self.make_room(now) {
             return refused(claim, "too many orders came at once; wait some seconds");

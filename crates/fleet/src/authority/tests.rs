@@ -217,7 +217,9 @@ fn an_order_is_done_at_most_once() {
     let epoch = bench.granted(&ana);
     let late = Claim { epoch, ..act };
     let verdict = bench.authority.on_order(&ana, &late, bench.now);
-    assert!(matches!(verdict, Verdict::Answer(answer) if answer.end() == End::Unknown), "forgotten, and too old");
+    let Verdict::Answer(forgotten) = verdict else { panic!("{verdict:?}") };
+    assert_eq!(forgotten.end(), End::Unknown, "forgotten, and too old");
+    assert!(!forgotten.why.contains("again"), "given again, it may be done twice: {}", forgotten.why);
     let late = bench.claim(Wish::Act, epoch);
     bench.pass(5.1);
     let verdict = bench.authority.on_order(&ana, &late, bench.now);
