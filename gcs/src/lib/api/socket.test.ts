@@ -34,6 +34,14 @@ class World {
     }
     this.now_ms = end;
   }
+
+  /** The page is held up, and then runs the timers that were due. */
+  hold(ms: number) {
+    this.now_ms += ms;
+    for (const [timer, { at_ms, run }] of [...this.#timers]) {
+      if (at_ms <= this.now_ms && this.#timers.delete(timer)) run();
+    }
+  }
 }
 
 class FakeSocket {
@@ -107,6 +115,18 @@ describe('Socket', () => {
     await world.pass(1);
     expect(states.at(-1)).toBe('waiting');
     expect(world.sockets[0]!.isClosed).toBe(true);
+  });
+
+  it('hears what came while the page was held up before it takes the connection for dead', async () => {
+    const { world, states } = start();
+    await world.pass(0);
+    world.sockets[0]!.accept();
+    world.hold(3 * SILENCE_LIMIT_MS);
+    world.sockets[0]!.say({ type: 'links', links: [] });
+    await world.pass(SILENCE_LIMIT_MS - 1);
+    expect(states.at(-1)).toBe('open');
+    await world.pass(1);
+    expect(states.at(-1)).toBe('waiting');
   });
 
   it('keeps trying while no session can be opened', async () => {

@@ -3,6 +3,8 @@ import type { ClientMessage, ServerMessage } from './types';
 
 /** The server speaks at least once a second; silence this long means that the connection is dead. */
 export const SILENCE_LIMIT_MS = 5000;
+/** The end of that, in which a page that was held up hears what has come meanwhile. */
+const LAST_LOOK_MS = 500;
 const FIRST_RETRY_MS = 250;
 const LAST_RETRY_MS = 4000;
 
@@ -121,10 +123,15 @@ export class Socket {
     };
   }
 
-  /** Restarts the silence timer. */
+  /**
+   * Restarts the silence timer. In two steps: when the page was held up, its timers are due at once, before the messages
+   * that wait.
+   */
   #watch(): void {
     this.#stopTimer();
-    this.#timer = this.#world.setTimeout(() => this.#retry(), SILENCE_LIMIT_MS);
+    this.#timer = this.#world.setTimeout(() => {
+      this.#timer = this.#world.setTimeout(() => this.#retry(), LAST_LOOK_MS);
+    }, SILENCE_LIMIT_MS - LAST_LOOK_MS);
   }
 
   #retry(): void {
