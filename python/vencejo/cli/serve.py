@@ -269,7 +269,7 @@ def joined_fleet(
         # Unless it is a router, it listens on all its addresses.
         host = "0.0.0.0" if listen is None else listen.partition("/")[2].rpartition(":")[0]
         door = f"{host}:7448"
-    # Its people come before the scripts beside it; after a crash, what it had is its own again.
+    # Its people come before the scripts beside it; after a crash, what it had need not run out first.
     return Fleet(station, org=org, listen=listen, door=door, router=router, overrules=True, history=history)
 
 
