@@ -29,6 +29,8 @@ use crate::turns::{alone, in_turn};
 
 /// Largest distance between the drawn and the rehearsed track, m.
 const DRAWN_WITHIN_M: f64 = 0.7;
+/// Most points of a drawn track: no answer is larger than a client takes at once.
+const MOST_DRAWN: usize = 10_000;
 /// Strongest wind accepted for a rehearsal, m/s: beyond the capability of any plane that Vencejo is for.
 const MOST_WIND_M_S: f64 = 60.0;
 /// Default number of flights of one plan, and the maximum.
@@ -165,17 +167,23 @@ fn rehearsed(
     };
     let mission = &plan.mission;
     let drawn_profile = height_profile(mission, &way_of(vehicle, mission), &|_| None, clearance_m);
-    let moments = flown.thinned(DRAWN_WITHIN_M);
+    let moments = flown.thinned_to(DRAWN_WITHIN_M, MOST_DRAWN);
     let along_m = along(&moments, &flown.passages, &drawn_profile);
     Ok(Ok(Rehearsal {
         lowest: lowest(mission, &moments, &along_m, clearance_m),
         along_m: along_m.into_iter().map(|along_m| rounded(along_m, 1)).collect(),
         is_ground_pending: is_pending,
-        ..described(&flown, findings, wind, knows_parameters)
+        ..described(&flown, &moments, findings, wind, knows_parameters)
     }))
 }
 
-fn described(flown: &rehearsal::Rehearsal, findings: Vec<Finding>, wind: Wind, knows_parameters: bool) -> Rehearsal {
+fn described(
+    flown: &rehearsal::Rehearsal,
+    moments: &[&Sample],
+    findings: Vec<Finding>,
+    wind: Wind,
+    knows_parameters: bool,
+) -> Rehearsal {
     let passages = flown.passages.iter().map(|passage| RehearsedPassage {
         item: number(passage.item),
         begins_s: rounded(passage.begins_s, 1),
@@ -187,7 +195,7 @@ fn described(flown: &rehearsal::Rehearsal, findings: Vec<Finding>, wind: Wind, k
         knows_parameters,
         wind,
         findings,
-        track: drawn(flown),
+        track: drawn(moments),
         along_m: Vec::new(),
         lowest: None,
         passages: passages.collect(),
@@ -202,10 +210,9 @@ fn described(flown: &rehearsal::Rehearsal, findings: Vec<Finding>, wind: Wind, k
     }
 }
 
-/// Track with as many points of the flight as are needed to draw it.
-fn drawn(flown: &rehearsal::Rehearsal) -> RehearsedTrack {
+fn drawn(moments: &[&Sample]) -> RehearsedTrack {
     let mut track = RehearsedTrack::default();
-    for sample in flown.thinned(DRAWN_WITHIN_M) {
+    for sample in moments {
         let Sample {
             time_s,
             point,
@@ -217,7 +224,7 @@ fn drawn(flown: &rehearsal::Rehearsal) -> RehearsedTrack {
             heading_deg,
             index,
             ..
-        } = *sample;
+        } = **sample;
         track.time_s.push(rounded(time_s, 1));
         track.lat_deg.push(rounded(point.lat_deg(), 7));
         track.lon_deg.push(rounded(point.lon_deg(), 7));
@@ -315,7 +322,7 @@ fn described_what_if(found: &rehearsal::WhatIf) -> WhatIf {
 
 fn part(flown: &rehearsal::Rehearsal) -> RehearsedFlight {
     RehearsedFlight {
-        track: drawn(flown),
+        track: drawn(&flown.thinned_to(DRAWN_WITHIN_M, MOST_DRAWN)),
         ending: flown.ending,
         touch_down: flown.touch_down.map(|sample| place(sample.point)),
         ends_s: rounded(flown.duration_s, 1),

@@ -35,6 +35,7 @@ use crate::access::Access;
 use crate::dto::{ServerMessage, Text};
 use crate::outbox::MAX_EVENTS;
 use crate::state::{App, AppParts};
+use crate::ws::MAX_SENT_BYTES;
 use crate::{Server, ServerConfig, ServerError, routes};
 
 /// Time limit of a step; a hang fails the test.
@@ -975,6 +976,22 @@ async fn a_slow_reader_is_let_go_and_the_others_hear_everything() {
         }
     };
     timeout(PATIENCE, gone).await.expect("the slow one is let go");
+    server.close().await;
+    station.close().await;
+}
+
+/// Such as the assessment of a flight of hours.
+#[tokio::test]
+async fn a_long_message_ends_no_connection() {
+    let station = station(true);
+    let server = serve(&station, ServerConfig::default()).await;
+    let mut client = connect(&server, &cookie(&server, "client"), None).await.expect("a WebSocket");
+    for _ in 0..2 {
+        let text = Text { time_s: 0.0, unix_s: None, severity: 6, text: "x".repeat(MAX_SENT_BYTES - 200) };
+        server.app().outboxes().put_event(&ServerMessage::Text { vehicle: 1, text });
+        let heard = next(&mut client, "text").await.expect("it comes");
+        assert_eq!(heard["text"].as_str().map(str::len), Some(MAX_SENT_BYTES - 200));
+    }
     server.close().await;
     station.close().await;
 }

@@ -47,6 +47,8 @@ const SEND_TIMEOUT: Duration = Duration::from_secs(10);
 /// Ping interval; a client must answer before the third ping.
 const PING_INTERVAL: Duration = Duration::from_secs(2);
 const MAX_UNANSWERED: u32 = 2;
+/// Largest message to a client, bytes: an assessment with a long track and with findings for each of many items.
+pub const MAX_SENT_BYTES: usize = 4 * 1024 * 1024;
 /// Largest number of bytes waiting in the socket for one client: the answers to pings of one that does not read. More
 /// closes its connection.
 const MAX_WAITING_BYTES: usize = 1024 * 1024;
@@ -464,7 +466,15 @@ impl Client {
 
 /// Answer to a request.
 fn answer(seq: u64, done: Result<ServerMessage, Problem>) -> Utf8Bytes {
-    json(&done.unwrap_or_else(|problem| refusal(problem, Some(seq))))
+    let text = json(&done.unwrap_or_else(|problem| refusal(problem, Some(seq))));
+    if text.len() <= MAX_SENT_BYTES {
+        return text;
+    }
+    // Writing it would end the connection.
+    json(&refusal(
+        Problem::invalid(format!("the answer has {} bytes, too many: shorten the plan", text.len())),
+        Some(seq),
+    ))
 }
 
 fn refusal(problem: Problem, seq: Option<u64>) -> ServerMessage {

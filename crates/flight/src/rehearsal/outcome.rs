@@ -7,6 +7,8 @@ use crate::words::words;
 
 /// Longest time between two samples of a thinned track, s.
 const THINNED_S: f64 = 10.0;
+/// Tolerance up to which a track is thinned further to have no more than so many samples, m.
+const COARSEST_M: f64 = 1_000.0;
 /// How many times the tolerance of a thinned track the ground below may have risen or fallen between two samples.
 const GROUND_TIMES: f64 = 7.0;
 /// Metres of a degree of latitude, for small differences.
@@ -156,6 +158,22 @@ pub struct Rehearsal {
 }
 
 impl Rehearsal {
+    /// The samples that are needed to draw the track, and no more than `most`, which is at least 2: with a tolerance
+    /// twice as large, as often as it takes.
+    pub fn thinned_to(&self, tolerance_m: f64, most: usize) -> Vec<&Sample> {
+        let (mut tolerance_m, mut kept) = (tolerance_m, self.thinned(tolerance_m));
+        while kept.len() > most && tolerance_m < COARSEST_M {
+            tolerance_m *= 2.0;
+            kept = self.thinned(tolerance_m);
+        }
+        if kept.len() > most {
+            let every = kept.len().div_ceil(most - 1);
+            let last = kept.last().copied();
+            kept = kept.into_iter().step_by(every).chain(last).take(most).collect();
+        }
+        kept
+    }
+
     /// The samples that are needed to draw the track: the others lie within `tolerance_m` of where the last one kept
     /// was going, in place and in height, and over ground as high within seven times that.
     pub fn thinned(&self, tolerance_m: f64) -> Vec<&Sample> {

@@ -375,6 +375,13 @@ fn a_thinned_track_draws_the_same_line() {
             assert!(offset.cross_m.abs() < 2.0, "{offset:?} at {}", sample.time_s);
         }
     }
+    // However long it is, a given number of them is enough, from its beginning to its end.
+    assert_eq!(flown.thinned_to(0.7, thinned.len()).len(), thinned.len());
+    for most in [thinned.len() / 2, 10, 2] {
+        let kept = flown.thinned_to(0.7, most);
+        assert!((2..=most).contains(&kept.len()), "{} of {most}", kept.len());
+        assert_eq!((kept[0].time_s, kept.last().unwrap().time_s), (thinned[0].time_s, flown.duration_s));
+    }
 }
 
 #[test]

@@ -160,7 +160,7 @@ pub(super) async fn websocket(
         let detail = "the limit of WebSockets is reached; close one";
         return Err(Problem::too_many(LimitKind::Sockets, MAX_SOCKETS, detail));
     };
-    Ok(ws::bounded(upgrade, ws::MAX_MESSAGE_BYTES, 0).on_upgrade(async move |socket| {
+    Ok(ws::bounded(upgrade, ws::MAX_MESSAGE_BYTES, ws::MAX_SENT_BYTES).on_upgrade(async move |socket| {
         ws::serve(place, socket).await;
         drop(alive);
     }))
