@@ -20,11 +20,15 @@ let now_ms = 0;
 let said: string[] = [];
 
 function advance(ms: number): void {
-  now_ms += ms;
-  for (const timer of timers.filter(({ at_ms }) => at_ms <= now_ms)) {
-    timers = timers.filter((other) => other !== timer);
-    timer.run();
+  const end_ms = now_ms + ms;
+  for (;;) {
+    const due = timers.filter(({ at_ms }) => at_ms <= end_ms).sort((a, b) => a.at_ms - b.at_ms)[0];
+    if (due === undefined) break;
+    now_ms = due.at_ms;
+    timers = timers.filter((other) => other !== due);
+    due.run();
   }
+  now_ms = end_ms;
 }
 
 const world = {
