@@ -239,13 +239,15 @@ impl Authority {
     pub fn held(&self) -> Held {
         let name = |lease: &Option<Lease>| lease.as_ref().map(|lease| lease.caller.name.clone()).unwrap_or_default();
         let key = |lease: &Option<Lease>| lease.as_ref().map(|lease| lease.caller.key.0.to_vec()).unwrap_or_default();
+        let run = |lease: &Option<Lease>| lease.as_ref().map_or(0, |lease| lease.caller.run);
         Held {
             epoch: self.epoch,
             holder: self.local.clone().unwrap_or_else(|| name(&self.lease)),
             key: key(&self.lease),
             asking: name(&self.asking),
             asking_key: key(&self.asking),
-            run: self.lease.as_ref().map_or(0, |lease| lease.caller.run),
+            run: run(&self.lease),
+            asking_run: run(&self.asking),
         }
     }
 

@@ -31,6 +31,9 @@ pub struct Held {
     /// The holder's [`Order::run`].
     #[prost(uint32, tag = "6")]
     pub run: u32,
+    /// That of who asks.
+    #[prost(uint32, tag = "7")]
+    pub asking_run: u32,
 }
 
 /// The state of an aircraft: what is new since the sample before; on request, everything.

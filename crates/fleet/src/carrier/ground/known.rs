@@ -67,6 +67,11 @@ pub(super) struct Own {
 }
 
 impl Own {
+    /// Whether it is we who ask for control by this.
+    pub(super) fn asks(&self, held: &Held) -> bool {
+        held.asking_key == self.key.0 && held.asking_run == self.run
+    }
+
     /// Whether we have control by this.
     fn holds(&self, held: &Held) -> bool {
         held.key == self.key.0 && held.run == self.run
@@ -171,6 +176,12 @@ mod tests {
         assert_eq!(shown(beside, 4), (false, None), "or another program with our key");
         assert_eq!(shown(us, 4), (false, None), "in an epoch of which we have no answer");
         assert_eq!(shown(another, 3), (false, None), "ours ran out");
+        let asks = |key: u8, asking_run| own.asks(&Held { asking_key: vec![key; 32], asking_run, ..Held::default() });
+        assert_eq!(
+            [asks(1, 5), asks(1, 6), asks(2, 5)],
+            [true, false, false],
+            "a request, whatever is known of it here"
+        );
     }
 
     #[test]

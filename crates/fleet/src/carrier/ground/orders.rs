@@ -633,7 +633,7 @@ impl Remote for FarAircraft {
         let some = |text: &String| Some(text.clone()).filter(|text| !text.is_empty());
         let held = known.listener.held();
         let (holder, requested_by) = (some(&held.holder), some(&held.asking));
-        let is_request_ours = requested_by.is_some() && held.asking_key == own.key.0 && known.request.is_some();
+        let is_request_ours = requested_by.is_some() && own.asks(held);
         FarHeld { is_ours: holder.is_some() && known.is_ours(&own), holder, requested_by, is_request_ours }
     }
 
