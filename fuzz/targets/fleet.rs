@@ -61,7 +61,6 @@ fn ordered(authority: &mut Authority, order: &Order, kind: u8, now: MonoTime) {
         Some(Want::Ask(how)) => Wish::Ask(*how),
         Some(Want::Renew(_)) => Wish::Renew,
         Some(Want::Release(_)) => Wish::Release,
-        Some(Want::Grant(of)) => Wish::Grant(key(of)),
         Some(Want::Keep(of)) => Wish::Keep(key(of)),
         Some(Want::Act(act)) => {
             if let Ok((request, confirmed)) = request_of(act) {

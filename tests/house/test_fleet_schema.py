@@ -24,7 +24,7 @@ def test_they_name_every_field() -> None:
     ]  # fmt: skip
     order = pool.FindMessageTypeByName("vencejo.v1.Order")
     wanted = {field.name for field in order.oneofs_by_name["want"].fields}
-    assert wanted == {"ask", "renew", "release", "grant", "keep", "act", "recall", "part"}
+    assert wanted == {"ask", "renew", "release", "keep", "act", "recall", "part"}
     act = pool.FindMessageTypeByName("vencejo.v1.Act")
     assert {"arm", "plan_put", "param_set"} <= {field.name for field in act.oneofs_by_name["deed"].fields}
     fix = pool.FindMessageTypeByName("foxglove.LocationFix")

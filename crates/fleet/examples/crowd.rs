@@ -227,7 +227,7 @@ impl Plane {
             Want::Ask(how) => Wish::Ask(*how),
             Want::Renew(_) => Wish::Renew,
             Want::Release(_) => Wish::Release,
-            Want::Grant(_) | Want::Keep(_) | Want::Part(_) | Want::Recall(_) => return None,
+            Want::Keep(_) | Want::Part(_) | Want::Recall(_) => return None,
             Want::Act(_) => Wish::Act,
         };
         let based_on = StateStamp { at: MonoTime::from_millis(order.based_on_ms), mark: order.mark };

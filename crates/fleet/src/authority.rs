@@ -104,10 +104,8 @@ pub enum Wish {
     Ask(Ask),
     /// To keep it.
     Renew,
-    /// To give it up, or to withdraw a request for it.
+    /// To give it up, to the station that asks if there is one; or to withdraw a request for it.
     Release,
-    /// To hand it to the station that asks, by key.
-    Grant(PublicKey),
     /// To decline the request of the station with this key.
     Keep(PublicKey),
     /// To do something.
@@ -279,6 +277,17 @@ impl Authority {
     pub fn on_time(&mut self, now: MonoTime) {
         self.lease.take_if(|lease| lease.until <= now);
         self.asking.take_if(|asking| asking.until <= now);
+        self.pass_on(now);
+    }
+
+    /// Control that has become free goes to the station that asks for it, before any other takes it.
+    fn pass_on(&mut self, now: MonoTime) {
+        if self.lease.is_none()
+            && self.local.is_none()
+            && let Some(asking) = self.asking.take()
+        {
+            self.give(asking.caller, now);
+        }
     }
 
     /// The decision on an order that came before; `None` for a new one.
@@ -323,9 +332,7 @@ impl Authority {
             return refused(claim, "too many orders came at once; wait some seconds");
         }
         let verdict = match claim.wish {
-            Wish::Ask(_) | Wish::Renew | Wish::Release | Wish::Grant(_) | Wish::Keep(_) | Wish::Act
-                if caller.role == Role::Observer =>
-            {
+            Wish::Ask(_) | Wish::Renew | Wish::Release | Wish::Keep(_) | Wish::Act if caller.role == Role::Observer => {
                 refused(claim, "this ground station is an observer: it may look and read, not act")
             }
             Wish::Act | Wish::Read if self.is_recalled(caller, claim.id) => {
@@ -342,9 +349,7 @@ impl Authority {
                 self.recalled.extend(self.known.get(&id).filter(|known| is_own(known)).map(|_| id));
                 ended(claim, End::Done, "")
             }
-            Wish::Renew | Wish::Release | Wish::Grant(_) | Wish::Keep(_) | Wish::Act => {
-                self.on_holders(caller, claim, now)
-            }
+            Wish::Renew | Wish::Release | Wish::Keep(_) | Wish::Act => self.on_holders(caller, claim, now),
         };
         let answer = match &verdict {
             Verdict::Execute => None,
@@ -404,14 +409,8 @@ impl Authority {
             Wish::Act => return Verdict::Execute,
             Wish::Release => {
                 self.lease = None;
-                if let Some(asking) = self.asking.take() {
-                    self.give(asking.caller, now);
-                }
+                self.pass_on(now);
             }
-            Wish::Grant(key) => match self.asking.take_if(|asking| asking.caller.key == key) {
-                Some(asking) => self.give(asking.caller, now),
-                None => return refused(claim, "nobody with that key asks for control"),
-            },
             Wish::Keep(key) => {
                 self.asking.take_if(|asking| asking.caller.key == key);
             }

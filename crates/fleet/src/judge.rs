@@ -163,7 +163,6 @@ fn claim_of(order: &Order) -> Claim {
         Some(Want::Ask(how)) => Wish::Ask(*how),
         Some(Want::Renew(_)) => Wish::Renew,
         Some(Want::Release(_)) => Wish::Release,
-        Some(Want::Grant(key)) => Wish::Grant(key_of(key)),
         Some(Want::Keep(key)) => Wish::Keep(key_of(key)),
         Some(Want::Recall(id)) => Wish::Recall(id.as_slice().try_into().map_or(0, u128::from_be_bytes)),
         Some(Want::Act(_) | Want::Part(_)) | None => Wish::Act,

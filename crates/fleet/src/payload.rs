@@ -166,7 +166,7 @@ pub struct Order {
     #[prost(uint32, tag = "19")]
     pub run: u32,
     /// What.
-    #[prost(oneof = "Want", tags = "9, 10, 11, 12, 13, 14, 15, 17")]
+    #[prost(oneof = "Want", tags = "9, 10, 11, 13, 14, 15, 17")]
     pub want: Option<Want>,
 }
 
@@ -190,12 +190,9 @@ pub enum Want {
     /// To keep control.
     #[prost(message, tag = "10")]
     Renew(Nothing),
-    /// To give control up, or to withdraw the request for it.
+    /// To give control up, to the station that asks for it if there is one; or to withdraw the request for it.
     #[prost(message, tag = "11")]
     Release(Nothing),
-    /// To hand control to the station that asks for it, by its public key.
-    #[prost(bytes = "vec", tag = "12")]
-    Grant(Vec<u8>),
     /// To do something.
     #[prost(message, tag = "13")]
     Act(Act),

@@ -81,7 +81,18 @@ fn a_lease_ends_by_itself_and_renewals_keep_it() {
     bench.pass(10.0);
     assert!(bench.authority.lease().is_none(), "the autopilot hears of no ground station any more");
     assert_eq!(bench.end(&ana, Wish::Act, epoch).0, End::Held);
-    assert!(bench.granted(&ben) > epoch);
+    let epoch = bench.granted(&ben);
+    // To the one who asks, although another acts first.
+    bench.pass(5.0);
+    assert_eq!(bench.end(&ana, ASK, 0).0, End::Asked);
+    bench.pass(5.0);
+    assert_eq!(bench.end(&caller(3, Role::Operator), TAKE, 0).0, End::Held);
+    assert_eq!(bench.authority.lease(), Some((ana.key, epoch + 1)));
+    // As from one who may not act any more.
+    assert_eq!(bench.end(&ben, ASK, 0).0, End::Asked);
+    bench.authority.on_roles(|key| (*key != ana.key).then_some(Role::Operator));
+    bench.pass(0.05);
+    assert_eq!(bench.authority.lease().map(|(key, _)| key), Some(ben.key));
 }
 
 #[test]
@@ -92,8 +103,7 @@ fn control_is_asked_for_and_given() {
     assert_eq!(bench.end(&ben, ASK, 0).0, End::Asked);
     assert_eq!(bench.end(&eve, ASK, 0).0, End::Held, "one at a time");
     assert_eq!(bench.authority.held().asking, "operator 2");
-    assert_eq!(bench.end(&ana, Wish::Grant(eve.key), epoch).0, End::Refused, "she does not ask");
-    assert_eq!(bench.end(&ana, Wish::Grant(ben.key), epoch).0, End::Done);
+    assert_eq!(bench.end(&ana, Wish::Release, epoch).0, End::Done);
     assert_eq!(bench.authority.lease(), Some((ben.key, epoch + 1)));
     assert_eq!(bench.end(&ana, Wish::Act, epoch).0, End::Held);
     assert_eq!(bench.end(&ana, ASK, 0).0, End::Asked);
@@ -103,7 +113,7 @@ fn control_is_asked_for_and_given() {
     bench.pass(9.0);
     bench.end(&ana, Wish::Renew, epoch + 2);
     bench.pass(1.0);
-    assert_eq!(bench.end(&ana, Wish::Grant(ben.key), epoch + 2).0, End::Refused, "nobody waits for ever");
+    assert_eq!(bench.authority.held().asking, "", "nobody waits for ever");
 }
 
 #[test]
@@ -321,7 +331,7 @@ fn an_order_that_its_recall_has_overtaken_is_not_done() {
 #[test]
 fn an_observer_reads_and_never_acts() {
     let (mut bench, eve) = (Bench::new(), caller(1, Role::Observer));
-    for wish in [ASK, Wish::Act, Wish::Renew, Wish::Release, Wish::Grant(eve.key)] {
+    for wish in [ASK, Wish::Act, Wish::Renew, Wish::Release, Wish::Keep(eve.key)] {
         let (end, answer) = bench.end(&eve, wish, 0);
         assert_eq!(end, End::Refused, "{wish:?}");
         assert!(answer.why.contains("observer"), "{}", answer.why);

@@ -57,6 +57,17 @@ struct Plane {
 }
 
 /// What a ground station was told of a plane.
+impl Plane {
+    /// Time passes: who asks has control when its holder is not heard any more.
+    fn pass(&mut self, now: MonoTime) {
+        let had = self.authority.lease();
+        self.authority.on_time(now);
+        if self.authority.lease() != had {
+            self.given = now;
+        }
+    }
+}
+
 #[derive(Clone, Copy, Default)]
 struct Seen {
     boot: u64,
@@ -150,7 +161,7 @@ impl World {
                     plane.authority.on_ended(claim.id, answer(&claim, End::Done, ""), now);
                 }
             }
-            _ => plane.authority.on_time(now),
+            _ => plane.pass(now),
         }
     }
 
@@ -195,7 +206,7 @@ impl World {
             0..6 if epoch == 0 => Want::Ask(Ask::default()),
             0..2 => Want::Renew(Nothing {}),
             2 => Want::Release(Nothing {}),
-            3 => Want::Grant(key(self.rng.random_range(0..5)).0.to_vec()),
+            3 => Want::Keep(key(self.rng.random_range(0..5)).0.to_vec()),
             4 => Want::Recall(self.rng.random::<u128>().to_be_bytes().to_vec()),
             5 => Want::Act(Act { deed: Some(Deed::ParamRead("WP_RADIUS".into())), ..Act::default() }),
             _ => Want::Act(Act { deed: Some(Deed::Takeoff(self.rng.random_range(10.0..100.0))), ..Act::default() }),
@@ -297,8 +308,8 @@ impl World {
         let now = self.now;
         let plane = &mut self.planes[at];
         let names = BTreeMap::new();
+        plane.pass(now);
         let to = Addressee { org: "acme", aircraft: AIRCRAFT[at], trust: &plane.trust, names: &names, has_list: true };
-        plane.authority.on_time(now);
         let before = (plane.authority.held(), plane.authority.lease());
         let judged = judge(bytes, &to, &mut plane.authority, &mut plane.aboard, now);
         match &judged {

@@ -182,7 +182,6 @@ fn each_role_may_what_it_may_of_all_that_can_be_ordered() {
         (Want::Renew(nothing), ["stranger", "Refused", "Held", "Held", "Done", "Done"]),
         (Want::Release(nothing), ["stranger", "Refused", "Held", "Held", "Done", "Done"]),
         // To somebody who does not ask.
-        (Want::Grant(vec![9; 32]), ["stranger", "Refused", "Held", "Held", "Refused", "Refused"]),
         (Want::Keep(vec![9; 32]), ["stranger", "Refused", "Held", "Held", "Done", "Done"]),
         (Want::Recall(vec![9; 16]), ["stranger", "Done", "Done", "Done", "Done", "Done"]),
         (Want::Part(part.clone()), ["stranger", "Done", "Done", "Done", "Done", "Done"]),
@@ -197,7 +196,7 @@ fn each_role_may_what_it_may_of_all_that_can_be_ordered() {
         };
         rows.push((Want::Act(Act { deed: Some(deed), ..Act::default() }), row));
     }
-    assert_eq!(rows.len(), 38);
+    assert_eq!(rows.len(), 37);
     for (want, expected) in rows {
         let asked = [(1, false), (2, false), (3, false), (4, false), (3, true), (4, true)];
         let taken = asked.map(|(number, has_control)| {
