@@ -129,6 +129,30 @@ def test_one_operator_acts_and_the_others_are_told_who(plane: vencejo.Vehicle) -
                 luis.keep(requested_by=declined)
                 asked.append(luis.requested_by)
             assert asked == ["Eva", None, None], "declined once, it does not ask again"
+        # Asked for by the vehicle: withdrawn, declined, given; a program gives it to whoever asks.
+        assert (plane.request_control(), luis.requested_by) == (False, ours.name)
+        plane.release_control()
+        assert luis.requested_by is None
+        assert (plane.request_control(), plane.control.requested_by) == (False, ours.name)
+        theirs.keep_control(requested_by="Eva")
+        assert luis.requested_by == ours.name
+        theirs.keep_control()
+        assert luis.requested_by is None
+        assert not plane.request_control()
+        theirs.release_control()
+        assert (plane.control.holder, luis.has_control) == (ours.name, False)
+        assert (theirs.request_control(), ours.has_control) == (True, False)
+
+        async def the_same_awaited() -> None:
+            awaited = await aio.wait_vehicle(plane.station)
+            assert (await awaited.request_control(), luis.requested_by) == (False, ours.name)
+            await awaited.release_control()
+            assert luis.requested_by is None
+            luis.release()
+            assert (await awaited.request_control(), ours.has_control) == (True, True)
+            await awaited.keep_control()
+
+        asyncio.run(the_same_awaited())
     plane.set_mode("MANUAL")
     # Of two who send at once one is told, and the vehicle has one whole plan.
     plans = {name: Plan(items=MISSION.items[:count]) for name, count in (("Ana", 2), ("Eva", 3))}
