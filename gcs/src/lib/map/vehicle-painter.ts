@@ -106,7 +106,8 @@ export class VehiclePainter implements Painter {
       strokeWithEdge(frame, theme.estimated, 2, 1);
       paintPlane(frame, gx, gy, ghost.heading_deg, { fill: null, line: theme.estimated, scale: 1 });
       context.setLineDash([]);
-      label(frame, ghost.label, gx, gy + 22, theme.estimated);
+      const isUnderName = vehicle.label !== '' && Math.abs(gx - x) < 120 && Math.abs(gy - y) < 16;
+      label(frame, ghost.label, gx, isUnderName ? y + 38 : gy + 22, theme.estimated);
     } else if (ahead !== null) {
       context.setLineDash([]);
       context.lineCap = 'round';
