@@ -361,6 +361,7 @@ export const shellEn = {
   'number.fenceBreached': 'breached',
   'number.allWell': 'none',
 
+  'sensor.ofFleet': 'Few of these are sent over the network of a fleet. The recording on board has all of them.',
   'sensor.acceleration': 'Acceleration',
   'sensor.rotation': 'Rotation rate',
   'sensor.magnetic': 'Magnetic field',

@@ -364,6 +364,7 @@ export const shellEs: Record<keyof typeof shellEn, string> = {
   'number.fenceBreached': 'rebasada',
   'number.allWell': 'ninguno',
 
+  'sensor.ofFleet': 'Por la red de una flota llegan pocos de estos valores. La grabación de a bordo los tiene todos.',
   'sensor.acceleration': 'Aceleración',
   'sensor.rotation': 'Velocidad de giro',
   'sensor.magnetic': 'Campo magnético',
