@@ -190,8 +190,12 @@ class Texts:
         if finding.item is not None:
             name = self.command(plan.items[finding.item - 1]) if finding.item <= len(plan.items) else "?"
             return texts["item"].format(number=finding.item, name=name)
-        rally = finding.figures.get("rally_point")
-        return texts["home"] if rally is None else texts["rally"].format(number=rally)
+        rally, zone = finding.figures.get("rally_point"), finding.figures.get("fence_zone")
+        if rally is not None:
+            return texts["rally"].format(number=rally)
+        if zone is not None:
+            return texts["zone"].format(number=zone)
+        return texts["returnPoint" if "fence_zone" in finding.figures else "home"]
 
     def _figure(self, name: str, value: Any, figures: Mapping[str, Any]) -> str:
         texts = _spanish()

@@ -134,6 +134,11 @@ fn is_flown(item: &MissionItem) -> bool {
     is_nav(item) && !matches!(item.command, Command::NAV_DELAY | Command::NAV_SCRIPT_TIME)
 }
 
+/// Whether a place is at latitude 0, longitude 0: one that nobody has set.
+fn is_null_island(point: GeoPoint) -> bool {
+    (point.lat_deg(), point.lon_deg()) == (0.0, 0.0)
+}
+
 fn is_nav(item: &MissionItem) -> bool {
     item.command.is_nav() && item.command.info().is_none_or(|info| info.support != Support::Ignored)
 }
@@ -449,7 +454,7 @@ impl<'a> Check<'a> {
             self.error(None, FindingKind::BadFence { fault, zone, corners, radius_m, alt_rel_home_m: None });
         }
         if let Some((point, alt_rel_home_m)) = self.plan.fence.return_point {
-            let is_nowhere = (point.lat_deg(), point.lon_deg()) == (0.0, 0.0);
+            let is_nowhere = is_null_island(point);
             let height = self.plan.fence.return_fault().map(|_| FenceFault::ReturnHeight);
             for fault in height.into_iter().chain(is_nowhere.then_some(FenceFault::ReturnPlace)) {
                 let alt_rel_home_m = Some(alt_rel_home_m);
@@ -470,6 +475,37 @@ impl<'a> Check<'a> {
             if let Some((severity, fault)) = found {
                 let (rally_point, alt_m) = (index + 1, rally.alt_m);
                 self.add(severity, None, FindingKind::BadRally { rally_point, fault, alt_m });
+            }
+        }
+        self.areas_out_of_reach();
+    }
+
+    /// Rally points, the return point and zones far from everything: the vehicle would fly to those, and be kept from
+    /// nothing by these.
+    fn areas_out_of_reach(&mut self) {
+        let (plan, vehicle) = (self.plan, self.context.position);
+        let home = self.home.and_then(|home| home.point().ok());
+        let to = |rally_point, fence_zone, told: OutOfReach| FindingKind::AreaOutOfReach {
+            rally_point,
+            fence_zone,
+            distance_m: told.distance_m,
+            reach_m: REACH_M,
+            is_swapped: told.is_swapped,
+        };
+        for (index, rally) in plan.rally.points.iter().enumerate() {
+            if let Some(told) = out_of_reach(rally.point, home, vehicle) {
+                self.error(None, to(Some(index + 1), None, told));
+            }
+        }
+        if let Some((point, _)) = plan.fence.return_point
+            && !is_null_island(point)
+            && let Some(told) = out_of_reach(point, home, vehicle)
+        {
+            self.error(None, to(None, None, told));
+        }
+        for (index, zone) in plan.fence.zones.iter().enumerate() {
+            if let Some(told) = reach::zone_out_of_reach(&zone.shape, home, vehicle) {
+                self.warn(None, to(None, Some(index + 1), told));
             }
         }
     }

@@ -330,7 +330,7 @@ fn sizes() {
 
 #[test]
 fn fences() {
-    use FindingCode::{BadFence, BadRally, LegCrossesFence, OutsideFence, ReturnPointOutsideFence};
+    use FindingCode::{AreaOutOfReach, BadFence, BadRally, LegCrossesFence, OutsideFence, ReturnPointOutsideFence};
     let circle = |inclusion, center, radius_m| FenceZone { inclusion, shape: FenceShape::Circle { center, radius_m } };
     let square = |inclusion, center: GeoPoint, half_deg: f64| FenceZone {
         inclusion,
@@ -379,6 +379,31 @@ fn fences() {
     assert_eq!(found(&low), [(BadRally, Severity::Error, None)]);
     low.rally.points[0].alt_m = f64::NAN;
     assert_eq!(found(&low), [(BadRally, Severity::Error, None)]);
+
+    // Confused coordinates: no fence where it is wanted, and a return to another continent.
+    let (away, swapped) = (at(0.0, 250_000.0), GeoPoint::new(home.lon_deg(), home.lat_deg()).unwrap());
+    let far = |zone: FenceZone| {
+        check_plan(&fenced(zone), &context()).into_iter().find(|found| found.kind.code() == AreaOutOfReach)
+    };
+    for (zone, km) in [(circle(false, away, 1_000.0), 249.0), (square(false, away, 0.1), 238.9)] {
+        let Some(Finding {
+            kind: FindingKind::AreaOutOfReach { fence_zone, distance_m, is_swapped, .. },
+            severity,
+            ..
+        }) = far(zone)
+        else {
+            panic!("not told")
+        };
+        assert_eq!((fence_zone, is_swapped, severity), (Some(1), false, Severity::Warning));
+        assert!((distance_m / 1_000.0 - km).abs() < 1.0, "{distance_m}");
+    }
+    assert!(far(circle(false, away, 60_000.0)).is_none(), "its edge is in reach");
+    assert!(far(square(true, home, 5.0)).is_none(), "it is around home");
+    assert!(far(circle(false, swapped, 100.0)).is_some_and(|found| found.remedy.contains("swapped")));
+    let mut lost = plan(sound());
+    lost.rally.points = vec![RallyPoint { point: swapped, alt_m: 50.0, frame: MavFrame::GlobalRelativeAlt }];
+    assert_eq!(found(&lost), [(AreaOutOfReach, Severity::Error, None)]);
+    assert_eq!(returning(circle(true, home, 2_000.0), away), [AreaOutOfReach, ReturnPointOutsideFence]);
 
     let mut high = plan(sound());
     high.fence.return_point = Some((home, 90_000.0));

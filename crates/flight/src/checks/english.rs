@@ -20,6 +20,16 @@ fn height(alt_m: f64, datum: Option<Datum>) -> String {
     datum.map_or_else(|| format!("{alt_m} m"), |datum| format!("{alt_m} m {}", datum.words()))
 }
 
+/// Of a place out of reach.
+fn far_off(name: &str, distance_m: f64, reach_m: f64, is_swapped: bool) -> (String, String) {
+    let remedy = if is_swapped {
+        "latitude and longitude are swapped?".to_owned()
+    } else {
+        format!("check its position; in reach is {:.0} km", reach_m / 1_000.0)
+    };
+    (format!("{name} lies {:.0} km from home and from the plane: out of reach", distance_m / 1_000.0), remedy)
+}
+
 /// English message and remedy.
 fn sentences(kind: &FindingKind, name: &str, is_whole: bool) -> (String, String) {
     use FindingKind::*;
@@ -127,14 +137,15 @@ fn sentences(kind: &FindingKind, name: &str, is_whole: bool) -> (String, String)
             );
         }
         OutOfReach { distance_m, reach_m, is_swapped } => {
-            return (
-                format!("{name} lies {:.0} km from home and from the plane: out of reach", distance_m / 1_000.0),
-                if *is_swapped {
-                    "latitude and longitude are swapped?".to_owned()
-                } else {
-                    format!("check its position; in reach is {:.0} km", reach_m / 1_000.0)
-                },
-            );
+            return far_off(name, *distance_m, *reach_m, *is_swapped);
+        }
+        AreaOutOfReach { rally_point, fence_zone, distance_m, reach_m, is_swapped } => {
+            let subject = match (rally_point, fence_zone) {
+                (Some(number), _) => format!("rally point {number}"),
+                (None, Some(number)) => format!("zone {number} of the fence"),
+                (None, None) => "the fence's return point".to_owned(),
+            };
+            return far_off(&subject, *distance_m, *reach_m, *is_swapped);
         }
         FarFirst { distance_m } => (
             format!("{name}, the first destination, lies {:.1} km from the plane", distance_m / 1_000.0),

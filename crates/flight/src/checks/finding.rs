@@ -257,6 +257,20 @@ kinds! {
         /// Whether the place is in reach with latitude and longitude swapped.
         is_swapped: bool,
     },
+    /// A rally point, zone or return point that is as far away: nearly always one with its coordinates confused, and then
+    /// nothing is where it is wanted.
+    AreaOutOfReach = "area-out-of-reach" {
+        /// The rally point, counted from 1.
+        rally_point: Option<usize>,
+        /// The zone of the fence, counted from 1; null, as the rally point, for the fence's return point.
+        fence_zone: Option<usize>,
+        /// To home or the plane, whichever is nearer; of a zone from its nearest corner or its edge.
+        distance_m: f64,
+        /// The limit.
+        reach_m: f64,
+        /// Whether it is in reach with latitude and longitude swapped.
+        is_swapped: bool,
+    },
     /// The first destination is far from the plane.
     FarFirst = "far-first" {
         /// How far.

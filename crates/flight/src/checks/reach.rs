@@ -1,7 +1,7 @@
 //! Whether a plane can fly to a place at all.
 
 use crate::geodesy::{GeoPoint, distance_m};
-use crate::plan::MissionItem;
+use crate::plan::{FenceShape, MissionItem};
 use crate::progress::target;
 
 /// Farthest from home and from the vehicle that a destination may lie, metres. It is ten times what counts as far from
@@ -38,6 +38,30 @@ pub fn first_out_of_reach(
 ) -> Option<(usize, OutOfReach)> {
     let far = |item| out_of_reach(target(item)?, home, vehicle);
     items.iter().enumerate().find_map(|(index, item)| Some((index, far(item)?)))
+}
+
+/// As [`out_of_reach`], for a zone of a fence: its nearest corner, or the nearest point of its circle. A zone around home
+/// or the vehicle is in reach.
+pub(super) fn zone_out_of_reach(
+    shape: &FenceShape,
+    home: Option<GeoPoint>,
+    vehicle: Option<GeoPoint>,
+) -> Option<OutOfReach> {
+    if home.into_iter().chain(vehicle).any(|place| shape.contains(place)) {
+        return None;
+    }
+    let far = |place: &GeoPoint| out_of_reach(*place, home, vehicle);
+    match shape {
+        FenceShape::Circle { center, radius_m } => {
+            let told = far(center)?;
+            let distance_m = told.distance_m - radius_m;
+            (distance_m > REACH_M).then_some(OutOfReach { distance_m, ..told })
+        }
+        FenceShape::Polygon { vertices } => {
+            let corners: Option<Vec<_>> = vertices.iter().map(far).collect();
+            corners?.into_iter().min_by(|a, b| a.distance_m.total_cmp(&b.distance_m))
+        }
+    }
 }
 
 #[cfg(test)]

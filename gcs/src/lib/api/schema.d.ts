@@ -4512,6 +4512,31 @@ export interface components {
             };
         } | {
             /** @enum {string} */
+            code: "area-out-of-reach";
+            /**
+             * @description A rally point, zone or return point that is as far away: nearly always one with its coordinates confused, and then
+             *     nothing is where it is wanted.
+             */
+            figures: {
+                /**
+                 * Format: double
+                 * @description To home or the plane, whichever is nearer; of a zone from its nearest corner or its edge.
+                 */
+                distance_m: number;
+                /** @description The zone of the fence, counted from 1; null, as the rally point, for the fence's return point. */
+                fence_zone: number | null;
+                /** @description Whether it is in reach with latitude and longitude swapped. */
+                is_swapped: boolean;
+                /** @description The rally point, counted from 1. */
+                rally_point: number | null;
+                /**
+                 * Format: double
+                 * @description The limit.
+                 */
+                reach_m: number;
+            };
+        } | {
+            /** @enum {string} */
             code: "far-first";
             /** @description The first destination is far from the plane. */
             figures: {

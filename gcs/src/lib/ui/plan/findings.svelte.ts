@@ -47,8 +47,10 @@ function variantOf(figures: Figures): string {
 function subjectOf({ item: number }: PlanFinding, figures: Figures): string {
   const item = number === null ? undefined : plan.items[number - 1];
   if (number !== null) return t('finding.item', { number, name: item === undefined ? '?' : kindName(item) });
-  const rally = figures['rally_point'];
-  return typeof rally === 'number' ? t('finding.rally', { number: rally }) : t('finding.home');
+  const { rally_point: rally, fence_zone: zone } = figures;
+  if (typeof rally === 'number') return t('finding.rally', { number: rally });
+  if (zone === undefined) return t('finding.home');
+  return typeof zone === 'number' ? t('finding.zone', { number: zone }) : t('finding.returnPoint');
 }
 
 /** Figures as the language and the units in use write them. */
