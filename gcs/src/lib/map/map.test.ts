@@ -1,4 +1,5 @@
-import { describe, expect, it } from 'vitest';
+import type OlMap from 'ol/Map';
+import { describe, expect, it, vi } from 'vitest';
 import { destination } from '$lib/domain/geo';
 import { makeItem, withParam } from '$lib/domain/plan';
 import { projection, WORLD_M } from './frame';
@@ -7,6 +8,7 @@ import { routeView, toLine, toXY } from './route-view';
 import { NO_PROFILE } from '$lib/domain/profile';
 import { wayOf } from '$lib/domain/way';
 import { type VehicleMark, VehiclePainter } from './vehicle-painter';
+import { placeOf, viewAt, ViewControl } from './view-control';
 
 const HOME = { lat_deg: 40.3332, lon_deg: -3.7978, alt_amsl_m: 690 };
 const SIZE = { width: 800, height: 600 };
@@ -127,5 +129,39 @@ describe('vehicles', () => {
       seen({}, HOME),
     ];
     expect(new Set(others).size).toBe(others.length);
+  });
+});
+
+describe('the view', () => {
+  it('widens about what it shows, not about what was painted last', () => {
+    let tick = (): void => undefined;
+    vi.stubGlobal('requestAnimationFrame', (next: () => void) => ((tick = next), 1));
+    vi.stubGlobal('cancelAnimationFrame', () => undefined);
+    vi.useFakeTimers({ toFake: ['Date', 'performance', 'setTimeout'] });
+    const view = viewAt(null);
+    view.setViewportSize([SIZE.width, SIZE.height]);
+    // A slow display: the last picture is of the world still.
+    const painted = projection(toXY(HOME), view.getResolution()!, SIZE);
+    const map = {
+      getView: () => view,
+      getSize: () => [SIZE.width, SIZE.height],
+      getCoordinateFromPixel: ([x = 0, y = 0]: number[]) => [
+        painted.centre[0] + (x - 400) * painted.resolution,
+        painted.centre[1] - (y - 300) * painted.resolution,
+      ],
+    };
+    const control = new ViewControl(map as unknown as OlMap);
+    control.keepInSight(HOME);
+    expect(view.getZoom()).toBe(16);
+    // A panel opens over the plane.
+    control.insets = { top: 0, right: 0, bottom: 450, left: 0 };
+    control.keepInSight(HOME);
+    expect(view.getAnimating()).toBe(true);
+    vi.advanceTimersByTime(600);
+    tick();
+    expect(view.getZoom()).toBeLessThan(16);
+    expect(Math.abs(placeOf(view.getCenter()!).lat_deg - HOME.lat_deg)).toBeLessThan(0.1);
+    vi.useRealTimers();
+    vi.unstubAllGlobals();
   });
 });

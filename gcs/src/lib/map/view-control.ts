@@ -100,17 +100,17 @@ export class ViewControl {
   zoomBy(steps: number): void {
     this.#endAnimation();
     const view = this.#view;
-    const centre = this.#map.getCoordinateFromPixel(this.freeCentrePixel());
+    const anchor = this.#freeCentre();
     const zoom = (view.getZoom() ?? 3) + steps;
     this.movedByHand();
-    this.#animate({ ...(centre ? { anchor: centre } : {}), zoom, duration: 180, easing: easeOut }, () =>
-      view.adjustResolution(view.getResolutionForZoom(zoom) / (view.getResolution() ?? 1), centre),
+    this.#animate({ anchor, zoom, duration: 180, easing: easeOut }, () =>
+      view.adjustResolution(view.getResolutionForZoom(zoom) / (view.getResolution() ?? 1), anchor),
     );
   }
 
   /** The position in the middle of what panels leave free. */
   centre(): LonLat {
-    return this.placeAt(this.freeCentrePixel()) ?? { lon_deg: 0, lat_deg: 0 };
+    return placeOf(this.#freeCentre());
   }
 
   centreOn(at: LonLat): void {
@@ -209,9 +209,8 @@ export class ViewControl {
 
   /** About the middle of what panels leave free. */
   #scaleBy(factor: number): void {
-    const anchor = this.#map.getCoordinateFromPixel(this.freeCentrePixel());
     const resolution = this.resolution * factor;
-    this.#view.animate({ ...(anchor ? { anchor } : {}), resolution, duration: 500, easing: inAndOut });
+    this.#view.animate({ anchor: this.#freeCentre(), resolution, duration: 500, easing: inAndOut });
   }
 
   /** Starts an animation; `end` jumps to its final state. */
@@ -255,7 +254,15 @@ export class ViewControl {
     return [x, y];
   }
 
-  /** The position at a pixel; `null` before the first frame. */
+  /** The same as a coordinate: where the view is now, which may not have been painted yet. */
+  #freeCentre(): [number, number] {
+    const [width = 0, height = 0] = this.#map.getSize() ?? [];
+    const [px, py] = this.freeCentrePixel();
+    const [x = 0, y = 0] = this.#view.getCenter() ?? [];
+    return [x + (px - width / 2) * this.resolution, y - (py - height / 2) * this.resolution];
+  }
+
+  /** The position at a pixel of what was painted last; `null` before the first frame. */
   placeAt(pixel: number[]): LonLat | null {
     const coordinate = this.#map.getCoordinateFromPixel(pixel);
     return coordinate ? placeOf(coordinate) : null;
