@@ -92,7 +92,7 @@ def test_an_aircraft_joins_with_a_token_flies_over_tls_and_is_put_out(tmp_path: 
                     (
                         ("--plane", "plane7"),
                         1,
-                        "Ana has control of plane7: wait until it is given up, or add --take-control",
+                        "Ana has control of plane7: wait until it is given up; --take-control takes it from",
                     ),
                     (("--plane", "plane7", "--take-control"), 0, "mode: done"),
                 ):

@@ -65,7 +65,7 @@ def test_commands_act_on_a_plane_of_a_fleet(plane: tuple[FarPlane, Path], tmp_pa
         far.board.until(holder="Ana")
         held = run(plane, "ask", "mode", "mode=CIRCLE", *on)
     assert held.exit_code == 1
-    assert "Ana has control of plane7: wait until it is given up, or add --take-control" in held.stderr
+    assert "Ana has control of plane7: wait until it is given up; --take-control takes it from" in held.stderr
     assert done("ask", "request-message", "message=AUTOPILOT_VERSION")["message"] == "AUTOPILOT_VERSION"
     assert mode_is("MANUAL")
     assert done("ask", "mode", "mode=CIRCLE", "--take-control")["done"] is True

@@ -58,8 +58,8 @@ def ask(
         if name in given:
             raise Failed(f"{name} is given twice", Exit.USAGE)
         given[name] = value
-    acts = check_request(request, given)  # before anything is waited for
-    with on.vehicle(acts=acts) as vehicle:
+    check_request(request, given)  # before anything is waited for
+    with on.vehicle() as vehicle:
         try:
             message = vehicle.ask(request, given)
         except ConfirmationNeeded as needed:

@@ -76,11 +76,9 @@ class OnLink:
 
     @contextlib.contextmanager
     def vehicle(
-        self, *, acts: bool = False, rate_hz: float = 10.0, record: bool = False, forward: list[str] | None = None
+        self, *, rate_hz: float = 10.0, record: bool = False, forward: list[str] | None = None
     ) -> Iterator[Vehicle]:
         """Connect to the vehicle, and close the link at the end.
-
-        `acts` says that it will be asked for more than to be read.
 
         Raises
         ------
@@ -142,7 +140,7 @@ class OnVehicle(OnLink):
 
     @contextlib.contextmanager
     def vehicle(
-        self, *, acts: bool = False, rate_hz: float = 10.0, record: bool = False, forward: list[str] | None = None
+        self, *, rate_hz: float = 10.0, record: bool = False, forward: list[str] | None = None
     ) -> Iterator[Vehicle]:
         """As on a link; an aircraft of a fleet is recorded on board, and sends at the rate that its network carries.
 
@@ -157,7 +155,7 @@ class OnVehicle(OnLink):
                 raise Failed(
                     "--fleet-router and --take-control are for an aircraft of a fleet: add --plane", Exit.USAGE
                 )
-            with super().vehicle(acts=acts, rate_hz=rate_hz, record=record, forward=forward) as vehicle:
+            with super().vehicle(rate_hz=rate_hz, record=record, forward=forward) as vehicle:
                 yield vehicle
             return
         # The variable is for commands that name nothing.
@@ -170,7 +168,6 @@ class OnVehicle(OnLink):
             self.plane,
             router=self.fleet_router,
             timeout_s=self.timeout,
-            acts=acts,
             take_control=self.take_control,
         ) as vehicle:
             yield vehicle

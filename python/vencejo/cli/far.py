@@ -20,7 +20,7 @@ __all__ = ["far_vehicle"]
 
 @contextlib.contextmanager
 def far_vehicle(
-    org: str | None, plane: str | None, *, router: str | None, timeout_s: float, acts: bool, take_control: bool
+    org: str | None, plane: str | None, *, router: str | None, timeout_s: float, take_control: bool
 ) -> Iterator[Vehicle]:
     """An aircraft of a fleet, as long as the block runs.
 
@@ -59,12 +59,10 @@ def far_vehicle(
             yield vehicle
         except ControlHeld as held:
             # Told at the first order that it refuses: what came before is done.
-            has = f"{held.holder} has control of {plane}: wait until it is given up"
-            if take_control:
-                raise Failed(
-                    f"{has}; --take-control takes it in this station, and as a chief from an operator"
-                ) from held
-            raise Failed(f"{has}, or add --take-control") from held
+            raise Failed(
+                f"{held.holder} has control of {plane}: wait until it is given up; --take-control takes it from another "
+                "program of this station and, as a chief, from an operator"
+            ) from held
 
 
 def _seen(fleet: Fleet, plane: str) -> FarAircraft | None:

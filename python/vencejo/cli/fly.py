@@ -103,7 +103,7 @@ def fly(
         if not loaded.items:
             raise Failed(without(plan, loaded, "mission"))
         reporter.step("loaded", f"{plan}: {len(loaded)} items, {distance(loaded.length_m)}", items=len(loaded))
-        with on.vehicle(acts=True, record=record, forward=forward) as vehicle:
+        with on.vehicle(record=record, forward=forward) as vehicle:
             flight = fly_plan(
                 vehicle,
                 loaded,

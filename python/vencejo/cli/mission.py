@@ -83,7 +83,7 @@ def upload(
     kinds = [part for part in _kinds(kind) if kind is not Kind.all or count(plan, part)]
     if not any(count(plan, part) for part in kinds):
         raise Failed(without(file, plan, kind.value) + "; to empty it on board use: mission clear")
-    with on.vehicle(acts=True) as vehicle:
+    with on.vehicle() as vehicle:
         for part in kinds:
             if check and part == "mission":
                 _tell_findings(plan, vehicle.check_plan(plan), json=json)
@@ -183,7 +183,7 @@ def clear(
 
     Example: vencejo mission clear --link tcp:127.0.0.1:5760 --yes
     """
-    with on.vehicle(acts=True) as vehicle:
+    with on.vehicle() as vehicle:
         flying = vehicle.telemetry.is_armed is True
         question = f"Remove the {'whole plan' if kind is Kind.all else kind.value} from the vehicle"
         if not confirm(question + (", which is ARMED?" if flying else "?"), yes=yes):

@@ -89,7 +89,7 @@ def set_(
 
     Example: vencejo params set LAND_PITCH_DEG -1 --link tcp:127.0.0.1:5760
     """
-    with on.vehicle(acts=True) as vehicle:
+    with on.vehicle() as vehicle:
         before = vehicle.params.get(name.upper())
         after = write(vehicle, before.name, value, yes=yes)
     if json:
@@ -166,7 +166,7 @@ def load(
     from vencejo import load_params
 
     wanted = load_params(file)
-    with on.vehicle(acts=True) as vehicle:
+    with on.vehicle() as vehicle:
         changes, unknown = compare(wanted, read_all(vehicle, quiet=json))
         if unknown:
             say(f"Not on this vehicle, left out: {', '.join(unknown)}")
