@@ -41,6 +41,8 @@ describe('attention', () => {
     ['battery getting low', { id: 1, battery_pct: 20 }, 1, ['battery-low'], 'warn'],
     ['off its plan, and more', { id: 1, target_off_m: 300, may_be_mixed: true }, 1, ['target', 'mixed'], 'danger'],
     ['revoked', { id: 1, is_revoked: true }, 60, ['revoked'], 'warn'],
+    ['asked for', { id: 1, holder: 'Ana', is_held_here: true, requested_by: 'Luis' }, 1, ['wanted'], 'warn'],
+    ['asked of another', { id: 1, holder: 'Eva', is_held_here: false, requested_by: 'Luis' }, 1, ['held'], 'warn'],
     ['held elsewhere', { id: 1, holder: 'Luis', is_held_here: false }, 1, ['held'], 'warn'],
     ['alarm', { id: 1, alarm: { severity: 2, text: 'x', time_s: 1 } }, 1, ['alarm'], 'danger'],
     ['warning', { id: 1, alarm: { severity: 4, text: 'x', time_s: 1 } }, 1, ['warning'], 'warn'],

@@ -81,6 +81,9 @@ export const changedRow = (row: RosterRow | undefined, change: RosterChange): Ro
 /** Whether another ground station has control of it. */
 export const isHeldElsewhere = (row: RosterRow): boolean => row.holder !== null && row.is_held_here === false;
 
+/** Whether another ground station asks for the control that we have of it. */
+export const isWanted = (row: RosterRow): boolean => row.is_held_here === true && row.requested_by !== null;
+
 /** Reasons why a vehicle needs attention, the most urgent first. */
 const ATTENTION = [
   'lost',
@@ -94,6 +97,7 @@ const ATTENTION = [
   'loss',
   'battery-low',
   'mixed',
+  'wanted',
   'held',
   'revoked',
   'warning',
@@ -135,6 +139,7 @@ export function attentionTo(row: RosterRow, age_s: number | null): Attention[] {
     'battery-low':
       row.battery_pct !== null && row.battery_pct >= battery_critical_pct && row.battery_pct < battery_low_pct,
     mixed: row.may_be_mixed === true,
+    wanted: isWanted(row),
     held: isHeldElsewhere(row),
     revoked: row.is_revoked === true,
     warning: row.alarm !== null && row.alarm.severity > ERROR,

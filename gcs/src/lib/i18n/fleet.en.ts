@@ -53,6 +53,7 @@ export const fleetEn = {
   'fleet.why.loss': 'Frames lost',
   'fleet.why.battery-low': 'Battery low',
   'fleet.why.mixed': 'Mission doubtful',
+  'fleet.why.wanted': 'Control requested',
   'fleet.why.held': 'Held elsewhere',
   'fleet.why.revoked': 'Revoked',
   'fleet.why.warning': 'Warning',

@@ -55,6 +55,7 @@ export const fleetEs: Record<keyof typeof fleetEn, string> = {
   'fleet.why.loss': 'Tramas perdidas',
   'fleet.why.battery-low': 'Batería baja',
   'fleet.why.mixed': 'Misión dudosa',
+  'fleet.why.wanted': 'Control solicitado',
   'fleet.why.held': 'Control ajeno',
   'fleet.why.revoked': 'Revocado',
   'fleet.why.warning': 'Aviso',

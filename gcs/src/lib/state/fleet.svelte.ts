@@ -11,6 +11,7 @@ import {
   isGone,
   isHeldElsewhere,
   isMute,
+  isWanted,
   keyOf,
   levelOf,
   type Listed,
@@ -128,7 +129,7 @@ class Fleet {
   /** The vehicles that we have control of, and another ground station asks for. */
   wanted = $derived.by<readonly RosterRow[]>(() => {
     void this.#version;
-    return [...this.#byId.values()].filter((row) => row.is_held_here === true && row.requested_by !== null);
+    return [...this.#byId.values()].filter(isWanted);
   });
 
   /** The whole list comes next. */
