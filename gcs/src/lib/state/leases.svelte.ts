@@ -1,5 +1,5 @@
 // Control of the station, and of vehicles that another ground station may have: who has it, and what can be done here.
-import { SvelteMap } from 'svelte/reactivity';
+import { SvelteMap, SvelteSet } from 'svelte/reactivity';
 import type { ControlRequest } from '$lib/domain/control-request';
 import type { RosterRow } from '$lib/domain/roster';
 import type { Problem } from '$lib/api/types';
@@ -14,7 +14,10 @@ export interface Lease {
   readonly requestedBy: string | null;
   /** What became of our request. */
   readonly request: ControlRequest['state'];
+  /** Why the last change was refused, until control changes hands or is asked for. */
   readonly problem: Problem | null;
+  /** Whether the server has yet to answer. */
+  readonly isBusy: boolean;
   readonly ask: () => Promise<void>;
   readonly give: () => Promise<void>;
   readonly keep: (requestedBy: string) => Promise<void>;
@@ -27,6 +30,7 @@ export const stationLease = (): Lease => ({
   requestedBy: station.requestedBy,
   request: station.controlRequest,
   problem: station.controlProblem,
+  isBusy: station.isControlBusy,
   ask: station.requestControl,
   give: station.releaseControl,
   keep: station.keepControl,
@@ -34,14 +38,26 @@ export const stationLease = (): Lease => ({
 
 /** Why the last change was refused, by vehicle. */
 const problems = new SvelteMap<number, Problem>();
+const busy = new SvelteSet<number>();
+const STANDING: readonly (keyof RosterRow)[] = ['holder', 'is_held_here', 'requested_by'];
+
+// A refusal is about the state of control at its time.
+station.whenTold((message) => {
+  if (message.type !== 'roster') return;
+  for (const id of message.gone) problems.delete(id);
+  for (const row of message.rows) if (STANDING.some((field) => field in row)) problems.delete(row.id);
+});
 
 /** What has changed comes with the list of vehicles. */
 async function change(id: number, call: () => Promise<unknown>): Promise<void> {
   problems.delete(id);
+  busy.add(id);
   try {
     await call();
   } catch (error) {
     problems.set(id, problemFrom(error));
+  } finally {
+    busy.delete(id);
   }
 }
 
@@ -52,6 +68,7 @@ export const vehicleLease = (row: RosterRow): Lease => ({
   requestedBy: row.requested_by,
   request: fleet.requestFor(row.id).state,
   problem: problems.get(row.id) ?? null,
+  isBusy: busy.has(row.id),
   ask: () => change(row.id, () => api.requestVehicle(row.id)),
   give: () => change(row.id, () => api.releaseVehicle(row.id)),
   keep: (requestedBy) => change(row.id, () => api.keepVehicle(row.id, requestedBy)),

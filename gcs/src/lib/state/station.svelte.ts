@@ -70,7 +70,10 @@ export class Station {
   #clockOffset_ms: number | null = null;
   /** Why no session could be opened: a token is asked for, mostly. */
   sessionProblem = $state.raw<Problem | null>(null);
+  /** Why the last change of control was refused, until control changes hands or is asked for. */
   controlProblem = $state.raw<Problem | null>(null);
+  /** Whether a change of control is under way. */
+  isControlBusy = $state(false);
   /** This page's request for control. */
   #request = $state.raw<ControlRequest>(NO_REQUEST);
   /** What became of it. */
@@ -267,6 +270,7 @@ export class Station {
 
   async #control(call: () => Promise<Partial<Session>>): Promise<void> {
     this.controlProblem = null;
+    this.isControlBusy = true;
     try {
       const { has_control, holder } = await call();
       if (this.session && typeof has_control === 'boolean') {
@@ -274,6 +278,8 @@ export class Station {
       }
     } catch (error) {
       this.controlProblem = problemFrom(error);
+    } finally {
+      this.isControlBusy = false;
     }
   }
 
@@ -304,6 +310,7 @@ export class Station {
         this.#clockOffset_ms = now_ms - message.time_s * 1000;
         const { session, name, role, has_control, holder, requested_by } = message;
         this.session = { session, name, role, has_control, holder, requested_by };
+        this.controlProblem = null;
         this.#followRequest(NO_REQUEST);
         break;
       }
@@ -358,6 +365,7 @@ export class Station {
         this.draft = { revision: message.revision, author: message.author };
         break;
       case 'control':
+        this.controlProblem = null;
         if (this.session) {
           const { has_control, holder, requested_by } = message;
           this.session = { ...this.session, has_control, holder, requested_by };
