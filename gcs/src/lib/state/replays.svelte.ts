@@ -15,6 +15,9 @@ class Replays {
   /** What happened in recordings, by the id of their replay. */
   readonly #marks = new SvelteMap<number, readonly ReplayMark[]>();
 
+  /** Where replays are being taken to, by their ids. */
+  readonly #sought_s = new SvelteMap<number, number>();
+
   /** Replays a recording, and shows its first vehicle: a person asked for it, unless that person has selected another meanwhile. */
   async open(asked: NewReplay): Promise<void> {
     this.isOpening = true;
@@ -32,6 +35,24 @@ class Replays {
 
   change(id: number, change: ReplayChange): Promise<void> {
     return this.#try(id, async () => station.applyReplay(await replaysApi.change(id, change)));
+  }
+
+  /** Takes a replay to a place: one request at a time, and of the places asked for meanwhile the last. */
+  async seek(id: number, position_s: number): Promise<void> {
+    const isUnderWay = this.#sought_s.has(id);
+    this.#sought_s.set(id, position_s);
+    if (isUnderWay) return;
+    let asked_s: number | null;
+    do {
+      asked_s = this.soughtIn(id);
+      await this.change(id, { position_s: asked_s });
+    } while (asked_s !== this.soughtIn(id));
+    this.#sought_s.delete(id);
+  }
+
+  /** The place that a replay is being taken to, seconds; null while it plays from where it is. */
+  soughtIn(id: number): number | null {
+    return this.#sought_s.get(id) ?? null;
   }
 
   close(id: number): Promise<void> {
