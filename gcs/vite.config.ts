@@ -2,11 +2,13 @@
 import { svelte } from '@sveltejs/vite-plugin-svelte';
 import { fileURLToPath } from 'node:url';
 import { defineConfig } from 'vitest/config';
+import about from './package.json' with { type: 'json' };
 
 const server = process.env['VENCEJO_SERVER'] ?? 'http://127.0.0.1:8765';
 
 export default defineConfig(({ mode }) => ({
   plugins: [svelte()],
+  define: { __VERSION__: JSON.stringify(about.version) },
   resolve: {
     alias: { $lib: fileURLToPath(new URL('./src/lib', import.meta.url)) },
     // Svelte's browser build in unit tests too: effects and runes behave as in the app.

@@ -14,6 +14,7 @@ import type {
   VehicleSummary,
   Way,
 } from '../../src/lib/api/types';
+import { PAGE_VERSION } from '../../src/lib/api/version';
 import { fleetRow } from './fleet';
 import { home, mission, telemetryAt } from './flight';
 import { mapsAnswer } from './maps';
@@ -264,7 +265,7 @@ class MockSocket {
     this.readyState = 1;
     sockets.add(this);
     this.onopen?.();
-    this.say({ type: 'hello', version: '0.1.0', time_s: time_s(), ...session });
+    this.say({ type: 'hello', version: PAGE_VERSION, time_s: time_s(), ...session });
     const lists = () => {
       if (ids.length <= 8) this.say({ type: 'vehicles', vehicles: ids.map(summary) });
       this.say({ type: 'links', links: [link()] });

@@ -1,9 +1,9 @@
 // Texts of the shell, in English.
 export const shellEn = {
   'lazy.loading': 'Loading…',
-  'lazy.notLoaded': 'This part of the app did not come: is the station’s network there?',
+  'lazy.notLoaded': 'This part of the app could not be loaded. Check the network to the station.',
   'lazy.again': 'Try again',
-  'lazy.gone': 'This part of the app is not on the server any more. Vencejo was probably updated: load the page again.',
+  'lazy.gone': 'This part of the app is no longer on the server, since Vencejo was updated: load the page again.',
   'update.told': 'Vencejo was updated to {version}.',
   'update.reload': 'Load the page again',
   'app.name': 'Vencejo',

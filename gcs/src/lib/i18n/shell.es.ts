@@ -3,10 +3,10 @@ import type { shellEn } from './shell.en';
 
 export const shellEs: Record<keyof typeof shellEn, string> = {
   'lazy.loading': 'Cargando…',
-  'lazy.notLoaded': 'Esta parte de la aplicación no llegó: ¿hay red hasta la estación?',
+  'lazy.notLoaded': 'Esta parte de la aplicación no se ha podido cargar. Comprueba la red hasta la estación.',
   'lazy.again': 'Reintentar',
   'lazy.gone':
-    'Esta parte de la aplicación ya no está en el servidor. Seguramente se ha actualizado Vencejo: carga la página otra vez.',
+    'Esta parte de la aplicación ya no está en el servidor, porque Vencejo se ha actualizado: carga la página otra vez.',
   'update.told': 'Vencejo se ha actualizado a la versión {version}.',
   'update.reload': 'Cargar la página otra vez',
   'app.name': 'Vencejo',

@@ -5,6 +5,7 @@ import { connection } from '$lib/api/connection';
 import { Pending } from '$lib/api/pending';
 import { problemFrom } from '$lib/api/problem';
 import { parse, Socket, type SocketState } from '$lib/api/socket';
+import { PAGE_VERSION } from '$lib/api/version';
 import type { Replay } from '$lib/api/replays';
 import { commandBar, type CommandBar } from '$lib/domain/command-bar';
 import { type ControlRequest, followed, NO_REQUEST } from '$lib/domain/control-request';
@@ -57,8 +58,8 @@ export class Station {
   socketState = $state<SocketState>('connecting');
   session = $state.raw<Session | null>(null);
   version = $state<string | null>(null);
-  /** Whether the server is of another version than the one that this page came from. */
-  isUpdated = $state(false);
+  /** Whether the server is of another version than this page. */
+  isUpdated = $derived(this.version !== null && this.version !== PAGE_VERSION);
   links = $state.raw<readonly LinkInfo[]>([]);
   /** The fleets that the server is in, and why one's vehicles are not heard. */
   networks = $state.raw<readonly FleetNetwork[]>([]);
@@ -305,7 +306,6 @@ export class Station {
     if ('vehicle' in message && message.vehicle !== null) this.#meanwhile.get(message.vehicle)?.push(message);
     switch (message.type) {
       case 'hello': {
-        if (this.version !== null && this.version !== message.version) this.isUpdated = true;
         this.version = message.version;
         this.#clockOffset_ms = now_ms - message.time_s * 1000;
         const { session, name, role, has_control, holder, requested_by } = message;
