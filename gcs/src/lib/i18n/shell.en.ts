@@ -35,6 +35,7 @@ export const shellEn = {
   'bar.noVehicle': 'No vehicle yet',
   'bar.noVehicleHint': 'Waiting for a heartbeat on the links.',
   'bar.noneSelected': 'No vehicle is selected',
+  'bar.selectOne': 'No vehicle is selected. Select one in the bar at the top.',
   'bar.linkLost': 'Link lost',
   'problem.noAnswer': 'The station does not answer.',
   'bar.serverAway': 'Vencejo is away',

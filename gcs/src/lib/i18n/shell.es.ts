@@ -38,6 +38,7 @@ export const shellEs: Record<keyof typeof shellEn, string> = {
   'bar.noVehicle': 'Aún no hay vehículo',
   'bar.noVehicleHint': 'Esperando un latido en los enlaces.',
   'bar.noneSelected': 'No hay ningún vehículo elegido',
+  'bar.selectOne': 'No hay ningún vehículo elegido. Elige uno en la barra superior.',
   'bar.linkLost': 'Enlace perdido',
   'problem.noAnswer': 'La estación no responde.',
   'bar.serverAway': 'Vencejo no responde',
