@@ -30,3 +30,7 @@ function firstAbove(tops_px: readonly number[], at_px: number): number {
   }
   return low;
 }
+
+/** The index of a row, or of the one that took its place: -1 means that it left the list of `count` rows, where it was at `before`. */
+export const indexNear = (index: number, before: number, count: number): number =>
+  index >= 0 ? index : Math.max(0, Math.min(before, count - 1));
