@@ -11,7 +11,7 @@ export const fleetEn = {
   'fleet.needing': '{count} need attention',
 
   'fleet.away': 'This station is not connected to the fleet {fleet}.',
-  'fleet.awayHint': 'None of its aircraft are heard here; they may well be flying.',
+  'fleet.awayHint': 'None of its aircraft are heard over it; they may well be flying.',
 
   'fleet.search': 'Search name, number, mode, text',
   'fleet.order': 'Order',
@@ -57,6 +57,8 @@ export const fleetEn = {
   'fleet.why.held': 'Held elsewhere',
   'fleet.why.revoked': 'Revoked',
   'fleet.why.warning': 'Warning',
+
+  'fleet.silentLinks': 'Autopilot silent; its computer reports: {links}',
 
   'fleet.acts': 'Tell the marked vehicles',
   'fleet.actsHint': 'Each is told by itself, and answers by itself.',

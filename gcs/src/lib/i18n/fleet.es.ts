@@ -13,7 +13,7 @@ export const fleetEs: Record<keyof typeof fleetEn, string> = {
   'fleet.needing': '{count} requieren atención',
 
   'fleet.away': 'Esta estación no está conectada a la flota {fleet}.',
-  'fleet.awayHint': 'Aquí no se oye a ninguno de sus aviones, aunque pueden seguir volando.',
+  'fleet.awayHint': 'A través de ella no se oye a ninguno de sus aviones, aunque pueden seguir volando.',
 
   'fleet.search': 'Buscar nombre, número, modo, texto',
   'fleet.order': 'Orden',
@@ -59,6 +59,8 @@ export const fleetEs: Record<keyof typeof fleetEn, string> = {
   'fleet.why.held': 'Control ajeno',
   'fleet.why.revoked': 'Revocado',
   'fleet.why.warning': 'Aviso',
+
+  'fleet.silentLinks': 'Autopiloto mudo; su ordenador informa: {links}',
 
   'fleet.acts': 'Ordenar a los marcados',
   'fleet.actsHint': 'A cada uno se le ordena por separado, y cada uno responde.',

@@ -119,7 +119,7 @@ export const shellEn = {
   'control.vehicle.declined': '{name} keeps control of {vehicle}',
   'control.vehicle.wanted': '{name} asks for control of {vehicle}',
   'control.more': 'More requests for control: {count}',
-  'control.vehicle.release': 'Give back {vehicle}',
+  'control.vehicle.release': 'Give back control of {vehicle}',
   'control.vehicle.release.hint':
     'Another ground station can take control then. Your next command takes it again, if it is free.',
 

@@ -122,7 +122,7 @@ export const shellEs: Record<keyof typeof shellEn, string> = {
   'control.vehicle.declined': '{name} conserva el control de {vehicle}',
   'control.vehicle.wanted': '{name} pide el control de {vehicle}',
   'control.more': 'Más peticiones de control: {count}',
-  'control.vehicle.release': 'Devolver {vehicle}',
+  'control.vehicle.release': 'Devolver el control de {vehicle}',
   'control.vehicle.release.hint':
     'Otra estación de tierra podrá tomar el control. Tu próxima orden lo vuelve a tomar si está libre.',
 
