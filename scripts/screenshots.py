@@ -66,6 +66,7 @@ class Camera:
             device_scale_factor=2 if touch else 1,
             has_touch=touch,
             is_mobile=touch,
+            color_scheme="dark",
             locale="en-GB",
             timezone_id="Europe/Madrid",
             reduced_motion="reduce",

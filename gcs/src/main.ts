@@ -4,7 +4,6 @@ import './tokens.css';
 import './app.css';
 import './controls.css';
 import App from './App.svelte';
-import { settings } from '$lib/state/settings.svelte';
 import { station } from '$lib/state/station.svelte';
 
 // Only in `npm run dev:mock`; no build contains it.
@@ -12,7 +11,5 @@ if (import.meta.env.MODE === 'mock') (await import('../dev/mock/server')).instal
 
 const target = document.getElementById('app');
 if (target === null) throw new Error('index.html has no element #app');
-// Before the first paint, so that nothing flashes.
-document.documentElement.dataset['theme'] = settings.theme;
 mount(App, { target });
 station.start();

@@ -78,6 +78,7 @@ def _open_station(browser: Browser, request: pytest.FixtureRequest) -> OpenStati
             viewport={"width": size[0], "height": size[1]},
             has_touch=touch,
             is_mobile=touch,
+            color_scheme="dark",
             locale={"en": "en-GB", "es": "es-ES"}[language],
             reduced_motion="reduce",
         )

@@ -404,6 +404,7 @@ export const shellEn = {
 
   'setting.look': 'Look',
   'setting.theme': 'Theme',
+  'setting.system': 'System',
   'setting.dark': 'Dark',
   'setting.light': 'Sunlight',
   'setting.language': 'Language',

@@ -407,6 +407,7 @@ export const shellEs: Record<keyof typeof shellEn, string> = {
 
   'setting.look': 'Aspecto',
   'setting.theme': 'Tema',
+  'setting.system': 'Sistema',
   'setting.dark': 'Oscuro',
   'setting.light': 'Sol',
   'setting.language': 'Idioma',

@@ -5,12 +5,15 @@ import { i18n, type Language } from '$lib/i18n/index.svelte';
 import { load, save } from './stored';
 
 export type Theme = 'dark' | 'light';
+/** Themes to choose from; `system` follows the browser's. */
+export const THEMES = ['system', 'dark', 'light'] as const;
+export type ThemeChoice = (typeof THEMES)[number];
 
 /** Telemetry rates on offer, in Hz. */
 export const RATES_HZ = [2, 5, 10, 20, 50] as const;
 
 interface Chosen {
-  theme: Theme;
+  theme: ThemeChoice;
   language: Language;
   length: LengthUnit;
   speed: SpeedUnit;
@@ -30,7 +33,7 @@ const browserLanguage = (languages: readonly string[]): Language =>
     : 'en';
 
 const defaults: Chosen = {
-  theme: 'dark',
+  theme: 'system',
   language: browserLanguage(globalThis.navigator?.languages ?? []),
   length: 'm',
   speed: 'm_s',
@@ -42,7 +45,7 @@ function read(value: unknown): Chosen | null {
   if (typeof value !== 'object' || value === null) return null;
   const stored = value as Partial<Record<keyof Chosen, unknown>>;
   return {
-    theme: oneOf(stored.theme, ['dark', 'light'] as const, defaults.theme),
+    theme: oneOf(stored.theme, THEMES, defaults.theme),
     language: oneOf(stored.language, ['en', 'es'] as const, defaults.language),
     length: oneOf(stored.length, ['m', 'ft'] as const, defaults.length),
     speed: oneOf(stored.speed, ['m_s', 'kt', 'km_h'] as const, defaults.speed),
@@ -53,15 +56,23 @@ function read(value: unknown): Chosen | null {
 
 class Settings {
   #chosen = $state<Chosen>(load('settings', defaults, read));
+  #systemTheme = $state<Theme>('dark');
+  /** The theme in use. */
+  shownTheme = $derived(this.#chosen.theme === 'system' ? this.#systemTheme : this.#chosen.theme);
 
   constructor() {
     i18n.language = this.#chosen.language;
+    const dark = globalThis.matchMedia?.('(prefers-color-scheme: dark)');
+    const follow = (): void => void (this.#systemTheme = dark.matches ? 'dark' : 'light');
+    dark?.addEventListener('change', follow);
+    if (dark !== undefined) follow();
   }
 
-  get theme(): Theme {
+  /** The theme that was chosen. */
+  get theme(): ThemeChoice {
     return this.#chosen.theme;
   }
-  set theme(theme: Theme) {
+  set theme(theme: ThemeChoice) {
     this.#set({ theme });
   }
   get language(): Language {

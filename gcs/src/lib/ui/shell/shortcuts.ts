@@ -44,7 +44,7 @@ export const SHORTCUTS: readonly Shortcut[] = [
     key: 't',
     shown: 'T',
     text: () => t('key.theme'),
-    run: () => (settings.theme = settings.theme === 'dark' ? 'light' : 'dark'),
+    run: () => (settings.theme = settings.shownTheme === 'dark' ? 'light' : 'dark'),
   },
   { key: '?', shown: '?', text: () => t('key.help'), run: () => (help.isOpen = !help.isOpen) },
   {
