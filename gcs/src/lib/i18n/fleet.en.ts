@@ -58,7 +58,7 @@ export const fleetEn = {
   'fleet.why.revoked': 'Revoked',
   'fleet.why.warning': 'Warning',
 
-  'fleet.silentLinks': 'Autopilot silent; its computer reports: {links}',
+  'fleet.silentLinks': 'Autopilot silent; on board: {links}',
 
   'fleet.acts': 'Tell the marked vehicles',
   'fleet.actsHint': 'Each is told by itself, and answers by itself.',

@@ -60,7 +60,7 @@ export const fleetEs: Record<keyof typeof fleetEn, string> = {
   'fleet.why.revoked': 'Revocado',
   'fleet.why.warning': 'Aviso',
 
-  'fleet.silentLinks': 'Autopiloto mudo; su ordenador informa: {links}',
+  'fleet.silentLinks': 'Autopiloto mudo; a bordo: {links}',
 
   'fleet.acts': 'Ordenar a los marcados',
   'fleet.actsHint': 'A cada uno se le ordena por separado, y cada uno responde.',
