@@ -62,8 +62,9 @@ async def test_parameters_are_read_searched_and_set(open_station: OpenStation, s
             await panel.get_by_role("checkbox", name=re.compile(re.escape(station.text("params.changedOnly")))).check()
             await row(station, "RTL_AUTOLAND").click()
             await panel.get_by_role("button", name=station.like("params.toDefault")).click()
-            await expect(station.field(panel, "params.value", name="RTL_AUTOLAND")).to_have_value("0")
-            await station.page.keyboard.press("Enter")
+            field = station.field(panel, "params.value", name="RTL_AUTOLAND")
+            await expect(field).to_have_value("0")
+            await field.press("Enter")
             await expect(row(station, "RTL_AUTOLAND")).to_have_count(0)
             # The row has left the list: the keyboard is at its neighbour, or at the search of an empty list.
             await expect(panel.locator(":is([data-row], [type=search]):focus")).to_have_count(1)
