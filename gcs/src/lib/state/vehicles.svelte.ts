@@ -146,6 +146,8 @@ export class Vehicle {
   kind = $derived(vehicleKind(this.groups.heartbeat?.mav_type ?? null));
   /** Its name in a fleet, when it is far away, or in a recording: the id is then only this server’s. */
   remoteName = $state<string | null>(null);
+  /** Its name in a fleet alone. */
+  fleetName = $derived.by(() => (this.isRecorded ? null : this.remoteName));
   /** What to call it, in the language in use. */
   name = $derived(vehicleName(this));
 
