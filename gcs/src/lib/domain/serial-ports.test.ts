@@ -50,7 +50,7 @@ it('offers what is plugged in, and says so of no other port', () => {
   let choice: SerialChoice = NOTHING_CHOSEN;
   const told = [[acm], [acm, usb], [acm, usb], [acm], [acm, usb], []].map((ports) => {
     choice = withPorts(choice, ports);
-    return [choice.device && shortName({ device: choice.device }), choice.isNew];
+    return [choice.path && shortName({ device: choice.path }), choice.isNew];
   });
   expect(told).toEqual([
     ['ttyACM0', false],
@@ -64,8 +64,15 @@ it('offers what is plugged in, and says so of no other port', () => {
 
 it('keeps what a person chose or typed, also while it is gone and when the form begins anew', () => {
   const chosen = withPorts(chosenByHand(withPorts(NOTHING_CHOSEN, [acm, usb]), usb.device), [acm]);
-  expect([chosen.device, portOf(chosen), chosen.isNew]).toEqual([usb.device, null, false]);
+  expect([chosen.path, portOf(chosen), chosen.isNew]).toEqual([usb.device, null, false]);
   expect(portOf(withPorts(chosen, [acm, usb]))).toBe(usb);
   const typed = withPorts(chosenByHand(NOTHING_CHOSEN, null), [acm]);
-  expect([typed.device, withPorts(typed, [acm, usb]).device]).toEqual([null, null]);
+  expect([typed.path, withPorts(typed, [acm, usb]).path]).toEqual([null, null]);
+});
+
+it('tells two radios apart that have had the same device in turn', () => {
+  const [a, b] = ['A', 'B'].map((name) => port(usb.device, { lasting_path: `/dev/serial/by-id/${name}` }));
+  const chosen = chosenByHand(withPorts(NOTHING_CHOSEN, [a!]), pathOf(a!));
+  expect([portOf(withPorts(withPorts(chosen, []), [b!])), portOf(withPorts(chosen, [b!, a!]))]).toEqual([null, a]);
+  expect(withPorts(withPorts(NOTHING_CHOSEN, [a!]), [b!])).toMatchObject({ path: pathOf(b!), isNew: true });
 });

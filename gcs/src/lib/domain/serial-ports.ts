@@ -20,7 +20,7 @@ export const shortName = ({ device }: Pick<Port, 'device'>): string => device.sl
 /** A port that was plugged in since the list `before`; `null` without one, and without such a list. */
 export function pluggedIn<T extends Port>(ports: readonly T[], before: readonly Port[] | null): T | null {
   if (before === null) return null;
-  return ports.find(({ device }) => !before.some((known) => known.device === device)) ?? null;
+  return ports.find((port) => !before.some((known) => pathOf(known) === pathOf(port))) ?? null;
 }
 
 /** The first port that can be opened, else the first. */
@@ -33,20 +33,20 @@ export function firstFree<T extends Port>(ports: readonly T[]): T | null {
 export interface SerialChoice<T extends Port = Port> {
   /** Those that were there last; null before the server told. */
   readonly ports: readonly T[] | null;
-  /** Device of the port that is chosen from them; null for one that is typed. */
-  readonly device: string | null;
+  /** Of the port that is chosen from them; null for one that is typed. A device may be another's when it is plugged in again. */
+  readonly path: string | null;
   /** Whether it is offered because it was just plugged in. */
   readonly isNew: boolean;
   /** Whether a person chose or typed it: then it stays, whatever is plugged in or out. */
   readonly isByHand: boolean;
 }
 
-export const NOTHING_CHOSEN: SerialChoice<never> = { ports: null, device: null, isNew: false, isByHand: false };
+export const NOTHING_CHOSEN: SerialChoice<never> = { ports: null, path: null, isNew: false, isByHand: false };
 
 /** What a person chose: a port of the list, or null to type one. */
-export const chosenByHand = <T extends Port>(choice: SerialChoice<T>, device: string | null): SerialChoice<T> => ({
+export const chosenByHand = <T extends Port>(choice: SerialChoice<T>, path: string | null): SerialChoice<T> => ({
   ...choice,
-  device,
+  path,
   isNew: false,
   isByHand: true,
 });
@@ -55,12 +55,13 @@ export const chosenByHand = <T extends Port>(choice: SerialChoice<T>, device: st
 export function withPorts<T extends Port>(choice: SerialChoice<T>, ports: readonly T[]): SerialChoice<T> {
   if (choice.isByHand) return { ...choice, ports };
   const plugged = pluggedIn(ports, choice.ports);
-  if (plugged !== null) return { ...choice, ports, device: plugged.device, isNew: true };
-  const isThere = ports.some(({ device }) => device === choice.device);
+  if (plugged !== null) return { ...choice, ports, path: pathOf(plugged), isNew: true };
+  const isThere = ports.some((port) => pathOf(port) === choice.path);
   if (isThere) return { ...choice, ports };
-  return { ...choice, ports, device: firstFree(ports)?.device ?? null, isNew: false };
+  const free = firstFree(ports);
+  return { ...choice, ports, path: free && pathOf(free), isNew: false };
 }
 
 /** The chosen port; null for one that is typed, or gone. */
-export const portOf = <T extends Port>({ ports, device }: SerialChoice<T>): T | null =>
-  ports?.find((port) => port.device === device) ?? null;
+export const portOf = <T extends Port>({ ports, path }: SerialChoice<T>): T | null =>
+  ports?.find((port) => pathOf(port) === path) ?? null;
