@@ -37,6 +37,15 @@ describe('Operations', () => {
     await expect(finished).rejects.toThrowError(new ProblemError(error));
   });
 
+  it('knows of a new connection only what is told there, and what is waited for', () => {
+    const { operations } = make(running);
+    void operations.finish(running);
+    operations.update({ ...running, id: 5 });
+    operations.update({ ...running, id: 6, state: 'done' });
+    operations.greet();
+    expect([operations.running.map(({ id }) => id), operations.get(6)?.state]).toEqual([[4], 'done']);
+  });
+
   it('does not begin again after its end, whatever comes late', async () => {
     const { operations } = make(running);
     operations.update({ ...running, state: 'cancelled' });

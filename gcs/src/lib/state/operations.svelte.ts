@@ -48,6 +48,11 @@ export class Operations {
     }
   }
 
+  /** Puts away those under way that nobody here waits for: a new connection is told of those that the server has. */
+  greet(): void {
+    for (const { id } of this.running) if (!this.#waiters.has(String(id))) this.#byId.delete(String(id));
+  }
+
   /** Waits for the end of an operation and gives its result; throws its problem. */
   async finish<Result>(started: Operation): Promise<Result> {
     this.update(started);

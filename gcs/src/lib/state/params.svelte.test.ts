@@ -124,7 +124,9 @@ describe('parameters', () => {
     say({ type: 'operation', ...read, id: 999, vehicle: table.systemId, state: 'done' });
     table.readUnasked();
     await vi.waitFor(() => expect(operations.running.some(({ vehicle }) => vehicle === table.systemId)).toBe(true));
-    await table.giveUpUnasked();
+    arm(true);
+    params.receive({ type: 'telemetry', vehicle: table.systemId, time_s: 2, groups: {} } as ServerMessage);
+    await vi.waitFor(() => expect(table.isReading).toBe(false));
     expect([cancelled.length, table.isReading, table.isStopped]).toEqual([2, false, false]);
   });
 

@@ -102,15 +102,20 @@ export class VehicleParams {
     return this.#begin();
   }
 
-  /** Reads all without being asked: that makes room for a plan. */
+  /** Reads all without being asked: that makes room for a plan, and ends when the vehicle is armed. */
   readUnasked(): void {
     if (this.isReading) return;
     this.#isUnasked = true;
     void this.#begin();
   }
 
+  /** The vehicle has told of its state: the list takes a large share of a slow radio. */
+  heard(): void {
+    if (this.#reading !== null && this.#isUnasked && !this.#isGivenUp && this.isHeld) void this.#giveUpUnasked();
+  }
+
   /** Ends a reading that nobody asked for, until it is due again. */
-  async giveUpUnasked(): Promise<void> {
+  async #giveUpUnasked(): Promise<void> {
     if (this.#reading === null || !this.#isUnasked) return;
     this.#isGivenUp = true;
     await this.#cancel();
@@ -121,7 +126,7 @@ export class VehicleParams {
   async makeRoom<Result>(work: () => Promise<Result>): Promise<Result> {
     this.#hasMadeRoom = true;
     try {
-      await this.giveUpUnasked();
+      await this.#giveUpUnasked();
       return await work();
     } finally {
       this.#hasMadeRoom = false;
@@ -333,6 +338,7 @@ class Params {
         if (begun !== undefined && message.state === 'done') void table?.follow(message, begun);
       }
     }
+    if (message.type === 'telemetry') this.#byVehicle.get(message.vehicle)?.heard();
     if (message.type === 'param') this.#byVehicle.get(message.vehicle)?.told(message.param);
     if (message.type === 'event' && message.kind === 'rebooted') {
       const rebooted = this.#byVehicle.get(message.vehicle);

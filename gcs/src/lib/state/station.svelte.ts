@@ -312,6 +312,7 @@ export class Station {
         this.session = { session, name, role, has_control, holder, requested_by };
         this.controlProblem = null;
         this.#followRequest(NO_REQUEST);
+        operations.greet();
         break;
       }
       case 'vehicles':
