@@ -80,7 +80,7 @@ const FOLLOW_MISSION: ReadonlySet<CommandName> = new Set([
   'prepare-flight',
   'mission/start',
   'mission/resume',
-  'mission/current',
+  'land',
 ]);
 
 /** Why a command was held back because of the mission on board; null when that was not the reason. */

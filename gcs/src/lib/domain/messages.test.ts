@@ -33,6 +33,7 @@ it('folds what is said again within a minute, whatever lies in between', () => {
     ['Bad fix', 4, 1, 0],
     ['Bad fix', 2, 1, 0],
   ]);
+  expect(foldMessages([told(7200, 'Bad fix'), told(0, 'Bad fix')]), 'a clock was set back').toHaveLength(2);
 });
 
 it('finds what bars arming, the newest first, while it is repeated', () => {

@@ -52,7 +52,8 @@ export function foldMessages<Message extends Received>(messages: readonly Messag
   for (const message of messages) {
     const key = `${message.severity} ${message.text}`;
     const run = runs.get(key);
-    const goesOn = run !== undefined && message.at.getTime() - run.last.at.getTime() <= REPEATED_WITHIN_MS;
+    // the clock of a recording may have been set back
+    const goesOn = run !== undefined && Math.abs(message.at.getTime() - run.last.at.getTime()) <= REPEATED_WITHIN_MS;
     if (run !== undefined && !goesOn) ended.push(run);
     runs.set(
       key,
