@@ -37,6 +37,8 @@ struct Entry {
     last_used: MonoTime,
     /// Whether control is handed over on request, because no person is there to confirm.
     yields: bool,
+    /// Whether a refusal counts as a request for control: for clients that cannot request it.
+    asks: bool,
 }
 
 impl Entry {
@@ -67,8 +69,6 @@ pub struct Control {
 pub struct Operator {
     control: Control,
     id: OperatorId,
-    /// Whether a refusal counts as a request for control: for clients that cannot request it.
-    asks: bool,
 }
 
 impl Control {
@@ -80,10 +80,10 @@ impl Control {
             let name = plain(name, MAX_NAME);
             let name =
                 if name.trim().is_empty() { format!("station {}", state.enlisted) } else { name.trim().to_owned() };
-            state.operators.insert(id, Entry { name, attached: 0, last_used: now, yields: false });
+            state.operators.insert(id, Entry { name, attached: 0, last_used: now, yields: false, asks: false });
             id
         });
-        Operator { control: self.clone(), id, asks: false }
+        Operator { control: self.clone(), id }
     }
 
     /// Advances time: an operator that is gone loses control, or its request for it.
@@ -99,14 +99,17 @@ impl Control {
 
     /// Whether an attached operator has control, not one that made a single act and keeps it for [`GRACE`].
     pub fn is_attended(&self) -> bool {
-        let state = self.state();
-        state.holder.and_then(|id| state.operators.get(&id)).is_some_and(|holder| holder.attached > 0)
+        self.state().of_holder(|holder| holder.attached > 0)
     }
 
     /// Whether the operator that has control hands it over to any that requests it.
     pub fn yields(&self) -> bool {
-        let state = self.state();
-        state.holder.and_then(|id| state.operators.get(&id)).is_some_and(|holder| holder.yields)
+        self.state().of_holder(|holder| holder.yields)
+    }
+
+    /// Whether the operator that has control requests it by acting, and cannot see who else has a vehicle.
+    pub fn asks(&self) -> bool {
+        self.state().of_holder(|holder| holder.asks)
     }
 
     /// Name of the operator that requests control.
@@ -146,10 +149,15 @@ impl Control {
 }
 
 impl State {
-    /// Whether an operator that asks by acting may: it takes no other request's place, and was not declined just now.
+    /// Whether this operator asks by acting, and may: it takes no other request's place, and was not declined just now.
     fn may_ask(&self, id: OperatorId) -> bool {
+        let asks = self.operators.get(&id).is_some_and(|entry| entry.asks);
         let is_declined = self.declined.get(&id).is_some_and(|at| self.now.since(*at) < DECLINED_FOR);
-        self.asking.is_none_or(|asking| asking == id) && !is_declined
+        asks && self.asking.is_none_or(|asking| asking == id) && !is_declined
+    }
+
+    fn of_holder(&self, is_so: impl FnOnce(&Entry) -> bool) -> bool {
+        self.holder.and_then(|id| self.operators.get(&id)).is_some_and(is_so)
     }
 
     fn name(&self, id: OperatorId) -> Option<String> {
@@ -196,17 +204,20 @@ impl Operator {
     /// An operator that hands control over to any that requests it: a program that does not watch for requests.
     #[must_use]
     pub fn yielding(self) -> Self {
-        if let Some(entry) = self.control.state().operators.get_mut(&self.id) {
-            entry.yields = true;
-        }
-        self
+        self.with(|entry| entry.yields = true)
     }
 
     /// An operator that yields, and requests control when it is refused: for clients that can do neither.
     #[must_use]
-    pub fn asking(mut self) -> Self {
-        self.asks = true;
-        self.yielding()
+    pub fn asking(self) -> Self {
+        self.yielding().with(|entry| entry.asks = true)
+    }
+
+    fn with(self, set: impl FnOnce(&mut Entry)) -> Self {
+        if let Some(entry) = self.control.state().operators.get_mut(&self.id) {
+            set(entry);
+        }
+        self
     }
 
     /// Which one it is.
@@ -259,7 +270,7 @@ impl Operator {
     /// [`NotTaken::Held`] by another operator, [`NotTaken::Dismissed`].
     pub fn act(&self, now: MonoTime) -> Result<(), NotTaken> {
         let taken = self.take(now);
-        if taken.is_err() && self.asks && self.change(now, |state| Ok(state.may_ask(self.id))).unwrap_or(false) {
+        if taken.is_err() && self.change(now, |state| Ok(state.may_ask(self.id))).unwrap_or(false) {
             self.request(now);
         }
         taken
@@ -282,7 +293,8 @@ impl Operator {
     /// Requests control; takes it when it is free or its holder yields. Returns whether it has control now.
     pub fn request(&self, now: MonoTime) -> bool {
         let is_taken = self.change(now, |state| {
-            if state.holder.and_then(|id| state.operators.get(&id)).is_some_and(|holder| holder.yields && !self.asks) {
+            let asks = state.operators.get(&self.id).is_some_and(|entry| entry.asks);
+            if !asks && state.of_holder(|holder| holder.yields) {
                 state.holder = None;
             }
             let is_taken = state.take(self.id).is_ok();

@@ -262,7 +262,8 @@ impl FarAircraft {
 
     /// An order for control.
     fn ask_for(&self, only_if_free: bool) -> Want {
-        let overrules = self.fleet.upgrade().is_some_and(|fleet| fleet.overrules);
+        // A client that cannot see who has the aircraft takes it from nobody.
+        let overrules = self.fleet.upgrade().is_some_and(|fleet| fleet.overrules && !fleet.station.control().asks());
         Want::Ask(Ask { only_if_free, overrules })
     }
 

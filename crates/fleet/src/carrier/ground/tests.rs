@@ -329,6 +329,12 @@ async fn programs_with_one_key_have_control_each_for_itself() {
     // One that was told to take it takes it, and leaves it free.
     let (other, script) = beside(true).await;
     until("it is seen", || shows(&script, "plane7")).await;
+    // Not for a client that does not see whose it is.
+    let node = Arc::new(other.enlist("ROS 2").asking());
+    let act_of_node = other.vehicles().remove(0).acting_as(node.clone()).request(Request::LoiterHere);
+    let ended = timeout(WAIT, act_of_node.wait()).await.expect("it ends").expect("it was not given up");
+    assert_eq!(ended, Err(held));
+    node.release(other.now());
     wish(&other, FarWish::Request).await.expect("it takes it");
     until("she has lost it", || control(&station).0 == "program" && !control(&station).2).await;
     script.close().await;
