@@ -298,16 +298,19 @@ async fn a_reading_that_one_gives_up_goes_on_for_the_others() {
     };
     let read = || Want::Act(Act { deed: Some(Deed::ParamList(Nothing {})), ..Act::default() });
     let mut benches = Vec::new();
-    for next in [100, 200, 300] {
+    for next in [100, 200, 300, 400] {
         let mut bench = Bench { session: session.clone(), state: State::default(), operator: "", epoch: 0, next };
         bench.look().await;
         benches.push(bench);
     }
-    let [first, second, recalling] = &mut benches[..] else { panic!("three") };
+    let [first, second, recalling, after_it] = &mut benches[..] else { panic!("four") };
     let (asked, asked_too, recalled) = {
         let [one, two] = &signers;
         (first.tell(one, read()), second.tell(two, read()), async {
             plane.hears(PARAM_REQUEST_LIST).await;
+            // Orders are taken up as they come: with the answer to this one, the second waits for the reading as well.
+            let no_name = Want::Act(Act { deed: Some(Deed::ParamRead("a b".into())), ..Act::default() });
+            assert_eq!(after_it.tell(two, no_name).await.end(), End::Refused);
             recalling.tell(one, Want::Recall(101_u128.to_be_bytes().to_vec())).await
         })
     };
