@@ -132,12 +132,12 @@ def test_one_operator_acts_and_the_others_are_told_who(plane: vencejo.Vehicle) -
         # Asked for by the vehicle: withdrawn, declined, given; a program gives it to whoever asks.
         assert (plane.request_control(), luis.requested_by) == (False, ours.name)
         plane.release_control()
-        assert luis.requested_by is None
+        assert [luis.requested_by] == [None]
         assert (plane.request_control(), plane.control.requested_by) == (False, ours.name)
         theirs.keep_control(requested_by="Eva")
         assert luis.requested_by == ours.name
         theirs.keep_control()
-        assert luis.requested_by is None
+        assert [luis.requested_by] == [None]
         assert not plane.request_control()
         theirs.release_control()
         assert (plane.control.holder, luis.has_control) == (ours.name, False)
@@ -147,7 +147,7 @@ def test_one_operator_acts_and_the_others_are_told_who(plane: vencejo.Vehicle) -
             awaited = await aio.wait_vehicle(plane.station)
             assert (await awaited.request_control(), luis.requested_by) == (False, ours.name)
             await awaited.release_control()
-            assert luis.requested_by is None
+            assert [luis.requested_by] == [None]
             luis.release()
             assert (await awaited.request_control(), ours.has_control) == (True, True)
             await awaited.keep_control()
