@@ -162,6 +162,14 @@ impl CommandMessage {
         })
     }
 
+    /// Its first parameter.
+    pub(crate) fn first_param(&self) -> f32 {
+        match self {
+            Self::Long(long) => long.params[0],
+            Self::Int(int) => int.params[0],
+        }
+    }
+
     /// Its target.
     pub fn target(&self) -> Address {
         match self {

@@ -33,8 +33,19 @@ const PREARM_REPEATED: Duration = Duration::from_secs(35);
 /// Words of a NOTICE or INFO by which ArduPilot says why it does not do what was asked ("Mode change to LOITER denied,
 /// in fence recovery", "Parachute not enabled", "Disarm to allow calibration"); such texts are not warnings.
 const DENIALS: [&str; 7] = ["denied", "disabled", "not enabled", "failed", "unable", "q_enable", "disarm to"];
+/// What stands before the number of the message that ArduPilot's texts about rates are about: "No ap_message for mavlink
+/// id (133)", "Requested rate for message ID 27 too fast". Rates that a station asks for are refused in between.
+const NAMES_MESSAGE: [&str; 2] = ["mavlink id (", "message ID "];
 /// Most reasons that an error carries.
 const MAX_REASONS: usize = 16;
+
+/// Whether a text is about a message, and the command is not about that one.
+fn is_of_other(text: &str, command: &Commanding) -> bool {
+    let named = NAMES_MESSAGE.iter().find_map(|words| Some(text.split_once(words)?.1));
+    let named = named.and_then(|rest| rest.split(|c: char| !c.is_ascii_digit()).next()?.parse::<u16>().ok());
+    let is_about = matches!(command.message.command(), Command::SET_MESSAGE_INTERVAL | Command::REQUEST_MESSAGE);
+    named.is_some_and(|number| !is_about || f32::from(number) != command.message.first_param())
+}
 
 impl Vehicle {
     /// Ends waits that have timed out.
@@ -145,7 +156,8 @@ impl Vehicle {
         };
         let since = |moment: MonoTime| {
             let texts = self.texts.iter().rev();
-            texts.take_while(move |text| text.at >= moment).filter(|text| text.component == self.address.component)
+            let of_it = |text: &&Text| text.component == self.address.component && !is_of_other(&text.text, command);
+            texts.take_while(move |text| text.at >= moment).filter(of_it)
         };
         let is_arming = command.effect == Effect::Armed(true);
         let is_px4 = self.family() == Some(ModeFamily::Px4);

@@ -575,6 +575,12 @@ fn a_refusal_carries_what_the_vehicle_wrote() {
     let error = ask(&mut world, Request::LoiterHere).expect_err("refused");
     let VehicleError::CommandRefused { ref reasons, .. } = error else { panic!("{error}") };
     assert_eq!(*reasons, ["Mode change to LOITER denied, in fence recovery"]);
+
+    // Of the rates that a station asks for itself the plane says meanwhile which messages it has not.
+    world.plane.denies_modes = Some("No ap_message for mavlink id (225)");
+    world.plane.text(4, "Requested rate for message ID 27 too fast. Increase SCHED_LOOP_RATE");
+    let error = ask(&mut world, Request::LoiterHere).expect_err("refused");
+    assert!(matches!(&error, VehicleError::CommandRefused { reasons, .. } if reasons.is_empty()), "{error}");
 }
 
 #[test]
