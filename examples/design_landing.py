@@ -7,7 +7,7 @@ Usage: python design_landing.py FILE WIND_FROM_DEG WIND_SPEED_M_S [LINK]
 import sys
 
 import vencejo
-from vencejo import MissionItem, Plan
+from vencejo import Home, MissionItem, Plan
 from vencejo.geodesy import destination
 from vencejo.landing import Wind, design_landing
 
@@ -28,11 +28,12 @@ for caution in landing.cautions:
 climb_out = destination(field, bearing_deg=wind_from_deg, distance_m=300)
 upwind = destination(field, bearing_deg=wind_from_deg, distance_m=500)
 plan = Plan(
+    home=Home(home.lat_deg, home.lon_deg, home.alt_amsl_m),
     items=(
         MissionItem.takeoff(climb_out.lat_deg, climb_out.lon_deg, alt_rel_home_m=40.0),
         MissionItem.waypoint(upwind.lat_deg, upwind.lon_deg, alt_rel_home_m=60.0),
         *landing.items,
-    )
+    ),
 )
 for finding in plan.check(position=home):
     print(finding)

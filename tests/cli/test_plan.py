@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import importlib.util
 import json
 import re
@@ -66,6 +67,18 @@ def test_check_tells_what_lines_and_flight_show(file: Path) -> None:
 def test_rehearse_flies_the_demo() -> None:
     result = run("rehearse", demo_mission(), "--wind", "5", "--wind-from", "240")
     assert (result.exit_code, "Landed, at rest" in result.stdout) == (0, True), result.output
+
+
+def test_a_plan_without_a_home_is_given_one(tmp_path: Path) -> None:
+    homeless = tmp_path / "homeless.plan"
+    dataclasses.replace(Plan.load(demo_mission()), home=None).save(homeless)
+    refused = run("rehearse", homeless)
+    assert (refused.exit_code, "give one with --home LAT,LON,ALT" in refused.stderr) == (2, True), refused.output
+    checked = run("check", homeless)
+    assert "the plan has none; give one with --home" in checked.stderr, checked.output
+    home = ("--home", "40.3332,-3.7978,690")
+    assert "Landed, at rest" in run("rehearse", homeless, *home).stdout
+    assert "not rehearsed" not in run("check", homeless, *home).stderr
 
 
 def test_land_shows_the_choice_and_writes_one(file: Path, tmp_path: Path) -> None:

@@ -86,9 +86,18 @@ class Flight:
         }
 
     def fly(self, plan: Plan, *, gust_m_s: float = 0.0, seed: int = 0) -> Rehearsal:
-        """Rehearse a plan."""
+        """Rehearse a plan.
+
+        Raises
+        ------
+        InvalidRequest
+            Also for a plan without a home, naming the option that gives one.
+        """
+        from vencejo.errors import InvalidRequest
         from vencejo.rehearsal import rehearse
 
+        if plan.home is None:
+            raise InvalidRequest("a rehearsal begins at home, and the plan has none; give one with --home LAT,LON,ALT")
         return rehearse(plan, **self.given, gust_m_s=gust_m_s, seed=seed, clearance_m=self.clearance_m)
 
 

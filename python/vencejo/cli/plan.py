@@ -53,11 +53,18 @@ plan_app = typer.Typer(
 )
 
 PlanArgument = Annotated[Path, typer.Argument(metavar="FILE", help="A plan file.")]
+HomeOption = Annotated[
+    str | None,
+    typer.Option(
+        "--home", metavar="LAT,LON,ALT", help="Planned home, altitude above mean sea level; by default the file's."
+    ),
+]
 
 
 @plan_app.command()
 def check(
     file: PlanArgument,
+    home: HomeOption = None,
     wind: WindOption = 0.0,
     wind_from: WindFromOption = 0.0,
     params: ParamsOption = None,
@@ -76,11 +83,10 @@ def check(
 
     Example: vencejo plan check mission.plan --wind 7 --wind-from 240
     """
-    from vencejo import Plan
     from vencejo.errors import InvalidRequest
     from vencejo.findings import with_flown
 
-    plan = Plan.load(file)
+    plan = _load(file, home)
     findings = plan.check()
     flown, why = None, None
     try:
@@ -115,7 +121,8 @@ def check(
 
 @plan_app.command()
 def rehearse(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="A plan file with a home.")],
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="A plan file.")],
+    home: HomeOption = None,
     wind: WindOption = 0.0,
     wind_from: WindFromOption = 0.0,
     gust: Annotated[
@@ -142,10 +149,9 @@ def rehearse(
 
     Example: vencejo plan rehearse mission.plan --wind 7 --wind-from 240 --params plane.param
     """
-    from vencejo import Plan
     from vencejo.rehearsal import rehearse_many
 
-    plan = Plan.load(file)
+    plan = _load(file, home)
     battery = (capacity, voltage, power, reserve)
     flight = Flight(params, learned_from, wind, wind_from, ground, clearance, battery)
     flown = flight.fly(plan, gust_m_s=gust, seed=seed)
@@ -177,9 +183,7 @@ def convert(
         float | None,
         typer.Option("--alt", metavar="METRES", help="Altitude above home for positions of the mission without one."),
     ] = None,
-    home: Annotated[
-        str | None, typer.Option("--home", metavar="LAT,LON,ALT", help="Planned home, altitude above mean sea level.")
-    ] = None,
+    home: HomeOption = None,
     force: Annotated[bool, typer.Option("--force", help="Overwrite OUT.")] = False,
     json: JsonOption = False,
 ) -> None:
@@ -190,15 +194,11 @@ def convert(
 
     Example: vencejo plan convert path.kml mission.plan --alt 80 --home 40.3332,-3.7978,690
     """
-    from vencejo import Home, Plan
-
     require_plan_name(target)
     if target.exists() and not force:
         raise Failed(f"{target} exists; add --force to overwrite it")
-    plan = Plan.load(source)
+    plan = _load(source, home)
     read = plan.notes
-    if home is not None:
-        plan = dataclasses.replace(plan, home=Home(*numbers("--home", home, "LAT,LON,ALT")))
     if alt is not None:
         # Both zero means where the plane is then.
         lacks = [item.alt_m is None and bool(item.lat_deg or item.lon_deg) for item in plan]
@@ -228,12 +228,13 @@ class Language(str, enum.Enum):
 
 @plan_app.command()
 def report(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="A plan file with a home.")],
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="A plan file.")],
     out: Annotated[Path, typer.Option("--output", "-o", metavar="HTML", help="File to write.")],
     language: Annotated[Language, typer.Option("--language", help="Language of the report.")] = Language.en,
     title: Annotated[
         str | None, typer.Option("--title", help="Title of the report; by default the file's name.")
     ] = None,
+    home: HomeOption = None,
     wind: WindOption = 0.0,
     wind_from: WindFromOption = 0.0,
     params: ParamsOption = None,
@@ -250,12 +251,11 @@ def report(
 
     Example: vencejo plan report mission.plan -o report.html --wind 7 --wind-from 240 --language es
     """
-    from vencejo import Plan
     from vencejo.report import plan_report
     from vencejo.storage import write_file
     from vencejo.what_if import what_if
 
-    plan = Plan.load(file)
+    plan = _load(file, home)
     battery = (capacity, voltage, power, reserve)
     flight = Flight(params, learned_from, wind, wind_from, ground, clearance, battery)
     flown = flight.fly(plan)
@@ -277,6 +277,16 @@ def report(
     else:
         say_notes(plan.notes)
         print(clean(f"{out}: written; open it in a browser, or print it"))
+
+
+def _load(file: Path, home: str | None) -> Plan:
+    """Load a plan, with a home in place of its own if one is given."""
+    from vencejo import Home, Plan
+
+    plan = Plan.load(file)
+    if home is None:
+        return plan
+    return dataclasses.replace(plan, home=Home(*numbers("--home", home, "LAT,LON,ALT")))
 
 
 def _tell(plan: Plan, flown: Rehearsal) -> None:
