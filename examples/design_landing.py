@@ -11,6 +11,8 @@ from vencejo import Home, MissionItem, Plan
 from vencejo.geodesy import destination
 from vencejo.landing import Wind, design_landing
 
+if len(sys.argv) < 4:
+    sys.exit(__doc__)
 file, wind_from_deg, wind_speed_m_s = sys.argv[1], float(sys.argv[2]), float(sys.argv[3])
 link = sys.argv[4] if len(sys.argv) > 4 else "tcp:127.0.0.1:5760"
 

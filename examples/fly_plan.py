@@ -8,6 +8,8 @@ import sys
 
 import vencejo
 
+if len(sys.argv) < 2:
+    sys.exit(__doc__)
 file = sys.argv[1]
 link = sys.argv[2] if len(sys.argv) > 2 else "tcp:127.0.0.1:5760"
 

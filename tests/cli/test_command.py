@@ -409,7 +409,7 @@ def test_a_file_with_a_fence_alone_is_not_flown_and_says_how_it_is_sent(tmp_path
     for words in (["fly", "--yes"], ["mission", "upload"]):
         result = run(*words, str(fence), "--link", "udpin:127.0.0.1:0")
         assert result.exit_code == 1
-        assert f"holds no mission, but a fence: vencejo mission upload {fence} --kind fence" in result.stderr
+        assert f"holds no mission: send its fence with `vencejo mission upload {fence} --kind fence`" in result.stderr
 
 
 def test_a_plan_with_an_error_is_not_flown(tmp_path: Path) -> None:

@@ -16,7 +16,10 @@ if TYPE_CHECKING:
 
 WindOption = Annotated[float, typer.Option("--wind", min=0.0, max=60.0, help="Wind 60 m up, m/s.")]
 WindFromOption = Annotated[
-    float, typer.Option("--wind-from", metavar="DEGREES", help="Direction that it comes from, degrees from true north.")
+    float,
+    typer.Option(
+        "--wind-from", metavar="DEGREES", help="Direction that it comes from, degrees from true north; 0 by default."
+    ),
 ]
 ParamsOption = Annotated[
     Path | None,

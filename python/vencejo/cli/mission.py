@@ -274,12 +274,14 @@ def count(plan: Plan, kind: PlanKind) -> int:
     return len({"mission": plan.items, "fence": plan.fence.zones, "rally": plan.rally}[kind])
 
 
+_NAMES = {"mission": "mission", "fence": "fence", "rally": "rally points", "all": "plan"}
+
+
 def without(file: Path, plan: Plan, kind: str) -> str:
     """That a file holds nothing of a kind, and how what it does hold is sent."""
     held = [part for part in _kinds(Kind.all) if count(plan, part)]
-    return f"{file} holds no {'plan' if kind == 'all' else kind}" + "".join(
-        f", but a {part}: vencejo mission upload {file} --kind {part}" for part in held
-    )
+    ways = "; ".join(f"send its {part} with `vencejo mission upload {file} --kind {part}`" for part in held)
+    return f"{file} holds no {_NAMES[kind]}" + (f": {ways}" if ways else "")
 
 
 FRAMES = {0: "above sea level", 2: "", 3: "above home", 10: "above terrain"}

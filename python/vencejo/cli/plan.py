@@ -205,6 +205,10 @@ def convert(
         items = (item.with_altitude(alt) if lacking else item for item, lacking in zip(plan, lacks, strict=True))
         plan = dataclasses.replace(plan, items=tuple(items))
         read = tuple(note for note in read if note.code != "heights-missing")
+    if home is not None:
+        for finding in plan.check():
+            if finding.code in _ELSEWHERE:
+                say(finding_text(finding))
     written = plan.save(target)
     counts = {"items": len(plan.items), "zones": len(plan.fence.zones), "rally_points": len(plan.rally)}
     if json:
@@ -217,6 +221,10 @@ def convert(
     say_notes((*read, *written))
     parts = f"{counts['items']} items, {counts['zones']} fence zones, {counts['rally_points']} rally points"
     print(clean(f"{target}: {parts}"))
+
+
+#: Findings that show a home, or the plan, in another place.
+_ELSEWHERE: Final = {"out-of-reach", "area-out-of-reach", "far-from-home"}
 
 
 class Language(str, enum.Enum):
