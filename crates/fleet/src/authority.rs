@@ -277,16 +277,18 @@ impl Authority {
     pub fn on_time(&mut self, now: MonoTime) {
         self.lease.take_if(|lease| lease.until <= now);
         self.asking.take_if(|asking| asking.until <= now);
-        self.pass_on(now);
+        self.pass_on();
     }
 
-    /// Control that has become free goes to the station that asks for it, before any other takes it.
-    fn pass_on(&mut self, now: MonoTime) {
+    /// Control that has become free goes to the station that asks for it, before any other takes it: for as long as its
+    /// request would stand, so that control never outlasts a sign of life by more than [`LEASE`].
+    fn pass_on(&mut self) {
         if self.lease.is_none()
             && self.local.is_none()
             && let Some(asking) = self.asking.take()
         {
-            self.give(asking.caller, now);
+            self.lease = Some(asking);
+            self.fence();
         }
     }
 
@@ -409,7 +411,7 @@ impl Authority {
             Wish::Act => return Verdict::Execute,
             Wish::Release => {
                 self.lease = None;
-                self.pass_on(now);
+                self.pass_on();
             }
             Wish::Keep(key) => {
                 self.asking.take_if(|asking| asking.caller.key == key);

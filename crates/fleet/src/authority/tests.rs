@@ -88,6 +88,9 @@ fn a_lease_ends_by_itself_and_renewals_keep_it() {
     bench.pass(5.0);
     assert_eq!(bench.end(&caller(3, Role::Operator), TAKE, 0).0, End::Held);
     assert_eq!(bench.authority.lease(), Some((ana.key, epoch + 1)));
+    bench.pass(5.0);
+    assert!(bench.authority.lease().is_none(), "her last sign of life was her request");
+    bench.granted(&ana);
     // As from one who may not act any more.
     assert_eq!(bench.end(&ben, ASK, 0).0, End::Asked);
     bench.authority.on_roles(|key| (*key != ana.key).then_some(Role::Operator));
