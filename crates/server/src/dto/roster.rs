@@ -9,7 +9,7 @@ use utoipa::ToSchema;
 pub struct RosterRow {
     /// Id of the vehicle in this API.
     pub id: u16,
-    /// Name of a remote vehicle in its fleet; null for one on a link of this server.
+    /// Name of a vehicle in its fleet, or of the recording that it comes from; null for one on a link of this server.
     pub remote_name: Option<String>,
     /// Whether it comes from a recording and takes no commands.
     pub is_recorded: Option<bool>,

@@ -27,7 +27,8 @@ pub struct VehicleSummary {
     /// Time since it was last heard; stale after 3.5 s, lost after 5 s.
     #[schema(required = true)]
     pub age_s: Option<f64>,
-    /// Name of a remote vehicle in its fleet: it is reached through a station on board, not over a link of this server.
+    /// Name of a vehicle that is not on a link of this server: in its fleet, where a station on board is asked for it, or of
+    /// the recording that it comes from.
     #[schema(required = true)]
     pub remote_name: Option<String>,
     /// Who has control of a remote vehicle; null for one on a link, and for a recording.

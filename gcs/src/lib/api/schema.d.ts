@@ -7985,7 +7985,7 @@ export interface components {
             may_be_mixed?: boolean | null;
             /** @description Flight mode by name. */
             mode?: string | null;
-            /** @description Name of a remote vehicle in its fleet; null for one on a link of this server. */
+            /** @description Name of a vehicle in its fleet, or of the recording that it comes from; null for one on a link of this server. */
             remote_name?: string | null;
             /** @description Operator who asks for control of a remote vehicle; null when there is none. */
             requested_by?: string | null;
@@ -9037,7 +9037,10 @@ export interface components {
             mav_type: number | null;
             /** @description Flight mode by name. */
             mode: string | null;
-            /** @description Name of a remote vehicle in its fleet: it is reached through a station on board, not over a link of this server. */
+            /**
+             * @description Name of a vehicle that is not on a link of this server: in its fleet, where a station on board is asked for it, or of
+             *     the recording that it comes from.
+             */
             remote_name: string | null;
             replay: components["schemas"]["Replay"] | null;
             /**

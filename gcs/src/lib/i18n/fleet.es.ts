@@ -17,7 +17,7 @@ export const fleetEs: Record<keyof typeof fleetEn, string> = {
 
   'fleet.search': 'Buscar nombre, número, modo, texto',
   'fleet.order': 'Orden',
-  'fleet.order.attention': 'Atención primero',
+  'fleet.order.attention': 'Por atención',
   'fleet.order.name': 'Por nombre',
   'fleet.group': 'Grupo',
   'fleet.allGroups': 'Todos',
