@@ -169,8 +169,10 @@ fn rehearsed(
     let drawn_profile = height_profile(mission, &way_of(vehicle, mission), &|_| None, clearance_m);
     let moments = flown.thinned_to(DRAWN_WITHIN_M, MOST_DRAWN);
     let along_m = along(&moments, &flown.passages, &drawn_profile);
+    // What is drawn of a flight of hours leaves out ridges.
+    let fine = flown.thinned(DRAWN_WITHIN_M);
     Ok(Ok(Rehearsal {
-        lowest: lowest(mission, &moments, &along_m, clearance_m),
+        lowest: lowest(mission, &fine, &along(&fine, &flown.passages, &drawn_profile), clearance_m),
         along_m: along_m.into_iter().map(|along_m| rounded(along_m, 1)).collect(),
         is_ground_pending: is_pending,
         ..described(&flown, &moments, findings, wind, knows_parameters)

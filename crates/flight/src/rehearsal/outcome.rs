@@ -11,6 +11,8 @@ const THINNED_S: f64 = 10.0;
 const COARSEST_M: f64 = 1_000.0;
 /// How many times the tolerance of a thinned track the ground below may have risen or fallen between two samples.
 const GROUND_TIMES: f64 = 7.0;
+/// But ground that differs by more than this is always drawn, m: of a long flight, too, ridges stay.
+const COARSEST_GROUND_M: f64 = 20.0;
 /// Metres of a degree of latitude, for small differences.
 const M_PER_DEG: f64 = 111_195.0;
 
@@ -175,7 +177,7 @@ impl Rehearsal {
     }
 
     /// The samples that are needed to draw the track: the others lie within `tolerance_m` of where the last one kept
-    /// was going, in place and in height, and over ground as high within seven times that.
+    /// was going, in place and in height, and over ground as high within seven times that, at most 20 m.
     pub fn thinned(&self, tolerance_m: f64) -> Vec<&Sample> {
         let mut kept: Vec<&Sample> = Vec::new();
         let mut before: Option<&Sample> = None;
@@ -191,7 +193,8 @@ impl Rehearsal {
                 let off_height_m = (sample.height_m - last.height_m - last.climb_m_s * dt).abs();
                 let ground = sample.ground_m.zip(last.ground_m);
                 let off_ground_m = ground.map_or(0.0, |(ground_m, last_m)| (ground_m - last_m).abs());
-                let is_off = off_m.max(off_height_m) > tolerance_m || off_ground_m > GROUND_TIMES * tolerance_m;
+                let is_off = off_m.max(off_height_m) > tolerance_m
+                    || off_ground_m > (GROUND_TIMES * tolerance_m).min(COARSEST_GROUND_M);
                 let is_another = sample.index != last.index || sample.ground_m.is_some() != last.ground_m.is_some();
                 dt > THINNED_S || is_off || is_another
             });

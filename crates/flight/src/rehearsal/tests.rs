@@ -385,6 +385,23 @@ fn a_thinned_track_draws_the_same_line() {
 }
 
 #[test]
+fn a_ridge_stays_in_what_is_drawn_of_a_long_flight() {
+    let home = HOME.point().unwrap();
+    let ridge_at_m = 3_000.0..3_120.0;
+    let ground = |point| Some(if ridge_at_m.contains(&distance_m(home, point)) { 710.0 } else { 600.0 });
+    let mut circles = waypoint(0.0, 1_000.0, 150.0);
+    (circles.command, circles.params[0]) = (Command::NAV_LOITER_TURNS, Some(40.0));
+    let plan = plan(vec![takeoff(50.0), circles, waypoint(0.0, 5_000.0, 150.0)]);
+    let usual = Aircraft::default();
+    let conditions = Conditions { ground: Some(&ground), ..Conditions::new(&usual, Air::default()) };
+    let flown = rehearse(&plan, &conditions).unwrap();
+    let highest = |kept: Vec<&Sample>| kept.iter().filter_map(|sample| sample.ground_m).fold(f64::MIN, f64::max);
+    let fine = flown.thinned(0.7);
+    let (many, highest_m) = (fine.len(), highest(fine));
+    assert_eq!(highest(flown.thinned_to(0.7, many / 20)), highest_m);
+}
+
+#[test]
 fn many_flights_give_a_corridor_and_the_odds() {
     let landing =
         design_landing(HOME.point().unwrap(), &LandingOptions { course_deg: Some(270.0), ..LandingOptions::default() });
