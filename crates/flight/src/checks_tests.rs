@@ -399,6 +399,7 @@ fn fences() {
     }
     assert!(far(circle(false, away, 60_000.0)).is_none(), "its edge is in reach");
     assert!(far(square(true, home, 5.0)).is_none(), "it is around home");
+    assert!(far(square(false, at(0.0, 339_000.0), 3.0)).is_none(), "its long edge passes near home");
     assert!(far(circle(false, swapped, 100.0)).is_some_and(|found| found.remedy.contains("swapped")));
     let mut lost = plan(sound());
     lost.rally.points = vec![RallyPoint { point: swapped, alt_m: 50.0, frame: MavFrame::GlobalRelativeAlt }];

@@ -3,7 +3,9 @@
 use crate::geodesy::{GeoPoint, LocalFrame, wrap_180_deg};
 use crate::plan::{Fence, FenceShape, FenceZone};
 
-/// Metres of a degree of latitude, less than anywhere on Earth.
+/// Metres of a degree of latitude, on a sphere.
+const M_PER_DEG: f64 = 111_195.0;
+/// The same, less than anywhere on Earth.
 const M_PER_DEG_LEAST: f64 = 110_000.0;
 /// Latitude from which on a circle may lie around a pole, degrees.
 const POLAR_DEG: f64 = 89.0;
@@ -235,6 +237,18 @@ fn circle_meets(a: Flat, b: Flat, radius: f64) -> impl Iterator<Item = f64> {
     let half = (middle * middle - (a.0 * a.0 + a.1 * a.1 - radius * radius) / length2).sqrt();
     // No meets for a piece without length or beside the circle: not finite.
     [middle - half, middle + half].into_iter().filter(|at| at.is_finite())
+}
+
+/// Distance from a place to the edge of a polygon, m; infinite for one without corners. On a plane that touches the Earth
+/// at the place.
+pub(super) fn distance_to_polygon_m(place: GeoPoint, vertices: &[GeoPoint]) -> f64 {
+    let per_east = M_PER_DEG * place.lat_deg().to_radians().cos();
+    let at = |corner: &GeoPoint| {
+        let (east, north) = flat(place, *corner);
+        (east * per_east, north * M_PER_DEG)
+    };
+    let edges = vertices.iter().zip(vertices.iter().cycle().skip(1));
+    edges.map(|(a, b)| distance_to_segment(at(a), at(b))).fold(f64::INFINITY, f64::min)
 }
 
 /// Distance from the origin to a segment.

@@ -264,7 +264,7 @@ kinds! {
         rally_point: Option<usize>,
         /// The zone of the fence, counted from 1; null, as the rally point, for the fence's return point.
         fence_zone: Option<usize>,
-        /// To home or the plane, whichever is nearer; of a zone from its nearest corner or its edge.
+        /// To home or the plane, whichever is nearer; of a zone to its edge.
         distance_m: f64,
         /// The limit.
         reach_m: f64,

@@ -1,5 +1,6 @@
 //! Whether a plane can fly to a place at all.
 
+use super::border::distance_to_polygon_m;
 use crate::geodesy::{GeoPoint, distance_m};
 use crate::plan::{FenceShape, MissionItem};
 use crate::progress::target;
@@ -40,7 +41,7 @@ pub fn first_out_of_reach(
     items.iter().enumerate().find_map(|(index, item)| Some((index, far(item)?)))
 }
 
-/// As [`out_of_reach`], for a zone of a fence: its nearest corner, or the nearest point of its circle. A zone around home
+/// As [`out_of_reach`], for a zone of a fence: the nearest point of its edge. A zone around home
 /// or the vehicle is in reach.
 pub(super) fn zone_out_of_reach(
     shape: &FenceShape,
@@ -58,8 +59,10 @@ pub(super) fn zone_out_of_reach(
             (distance_m > REACH_M).then_some(OutOfReach { distance_m, ..told })
         }
         FenceShape::Polygon { vertices } => {
-            let corners: Option<Vec<_>> = vertices.iter().map(far).collect();
-            corners?.into_iter().min_by(|a, b| a.distance_m.total_cmp(&b.distance_m))
+            let known = home.into_iter().chain(vehicle);
+            let distance_m = known.map(|place| distance_to_polygon_m(place, vertices)).min_by(f64::total_cmp)?;
+            let is_swapped = vertices.iter().filter_map(far).any(|told| told.is_swapped);
+            (distance_m > REACH_M).then_some(OutOfReach { distance_m, is_swapped })
         }
     }
 }
