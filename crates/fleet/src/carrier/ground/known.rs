@@ -26,6 +26,8 @@ pub(super) struct Known {
     /// The epoch in which we have control, by boot: a boot may be followed again when the newer one was not its
     /// restart.
     pub(super) leases: BTreeMap<u64, u64>,
+    /// Whether the last control that we had was taken from us, or given up.
+    pub(super) has_lost: bool,
     /// Our request for control of it, until it is granted or declined.
     pub(super) request: Option<Requested>,
     /// Whether its certificate was revoked.
@@ -90,6 +92,7 @@ impl Known {
         let (boot, held) = (self.boot()?, self.listener.held());
         let epoch = *self.leases.get(&boot)?;
         if held.epoch > epoch || (held.epoch == epoch && !own.holds(held)) {
+            self.has_lost |= !held.key.is_empty() && !own.holds(held);
             self.leases.remove(&boot);
             return None;
         }
@@ -106,6 +109,7 @@ impl Known {
     /// a request.
     pub(super) fn give_up(&mut self) -> Option<u64> {
         let boot = self.boot()?;
+        self.has_lost |= self.leases.contains_key(&boot);
         let requested = self.request.take().filter(|request| request.boot == boot).map(|_| 0);
         self.leases.remove(&boot).or(requested)
     }
@@ -118,6 +122,7 @@ impl Known {
     /// The followed boot has granted us control in this epoch.
     pub(super) fn on_granted(&mut self, boot: u64, epoch: u64) {
         self.leases.insert(boot, epoch);
+        self.has_lost = false;
         self.request.take_if(|request| request.boot == boot);
     }
 

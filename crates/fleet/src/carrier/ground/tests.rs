@@ -345,10 +345,17 @@ async fn programs_with_one_key_have_control_each_for_itself() {
     let node = Arc::new(other.enlist("ROS 2").asking());
     let act_of_node = other.vehicles().remove(0).acting_as(node.clone()).request(Request::LoiterHere);
     let ended = timeout(WAIT, act_of_node.wait()).await.expect("it ends").expect("it was not given up");
-    assert_eq!(ended, Err(held));
+    assert_eq!(ended, Err(held.clone()));
     node.release(other.now());
     wish(&other, FarWish::Request).await.expect("it takes it");
-    until("she has lost it", || control(&station).0 == "program" && !control(&station).2).await;
+    let has_lost_it = || control(&station).0 == "program" && !control(&station).2;
+    until("she has lost it", has_lost_it).await;
+    // Nor back from her, when she has stopped it, by its next act.
+    timeout(WAIT, ours.control(FarWish::Request).wait()).await.expect("it ends").expect("an end").expect("she asks");
+    until("she has it", || control(&station).2 && !control(&other).2).await;
+    assert_eq!(act(&other).await, Err(held));
+    wish(&other, FarWish::Request).await.expect("it takes it");
+    until("she has lost it again", has_lost_it).await;
     script.close().await;
     other.close().await;
     until("it is free", || control(&station).0.is_empty()).await;
