@@ -4520,7 +4520,7 @@ export interface components {
             figures: {
                 /**
                  * Format: double
-                 * @description To home or the plane, whichever is nearer; of a zone from its nearest corner or its edge.
+                 * @description To home or the plane, whichever is nearer; of a zone to its edge.
                  */
                 distance_m: number;
                 /** @description The zone of the fence, counted from 1; null, as the rally point, for the fence's return point. */

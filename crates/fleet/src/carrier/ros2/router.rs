@@ -2,8 +2,10 @@
 
 use std::fmt;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::Duration;
 
+use rustls::ClientConfig;
 use zenoh::Session;
 
 use crate::carrier::endpoint::{Endpoint, Transport};
@@ -20,6 +22,8 @@ const CONNECT: Duration = Duration::from_secs(3);
 /// How long a handshake is waited for before it is tried whether somebody speaks in the clear there: who does answers
 /// none.
 const SILENT: Duration = Duration::from_millis(500);
+/// Until one that has hung up is tried again.
+const AGAIN: Duration = Duration::from_millis(300);
 /// The largest `ROS_DOMAIN_ID`.
 const MAX_DOMAIN: u32 = 232;
 /// What a doctor calls it when nobody is there that speaks Zenoh.
@@ -99,11 +103,23 @@ impl RosRouter {
             self.unreached("tls-missing", problem.to_owned())
         };
         tokio::select! {
-            tried = handshake::refusal(self.at.transport(), &authority, config, REFUSAL) => match tried {
+            tried = self.handshake(&authority, config) => match tried {
                 Err(Fault::HangsUp | Fault::NoTls) if self.speaks_in_the_clear().await => Err(in_the_clear()),
                 tried => tried.map_err(|fault| self.why(&fault)),
             },
             true = async { tokio::time::sleep(SILENT).await; self.speaks_in_the_clear().await } => Err(in_the_clear()),
+        }
+    }
+
+    /// A handshake; a second one with a router that hangs up without a reason, as one does that starts or is busy.
+    async fn handshake(&self, authority: &str, config: Arc<ClientConfig>) -> Result<(), Fault> {
+        let tried = || handshake::refusal(self.at.transport(), authority, config.clone(), REFUSAL);
+        match tried().await {
+            Err(Fault::HangsUp) => {
+                tokio::time::sleep(AGAIN).await;
+                tried().await
+            }
+            ended => ended,
         }
     }
 
