@@ -262,7 +262,13 @@ impl Authority {
     /// Applies changed roles: control, or a request for it, ends for stations that may no longer act.
     pub fn on_roles(&mut self, role_of: impl Fn(&PublicKey) -> Option<Role>) {
         let role_of = |lease: &Lease| role_of(&lease.caller.key).filter(|role| *role != Role::Observer);
-        self.asking.take_if(|asking| role_of(asking).is_none());
+        self.asking.take_if(|asking| match role_of(asking) {
+            Some(role) => {
+                asking.caller.role = role;
+                false
+            }
+            None => true,
+        });
         match self.lease.as_mut().map(|lease| (role_of(lease), lease)) {
             Some((Some(role), lease)) => lease.caller.role = role,
             Some((None, _)) => {

@@ -68,8 +68,8 @@ pub struct GroundConfig {
     /// Its key, which aircraft trust.
     pub signer: Signer,
     /// Whether it takes control, when it acts or asks, from those who have to yield: another program with its key; an
-    /// operator, if it is a chief. Clients that request control by acting do not, and programs
-    /// that have lost it only when they ask.
+    /// operator, if it is a chief. Clients that request control by acting do not, and a program that has lost it does
+    /// only when it asks.
     pub overrules: bool,
     /// Its standing in the fleet: for TLS and QUIC.
     pub standing: Standing,

@@ -102,7 +102,9 @@ impl Known {
     /// Our control in this epoch of the followed boot has ended.
     pub(super) fn on_lost(&mut self, epoch: u64) {
         let boot = self.boot();
+        let before = self.leases.len();
         self.leases.retain(|of, held| (Some(*of), *held) != (boot, epoch));
+        self.has_lost |= self.leases.len() < before;
     }
 
     /// Removes our lease of the followed boot, or our request for it; returns the epoch for the release, 0 for that of
@@ -187,6 +189,32 @@ mod tests {
             [true, false, false],
             "a request, whatever is known of it here"
         );
+    }
+
+    #[test]
+    fn that_control_was_lost_is_known_by_each_way_until_it_is_had_again() {
+        let own = Own { key: PublicKey([1; 32]), run: 5 };
+        let has_lost = |lose: &dyn Fn(&mut Known)| {
+            let mut known = Known { leases: BTreeMap::from([(7, 3)]), ..Known::default() };
+            let held = Held { epoch: 3, holder: "Ana".into(), key: vec![1; 32], run: 5, ..Held::default() };
+            let state = State { boot: 7, clock_ms: 1, sequence: 1, held: Some(held), ..State::default() };
+            known.listener.on_state(&state, MonoTime::ZERO);
+            lose(&mut known);
+            let lost = known.has_lost;
+            known.on_granted(7, 9);
+            (lost, known.has_lost)
+        };
+        assert_eq!(has_lost(&|known| known.on_lost(3)), (true, false), "an order was answered so");
+        assert_eq!(has_lost(&|known| known.on_lost(2)), (false, false), "that was of an earlier one");
+        assert_eq!(has_lost(&|known| assert_eq!(known.give_up(), Some(3))), (true, false));
+        let shown = |known: &mut Known| {
+            let held = Held { epoch: 4, holder: "Luis".into(), key: vec![2; 32], run: 5, ..Held::default() };
+            let state = State { boot: 7, clock_ms: 2, sequence: 2, held: Some(held), ..State::default() };
+            known.listener.on_state(&state, MonoTime::from_millis(1));
+            assert_eq!(known.epoch(&own), None);
+        };
+        assert_eq!(has_lost(&shown), (true, false));
+        assert_eq!(has_lost(&|_| ()), (false, false));
     }
 
     #[test]

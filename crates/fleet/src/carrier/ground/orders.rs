@@ -237,8 +237,8 @@ impl FarAircraft {
         self.known().epoch(&own)
     }
 
-    /// The epoch in which we have control of this boot; takes control if nobody has it, or who has it is
-    /// overruled. What another has is asked for by [`Self::ask`] alone. A request that came too late is repeated once if `again`.
+    /// The epoch in which we have control of this boot; takes control that is free, or from whom we overrule. No request
+    /// is made: that is [`Self::ask`]'s. An order that came too late is repeated once if `again`.
     async fn lease(self: &Arc<Self>, boot: u64, operator: &str, again: bool) -> Result<u64, StationError> {
         // Not behind an order for control that waits for its answer.
         if let Some(epoch) = self.epoch() {
@@ -264,9 +264,10 @@ impl FarAircraft {
     fn ask_for(&self, only_if_free: bool) -> Want {
         let overrules = self.fleet.upgrade().is_some_and(|fleet| {
             let control = fleet.station.control();
-            // A client that cannot see who has the aircraft takes it from nobody; a program that somebody has stopped takes
-            // it back by asking, not with its next act.
-            fleet.overrules && !control.asks() && !(only_if_free && control.yields() && self.known().has_lost)
+            // A client that cannot see who has the aircraft takes it from nobody, nor does one that has gone meanwhile; a
+            // program that somebody has stopped takes it back by asking, not with its next act.
+            let is_known = control.holder().is_some() && !control.asks();
+            fleet.overrules && is_known && !(only_if_free && control.yields() && self.known().has_lost)
         });
         Want::Ask(Ask { only_if_free, overrules })
     }
