@@ -167,12 +167,16 @@ fn rehearsed(
     };
     let mission = &plan.mission;
     let drawn_profile = height_profile(mission, &way_of(vehicle, mission), &|_| None, clearance_m);
-    let moments = flown.thinned_to(DRAWN_WITHIN_M, MOST_DRAWN);
-    let along_m = along(&moments, &flown.passages, &drawn_profile);
-    // What is drawn of a flight of hours leaves out ridges.
-    let fine = flown.thinned(DRAWN_WITHIN_M);
+    let mut moments = flown.thinned(DRAWN_WITHIN_M);
+    let mut along_m = along(&moments, &flown.passages, &drawn_profile);
+    let lowest = lowest(mission, &moments, &along_m, clearance_m);
+    // Of a flight of hours less is drawn than its least height needs.
+    if moments.len() > MOST_DRAWN {
+        moments = flown.thinned_to(DRAWN_WITHIN_M, MOST_DRAWN);
+        along_m = along(&moments, &flown.passages, &drawn_profile);
+    }
     Ok(Ok(Rehearsal {
-        lowest: lowest(mission, &fine, &along(&fine, &flown.passages, &drawn_profile), clearance_m),
+        lowest,
         along_m: along_m.into_iter().map(|along_m| rounded(along_m, 1)).collect(),
         is_ground_pending: is_pending,
         ..described(&flown, &moments, findings, wind, knows_parameters)
