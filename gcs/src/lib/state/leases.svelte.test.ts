@@ -42,3 +42,16 @@ it('shows a refusal of the station’s control until that changes', async () => 
   station.receive({ type: 'control', has_control: true, holder: 'Ana', requested_by: null });
   expect(stationLease().problem).toBeNull();
 });
+
+it('does not wait beyond a new connection for what was asked over the last one', () => {
+  tell({ holder: 'Luis', is_held_here: false });
+  const never = new Promise<never>(() => undefined);
+  vi.spyOn(api, 'requestControl').mockReturnValue(never);
+  vi.spyOn(api, 'requestVehicle').mockReturnValue(never);
+  void stationLease().ask();
+  void ofPlane7().ask();
+  expect([stationLease().isBusy, ofPlane7().isBusy]).toEqual([true, true]);
+  const hello = { type: 'hello', version: '1', time_s: 0, session: 's', name: 'Ana', role: 'operator' };
+  station.receive({ ...hello, has_control: false, holder: null, requested_by: null } as ServerMessage);
+  expect([stationLease().isBusy, ofPlane7().isBusy]).toEqual([false, false]);
+});

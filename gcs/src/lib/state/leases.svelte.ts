@@ -43,6 +43,8 @@ const STANDING: readonly (keyof RosterRow)[] = ['holder', 'is_held_here', 'reque
 
 // A refusal is about the state of control at its time.
 station.whenTold((message) => {
+  // what was asked before may never be answered
+  if (message.type === 'hello') busy.clear();
   if (message.type !== 'roster') return;
   for (const id of message.gone) problems.delete(id);
   for (const row of message.rows) if (STANDING.some((field) => field in row)) problems.delete(row.id);

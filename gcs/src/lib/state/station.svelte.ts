@@ -310,7 +310,8 @@ export class Station {
         this.#clockOffset_ms = now_ms - message.time_s * 1000;
         const { session, name, role, has_control, holder, requested_by } = message;
         this.session = { session, name, role, has_control, holder, requested_by };
-        this.controlProblem = null;
+        // what was asked before may never be answered
+        [this.controlProblem, this.isControlBusy] = [null, false];
         this.#followRequest(NO_REQUEST);
         operations.greet();
         break;
