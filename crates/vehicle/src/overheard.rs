@@ -103,7 +103,11 @@ impl Overheard {
         let said = self.autopilots.iter().position(|one| one.address == from);
         let is_addressed = |one: &Autopilot| message.target().includes(one.address);
         if let Some(place) = said.or_else(|| self.autopilots.iter().position(is_addressed)) {
-            self.untold.extend(self.autopilots[place].hear(said.is_some(), message));
+            for plan in self.autopilots[place].hear(said.is_some(), message) {
+                // An older one that waits has been overtaken.
+                self.untold.retain(|one| (one.autopilot, one.kind) != (plan.autopilot, plan.kind));
+                self.untold.push_back(plan);
+            }
         }
     }
 }
@@ -307,10 +311,14 @@ mod tests {
         let clear = Message::Dialect(MavMessage::MISSION_CLEAR_ALL(clear));
         let taken = Message::MissionAck(MissionAck { target: STATION, result: 0, mission_type: 255, opaque_id: 0 });
         let rest = || [(PLANE, ack(5)), (PLANE, ack(5))];
-        assert_eq!(all(&mut overheard, [(STATION, clear), (PLANE, ack(4))]), [], "refused");
-        let told = all(&mut overheard, [(PLANE, taken)].into_iter().chain(rest()));
+        assert_eq!(all(&mut overheard, [(STATION, clear.clone()), (PLANE, ack(4))]), [], "refused");
+        let told = all(&mut overheard, [(PLANE, taken.clone())].into_iter().chain(rest()));
         assert!(told.iter().all(|plan| plan.state == PlanState::Empty));
         assert_eq!(told.iter().map(|plan| plan.kind).collect::<Vec<_>>(), PlanKind::ALL);
+        let again = std::iter::repeat_n([(STATION, clear), (PLANE, taken)], 50).flatten();
+        all(&mut overheard, again);
+        assert!(overheard.untold.len() < PlanKind::ALL.len(), "newer ones take the place of those that wait");
+        all(&mut overheard, rest());
         // What a part of is replaced is not known any more, nor is what it was to be.
         let part = MISSION_WRITE_PARTIAL_LIST_DATA { target_system: 1, target_component: 1, ..Default::default() };
         let part = Message::Dialect(MavMessage::MISSION_WRITE_PARTIAL_LIST(part));
