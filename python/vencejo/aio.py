@@ -479,9 +479,9 @@ class AsyncVehicle(VehicleState):
     async def request_control(self) -> bool:
         """Ask for control of an aircraft that another ground station of the fleet has, or take it if it is free.
 
-        Requests to the aircraft take its control only while that is free. The request stands until it is granted,
-        declined, or withdrawn with `release_control`; `control` shows what has become of it. For a vehicle on a link it
-        is `Operator.request`.
+        Other requests to the aircraft take its control only while that is free, or as `Fleet` was told to overrule. The
+        request stands until it is granted, declined, or withdrawn with `release_control`; `control` shows what has
+        become of it. For a vehicle on a link it is `Operator.request`.
 
         Returns
         -------

@@ -54,12 +54,11 @@ fn heard_instead(wanted: &Wanted, links: &str, heard: &[String]) -> String {
     match (heard, wanted) {
         ([], Wanted::Named(_)) => "; is its station on board in the fleet, and this station too?".into(),
         ([], _) => {
-            let has = |kinds: [&str; 2]| kinds.iter().any(|kind| links.contains(kind));
-            let advice = if has(["udp", "tcp"]) && !has(["/dev/", "COM"]) {
+            let advice = if links.contains("serial:") {
+                "check the cable or address, the baud rate, and that the autopilot is on"
+            } else {
                 "check the kind of link (udpin listens, tcp dials a server) and the address, and that the autopilot, or \
                  its simulator, runs"
-            } else {
-                "check the cable or address, the baud rate, and that the autopilot is on"
             };
             format!(" on {links}; {advice}")
         }

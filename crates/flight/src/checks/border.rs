@@ -239,8 +239,8 @@ fn circle_meets(a: Flat, b: Flat, radius: f64) -> impl Iterator<Item = f64> {
     [middle - half, middle + half].into_iter().filter(|at| at.is_finite())
 }
 
-/// Distance from a place to the edge of a polygon, m; infinite for one without corners. On a plane that touches the Earth
-/// at the place.
+/// Distance from a place to the edge of a polygon, m; infinite for one without corners. With the degrees of the place:
+/// the nearer, the more exact.
 pub(super) fn distance_to_polygon_m(place: GeoPoint, vertices: &[GeoPoint]) -> f64 {
     let per_east = M_PER_DEG * place.lat_deg().to_radians().cos();
     let at = |corner: &GeoPoint| {
