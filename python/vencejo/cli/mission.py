@@ -82,7 +82,9 @@ def upload(
     plan = Plan.load(file)
     kinds = [part for part in _kinds(kind) if kind is not Kind.all or count(plan, part)]
     if not any(count(plan, part) for part in kinds):
-        raise Failed(without(file, plan, kind.value) + "; to empty it on board use: mission clear")
+        raise Failed(
+            without(file, plan, kind.value) + f"; `vencejo mission clear --kind {kind.value}` empties it on board"
+        )
     with on.vehicle() as vehicle:
         for part in kinds:
             if check and part == "mission":

@@ -154,6 +154,7 @@ def rehearse(
     plan = _load(file, home)
     battery = (capacity, voltage, power, reserve)
     flight = Flight(params, learned_from, wind, wind_from, ground, clearance, battery)
+    _say_where(plan, home)
     flown = flight.fly(plan, gust_m_s=gust, seed=seed)
     odds = None
     if runs:
@@ -205,10 +206,7 @@ def convert(
         items = (item.with_altitude(alt) if lacking else item for item, lacking in zip(plan, lacks, strict=True))
         plan = dataclasses.replace(plan, items=tuple(items))
         read = tuple(note for note in read if note.code != "heights-missing")
-    if home is not None:
-        for finding in plan.check():
-            if finding.code in _ELSEWHERE:
-                say(finding_text(finding))
+    _say_where(plan, home)
     written = plan.save(target)
     counts = {"items": len(plan.items), "zones": len(plan.fence.zones), "rally_points": len(plan.rally)}
     if json:
@@ -264,6 +262,7 @@ def report(
     from vencejo.what_if import what_if
 
     plan = _load(file, home)
+    _say_where(plan, home)
     battery = (capacity, voltage, power, reserve)
     flight = Flight(params, learned_from, wind, wind_from, ground, clearance, battery)
     flown = flight.fly(plan)
@@ -295,6 +294,13 @@ def _load(file: Path, home: str | None) -> Plan:
     if home is None:
         return plan
     return dataclasses.replace(plan, home=Home(*numbers("--home", home, "LAT,LON,ALT")))
+
+
+def _say_where(plan: Plan, home: str | None) -> None:
+    """Say that a home which was given lies in another place than the plan: once, whatever number of items that is told of."""
+    if home is not None:
+        for finding in [finding for finding in plan.check() if finding.code in _ELSEWHERE][:1]:
+            say(finding_text(finding))
 
 
 def _tell(plan: Plan, flown: Rehearsal) -> None:
