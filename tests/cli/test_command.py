@@ -27,6 +27,7 @@ from vencejo.cli import common
 from vencejo.cli.aboard import KNOWS, LinkNote, PlaneLinks, link_checks
 from vencejo.cli.commands import app
 from vencejo.cli.common import EXIT_CODES, Exit, clean, describe_error
+from vencejo.cli.connecting import why_not_up
 from vencejo.cli.demo import demo_mission
 from vencejo.cli.map_areas import _wanted
 from vencejo.cli.onboard import tell_status
@@ -42,7 +43,7 @@ if KNOWS:
     import fcntl
 
 from tests.cli.doubles import FakeStation
-from tests.support import CAPTURES
+from tests.support import CAPTURES, reserved_ports, wait_for
 
 FLIGHT = CAPTURES / "arduplane-takeoff-to-landing.tlog"
 
@@ -292,6 +293,14 @@ def test_a_link_that_cannot_be_read() -> None:
     assert result.exit_code == 2
     assert "bogus" in result.stderr
     assert "udpin:0.0.0.0:14550" in result.stderr
+
+
+def test_a_refused_link_is_told_while_it_is_waited_for() -> None:
+    with reserved_ports() as (port,), vencejo.Station(f"tcp:127.0.0.1:{port}", record=False) as station:
+        wait_for(lambda: why_not_up(station) is not None, "the refusal")
+        told = why_not_up(station)
+    assert told is not None
+    assert re.fullmatch(rf"tcp:127\.0\.0\.1:{port}: cannot connect .* refused .* It is tried again", told)
 
 
 @pytest.mark.parametrize("args", [("signing", "keys"), ("fleet", "history"), ("maps", "list"), ("fleet", "status")])

@@ -67,6 +67,8 @@ def test_check_tells_what_lines_and_flight_show(file: Path) -> None:
 def test_rehearse_flies_the_demo() -> None:
     result = run("rehearse", demo_mission(), "--wind", "5", "--wind-from", "240")
     assert (result.exit_code, "Landed, at rest" in result.stdout) == (0, True), result.output
+    calm = run("rehearse", demo_mission(), "--wind-from", "240")
+    assert (calm.exit_code, "add --wind M_S" in calm.stderr) == (2, True), calm.output
 
 
 def test_a_plan_without_a_home_is_given_one(tmp_path: Path) -> None:

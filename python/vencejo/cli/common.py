@@ -384,9 +384,14 @@ def status(text: str) -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def told_when_long(text: str) -> Iterator[None]:
-    """Print `text` once if the block takes longer than `LONG_S`."""
-    telling = threading.Timer(LONG_S, say, (text,))
+def told_when_long(text: str | Callable[[], str | None]) -> Iterator[None]:
+    """Print `text`, or what it returns then, once if the block takes longer than `LONG_S`."""
+
+    def tell() -> None:
+        if (told := text if isinstance(text, str) else text()) is not None:
+            say(told)
+
+    telling = threading.Timer(LONG_S, tell)
     telling.daemon = True
     telling.start()
     try:

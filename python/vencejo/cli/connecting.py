@@ -11,14 +11,14 @@ from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 
-from vencejo.cli.common import DEFAULT_LINK, Exit, Failed, LinkOption, say, status
+from vencejo.cli.common import DEFAULT_LINK, Exit, Failed, LinkOption, say, status, told_when_long
 from vencejo.cli.listening import default_link
 
 if TYPE_CHECKING:
     from vencejo.station import Station
     from vencejo.vehicle import Vehicle
 
-__all__ = ["RECORDED_AGAIN", "OnLink", "OnVehicle", "real_link", "recording_told"]
+__all__ = ["RECORDED_AGAIN", "OnLink", "OnVehicle", "real_link", "recording_told", "why_not_up"]
 
 
 def real_link(link: str) -> str:
@@ -58,6 +58,12 @@ def recording_told(station: Station) -> Iterator[None]:
         thread.join()
 
 
+def why_not_up(station: Station) -> str | None:
+    """The links that are not up and why, as a line to print; ``None`` if all are."""
+    problems = [f"{link.address}: {link.detail}" for link in station.links if link.state != "up" and link.detail]
+    return f"{'; '.join(problems)}. It is tried again" if problems else None
+
+
 @dataclass(frozen=True)
 class OnLink:
     """The options by which a command finds its vehicle on a link."""
@@ -84,20 +90,14 @@ class OnLink:
         ------
         LinkError, NoVehicleError
         """
-        from vencejo import connect
+        from vencejo import Station
 
         link = real_link(self.link)
-        with status(f"Waiting for a vehicle on {link} …"):
-            vehicle = connect(
-                link,
-                system_id=self.system,
-                timeout_s=self.timeout,
-                rate_hz=rate_hz,
-                record=record,
-                forward_to=forward or (),
-            )
-        with vehicle, recording_told(vehicle.station):
-            yield vehicle
+        with Station(link, rate_hz=rate_hz, record=record, forward_to=forward or ()) as station:
+            with status(f"Waiting for a vehicle on {link} …"), told_when_long(lambda: why_not_up(station)):
+                vehicle = station.wait_vehicle(self.system, timeout_s=self.timeout)
+            with recording_told(station):
+                yield vehicle
 
 
 _FAR: Final = "An aircraft of a fleet, instead of one on a link"

@@ -11,12 +11,13 @@ import typer
 from vencejo.cli.common import Exit, Failed
 
 if TYPE_CHECKING:
+    from vencejo.landing import Wind
     from vencejo.plan import Plan
     from vencejo.rehearsal import Elevation, Rehearsal
 
 WindOption = Annotated[float, typer.Option("--wind", min=0.0, max=60.0, help="Wind 60 m up, m/s.")]
 WindFromOption = Annotated[
-    float,
+    float | None,
     typer.Option(
         "--wind-from", metavar="DEGREES", help="Direction that it comes from, degrees from true north; 0 by default."
     ),
@@ -66,12 +67,11 @@ class Flight:
         params: Path | None,
         learned_from: Path | None,
         wind_m_s: float,
-        wind_from_deg: float,
+        wind_from_deg: float | None,
         ground: Path | None,
         clearance_m: float,
         battery: tuple[float | None, float | None, float | None, float | None],
     ) -> None:
-        from vencejo.landing import Wind
         from vencejo.rehearsal import Battery, learn
 
         parameters = parameters_of(params)
@@ -84,7 +84,7 @@ class Flight:
             "battery": Battery(
                 capacity_mah=capacity_mah, voltage_v=voltage_v, power_cruise_w=power_w, reserve_pct=reserve_pct
             ),
-            "wind": Wind(wind_from_deg, wind_m_s),
+            "wind": wind_of(wind_m_s, wind_from_deg),
             "ground": ground_of(ground),
         }
 
@@ -102,6 +102,15 @@ class Flight:
         if plan.home is None:
             raise InvalidRequest("a rehearsal begins at home, and the plan has none; give one with --home LAT,LON,ALT")
         return rehearse(plan, **self.given, gust_m_s=gust_m_s, seed=seed, clearance_m=self.clearance_m)
+
+
+def wind_of(speed_m_s: float, from_deg: float | None) -> Wind:
+    """The wind of the options; a direction alone would be calm air that nobody meant."""
+    from vencejo.landing import Wind
+
+    if from_deg is not None and not speed_m_s:
+        raise Failed(f"--wind-from {from_deg:g} says no wind speed: add --wind M_S", Exit.USAGE)
+    return Wind(from_deg or 0.0, speed_m_s)
 
 
 def parameters_of(file: Path | None) -> Mapping[str, float] | None:

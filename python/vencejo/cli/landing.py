@@ -18,6 +18,7 @@ from vencejo.cli.flight import (
     ground_of,
     numbers,
     parameters_of,
+    wind_of,
 )
 
 if TYPE_CHECKING:
@@ -38,7 +39,7 @@ def land(
         float | None, typer.Option("--course", help="Course of the final leg or its opposite, degrees from true north.")
     ] = None,
     wind: WindOption = 0.0,
-    wind_from: WindFromOption = 0.0,
+    wind_from: WindFromOption = None,
     ground_above_home: GroundAboveHomeOption = None,
     ground: GroundOption = None,
     params: ParamsOption = None,
@@ -58,7 +59,7 @@ def land(
     Example: vencejo plan land mission.plan --runway 40.3332,-3.7978,40.3332,-3.7943 --wind 6 --wind-from 250 --write landing.plan
     """
     from vencejo import Plan
-    from vencejo.landing import Wind, landing_alternatives
+    from vencejo.landing import landing_alternatives
 
     plan = Plan.load(file)
     kept = without_landing(plan)
@@ -68,7 +69,7 @@ def land(
         site,
         course_deg=course,
         coming_from=places[-1] if places else None,
-        wind=Wind(wind_from, wind),
+        wind=wind_of(wind, wind_from),
         ground_rel_home_m=ground_above_home,
         parameters=parameters_of(params),
         home=plan.home,

@@ -66,7 +66,7 @@ def check(
     file: PlanArgument,
     home: HomeOption = None,
     wind: WindOption = 0.0,
-    wind_from: WindFromOption = 0.0,
+    wind_from: WindFromOption = None,
     params: ParamsOption = None,
     learned_from: LearnOption = None,
     capacity: CapacityOption = None,
@@ -124,7 +124,7 @@ def rehearse(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="A plan file.")],
     home: HomeOption = None,
     wind: WindOption = 0.0,
-    wind_from: WindFromOption = 0.0,
+    wind_from: WindFromOption = None,
     gust: Annotated[
         float, typer.Option("--gust", min=0.0, max=20.0, help="Standard deviation of the gusts, m/s.")
     ] = 0.0,
@@ -242,7 +242,7 @@ def report(
     ] = None,
     home: HomeOption = None,
     wind: WindOption = 0.0,
-    wind_from: WindFromOption = 0.0,
+    wind_from: WindFromOption = None,
     params: ParamsOption = None,
     learned_from: LearnOption = None,
     capacity: CapacityOption = None,

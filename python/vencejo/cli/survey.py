@@ -21,7 +21,7 @@ from vencejo.cli.common import (
     stdout,
     table,
 )
-from vencejo.cli.flight import GroundAboveHomeOption, ParamsOption, WindFromOption, WindOption, parameters_of
+from vencejo.cli.flight import GroundAboveHomeOption, ParamsOption, WindFromOption, WindOption, parameters_of, wind_of
 from vencejo.cli.landing import place_of
 
 if TYPE_CHECKING:
@@ -69,7 +69,7 @@ def survey(
         typer.Option("--course", metavar="DEGREES", help="Course of the lines; by default across the wind."),
     ] = None,
     wind: WindOption = 0.0,
-    wind_from: WindFromOption = 0.0,
+    wind_from: WindFromOption = None,
     airspeed: Annotated[float | None, typer.Option("--airspeed", metavar="M/S", help="Of the survey.")] = None,
     margin: Annotated[
         float | None,
@@ -109,7 +109,7 @@ def survey(
 
     Example: vencejo plan survey --area "40.33,-3.80 40.34,-3.80 40.34,-3.79" --width 60 --spacing 40 --height 100 --json
     """
-    from vencejo.landing import Wind, landing_item
+    from vencejo.landing import landing_item
     from vencejo.plan import Plan
     from vencejo.survey import design_corridor, design_survey
 
@@ -132,7 +132,7 @@ def survey(
         "front_overlap": overlap[0] / 100.0,
         "side_overlap": overlap[1] / 100.0,
         "spacing_m": spacing,
-        "wind": Wind(wind_from, wind),
+        "wind": wind_of(wind, wind_from),
         "margin_m": margin,
         "lead_in_m": lead_in,
         "is_above_terrain": above_terrain,
