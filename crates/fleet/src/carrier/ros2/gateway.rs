@@ -138,8 +138,8 @@ async fn show(
         if now >= look_due {
             look_due = MonoTime::from_origin(now.as_duration() + LOOK_EVERY);
             let vehicles = station.vehicles();
-            // With one that is gone go its node, its topics and its services.
-            planes.retain(|id, _| vehicles.iter().any(|vehicle| vehicle.id() == *id));
+            // With one that is gone go its node, its topics and its services; also if another has its id already.
+            planes.retain(|id, plane| !plane.is_gone() && vehicles.iter().any(|vehicle| vehicle.id() == *id));
             for vehicle in vehicles {
                 let id = vehicle.id();
                 if planes.contains_key(&id) || vehicle.telemetry().0.heartbeat.is_none() {

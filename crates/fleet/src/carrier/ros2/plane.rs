@@ -162,6 +162,11 @@ impl Plane {
         self.ids
     }
 
+    /// Whether the station has dropped the vehicle that this was declared for.
+    pub(super) fn is_gone(&self) -> bool {
+        self.events.is_closed()
+    }
+
     /// What its topics begin with.
     pub(super) fn prefix(&self) -> &str {
         self.place.prefix.trim_end_matches('/')
