@@ -252,6 +252,7 @@ impl<'a> Autopilot<'a> {
     fn hold_at(&mut self, duty: Duty, point: GeoPoint, height_m: f64, body: &Body) {
         self.leave_mission(Mode::Holding(duty), body);
         self.next = Spot { at: self.course.position(point), height_m, follows_ground: false };
+        self.distance_m = (self.next.at - body.position).length();
         self.set_up_slope(body, false, false);
     }
 

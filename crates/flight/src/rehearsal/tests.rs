@@ -233,6 +233,9 @@ fn each_end_is_told() {
     let unlimited = MissionItem::loiter_unlimited(circle.lat_deg(), circle.lon_deg(), 60.0, 0.0);
     assert_eq!(fly(vec![takeoff(50.0), unlimited], Air::default()).ending, Ending::Unlimited);
     assert_eq!(fly(vec![takeoff(50.0), MissionItem::return_to_launch()], Air::default()).ending, Ending::Returned);
+    // From so far away that the return takes longer than a plane is waited for that the wind holds.
+    let far = vec![takeoff(50.0), waypoint(0.0, 20_000.0, 60.0), MissionItem::return_to_launch()];
+    assert_eq!(fly(far, Air::default()).ending, Ending::Returned);
     assert_eq!(fly(vec![takeoff(50.0), waypoint(0.0, 3_000.0, 60.0)], wind(0.0, 30.0)).ending, Ending::Held);
     let script = MissionItem::action(Command::NAV_SCRIPT_TIME, [1.0, 10.0, 0.0, 0.0]);
     assert_eq!(fly(vec![takeoff(50.0), script], Air::default()).ending, Ending::NotRehearsed);

@@ -34,6 +34,7 @@ impl Autopilot<'_> {
                 self.next = Spot { height_m: self.next.height_m - ground_m, follows_ground: true, ..self.next };
             }
         }
+        self.distance_m = (self.next.at - body.position).length();
         self.set_up_slope(body, false, false);
         self.turn_rad = FRAC_PI_2;
         match self.plane.autoland {

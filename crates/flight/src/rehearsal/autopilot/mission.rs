@@ -203,9 +203,12 @@ impl<'a> Autopilot<'a> {
     fn complete(&mut self, index: usize, time_s: f64, body: &Body) {
         let is_waypoint = self.course.items[index].command == Command::NAV_WAYPOINT;
         let error_m = self.counted_m(body) - self.next.height_m;
+        let radius_m = self.plane.waypoint_radius_m * body.eas_to_tas * body.eas_to_tas;
         if let Some(passage) = self.passages.last_mut() {
             passage.reached_s = Some(time_s);
             passage.height_error_m = is_waypoint.then_some(error_m);
+            // It may be counted as passed abeam. The turn that follows may still come near.
+            passage.is_missed = passage.nearest_m.is_some_and(|nearest_m| nearest_m > radius_m);
         }
         self.start_from(index + 1, time_s, body);
     }
