@@ -31,6 +31,14 @@ use crate::progress::{alt_amsl_m, jump_index, target};
 /// Jumps that every ArduPilot board can track; large ones track 100.
 const MAX_JUMPS: usize = 15;
 
+/// How far below home a landing may lie without a word, m: fields slope, and hills are taken off from. More is mostly an
+/// altitude above home in the frame of one above sea level.
+const GROUND_FALLS_M: f64 = 50.0;
+
+/// Round home the ground is a field, that far, m; and so much higher or lower than home, m, it may be there.
+const FIELD_M: f64 = 300.0;
+const FIELD_SLOPES_M: f64 = 15.0;
+
 /// What the checks need to know of the vehicle. Defaults: where unknown, those of ArduPilot's simulated plane.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CheckContext {
@@ -274,16 +282,20 @@ impl<'a> Check<'a> {
             _ if item.frame == MavFrame::GlobalRelativeAlt => Some(alt_m),
             _ => None,
         };
-        let at_most_home = above_home_m.is_some_and(|height_m| height_m <= 0.0);
+        let is_below = |height_m: f64| above_home_m.is_some_and(|above_home_m| above_home_m <= height_m);
         let underground = item.frame == MavFrame::GlobalTerrainAlt && alt_m <= 0.0;
+        let is_on_ground = item.command.is_landing() || item.command == Command::NAV_PAYLOAD_PLACE;
+        let is_low = if is_on_ground { is_below(-GROUND_FALLS_M) } else { is_below(0.0) || underground };
         let datum = Datum::of(item);
-        if item.command.is_takeoff() && (at_most_home || underground) {
+        let home = self.home.and_then(|home| home.point().ok());
+        let is_at_home = home.zip(item.point()).is_some_and(|(home, point)| distance_m(home, point) <= FIELD_M);
+        let off_m =
+            above_home_m.filter(|off_m| item.command.is_landing() && is_at_home && off_m.abs() > FIELD_SLOPES_M);
+        if let Some(height_m) = off_m {
+            self.error(about, FindingKind::LandingOffField { height_m });
+        } else if item.command.is_takeoff() && is_low {
             self.error(about, FindingKind::TakeoffTooLow { alt_m, datum });
-        } else if item.command.is_destination()
-            && !item.command.is_landing()
-            && item.command != Command::NAV_PAYLOAD_PLACE
-            && (at_most_home || underground)
-        {
+        } else if item.command.is_destination() && is_low {
             self.warn(about, FindingKind::BelowHome { alt_m, datum });
         }
     }
@@ -323,7 +335,8 @@ impl<'a> Check<'a> {
             if item.command.is_landing() && !next.command.is_takeoff() && !next_sequence {
                 self.warn(Some((index, item)), FindingKind::ItemsAfterLanding { next_item });
             }
-            if item.command == Command::NAV_LOITER_UNLIM && !next_sequence {
+            let ends = matches!(item.command, Command::NAV_LOITER_UNLIM | Command::NAV_RETURN_TO_LAUNCH);
+            if ends && !next_sequence {
                 self.warn(Some((index, item)), FindingKind::EndlessLoiter { next_item });
             }
         }

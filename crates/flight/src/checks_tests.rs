@@ -165,6 +165,26 @@ fn places() {
         Warning,
         Some(2),
     );
+    // A landing lies on the ground; hardly so far below home.
+    for (alt_amsl_m, is_told) in [(600.0, false), (555.0, false), (545.0, true), (0.0, true)] {
+        let mut items = sound();
+        let place = at(90.0, 400.0);
+        items[6].params[4..7].copy_from_slice(&[place.lat_deg(), place.lon_deg(), alt_amsl_m].map(Some));
+        items[6].frame = MavFrame::Global;
+        assert_eq!(found(&plan(items)).contains(&(BelowHome, Warning, Some(6))), is_told, "{alt_amsl_m}");
+    }
+    // On the field of home it lies where the field is.
+    for (height_m, is_told) in [(12.0, false), (-12.0, false), (50.0, true), (-20.0, true), (-600.0, true)] {
+        let mut items = sound();
+        let home = HOME.point().expect("a place");
+        let place = [home.lat_deg(), home.lon_deg(), height_m];
+        items[6].params[4..7].copy_from_slice(&place.map(Some));
+        assert_eq!(found(&plan(items)).contains(&(LandingOffField, Error, Some(6))), is_told, "{height_m}");
+    }
+    // What follows a return is not flown.
+    let mut items = sound();
+    items.insert(2, MissionItem::return_to_launch());
+    assert_eq!(found(&plan(items)), [(EndlessLoiter, Warning, Some(2))]);
     check(|items| items[0].params[6] = Some(0.0), TakeoffTooLow, Error, Some(0));
     check(|items| items[0].params[6] = None, MissingPosition, Error, Some(0));
     check(|items| items[0].params[5] = None, MissingPosition, Error, Some(0));
@@ -192,7 +212,8 @@ fn beginning_and_end() {
     check(|items| items[2].command = Command::NAV_LOITER_UNLIM, EndlessLoiter, Warning, Some(2));
     check(|items| items[6] = MissionItem::return_to_launch(), LandStartWithoutLanding, Error, Some(4));
     check(|items| items[5].params[6] = Some(80.0), SteepApproach, Warning, Some(6));
-    check(|items| items[6].params[6] = Some(50.0), FlatApproach, Warning, Some(6));
+    let flat = |items: &mut Vec<MissionItem>| (items[5].params[6], items[6].params[6]) = (Some(3.0), Some(5.0));
+    check(flat, FlatApproach, Warning, Some(6));
 
     let mut items = sound();
     items.remove(0);

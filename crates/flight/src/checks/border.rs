@@ -243,12 +243,12 @@ fn circle_meets(a: Flat, b: Flat, radius: f64) -> impl Iterator<Item = f64> {
 /// the nearer, the more exact.
 pub(super) fn distance_to_polygon_m(place: GeoPoint, vertices: &[GeoPoint]) -> f64 {
     let per_east = M_PER_DEG * place.lat_deg().to_radians().cos();
-    let at = |corner: &GeoPoint| {
-        let (east, north) = flat(place, *corner);
-        (east * per_east, north * M_PER_DEG)
-    };
+    let at = |(east, north): Flat| (east * per_east, north * M_PER_DEG);
     let edges = vertices.iter().zip(vertices.iter().cycle().skip(1));
-    edges.map(|(a, b)| distance_to_segment(at(a), at(b))).fold(f64::INFINITY, f64::min)
+    // From one corner to the next, not each from the place: opposite to it that would lead round the Earth.
+    let ends = edges.map(|(a, b)| (flat(place, *a), flat(*a, *b)));
+    ends.map(|(from, step)| distance_to_segment(at(from), at((from.0 + step.0, from.1 + step.1))))
+        .fold(f64::INFINITY, f64::min)
 }
 
 /// Distance from the origin to a segment.

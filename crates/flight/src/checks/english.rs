@@ -158,6 +158,14 @@ fn sentences(kind: &FindingKind, name: &str, is_whole: bool) -> (String, String)
                 "raise it, unless the terrain falls away there",
             )
         }
+        LandingOffField { height_m } => (
+            format!(
+                "the landing point {name} lies {:.0} m {} the field that home is on",
+                height_m.abs(),
+                if *height_m < 0.0 { "under" } else { "above" }
+            ),
+            "give it the height of the field, and look what its height counts from",
+        ),
         ShortLeg { length_m, turn_radius_m } => (
             format!("the leg to {name} is {length_m:.0} m long, the plane turns within {turn_radius_m:.0} m"),
             "move the waypoints apart or fly slower",

@@ -283,6 +283,11 @@ kinds! {
         /// What that counts from.
         datum: Option<Datum>,
     },
+    /// A landing on the field of home, at another height than the field's.
+    LandingOffField = "landing-off-field" {
+        /// Height of its point above home.
+        height_m: f64,
+    },
     /// A leg shorter than the plane can turn.
     ShortLeg = "short-leg" {
         /// Length of the leg.

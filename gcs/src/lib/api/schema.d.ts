@@ -4560,6 +4560,17 @@ export interface components {
             };
         } | {
             /** @enum {string} */
+            code: "landing-off-field";
+            /** @description A landing on the field of home, at another height than the field's. */
+            figures: {
+                /**
+                 * Format: double
+                 * @description Height of its point above home.
+                 */
+                height_m: number;
+            };
+        } | {
+            /** @enum {string} */
             code: "short-leg";
             /** @description A leg shorter than the plane can turn. */
             figures: {
