@@ -126,7 +126,6 @@ pub const fn is_idempotent(command: Command) -> bool {
             | Command::DO_MOUNT_CONTROL
             | Command::DO_SET_CAM_TRIGG_DIST
             | Command::DO_FENCE_ENABLE
-            | Command::DO_SET_MISSION_CURRENT
             | Command::GET_HOME_POSITION
             | Command::GET_MESSAGE_INTERVAL
             | Command::SET_MESSAGE_INTERVAL
@@ -483,15 +482,22 @@ impl Commands {
             return;
         }
         if flight.attempts > 1 && flight.unanswered == Unanswered::Repeat {
-            let (target, command) = key(&flight.message);
-            let until = now + rest_of_answers(flight, self.round_trip, now);
-            self.owed.push(Owed { target, command, answers: flight.attempts - 1, until });
+            let answers = flight.attempts - 1;
+            self.owe(index, answers, now);
         }
         let outcome = CommandOutcome::Answered { result, result_param2: ack.result_param2 };
         self.finish(index, outcome, now);
     }
 
-    /// A further answer to a command that was answered before.
+    /// The next equal command waits for these answers to one in flight, which ends: they would be taken for its own.
+    fn owe(&mut self, index: usize, answers: u32, now: MonoTime) {
+        let flight = &self.in_flight[index];
+        let (target, command) = key(&flight.message);
+        let until = now + rest_of_answers(flight, self.round_trip, now);
+        self.owed.push(Owed { target, command, answers, until });
+    }
+
+    /// A further answer to a command that ended before.
     fn on_owed(&mut self, from: Address, ack: &CommandAck, now: MonoTime) {
         let is_it = |owed: &&mut Owed| owed.command.0 == ack.command && is_for(owed.target, from);
         if let Some(owed) = self.owed.iter_mut().find(is_it)
@@ -539,6 +545,7 @@ impl Commands {
                 }
                 _ => {
                     let attempts = flight.attempts;
+                    self.owe(index, attempts, now);
                     self.finish(index, CommandOutcome::TimedOut { attempts }, now);
                 }
             }
@@ -560,6 +567,7 @@ impl Commands {
     pub fn forget(&mut self, id: CommandId, now: MonoTime) {
         self.waiting.retain(|(waiting, ..)| *waiting != id);
         if let Some(index) = self.in_flight.iter().position(|flight| flight.id == id) {
+            self.owe(index, self.in_flight[index].attempts, now);
             self.in_flight.remove(index);
             self.start_waiting(now);
         }
@@ -753,6 +761,28 @@ mod tests {
 
     // fault 21: IN_PROGRESS for 5 minutes, then an end
     #[test]
+    fn a_late_answer_to_what_was_given_up_is_not_the_next_command_s() {
+        for times_out in [true, false] {
+            let mut commands = commands();
+            commands.set_round_trip(Some(Duration::from_millis(200)));
+            let id = commands.submit(interval(), Unanswered::GiveUp, WhenBusy::Refuse, at(0)).expect("free");
+            if times_out {
+                commands.on_time(at(1_000))
+            } else {
+                commands.forget(id, at(1_000))
+            }
+            drain(&mut commands);
+            commands.submit(interval(), Unanswered::GiveUp, WhenBusy::Refuse, at(1_010)).expect("none under way");
+            assert_eq!(drain(&mut commands), [], "it waits");
+            commands.on_ack(PLANE, &ack(Command::SET_MESSAGE_INTERVAL, CommandResult::ACCEPTED, 0, OUR), at(1_100));
+            let outputs = drain(&mut commands);
+            assert_eq!((confirmations(&outputs), outcomes(&outputs)), (vec![0], vec![]));
+            // Where no answer comes, not for long.
+            commands.forget(id, at(1_100));
+        }
+    }
+
+    #[test]
     fn in_progress_lengthens_the_wait_up_to_a_limit() {
         let mut commands = commands();
         commands.submit(arm(), Unanswered::GiveUp, WhenBusy::Refuse, at(0)).expect("free");
@@ -839,6 +869,10 @@ mod tests {
         commands.submit(arm(), Unanswered::GiveUp, WhenBusy::Wait, at(0)).expect("waits");
         drain(&mut commands);
         commands.forget(id, at(1));
+        assert_eq!(drain(&mut commands), []);
+        let until = commands.deadline().expect("its answer may still come");
+        assert!(until < at(1_000), "{until:?}");
+        commands.on_time(until);
         assert_eq!(confirmations(&drain(&mut commands)), [0], "the next one starts");
     }
 

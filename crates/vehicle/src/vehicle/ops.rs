@@ -10,7 +10,7 @@ use super::operation::{Commanding, EFFECT_WITHIN, Op, Seen, State, WORD_WITHIN};
 use super::steps::{Effect, Fallback, Step};
 use crate::command::{CommandId, CommandMessage, CommandOutcome, CommandOutput, CommandResult, Unanswered, WhenBusy};
 use crate::error::VehicleError;
-use crate::modes::{FlightMode, ModeFamily};
+use crate::modes::{Action, FlightMode, ModeFamily};
 use crate::request::{Output, Reply, Request, RequestId};
 use crate::telemetry::{LOST_AFTER, LandedState, MissionState, Severity, Text};
 
@@ -633,7 +633,15 @@ impl Vehicle {
                 .telemetry
                 .mission
                 .map_or(Seen::NotYet, |mission| by_heartbeat(mission.value.seq <= last, mission.at)),
-            Effect::Acknowledged | Effect::Received(_) | Effect::Restarted | Effect::Unobjected => Seen::NotYet,
+            Effect::Unobjected => self.telemetry.heartbeat.map_or(Seen::NotYet, |heartbeat| {
+                let shown = heartbeat.value.mode;
+                let is_its = Action::Loiter.mode(shown.family) == Some(shown) || command.mode_before == Some(shown);
+                match by_heartbeat(false, heartbeat.at) {
+                    Seen::NotShown if !is_its => Seen::Overtaken(format!("mode {shown}")),
+                    seen => seen,
+                }
+            }),
+            Effect::Acknowledged | Effect::Received(_) | Effect::Restarted => Seen::NotYet,
         }
     }
 

@@ -127,7 +127,11 @@ impl Context<'_> {
             target_system: self.vehicle.system.0,
             target_component: self.vehicle.component.0,
         }));
-        Step::command(command).or(Fallback::Message(message, Effect::Current(seq)))
+        // It begins the item anew each time. Where the item is current already, nothing would show that it was done.
+        let before = self.telemetry.mission.map(|mission| mission.value.seq);
+        let once = Step::command(command);
+        let step = if before == Some(seq) { once } else { once.proved_by(Effect::JumpedFrom(before)) };
+        step.or(Fallback::Message(message, Effect::Current(seq)))
     }
 
     /// Sets the mission back to its beginning: for ArduPilot 0, which resets the jump counters too.
@@ -138,7 +142,7 @@ impl Context<'_> {
             target_system: self.vehicle.system.0,
             target_component: self.vehicle.component.0,
         }));
-        Step::command(command).or(Fallback::Message(message, Effect::AtBeginning(self.first_nav)))
+        Step::command(command).repeated().or(Fallback::Message(message, Effect::AtBeginning(self.first_nav)))
     }
 
     /// What follows the change to AUTO where the mission is to go on from an item: with MIS_RESTART 1 an ArduPlane
@@ -447,7 +451,9 @@ impl Context<'_> {
                     Some(alt) => in_range("alt_rel_home_m", alt, 1.0..=10_000.0, "1 to 10,000 m above home")?,
                     None => 0.0,
                 };
-                let abort = Step::command(self.long(Command::DO_GO_AROUND, [alt, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]));
+                // It has to arrive at once, and a second one changes nothing (`Plane::trigger_land_abort`).
+                let abort = self.long(Command::DO_GO_AROUND, [alt, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+                let abort = Step::command(abort).repeated();
                 return Ok([abort].into_iter().chain(self.note_on_abort()).collect());
             }
             Request::PrepareFlight => return self.prepare_flight(),

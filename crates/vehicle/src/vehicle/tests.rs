@@ -706,6 +706,20 @@ fn one_at_a_time_and_ten_clicks_are_one() {
     assert_eq!(count(&world, Command::COMPONENT_ARM_DISARM), 1);
 }
 
+// Each one begins the item anew.
+#[test]
+fn a_jump_whose_answer_is_lost_is_made_once() {
+    let mut world = connected();
+    for (item, sent) in [(2, 1), (3, 2)] {
+        world.plane.mute = 1;
+        assert_eq!(ask(&mut world, Request::SetCurrentItem { item }), Ok(Reply::Done));
+        assert_eq!((count(&world, Command::DO_SET_MISSION_CURRENT), world.plane.current), (sent, item));
+    }
+    world.plane.deaf = 1;
+    assert_eq!(ask(&mut world, Request::SetCurrentItem { item: 2 }), Ok(Reply::Done));
+    assert_eq!(world.plane.current, 2, "what did not arrive is repeated");
+}
+
 #[test]
 fn an_old_vehicle_takes_the_older_messages() {
     let mut world = connected();

@@ -111,11 +111,16 @@ impl Step {
         }
     }
 
-    /// Refused by a text that follows the acknowledgement.
+    /// Refused by a text that follows the acknowledgement; repeated only while no pilot has changed the mode.
     pub(super) fn unless_objected(self) -> Self {
+        self.proved_by(Effect::Unobjected)
+    }
+
+    /// Repeated until it is answered, whatever the vehicle shows.
+    pub(super) fn repeated(self) -> Self {
         match self {
-            Self::Command { message, unanswered, when_busy, fallback, .. } => {
-                Self::Command { message, unanswered, when_busy, effect: Effect::Unobjected, fallback }
+            Self::Command { message, when_busy, effect, fallback, .. } => {
+                Self::Command { message, unanswered: Unanswered::Repeat, when_busy, effect, fallback }
             }
             other => other,
         }

@@ -137,6 +137,49 @@ fn it_is_sent_heights_above_mean_sea_level() {
     }
 }
 
+// Each of these makes it leave the mode that its pilot has chosen meanwhile.
+#[test]
+fn what_is_repeated_takes_it_from_no_pilot() {
+    const POSITION: u32 = 3 << 16;
+    let circle = || match go_to(100.0, AltFrame::RelHome) {
+        Request::Reposition {
+            lat_deg, lon_deg, alt_m, alt_frame, turn, speed_m_s, change_mode, below_home, ..
+        } => {
+            let radius_m = Some(80.0);
+            Request::Reposition {
+                lat_deg,
+                lon_deg,
+                alt_m,
+                alt_frame,
+                radius_m,
+                turn,
+                speed_m_s,
+                change_mode,
+                below_home,
+            }
+        }
+        other => other,
+    };
+    let height = Request::ChangeAltitude { alt_m: 100.0, alt_frame: AltFrame::RelHome, below_home: false };
+    for request in [go_to(100.0, AltFrame::RelHome), circle(), height] {
+        let mut world = flying(VehicleConfig::default());
+        let before = world.plane.commands.len() + world.plane.ints.len();
+        world.plane.mute = 9;
+        let id = start(&mut world, request.clone());
+        wait(&mut world, 300);
+        world.plane.mode = POSITION;
+        let ended = end(&mut world, id, 60);
+        assert!(matches!(ended, Err(VehicleError::NotConfirmed { .. })), "{request:?}: {ended:?}");
+        assert_eq!(world.plane.mode, POSITION, "{request:?}");
+        let sent = world.plane.commands.len() + world.plane.ints.len() - before;
+        assert_eq!(sent, 1, "{request:?}");
+        // What did not arrive is repeated while nobody has changed the mode.
+        let mut world = flying(VehicleConfig::default());
+        world.plane.deaf = 1;
+        assert_eq!(ask(&mut world, request), Ok(Reply::Done));
+    }
+}
+
 #[test]
 fn a_height_that_cannot_be_counted_from_there_is_not_sent() {
     let (mut world, mut homeless) = (flying(VehicleConfig::default()), flying(unasked()));
