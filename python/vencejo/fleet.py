@@ -295,8 +295,9 @@ class Fleet(Closing):
     overrules : bool, optional
         Whether it takes control of an aircraft, when it acts or asks, from those who have to yield: from another program
         with its key, and, if it is a chief, from an operator. ``vencejo serve`` does. A program that has
-        lost control does so again only when it asks. Programs with one key have control each for itself; that of one
-        that was killed ends after 10 s.
+        lost control does so again only when it asks. Whom it took control from has it again when the program gives it
+        up or ends, unless another asks for it. Programs with one key have control each for itself; that of one that was
+        killed ends after 10 s.
     history : bool or path, optional
         Whether the aircraft's messages are stored here, and where: by default in `default_history_dir`, within
         `history_mb`. Missed ones are fetched when an aircraft is connected again.

@@ -104,7 +104,8 @@ pub enum Wish {
     Ask(Ask),
     /// To keep it.
     Renew,
-    /// To give it up, to the station that asks if there is one; or to withdraw a request for it.
+    /// To give it up, to the station that asks if there is one, or else to whom it was borrowed from; or to withdraw a
+    /// request for it, or the claim to what was borrowed.
     Release,
     /// To decline the request of the station with this key.
     Keep(PublicKey),
@@ -182,6 +183,8 @@ pub struct Authority {
     epoch: u64,
     lease: Option<Lease>,
     asking: Option<Lease>,
+    /// From whom the holder of the lease has borrowed it.
+    lender: Option<Caller>,
     /// Name of the operator on board or at a direct link who has control.
     local: Option<String>,
     known: BTreeMap<u128, Known>,
@@ -204,6 +207,7 @@ impl Authority {
             epoch: 0,
             lease: None,
             asking: None,
+            lender: None,
             local: None,
             known: BTreeMap::new(),
             ids: VecDeque::new(),
@@ -261,21 +265,15 @@ impl Authority {
 
     /// Applies changed roles: control, or a request for it, ends for stations that may no longer act.
     pub fn on_roles(&mut self, role_of: impl Fn(&PublicKey) -> Option<Role>) {
-        let role_of = |lease: &Lease| role_of(&lease.caller.key).filter(|role| *role != Role::Observer);
-        self.asking.take_if(|asking| match role_of(asking) {
-            Some(role) => {
-                asking.caller.role = role;
-                false
-            }
-            None => true,
-        });
-        match self.lease.as_mut().map(|lease| (role_of(lease), lease)) {
-            Some((Some(role), lease)) => lease.caller.role = role,
-            Some((None, _)) => {
-                self.lease = None;
-                self.fence();
-            }
-            None => {}
+        let may_act = |caller: &mut Caller| {
+            let role = role_of(&caller.key).filter(|role| *role != Role::Observer);
+            caller.role = role.unwrap_or(caller.role);
+            role.is_some()
+        };
+        self.asking.take_if(|asking| !may_act(&mut asking.caller));
+        self.lender.take_if(|lender| !may_act(lender));
+        if self.lease.take_if(|lease| !may_act(&mut lease.caller)).is_some() {
+            self.fence();
         }
     }
 
@@ -350,6 +348,9 @@ impl Authority {
             Wish::Release if self.asking.take_if(|asking| asking.caller.is_same_program(caller)).is_some() => {
                 ended(claim, End::Done, "")
             }
+            Wish::Release if self.lender.take_if(|lender| lender.is_same_program(caller)).is_some() => {
+                ended(claim, End::Done, "")
+            }
             Wish::Read => Verdict::Execute,
             Wish::Recall(id) => {
                 // Only an order in progress can be recalled.
@@ -393,7 +394,11 @@ impl Authority {
         }
         let is_above = caller.role == Role::Chief && lease.caller.role != Role::Chief;
         if how.overrules && (is_above || lease.caller.key == caller.key) {
-            return self.grant(caller.clone(), claim, now);
+            // Whoever had it before all who borrowed it.
+            let lender = self.lender.take().unwrap_or_else(|| lease.caller.clone());
+            let granted = self.grant(caller.clone(), claim, now);
+            self.lender = Some(lender).filter(|lender| how.borrows && !lender.is_same_program(caller));
+            return granted;
         }
         match &mut self.asking {
             Some(asking) if asking.caller.is_same_program(caller) => asking.until = now + ASKS_FOR,
@@ -417,7 +422,11 @@ impl Authority {
             Wish::Act => return Verdict::Execute,
             Wish::Release => {
                 self.lease = None;
+                let lender = self.lender.take();
                 self.pass_on();
+                if let Some(lender) = lender.filter(|_| self.lease.is_none()) {
+                    self.give(lender, now);
+                }
             }
             Wish::Keep(key) => {
                 self.asking.take_if(|asking| asking.caller.key == key);
@@ -440,6 +449,7 @@ impl Authority {
 
     /// Begins a new epoch: orders of earlier epochs in progress are to be cancelled.
     fn fence(&mut self) {
+        self.lender = None;
         let epoch = self.epoch;
         let under_way =
             self.known.iter().filter(|(_, known)| known.answer.is_none() && known.epoch.is_some_and(|of| of <= epoch));

@@ -179,6 +179,10 @@ pub struct Ask {
     /// It is taken from those who have to yield: another program with the same key; an operator, for a chief.
     #[prost(bool, tag = "2")]
     pub overrules: bool,
+    /// Where it is taken from somebody, it goes back there when it is given up and nobody asks for it: for a program,
+    /// whose end would otherwise leave an aircraft in flight without a ground station.
+    #[prost(bool, tag = "3")]
+    pub borrows: bool,
 }
 
 /// What an order can be about.
@@ -190,7 +194,8 @@ pub enum Want {
     /// To keep control.
     #[prost(message, tag = "10")]
     Renew(Nothing),
-    /// To give control up, to the station that asks for it if there is one; or to withdraw the request for it.
+    /// To give control up, to the station that asks for it if there is one, or else to whom it was borrowed from; or to
+    /// withdraw the request for it.
     #[prost(message, tag = "11")]
     Release(Nothing),
     /// To do something.

@@ -69,6 +69,8 @@ struct Truth {
     overtaken: u64,
     /// How often control went from one who was not heard any more to one who asked.
     passed_on: u64,
+    /// How often control that was given up went back to whom it was borrowed from.
+    given_back: u64,
 }
 
 struct World {
@@ -225,6 +227,15 @@ impl World {
                     }
                 }
                 let has = self.authority.lease();
+                if let Some(holder) = self.authority.holder().filter(|_| claim.wish == Wish::Release && has != had)
+                    && asked.asking.is_empty()
+                {
+                    let boot = self.authority.boot();
+                    let mut earlier = self.truth.epochs.range((boot, 0)..(boot, claim.epoch));
+                    let (borrowed, lent) = (program(&caller), program(holder));
+                    assert!(borrowed != lent && earlier.any(|(_, had)| *had == lent), "to one who never had it");
+                    self.truth.given_back += 1;
+                }
                 if let Some(holder) = self.authority.holder().filter(|_| has != had && !asked.asking.is_empty()) {
                     let has_asked = (holder.key.0.as_slice(), holder.run) == (&asked.asking_key, asked.asking_run);
                     let has_overruled = matches!(claim.wish, Wish::Ask(Ask { overrules: true, .. }));
@@ -337,9 +348,11 @@ impl World {
         let Some((boot, based_on, asking)) = self.grounds[station].seen else { return };
         let epoch = self.grounds[station].epoch;
         let wish = match self.rng.random_range(0..10) {
-            0 | 1 if epoch == 0 => {
-                Wish::Ask(Ask { only_if_free: self.rng.random_bool(0.5), overrules: self.rng.random_bool(0.2) })
-            }
+            0 | 1 if epoch == 0 => Wish::Ask(Ask {
+                only_if_free: self.rng.random_bool(0.5),
+                overrules: self.rng.random_bool(0.2),
+                borrows: self.rng.random_bool(0.5),
+            }),
             6 if epoch == 0 => Wish::Release,
             0..4 if epoch > 0 => Wish::Act,
             4..6 if epoch > 0 => Wish::Renew,
@@ -368,7 +381,7 @@ impl World {
 #[test]
 fn schedules_of_what_networks_do() {
     let (mut executions, mut unknown, mut epochs, mut restarted, mut overtaken, mut averted) = (0, 0, 0, 0, 0, 0);
-    let mut passed_on = 0;
+    let (mut passed_on, mut given_back) = (0, 0);
     for seed in 0..schedules() {
         let mut world = World::new(seed);
         world.run();
@@ -379,6 +392,7 @@ fn schedules_of_what_networks_do() {
         overtaken += world.truth.overtaken;
         averted += world.truth.averted;
         passed_on += world.truth.passed_on;
+        given_back += world.truth.given_back;
     }
     println!(
         "{} schedules: {executions} acts, {epochs} grants, {unknown} answers that told nothing, {restarted} of another \
@@ -387,5 +401,6 @@ fn schedules_of_what_networks_do() {
     );
     assert!(restarted > schedules() / 10 && overtaken > schedules() / 100, "{restarted}, {overtaken}");
     assert!(averted > schedules() / 100 && passed_on > schedules() / 100, "{averted}, {passed_on}");
+    assert!(given_back > schedules() / 100, "{given_back}");
     assert!(executions > 5 * schedules() && epochs as u64 > 2 * schedules(), "it was tried: {executions}, {epochs}");
 }

@@ -4,8 +4,8 @@ use super::*;
 
 const BOOT: u64 = 77;
 /// As from a page.
-const ASK: Wish = Wish::Ask(Ask { only_if_free: false, overrules: true });
-const TAKE: Wish = Wish::Ask(Ask { only_if_free: true, overrules: true });
+const ASK: Wish = Wish::Ask(Ask { only_if_free: false, overrules: true, borrows: false });
+const TAKE: Wish = Wish::Ask(Ask { only_if_free: true, overrules: true, borrows: false });
 
 fn at(ms: u64) -> MonoTime {
     MonoTime::from_millis(ms)
@@ -166,7 +166,7 @@ fn who_acts_at_a_ground_station_now_is_the_holder() {
 fn programs_of_one_key_have_control_each_for_itself() {
     let (mut bench, ana) = (Bench::new(), caller(1, Role::Operator));
     let script = Caller { run: 77, name: "script".into(), ..ana.clone() };
-    let (ask, take) = (Wish::Ask(Ask::default()), Wish::Ask(Ask { only_if_free: true, overrules: false }));
+    let (ask, take) = (Wish::Ask(Ask::default()), Wish::Ask(Ask { only_if_free: true, ..Ask::default() }));
     let epoch = bench.granted(&ana);
     assert_eq!(bench.end(&script, Wish::Act, epoch).0, End::Held, "also with her epoch");
     assert_eq!(bench.end(&script, Wish::Release, epoch).0, End::Held);
@@ -181,10 +181,55 @@ fn programs_of_one_key_have_control_each_for_itself() {
 }
 
 #[test]
+fn what_was_borrowed_goes_back_to_who_had_it() {
+    let (mut bench, ana, ben) = (Bench::new(), caller(1, Role::Operator), caller(2, Role::Operator));
+    let script = |run| Caller { run, name: format!("script {run}"), ..ana.clone() };
+    let (first, second) = (script(77), script(78));
+    let borrow = Wish::Ask(Ask { only_if_free: true, overrules: true, borrows: true });
+    let epoch = bench.granted(&ana);
+    let holder = |bench: &Bench| bench.authority.held().holder;
+    // One after the other: it is hers when the last has ended, as long as she shows that she is there.
+    assert_eq!([&first, &second].map(|script| bench.end(script, borrow, 0).0), [End::Granted; 2]);
+    assert_eq!(bench.end(&second, Wish::Release, epoch + 2).0, End::Done);
+    assert_eq!(holder(&bench), ana.name);
+    assert_eq!(bench.end(&ana, Wish::Act, epoch + 2).0, End::Held, "in an epoch of its own");
+    assert_eq!(bench.order(&ana, Wish::Act, epoch + 3), Verdict::Execute);
+    bench.now += LEASE;
+    bench.authority.on_time(bench.now);
+    assert_eq!(holder(&bench), "");
+
+    let given_up = |asks: Option<&Caller>, meanwhile: &dyn Fn(&mut Bench)| {
+        let mut bench = Bench::new();
+        bench.granted(&ana);
+        assert_eq!(bench.end(&first, borrow, 0).0, End::Granted);
+        if let Some(asking) = asks {
+            assert_eq!(bench.end(asking, Wish::Ask(Ask::default()), 0).0, End::Asked);
+        }
+        meanwhile(&mut bench);
+        let epoch = bench.authority.held().epoch;
+        bench.end(&first, Wish::Release, epoch);
+        holder(&bench)
+    };
+    assert_eq!(given_up(None, &|_| ()), ana.name);
+    assert_eq!(given_up(Some(&ben), &|_| ()), ben.name, "who asks for it comes first");
+    assert_eq!(given_up(None, &|bench| bench.authority.on_roles(|_| None)), "", "she may not act any more");
+    let takes_it_herself = |bench: &mut Bench| assert_eq!(bench.end(&ana, TAKE, 0).0, End::Granted);
+    assert_eq!(given_up(None, &takes_it_herself), ana.name);
+    let waives_it = |bench: &mut Bench| assert_eq!(bench.end(&ana, Wish::Release, 0).0, End::Done);
+    assert_eq!(given_up(None, &waives_it), "", "she has gone");
+    let lapses = |bench: &mut Bench| {
+        bench.now += LEASE;
+        bench.authority.on_time(bench.now);
+        assert_eq!(bench.end(&first, borrow, 0).0, End::Granted);
+    };
+    assert_eq!(given_up(None, &lapses), "", "it was free in between");
+}
+
+#[test]
 fn a_chief_takes_control_and_what_was_under_way_is_given_up() {
     let (mut bench, ana, chief) = (Bench::new(), caller(1, Role::Operator), caller(9, Role::Chief));
     let epoch = bench.granted(&ana);
-    let take = Wish::Ask(Ask { only_if_free: true, overrules: false });
+    let take = Wish::Ask(Ask { only_if_free: true, ..Ask::default() });
     assert_eq!(bench.end(&chief, take, 0).0, End::Held, "a script of a chief does not take it");
     let act = bench.claim(Wish::Act, epoch);
     assert_eq!(bench.authority.on_order(&ana, &act, bench.now), Verdict::Execute);

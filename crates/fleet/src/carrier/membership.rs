@@ -395,38 +395,49 @@ pub async fn standing(member: &Membership) -> Result<(), String> {
     }
 }
 
-/// Tries each door until one answers. A wrong certificate is reported in preference to an unreachable address.
+/// How far an attempt at a door came. Of several, the fault of the one that came furthest is told.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Came {
+    /// Its name has no address here: mostly one of several names of the same computer.
+    Nowhere,
+    /// Nobody answered there.
+    Unanswered,
+    /// A peer was there, with a wrong certificate for instance.
+    There,
+}
+
+/// Tries each door until one answers.
 async fn ask_one_of(
     doors: &[String],
     known: &Known,
     identity: Option<&Identity>,
     asked: &Asked,
 ) -> Result<Given, FleetError> {
-    let mut worst: Option<(bool, FleetError)> = None;
+    let mut furthest: Option<(Came, FleetError)> = None;
     for door in doors {
         match ask(door, known, identity, asked).await {
             Ok(given) => return Ok(given),
             Err((_, error @ FleetError::Refused(_))) => return Err(error),
-            Err((is_there, error)) => {
-                if worst.as_ref().is_none_or(|(was_there, _)| is_there && !was_there) {
-                    worst = Some((is_there, error));
+            Err((came, error)) => {
+                if furthest.as_ref().is_none_or(|(before, _)| came > *before) {
+                    furthest = Some((came, error));
                 }
             }
         }
     }
-    Err(worst.map_or_else(|| FleetError::Token("it names no address".into()), |(_, error)| error))
+    Err(furthest.map_or_else(|| FleetError::Token("it names no address".into()), |(_, error)| error))
 }
 
-/// Asks a door. An error has whether a peer was there.
+/// Asks a door.
 async fn ask(
     door: &str,
     known: &Known,
     identity: Option<&Identity>,
     asked: &Asked,
-) -> Result<Given, (bool, FleetError)> {
+) -> Result<Given, (Came, FleetError)> {
     let mut stream = connect(door, known, identity)
         .await
-        .map_err(|(is_there, problem)| (is_there, FleetError::Network { address: door.to_owned(), problem }))?;
+        .map_err(|(came, problem)| (came, FleetError::Network { address: door.to_owned(), problem }))?;
     let talk = async {
         write_message(&mut stream, asked).await?;
         read_message::<Given>(&mut stream).await
@@ -435,9 +446,9 @@ async fn ask(
     let heard = tokio::time::timeout(2 * PATIENCE, talk).await.unwrap_or_else(|_| Err(io::ErrorKind::TimedOut.into()));
     let given = heard.map_err(|error| {
         let problem = Fault::from(&error).in_a_fleet(host, unix_now());
-        (true, FleetError::Network { address: door.to_owned(), problem })
+        (Came::There, FleetError::Network { address: door.to_owned(), problem })
     })?;
-    given.checked().map_err(|error| (true, error))
+    given.checked().map_err(|error| (Came::There, error))
 }
 
 /// Performs a handshake with `HOST:PORT`. An error has whether a peer was there, and the reason as text.
@@ -445,11 +456,18 @@ async fn connect(
     address: &str,
     known: &Known,
     identity: Option<&Identity>,
-) -> Result<TlsStream<TcpStream>, (bool, String)> {
-    let config = tls::client(known.clone(), identity).map_err(|error| (false, error.to_string()))?;
-    let host = host_of(address).ok_or_else(|| (false, "this is no address: one is HOST:PORT".to_owned()))?;
+) -> Result<TlsStream<TcpStream>, (Came, String)> {
+    let config = tls::client(known.clone(), identity).map_err(|error| (Came::Nowhere, error.to_string()))?;
+    let host = host_of(address).ok_or_else(|| (Came::Nowhere, "this is no address: one is HOST:PORT".to_owned()))?;
     let stream = handshake::begin(address, config).await;
-    stream.map_err(|(is_there, fault)| (is_there, fault.in_a_fleet(host, unix_now())))
+    stream.map_err(|(is_there, fault)| {
+        let came = match fault {
+            _ if is_there => Came::There,
+            Fault::NoAddress => Came::Nowhere,
+            _ => Came::Unanswered,
+        };
+        (came, fault.in_a_fleet(host, unix_now()))
+    })
 }
 
 /// Checks whether a router, or a door over TLS, admits us.

@@ -176,7 +176,7 @@ fn each_role_may_what_it_may_of_all_that_can_be_ordered() {
     let mut rows = vec![
         (Want::Ask(Ask::default()), ["stranger", "Refused", "Asked", "Asked", "Granted", "Granted"]),
         (
-            Want::Ask(Ask { only_if_free: true, overrules: true }),
+            Want::Ask(Ask { only_if_free: true, overrules: true, borrows: true }),
             ["stranger", "Refused", "Held", "Granted", "Granted", "Granted"],
         ),
         (Want::Renew(nothing), ["stranger", "Refused", "Held", "Held", "Done", "Done"]),

@@ -28,6 +28,11 @@ pub(super) struct Known {
     pub(super) leases: BTreeMap<u64, u64>,
     /// Whether the last control that we had was taken from us, or given up.
     pub(super) has_lost: bool,
+    /// The boot and the epoch in which control was last taken from us: it may have been borrowed.
+    pub(super) lent: Option<(u64, u64)>,
+    /// The boot to which an order for control went whose answer was not heard: it may be granted there, or stand as a
+    /// request.
+    pub(super) unanswered: Option<u64>,
     /// Our request for control of it, until it is granted or declined.
     pub(super) request: Option<Requested>,
     /// Whether its certificate was revoked.
@@ -94,46 +99,60 @@ impl Known {
         if held.epoch > epoch || (held.epoch == epoch && !own.holds(held)) {
             self.has_lost |= !held.key.is_empty() && !own.holds(held);
             self.leases.remove(&boot);
+            self.lent = Some((boot, epoch));
             return None;
         }
         Some(epoch)
     }
 
-    /// Our control in this epoch of the followed boot has ended.
-    pub(super) fn on_lost(&mut self, epoch: u64) {
+    /// Our control in this epoch of the followed boot has ended: this holder has it, or nobody.
+    pub(super) fn on_lost(&mut self, epoch: u64, holder: &str) {
         let boot = self.boot();
         let before = self.leases.len();
         self.leases.retain(|of, held| (Some(*of), *held) != (boot, epoch));
-        self.has_lost |= self.leases.len() < before;
+        if self.leases.len() < before {
+            self.has_lost |= !holder.is_empty();
+            self.lent = boot.map(|boot| (boot, epoch));
+        }
     }
 
-    /// Removes our lease of the followed boot, or our request for it; returns the epoch for the release, 0 for that of
-    /// a request.
+    /// Removes our lease of the followed boot, our request for it, or our claim to what was borrowed; returns the epoch
+    /// for the release, 0 where we have no lease.
     pub(super) fn give_up(&mut self) -> Option<u64> {
         let boot = self.boot()?;
+        let is_lent = self.lent.take().is_some_and(|(of, _)| of == boot);
+        let is_unanswered = self.unanswered.take() == Some(boot);
         self.has_lost |= self.leases.contains_key(&boot);
-        let requested = self.request.take().filter(|request| request.boot == boot).map(|_| 0);
-        self.leases.remove(&boot).or(requested)
+        let is_asked_for = self.request.take().is_some_and(|request| request.boot == boot);
+        self.leases.remove(&boot).or((is_asked_for || is_unanswered || is_lent).then_some(0))
     }
 
-    /// Whether we have control, or have asked for it.
+    /// Whether we have control, have asked for it, or may get it back.
     pub(super) fn is_claimed(&self) -> bool {
-        !self.leases.is_empty() || self.request.is_some()
+        !self.leases.is_empty() || self.request.is_some() || self.unanswered.is_some() || self.lent.is_some()
+    }
+
+    /// The epoch in which the followed boot shows that we have control.
+    pub(super) fn shown(&self, own: &Own) -> Option<u64> {
+        let held = self.listener.held();
+        own.holds(held).then_some(held.epoch)
     }
 
     /// The followed boot has granted us control in this epoch.
     pub(super) fn on_granted(&mut self, boot: u64, epoch: u64) {
         self.leases.insert(boot, epoch);
-        self.has_lost = false;
+        (self.has_lost, self.lent) = (false, None);
+        self.unanswered.take_if(|of| *of == boot);
         self.request.take_if(|request| request.boot == boot);
     }
 
-    /// Takes what we had asked for, once it is published that we have it: of a request that was granted later there is
-    /// no other answer.
+    /// Takes what we had asked for, or was borrowed from us, once it is published that we have it: there is no other
+    /// answer to a request that was granted later, and none to what was given back.
     pub(super) fn on_held(&mut self, own: &Own) {
-        let (boot, held) = (self.boot(), self.listener.held());
-        if let Some(request) = self.request.as_ref().filter(|request| Some(request.boot) == boot && own.holds(held)) {
-            let (boot, epoch) = (request.boot, held.epoch);
+        let (Some(boot), Some(epoch)) = (self.boot(), self.shown(own)) else { return };
+        let is_asked_for = self.request.as_ref().is_some_and(|request| request.boot == boot);
+        let is_back = self.lent.is_some_and(|(of, lent)| of == boot && epoch > lent);
+        if is_asked_for || is_back || self.unanswered == Some(boot) {
             self.on_granted(boot, epoch);
         }
     }
@@ -204,8 +223,9 @@ mod tests {
             known.on_granted(7, 9);
             (lost, known.has_lost)
         };
-        assert_eq!(has_lost(&|known| known.on_lost(3)), (true, false), "an order was answered so");
-        assert_eq!(has_lost(&|known| known.on_lost(2)), (false, false), "that was of an earlier one");
+        assert_eq!(has_lost(&|known| known.on_lost(3, "Luis")), (true, false), "an order was answered so");
+        assert_eq!(has_lost(&|known| known.on_lost(2, "Luis")), (false, false), "that was of an earlier one");
+        assert_eq!(has_lost(&|known| known.on_lost(3, "")), (false, false), "it ran out, and nobody took it");
         assert_eq!(has_lost(&|known| assert_eq!(known.give_up(), Some(3))), (true, false));
         let shown = |known: &mut Known| {
             let held = Held { epoch: 4, holder: "Luis".into(), key: vec![2; 32], run: 5, ..Held::default() };
@@ -236,6 +256,45 @@ mod tests {
         assert_eq!((known.give_up(), known.give_up()), (Some(6), None));
         known.request = Some(Requested { boot: 7, operator: "Ana".into() });
         assert_eq!((known.give_up(), known.is_claimed()), (Some(0), false));
+    }
+
+    #[test]
+    fn what_was_borrowed_is_ours_once_it_is_shown_to_be_back() {
+        let own = Own { key: PublicKey([1; 32]), run: 5 };
+        let shown = |lose: &dyn Fn(&mut Known), epochs: &[(u32, u64)]| {
+            let mut known = Known { leases: BTreeMap::from([(7, 3)]), ..Known::default() };
+            let shows = |known: &mut Known, run, epoch, sequence| {
+                let held = Held { epoch, holder: "it".into(), key: vec![1; 32], run, ..Held::default() };
+                let state = State { boot: 7, clock_ms: sequence, sequence, held: Some(held), ..State::default() };
+                known.listener.on_state(&state, MonoTime::from_millis(sequence));
+                known.on_held(&own);
+                known.epoch(&own)
+            };
+            assert_eq!(shows(&mut known, 5, 3, 1), Some(3));
+            lose(&mut known);
+            let mut last = None;
+            for (sequence, (run, epoch)) in (2..).zip(epochs) {
+                last = shows(&mut known, *run, *epoch, sequence);
+            }
+            (last, known.has_lost)
+        };
+        assert_eq!(shown(&|_| (), &[(6, 4), (5, 5)]), (Some(5), false));
+        assert_eq!(shown(&|known| known.on_lost(3, "it"), &[(5, 3)]), (None, true), "from before it was lost");
+        assert_eq!(shown(&|known| known.on_lost(3, "it"), &[(5, 5)]), (Some(5), false));
+        assert_eq!(shown(&|known| assert_eq!(known.give_up(), Some(3)), &[(6, 4), (5, 5)]), (None, true));
+        let waives = |known: &mut Known| {
+            known.on_lost(3, "it");
+            assert!(known.is_claimed());
+            assert_eq!((known.give_up(), known.is_claimed(), known.give_up()), (Some(0), false, None));
+        };
+        assert_eq!(shown(&waives, &[(5, 5)]), (None, true));
+        let is_not_answered = |known: &mut Known| (known.leases, known.unanswered) = (BTreeMap::new(), Some(7));
+        assert_eq!(shown(&is_not_answered, &[(5, 4)]), (Some(4), false), "an answer that was not heard");
+        let withdraws = |known: &mut Known| {
+            is_not_answered(known);
+            assert_eq!((known.is_claimed(), known.give_up(), known.is_claimed()), (true, Some(0), false));
+        };
+        assert_eq!(shown(&withdraws, &[(5, 4)]), (None, false));
     }
 
     #[test]

@@ -151,6 +151,10 @@ impl FarAircraft {
             return Err(self.refused(STARTED_AGAIN));
         }
         let is_answered_at_once = !matches!(want, Want::Act(_));
+        let asks = matches!(want, Want::Ask(_));
+        if asks {
+            self.known().unanswered = Some(boot);
+        }
         let order = Order {
             version: VERSION,
             org: fleet.org.to_string(),
@@ -174,6 +178,9 @@ impl FarAircraft {
             let (after, wait) = match step {
                 Step::Send { after, wait } => (after, wait),
                 Step::End(outcome) => {
+                    if asks && !matches!(outcome, delivery::Outcome::Unknown { .. }) {
+                        self.known().unanswered = None;
+                    }
                     if let delivery::Outcome::Answered(answer) = &outcome
                         && answer.end() == End::Granted
                     {
@@ -248,7 +255,7 @@ impl FarAircraft {
         if let Some(epoch) = self.epoch() {
             return Ok(epoch);
         }
-        let take = || self.send_to(boot, self.ask_for(true), operator, CONTROL_PATIENCE);
+        let take = || self.send_to(boot, self.ask_for(true, operator), operator, CONTROL_PATIENCE);
         let mut outcome = take().await?;
         if again && is_late(&outcome) {
             self.look_again().await;
@@ -260,16 +267,18 @@ impl FarAircraft {
         }
     }
 
-    /// An order for control.
-    fn ask_for(&self, only_if_free: bool) -> Want {
-        let overrules = self.fleet.upgrade().is_some_and(|fleet| {
-            let control = fleet.station.control();
-            // A client that cannot see who has the aircraft takes it from nobody, nor does one that has gone meanwhile; a
-            // program that somebody has stopped takes it back by asking, not with its next act.
-            let is_known = control.holder().is_some() && !control.asks();
-            fleet.overrules && is_known && !(only_if_free && control.yields() && self.known().has_lost)
-        });
-        Want::Ask(Ask { only_if_free, overrules })
+    /// An order for control, for this operator.
+    fn ask_for(&self, only_if_free: bool, operator: &str) -> Want {
+        let ask = Ask { only_if_free, ..Ask::default() };
+        let Some(fleet) = self.fleet.upgrade() else { return Want::Ask(ask) };
+        let control = fleet.station.control();
+        // A client that cannot see who has the aircraft takes it from nobody, nor does one that has gone meanwhile; a
+        // program that somebody has stopped takes it back by asking, not with its next act.
+        let (is_here, is_program) = (control.holder().as_deref() == Some(operator), control.yields());
+        let is_stopped = only_if_free && is_program && self.known().has_lost;
+        let overrules = fleet.overrules && is_here && !control.asks() && !is_stopped;
+        // A person who takes it from a program stops it; a program only has its turn.
+        Want::Ask(Ask { overrules, borrows: overrules && is_program, ..ask })
     }
 
     /// Requests a state that the next order can be based on.
@@ -298,7 +307,7 @@ impl FarAircraft {
         if self.epoch().is_some() {
             return Ok(());
         }
-        match self.send_to(boot, self.ask_for(false), &operator, CONTROL_PATIENCE).await? {
+        match self.send_to(boot, self.ask_for(false, &operator), &operator, CONTROL_PATIENCE).await? {
             delivery::Outcome::Answered(answer) if answer.end() == End::Asked => {
                 self.known().request = Some(Requested { boot, operator });
                 Ok(())
@@ -319,10 +328,13 @@ impl FarAircraft {
         // Its turn comes again.
         let Ok(_one) = self.asking.try_lock() else { return };
         let Some(Requested { boot, operator }) = self.known().request.clone() else { return };
-        let sent = self.send_to(boot, self.ask_for(true), &operator, Duration::ZERO).await;
+        let sent = self.send_to(boot, self.ask_for(true, &operator), &operator, Duration::ZERO).await;
         let has_ended = match sent {
-            // Whatever else it is, such as too late, it may stand on board.
-            Ok(delivery::Outcome::Answered(answer)) => matches!(answer.end(), End::Held | End::Granted),
+            // Whatever else it is, such as too late, it may stand on board. What is refused, as for a role that was
+            // taken away, is not asked for until it is allowed.
+            Ok(delivery::Outcome::Answered(answer)) => {
+                matches!(answer.end(), End::Held | End::Granted | End::Refused)
+            }
             Ok(_) | Err(StationError::Vehicle(_)) => false,
             // Another boot is followed.
             Err(_) => true,
@@ -400,6 +412,11 @@ impl FarAircraft {
                 async { if request.is_act() { self.lease(boot, &operator, may_repeat).await } else { Ok(0) } };
             let parts = if std::mem::take(&mut sends_list) { list.clone() } else { Vec::new() };
             let (epoch, ()) = tokio::try_join!(control, self.deliver(boot, parts, &operator))?;
+            // It may have waited for long: it is not sent beside another who has our station's control since.
+            let holder = self.fleet.upgrade().and_then(|fleet| fleet.station.control().holder());
+            if let Some(holder) = holder.filter(|holder| request.is_act() && *holder != operator) {
+                return Err(StationError::Control { holder, vehicle: None });
+            }
             let mut waited = Waited::new(&self, self.new_id()?, &operator, &telling);
             let outcome = self.send_as(waited.id, Some(boot), Want::Act(act.clone()), &operator, epoch, patience).await;
             waited.has_ended = true;
@@ -421,7 +438,7 @@ impl FarAircraft {
             }
             match answer.end() {
                 End::Held => {
-                    self.known().on_lost(epoch);
+                    self.known().on_lost(epoch, &answer.holder);
                     // The lease ran out, and is free.
                     if answer.holder.is_empty() && !std::mem::replace(&mut has_asked_again, true) {
                         continue;
@@ -563,7 +580,7 @@ impl FarAircraft {
         if let Ok(delivery::Outcome::Answered(answer)) = renewed
             && answer.end() == End::Held
         {
-            self.known().on_lost(epoch);
+            self.known().on_lost(epoch, &answer.holder);
         }
     }
 
@@ -572,11 +589,23 @@ impl FarAircraft {
     ///
     /// # Errors
     /// When it was not delivered.
-    pub(super) async fn release(&self, patience: Duration) -> Result<(), StationError> {
+    pub(super) async fn release(self: &Arc<Self>, patience: Duration) -> Result<(), StationError> {
         // What keeps a request up would take control that has become free, and one that is under way would stand.
         let _one = tokio::time::timeout(patience, self.asking.lock()).await.ok();
         let Some(epoch) = self.known().give_up() else { return Ok(()) };
-        match self.send(Want::Release(Nothing {}), "", epoch, patience).await? {
+        let give_up = |epoch| self.send(Want::Release(Nothing {}), "", epoch, patience);
+        let mut outcome = give_up(epoch).await?;
+        let is_held = matches!(&outcome, delivery::Outcome::Answered(answer) if answer.end() == End::Held);
+        if epoch == 0 && is_held {
+            // It may have been granted before it was withdrawn.
+            self.look_again().await;
+            let own = self.fleet.upgrade().ok_or(StationError::Closed)?.own;
+            let granted = self.known().shown(&own);
+            if let Some(epoch) = granted {
+                outcome = give_up(epoch).await?;
+            }
+        }
+        match outcome {
             // Held: another has it already, or it is free.
             delivery::Outcome::Answered(answer) if matches!(answer.end(), End::Done | End::Held) => Ok(()),
             outcome => Err(self.not_done(outcome)),

@@ -120,8 +120,13 @@ async fn aircraft_and_stations_at_either_of_two_routers_are_one_fleet_and_one_ro
     let both = vec![below.endpoint().clone(), at_hill.clone()];
     let (seven, plane7) = flying(&scratch, &organisation, "plane7", both).await;
     let (eight, plane8) = flying(&scratch, &organisation, "plane8", vec![at_hill.clone()]).await;
-    for ground in [&below, &above] {
-        until("each is seen at both", || shows(ground, "plane7") && shows(ground, "plane8")).await;
+    for (plane, ground, what) in [
+        ("plane7", &below, "plane7 is seen at its router"),
+        ("plane8", &above, "plane8 is seen at its router"),
+        ("plane7", &above, "plane7 is seen at the other router"),
+        ("plane8", &below, "plane8 is seen at the other router"),
+    ] {
+        until(what, || shows(ground, plane)).await;
     }
     for (station, ground, who) in [(&valley, &below, "plane8"), (&hill, &above, "plane7")] {
         let said = answer_of(station, ground, who).await.to_string();
@@ -338,7 +343,7 @@ async fn programs_with_one_key_have_control_each_for_itself() {
     other.close().await;
     until("its end gives up nothing", || control(&station).2).await;
 
-    // One that was told to take it takes it, and leaves it free.
+    // One that was told to take it takes it, and gives it back when it ends.
     let (other, script) = beside(true).await;
     until("it is seen", || shows(&script, "plane7")).await;
     // Not for a client that does not see whose it is.
@@ -358,7 +363,7 @@ async fn programs_with_one_key_have_control_each_for_itself() {
     until("she has lost it again", has_lost_it).await;
     script.close().await;
     other.close().await;
-    until("it is free", || control(&station).0.is_empty()).await;
+    until("it is back", || control(&station).2).await;
 
     aircraft.close().await;
     for station in [station, board] {
