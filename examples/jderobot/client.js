@@ -27,6 +27,10 @@ async function main(communicator) {
   const where = `${pose.x.toFixed(5)}, ${pose.y.toFixed(5)}, ${pose.z.toFixed(0)} m above the sea`;
   console.log(`at ${where}, battery ${navdata.batteryPercent.toFixed(0)} %`);
   if (!process.argv.includes("--fly")) return 0;
+  if (navdata.state !== 2) {
+    console.log("it does not fly: it is not known to be on the ground, and this mission lands where it is now");
+    return 1;
+  }
   const extra = await proxy(jderobot.ArDroneExtraPrx, "ardrone_extra", 9994);
   await extra.takeoff(); // the first pose is the take-off
   await extra.land(); // the last is the landing

@@ -31,6 +31,9 @@ def main() -> int:
         print(f"at {pose.x:.5f}, {pose.y:.5f}, {pose.z:.0f} m above the sea, battery {navdata.batteryPercent:.0f} %")
         if "--fly" not in sys.argv:
             return 0
+        if navdata.state != 2:
+            print("it does not fly: it is not known to be on the ground, and this mission lands where it is now")
+            return 1
         extra = proxy(jderobot.ArDroneExtraPrx, "ardrone_extra", 9994)
         extra.takeoff()  # the first pose is the take-off
         extra.land()  # the last is the landing

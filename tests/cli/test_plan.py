@@ -69,6 +69,7 @@ def test_rehearse_flies_the_demo() -> None:
     assert (result.exit_code, "Landed, at rest" in result.stdout) == (0, True), result.output
     calm = run("rehearse", demo_mission(), "--wind-from", "240")
     assert (calm.exit_code, "add --wind M_S" in calm.stderr) == (2, True), calm.output
+    assert run("check", demo_mission(), "--wind", "0", "--wind-from", "240").exit_code == 0
 
 
 def test_a_plan_without_a_home_is_given_one(tmp_path: Path) -> None:

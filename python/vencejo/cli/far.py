@@ -59,10 +59,12 @@ def far_vehicle(
             yield vehicle
         except ControlHeld as held:
             # Told at the first order that it refuses: what came before is done.
-            raise Failed(
-                f"{held.holder} has control of {plane}: wait until it is given up; --take-control takes it from another "
-                "program of this station and, as a chief, from an operator"
-            ) from held
+            advice = (
+                "it was taken back, or this station does not overrule that one"
+                if take_control
+                else "--take-control takes it from anybody at this same station and, as a chief, from an operator of another"
+            )
+            raise Failed(f"{held.holder} has control of {plane}: wait until it is given up; {advice}") from held
 
 
 def _seen(fleet: Fleet, plane: str) -> FarAircraft | None:

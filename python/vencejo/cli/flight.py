@@ -15,7 +15,9 @@ if TYPE_CHECKING:
     from vencejo.plan import Plan
     from vencejo.rehearsal import Elevation, Rehearsal
 
-WindOption = Annotated[float, typer.Option("--wind", min=0.0, max=60.0, help="Wind 60 m up, m/s.")]
+WindOption = Annotated[
+    float | None, typer.Option("--wind", min=0.0, max=60.0, help="Wind 60 m up, m/s; calm by default.")
+]
 WindFromOption = Annotated[
     float | None,
     typer.Option(
@@ -66,7 +68,7 @@ class Flight:
         self,
         params: Path | None,
         learned_from: Path | None,
-        wind_m_s: float,
+        wind_m_s: float | None,
         wind_from_deg: float | None,
         ground: Path | None,
         clearance_m: float,
@@ -104,13 +106,13 @@ class Flight:
         return rehearse(plan, **self.given, gust_m_s=gust_m_s, seed=seed, clearance_m=self.clearance_m)
 
 
-def wind_of(speed_m_s: float, from_deg: float | None) -> Wind:
+def wind_of(speed_m_s: float | None, from_deg: float | None) -> Wind:
     """The wind of the options; a direction alone would be calm air that nobody meant."""
     from vencejo.landing import Wind
 
-    if from_deg is not None and not speed_m_s:
+    if from_deg is not None and speed_m_s is None:
         raise Failed(f"--wind-from {from_deg:g} says no wind speed: add --wind M_S", Exit.USAGE)
-    return Wind(from_deg or 0.0, speed_m_s)
+    return Wind(from_deg or 0.0, speed_m_s or 0.0)
 
 
 def parameters_of(file: Path | None) -> Mapping[str, float] | None:

@@ -38,7 +38,7 @@ def land(
     course: Annotated[
         float | None, typer.Option("--course", help="Course of the final leg or its opposite, degrees from true north.")
     ] = None,
-    wind: WindOption = 0.0,
+    wind: WindOption = None,
     wind_from: WindFromOption = None,
     ground_above_home: GroundAboveHomeOption = None,
     ground: GroundOption = None,

@@ -65,7 +65,7 @@ HomeOption = Annotated[
 def check(
     file: PlanArgument,
     home: HomeOption = None,
-    wind: WindOption = 0.0,
+    wind: WindOption = None,
     wind_from: WindFromOption = None,
     params: ParamsOption = None,
     learned_from: LearnOption = None,
@@ -123,7 +123,7 @@ def check(
 def rehearse(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="A plan file.")],
     home: HomeOption = None,
-    wind: WindOption = 0.0,
+    wind: WindOption = None,
     wind_from: WindFromOption = None,
     gust: Annotated[
         float, typer.Option("--gust", min=0.0, max=20.0, help="Standard deviation of the gusts, m/s.")
@@ -241,7 +241,7 @@ def report(
         str | None, typer.Option("--title", help="Title of the report; by default the file's name.")
     ] = None,
     home: HomeOption = None,
-    wind: WindOption = 0.0,
+    wind: WindOption = None,
     wind_from: WindFromOption = None,
     params: ParamsOption = None,
     learned_from: LearnOption = None,

@@ -67,7 +67,13 @@ def _put(system_id: int, info: SigningInfo, *, json: bool) -> None:
 def _state(info: SigningInfo) -> str:
     if info.key_missing:
         return "has to sign, and its key is not on this machine: nothing of it is believed"
-    state = f"signs with '{info.key}'" if info.must_sign else "does not sign"
+    if not info.must_sign:
+        state = "does not sign, as far as this machine can tell: it has no key of it"
+    elif info.verified or not info.unsigned_accepted:
+        state = f"signs with '{info.key}'"
+    else:
+        # By USB everything is believed: with a wrong key the vehicle would be deaf over any other link.
+        state = f"is said to have '{info.key}', and no frame of it was signed with that"
     if info.unproven:
         state += f"; sent and not shown yet: {', '.join(info.unproven)}"
     return state
@@ -132,8 +138,15 @@ def _ask_passphrase() -> str:
     import getpass
 
     if sys.stdin.isatty():
-        return getpass.getpass("Passphrase: ")
-    return sys.stdin.readline().rstrip("\n")
+        passphrase = getpass.getpass("Passphrase: ")
+        # A mistake would be noticed where the vehicle is deaf: in the field.
+        if passphrase and getpass.getpass("The same again: ") != passphrase:
+            raise Failed("the two differ: no key was kept", Exit.USAGE)
+    else:
+        passphrase = sys.stdin.readline().rstrip("\n")
+    if not passphrase:
+        raise Failed("an empty passphrase makes a key that everybody knows: no key was kept", Exit.USAGE)
+    return passphrase
 
 
 def _read_key(file: Path) -> bytes:

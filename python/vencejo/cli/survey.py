@@ -68,7 +68,7 @@ def survey(
         float | None,
         typer.Option("--course", metavar="DEGREES", help="Course of the lines; by default across the wind."),
     ] = None,
-    wind: WindOption = 0.0,
+    wind: WindOption = None,
     wind_from: WindFromOption = None,
     airspeed: Annotated[float | None, typer.Option("--airspeed", metavar="M/S", help="Of the survey.")] = None,
     margin: Annotated[
