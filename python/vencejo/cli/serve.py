@@ -22,9 +22,10 @@ from vencejo.cli.common import (
     grouped,
     put_json,
     say,
+    told_when_long,
     warn_of_open_key,
 )
-from vencejo.cli.connecting import RECORDED_AGAIN
+from vencejo.cli.connecting import RECORDED_AGAIN, why_not_up
 from vencejo.cli.fleet import joined
 from vencejo.cli.ice import IceOptions, ice_server, tell_ice
 from vencejo.cli.listening import ListenOption, default_link
@@ -254,7 +255,8 @@ def serve(
         tell(server, json=json, ice=None if interfaces is None else interfaces.proxies, fleet=far)
         if open_browser:
             open_page(server)
-        wait(server, Ros2News(gateway), FleetNews(far))
+        with told_when_long(lambda: why_not_up(station)):
+            wait(server, Ros2News(gateway), FleetNews(far))
 
 
 def joined_fleet(

@@ -173,7 +173,8 @@ fn plane7(dial: Vec<Endpoint>, trust: BTreeMap<PublicKey, Role>) -> AircraftConf
 }
 
 pub(in super::super) async fn until(what: &str, holds: impl Fn() -> bool) {
-    let waited = timeout(WAIT, async {
+    // An aircraft that comes before the router has heard of it is admitted at its next attempt.
+    let waited = timeout(3 * WAIT, async {
         while !holds() {
             tokio::time::sleep(Duration::from_millis(20)).await;
         }
