@@ -66,6 +66,29 @@ describe('Hold', () => {
     }
   });
 
+  it('counts on a display on which each timer is late', () => {
+    let now_ms = 0;
+    let due: (() => void) | null = null;
+    const timers = {
+      now: () => now_ms,
+      setTimeout: (run: () => void) => (due = run),
+      clearTimeout: () => (due = null),
+    };
+    let done = 0;
+    const hold = new Hold(
+      () => (done += 1),
+      () => undefined,
+      timers,
+    );
+    hold.begin();
+    for (let round = 0; round < 6; round += 1) {
+      expect(done).toBe(0);
+      now_ms += 2 * HOLD_MS;
+      due!();
+    }
+    expect(done).toBe(1);
+  });
+
   it('a key that repeats does not begin anew', () => {
     const { hold, done } = make();
     hold.begin();

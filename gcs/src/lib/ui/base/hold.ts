@@ -10,6 +10,9 @@ const HINT_MS = 1500;
 /** A timer that is later than this comes after a page that stood still, in which the finger may have left unseen. */
 const LATE_MS = 100;
 
+/** How often it is looked again after such a timer: on a display that is always slow each is late, and the button would never act. */
+const LOOKS = 5;
+
 /** `hint`: it was let go too early. */
 export type HoldState = 'idle' | 'holding' | 'hint' | 'confirm';
 
@@ -45,11 +48,11 @@ export class Hold {
   }
 
   /** Fires after the hold time; if the page was blocked meanwhile, only after queued events such as the release were handled. */
-  #hold(ms: number): void {
+  #hold(ms: number, looks = LOOKS): void {
     const due_ms = this.#timers.now() + ms;
     this.#enter('holding', ms, () => {
-      if (this.#timers.now() > due_ms + LATE_MS) {
-        this.#hold(LATE_MS);
+      if (this.#timers.now() > due_ms + LATE_MS && looks > 0) {
+        this.#hold(LATE_MS, looks - 1);
         return;
       }
       this.#enter('idle');
