@@ -24,16 +24,13 @@ async function main(communicator) {
   };
   const pose = await (await proxy(jderobot.Pose3DPrx, "ardrone_pose3d", 9998)).getPose3DData();
   const navdata = await (await proxy(jderobot.NavdataPrx, "ardrone_navdata", 9996)).getNavdata();
-  const where = `${pose.x.toFixed(5)}, ${pose.y.toFixed(5)}, ${pose.z.toFixed(0)} m above the sea`;
-  console.log(`at ${where}, battery ${navdata.batteryPercent.toFixed(0)} %`);
-  if (!process.argv.includes("--fly")) return 0;
-  if (navdata.state !== 2) {
-    console.log("it does not fly: it is not known to be on the ground, and this mission lands where it is now");
-    return 1;
-  }
+  const ground = navdata.state === 2 ? "on the ground" : "not known to be on the ground: nothing is flown from here";
+  const where = `${pose.x.toFixed(5)}, ${pose.y.toFixed(5)}, ${pose.z.toFixed(0)} m`;
+  console.log(`at ${where}, battery ${navdata.batteryPercent.toFixed(0)} %, ${ground}`);
+  const flies = process.argv.includes("--fly");
+  if (!flies || navdata.state !== 2) return Number(flies); // the mission lands where it begins
   const extra = await proxy(jderobot.ArDroneExtraPrx, "ardrone_extra", 9994);
-  await extra.takeoff(); // the first pose is the take-off
-  await extra.land(); // the last is the landing
+  for (const mark of ["takeoff", "land"]) await extra[mark](); // the first pose is the take-off, the last the landing
   const places = [[0, -0.003, 50], [0.004, -0.006, 80], [0.004, 0.006, 80], [0, 0.012, 60], [0, 0, 0]];
   const poses = places.map(([dx, dy, h]) => new jderobot.Pose3DData(pose.x + dx, pose.y + dy, 0, h));
   const mission = await proxy(jderobot.MissionPrx, "ardrone_mission", 10008);

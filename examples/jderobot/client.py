@@ -1,7 +1,6 @@
 """A JdeRobot client in Python: shows where the plane is and, with --fly, has it fly a mission. Knows only the Slice files.
 
-Start the driver first, for instance with a simulated plane: `vencejo sim` and `vencejo serve --link tcp:127.0.0.1:5760 --ice`. An environment variable, such as `ardrone_pose3d`, holds
-another proxy than that of this machine.
+Start the driver first, for instance with a simulated plane: `vencejo sim` and `vencejo serve --link tcp:127.0.0.1:5760 --ice`. Environment variables, such as `ardrone_pose3d`, hold other proxies.
 """
 
 import os
@@ -28,12 +27,10 @@ def main() -> int:
 
         pose = proxy(jderobot.Pose3DPrx, "ardrone_pose3d", 9998).getPose3DData()
         navdata = proxy(jderobot.NavdataPrx, "ardrone_navdata", 9996).getNavdata()
-        print(f"at {pose.x:.5f}, {pose.y:.5f}, {pose.z:.0f} m above the sea, battery {navdata.batteryPercent:.0f} %")
-        if "--fly" not in sys.argv:
-            return 0
-        if navdata.state != 2:
-            print("it does not fly: it is not known to be on the ground, and this mission lands where it is now")
-            return 1
+        where = "on the ground" if navdata.state == 2 else "not known to be on the ground: nothing is flown from here"
+        print(f"at {pose.x:.5f}, {pose.y:.5f}, {pose.z:.0f} m, battery {navdata.batteryPercent:.0f} %, {where}")
+        if "--fly" not in sys.argv or navdata.state != 2:  # the mission lands where it begins
+            return int("--fly" in sys.argv)
         extra = proxy(jderobot.ArDroneExtraPrx, "ardrone_extra", 9994)
         extra.takeoff()  # the first pose is the take-off
         extra.land()  # the last is the landing
