@@ -129,6 +129,7 @@ impl Vehicle {
             Effect::Acknowledged
             | Effect::Airborne
             | Effect::JumpedFrom(_)
+            | Effect::JumpedTo { .. }
             | Effect::Restarted
             | Effect::Unobjected => ("its effect".to_owned(), shown(None)),
         };
@@ -465,7 +466,11 @@ impl Vehicle {
             CommandOutcome::Answered { result: CommandResult::ACCEPTED, result_param2 } => {
                 self.ops[index].acknowledged = Some(result_param2);
                 let within = match command.effect {
-                    Effect::Acknowledged | Effect::Airborne | Effect::JumpedFrom(_) | Effect::Restarted => None,
+                    Effect::Acknowledged
+                    | Effect::Airborne
+                    | Effect::JumpedFrom(_)
+                    | Effect::JumpedTo { .. }
+                    | Effect::Restarted => None,
                     Effect::Unobjected => Some(OBJECTED_WITHIN),
                     Effect::Received(_) => Some(MESSAGE_WITHIN.max(self.round_trip().unwrap_or_default() * 2)),
                     Effect::Armed(_)
@@ -621,6 +626,11 @@ impl Vehicle {
             Effect::JumpedFrom(before) => self.telemetry.mission.map_or(Seen::NotYet, |mission| {
                 by_heartbeat(before.is_some_and(|before| before != mission.value.seq), mission.at)
             }),
+            Effect::JumpedTo { from, to } => self
+                .telemetry
+                .mission
+                .filter(|mission| [from, to].contains(&mission.value.seq))
+                .map_or(Seen::NotYet, |mission| by_heartbeat(mission.value.seq == to, mission.at)),
             Effect::Current(seq) => self
                 .telemetry
                 .mission

@@ -128,9 +128,12 @@ impl Context<'_> {
             target_component: self.vehicle.component.0,
         }));
         // It begins the item anew each time. Where the item is current already, nothing would show that it was done.
-        let before = self.telemetry.mission.map(|mission| mission.value.seq);
+        let shown = self.telemetry.mission.map(|mission| mission.value.seq).filter(|shown| *shown != seq);
         let once = Step::command(command);
-        let step = if before == Some(seq) { once } else { once.proved_by(Effect::JumpedFrom(before)) };
+        let step = match shown {
+            Some(from) => once.proved_by(Effect::JumpedTo { from, to: seq }),
+            None => once,
+        };
         step.or(Fallback::Message(message, Effect::Current(seq)))
     }
 

@@ -718,6 +718,12 @@ fn a_jump_whose_answer_is_lost_is_made_once() {
     world.plane.deaf = 1;
     assert_eq!(ask(&mut world, Request::SetCurrentItem { item: 2 }), Ok(Reply::Done));
     assert_eq!(world.plane.current, 2, "what did not arrive is repeated");
+    // It goes on by itself meanwhile: that is no jump.
+    world.plane.deaf = 9;
+    let id = start(&mut world, Request::SetCurrentItem { item: 5 });
+    wait(&mut world, 300);
+    world.plane.current = 3;
+    assert!(matches!(end(&mut world, id, 30), Err(VehicleError::CommandTimeout { .. })));
 }
 
 #[test]

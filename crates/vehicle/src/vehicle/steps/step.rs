@@ -24,6 +24,9 @@ pub(crate) enum Effect {
     Airborne,
     /// The current mission item has changed from this one. As above.
     JumpedFrom(Option<u16>),
+    /// MISSION_CURRENT shows the item `to`; not while it shows the item `from`. As above. Any other item may have come
+    /// without the jump, or after it.
+    JumpedTo { from: u16, to: u16 },
     /// MISSION_CURRENT shows the item.
     Current(u16),
     /// MISSION_CURRENT shows the item or a later one.

@@ -105,14 +105,18 @@ fn unasked() -> VehicleConfig {
 }
 
 fn go_to(alt_m: f64, alt_frame: AltFrame) -> Request {
+    circling(alt_m, alt_frame, None, Turn::Clockwise, None)
+}
+
+fn circling(alt_m: f64, alt_frame: AltFrame, radius_m: Option<f64>, turn: Turn, speed_m_s: Option<f64>) -> Request {
     Request::Reposition {
         lat_deg: 40.334,
         lon_deg: -3.79,
         alt_m,
         alt_frame,
-        radius_m: None,
-        turn: Turn::Clockwise,
-        speed_m_s: None,
+        radius_m,
+        turn,
+        speed_m_s,
         change_mode: true,
         below_home: false,
     }
@@ -141,27 +145,9 @@ fn it_is_sent_heights_above_mean_sea_level() {
 #[test]
 fn what_is_repeated_takes_it_from_no_pilot() {
     const POSITION: u32 = 3 << 16;
-    let circle = || match go_to(100.0, AltFrame::RelHome) {
-        Request::Reposition {
-            lat_deg, lon_deg, alt_m, alt_frame, turn, speed_m_s, change_mode, below_home, ..
-        } => {
-            let radius_m = Some(80.0);
-            Request::Reposition {
-                lat_deg,
-                lon_deg,
-                alt_m,
-                alt_frame,
-                radius_m,
-                turn,
-                speed_m_s,
-                change_mode,
-                below_home,
-            }
-        }
-        other => other,
-    };
+    let circle = circling(100.0, AltFrame::RelHome, Some(80.0), Turn::Clockwise, None);
     let height = Request::ChangeAltitude { alt_m: 100.0, alt_frame: AltFrame::RelHome, below_home: false };
-    for request in [go_to(100.0, AltFrame::RelHome), circle(), height] {
+    for request in [go_to(100.0, AltFrame::RelHome), circle, height] {
         let mut world = flying(VehicleConfig::default());
         let before = world.plane.commands.len() + world.plane.ints.len();
         world.plane.mute = 9;
@@ -584,22 +570,7 @@ fn what_would_leave_the_mode_is_not_sent() {
 #[test]
 fn a_circle_of_its_own_is_flown_by_an_orbit_and_the_speed_set_after_it() {
     let mut world = flying(VehicleConfig::default());
-    let with = |radius_m, turn, speed_m_s| match go_to(80.0, AltFrame::RelHome) {
-        Request::Reposition { lat_deg, lon_deg, alt_m, alt_frame, change_mode, below_home, .. } => {
-            Request::Reposition {
-                lat_deg,
-                lon_deg,
-                alt_m,
-                alt_frame,
-                radius_m,
-                turn,
-                speed_m_s,
-                change_mode,
-                below_home,
-            }
-        }
-        other => other,
-    };
+    let with = |radius_m, turn, speed_m_s| circling(80.0, AltFrame::RelHome, radius_m, turn, speed_m_s);
     for (radius_m, turn, command, radius) in [
         (None, Turn::Clockwise, Command::DO_REPOSITION, -1.0),
         (Some(150.0), Turn::Clockwise, Command::DO_ORBIT, 150.0),
