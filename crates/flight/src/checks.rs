@@ -292,7 +292,7 @@ impl<'a> Check<'a> {
         let off_m =
             above_home_m.filter(|off_m| item.command.is_landing() && is_at_home && off_m.abs() > FIELD_SLOPES_M);
         if let Some(height_m) = off_m {
-            self.error(about, FindingKind::LandingOffField { height_m });
+            self.error(about, FindingKind::LandingOffField { off_m: height_m.abs(), is_under: height_m < 0.0 });
         } else if item.command.is_takeoff() && is_low {
             self.error(about, FindingKind::TakeoffTooLow { alt_m, datum });
         } else if item.command.is_destination() && is_low {

@@ -421,6 +421,11 @@ fn fences() {
     assert!(far(circle(false, away, 60_000.0)).is_none(), "its edge is in reach");
     assert!(far(square(true, home, 5.0)).is_none(), "it is around home");
     assert!(far(square(false, at(0.0, 339_000.0), 3.0)).is_none(), "its long edge passes near home");
+    let opposite =
+        |east_deg: f64| GeoPoint::new(home.lat_deg() + east_deg.abs(), home.lon_deg() + 180.0 + east_deg).unwrap();
+    let corners = [-0.1, 0.0, 0.1].map(opposite);
+    let around_the_world = FenceZone { inclusion: false, shape: FenceShape::Polygon { vertices: corners.to_vec() } };
+    assert!(far(around_the_world).is_some(), "its edges do not pass home");
     assert!(far(circle(false, swapped, 100.0)).is_some_and(|found| found.remedy.contains("swapped")));
     let mut lost = plan(sound());
     lost.rally.points = vec![RallyPoint { point: swapped, alt_m: 50.0, frame: MavFrame::GlobalRelativeAlt }];

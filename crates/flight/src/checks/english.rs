@@ -158,11 +158,10 @@ fn sentences(kind: &FindingKind, name: &str, is_whole: bool) -> (String, String)
                 "raise it, unless the terrain falls away there",
             )
         }
-        LandingOffField { height_m } => (
+        LandingOffField { off_m, is_under } => (
             format!(
-                "the landing point {name} lies {:.0} m {} the field that home is on",
-                height_m.abs(),
-                if *height_m < 0.0 { "under" } else { "above" }
+                "the landing point {name} lies {off_m:.0} m {} the field that home is on",
+                if *is_under { "under" } else { "above" }
             ),
             "give it the height of the field, and look what its height counts from",
         ),

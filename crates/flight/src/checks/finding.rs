@@ -285,8 +285,10 @@ kinds! {
     },
     /// A landing on the field of home, at another height than the field's.
     LandingOffField = "landing-off-field" {
-        /// Height of its point above home.
-        height_m: f64,
+        /// How far its point lies above the field.
+        off_m: f64,
+        /// Whether it lies under it, so far.
+        is_under: bool,
     },
     /// A leg shorter than the plane can turn.
     ShortLeg = "short-leg" {

@@ -41,6 +41,15 @@ fn what_the_lines_do_not_show_is_found() {
     let narrow = vec![waypoint(0.0, 1_000.0, 60.0), waypoint(3.4, 1_000.0, 60.0), waypoint(3.4, 900.0, 60.0)];
     let codes = found(narrow, Fence::default(), Wind { from_deg: 270.0, speed_m_s: 9.0 });
     assert!(codes.contains(&(FindingCode::WaypointMissed, Some(4))), "{codes:?}");
+    // Passed abeam in a turn: counted as reached, and never near.
+    let abeam = vec![
+        waypoint(0.0, 1_000.0, 60.0),
+        waypoint(6.84, 1_007.2, 60.0),
+        waypoint(6.12, 1_126.4, 60.0),
+        waypoint(24.06, 1_226.5, 60.0),
+    ];
+    let codes = found(abeam, Fence::default(), Wind { from_deg: 180.0, speed_m_s: 9.0 });
+    assert!(codes.contains(&(FindingCode::WaypointMissed, Some(4))), "{codes:?}");
     // Without turns, short legs do not matter.
     let straight = vec![waypoint(0.0, 1_000.0, 60.0), waypoint(0.0, 1_040.0, 60.0), waypoint(0.0, 1_500.0, 60.0)];
     let items = std::iter::once(MissionItem::takeoff(HOME.lat_deg, HOME.lon_deg, 50.0, 12.0)).chain(straight.clone());

@@ -4563,11 +4563,13 @@ export interface components {
             code: "landing-off-field";
             /** @description A landing on the field of home, at another height than the field's. */
             figures: {
+                /** @description Whether it lies under it, so far. */
+                is_under: boolean;
                 /**
                  * Format: double
-                 * @description Height of its point above home.
+                 * @description How far its point lies above the field.
                  */
-                height_m: number;
+                off_m: number;
             };
         } | {
             /** @enum {string} */

@@ -82,8 +82,8 @@ export const findingsEn = {
   'finding.far-first.remedy': 'Check that the mission is for this place.',
   'finding.below-home': '{item} lies at {alt_m} {datum}, no higher than home or the ground.',
   'finding.below-home.remedy': 'Raise it, unless the terrain falls away there.',
-  'finding.landing-off-field':
-    'The landing point {item} lies {height_m} above home, on the same field (less than 0: under it).',
+  'finding.landing-off-field': 'The landing point {item} lies {off_m} above the field that home is on.',
+  'finding.landing-off-field.is-under': 'The landing point {item} lies {off_m} under the field that home is on.',
   'finding.landing-off-field.remedy': 'Give it the height of the field, and look what its height counts from.',
   'finding.short-leg': 'The leg to {item} is {length_m} long; the plane turns within {turn_radius_m}.',
   'finding.short-leg.remedy': 'Move the points apart or fly slower.',

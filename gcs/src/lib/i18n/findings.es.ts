@@ -83,8 +83,9 @@ export const findingsEs: Record<keyof typeof findingsEn, string> = {
   'finding.far-first.remedy': 'Comprueba que la misión es para este lugar.',
   'finding.below-home': '{item} está a {alt_m} {datum}, no más alto que casa o el terreno.',
   'finding.below-home.remedy': 'Súbelo, si el terreno no baja allí.',
-  'finding.landing-off-field':
-    'El punto de aterrizaje {item} está a {height_m} sobre casa, en su mismo campo (menos de 0: debajo).',
+  'finding.landing-off-field': 'El punto de aterrizaje {item} está {off_m} por encima del campo en que está casa.',
+  'finding.landing-off-field.is-under':
+    'El punto de aterrizaje {item} está {off_m} por debajo del campo en que está casa.',
   'finding.landing-off-field.remedy': 'Ponlo a la altura del campo, y mira desde dónde se mide la suya.',
   'finding.short-leg': 'El tramo hasta {item} mide {length_m}; el avión vira en {turn_radius_m}.',
   'finding.short-leg.remedy': 'Separa los puntos o vuela más despacio.',

@@ -14,6 +14,23 @@ function make() {
   return { hold, states, done: () => done };
 }
 
+/** Held in a page whose timers come when it has time for them. */
+function makeLate() {
+  let now_ms = 0;
+  let due: (() => void) | null = null;
+  let done = 0;
+  const hold = new Hold(
+    () => (done += 1),
+    () => undefined,
+    { now: () => now_ms, setTimeout: (run) => (due = run), clearTimeout: () => (due = null) },
+  );
+  const comes = (after_ms: number) => {
+    now_ms += after_ms;
+    due?.();
+  };
+  return { hold, comes, done: () => done };
+}
+
 describe('Hold', () => {
   it('counts after one second, once', () => {
     const { hold, done, states } = make();
@@ -41,52 +58,25 @@ describe('Hold', () => {
   });
 
   it('does not count a short press in a page that stood still', () => {
-    let now_ms = 0;
-    let due: (() => void) | null = null;
-    const timers = {
-      now: () => now_ms,
-      setTimeout: (run: () => void) => (due = run),
-      clearTimeout: () => (due = null),
-    };
     for (const isHeld of [false, true]) {
-      let done = 0;
-      const hold = new Hold(
-        () => (done += 1),
-        () => undefined,
-        timers,
-      );
+      const { hold, comes, done } = makeLate();
       hold.begin();
-      now_ms += 3 * HOLD_MS;
-      due!();
-      expect(done, 'the timer may come before the release that waits').toBe(0);
+      comes(3 * HOLD_MS);
+      expect(done(), 'the timer may come before the release that waits').toBe(0);
       if (!isHeld) hold.end();
-      now_ms += HOLD_MS / 10;
-      due!();
-      expect(done).toBe(isHeld ? 1 : 0);
+      comes(HOLD_MS / 10);
+      expect(done()).toBe(isHeld ? 1 : 0);
     }
   });
 
   it('counts on a display on which each timer is late', () => {
-    let now_ms = 0;
-    let due: (() => void) | null = null;
-    const timers = {
-      now: () => now_ms,
-      setTimeout: (run: () => void) => (due = run),
-      clearTimeout: () => (due = null),
-    };
-    let done = 0;
-    const hold = new Hold(
-      () => (done += 1),
-      () => undefined,
-      timers,
-    );
+    const { hold, comes, done } = makeLate();
     hold.begin();
     for (let round = 0; round < 6; round += 1) {
-      expect(done).toBe(0);
-      now_ms += 2 * HOLD_MS;
-      due!();
+      expect(done()).toBe(0);
+      comes(2 * HOLD_MS);
     }
-    expect(done).toBe(1);
+    expect(done()).toBe(1);
   });
 
   it('a key that repeats does not begin anew', () => {
