@@ -505,6 +505,11 @@ def test_what_is_there_and_no_file_is_not_said_to_be_missing(tmp_path: Path) -> 
     assert (result.exit_code, "holds no record of an aircraft" in result.stderr) == (1, True), result.output
 
 
+def test_no_key_is_made_of_an_empty_passphrase(tmp_path: Path) -> None:
+    result = run("signing", "new-key", "club", "--passphrase", VENCEJO_DATA=str(tmp_path))
+    assert (result.exit_code, "everybody knows" in result.stderr) == (2, True), result.output
+
+
 @pytest.mark.skipif(not Path("/dev/zero").exists(), reason="Linux has it")
 def test_an_endless_key_file_is_read_to_its_limit(tmp_path: Path) -> None:
     for words in (["signing", "new-key", "k"], ["fleet", "init", "acme", "--ca-cert", "/dev/null"]):

@@ -68,7 +68,7 @@ def _state(info: SigningInfo) -> str:
     if info.key_missing:
         return "has to sign, and its key is not on this machine: nothing of it is believed"
     if not info.must_sign:
-        state = "does not sign, as far as this machine can tell: it has no key of it"
+        state = "does not sign, as far as this machine can tell"
     elif info.verified or not info.unsigned_accepted:
         state = f"signs with '{info.key}'"
     else:

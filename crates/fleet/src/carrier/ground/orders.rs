@@ -598,7 +598,7 @@ impl FarAircraft {
         let is_held = matches!(&outcome, delivery::Outcome::Answered(answer) if answer.end() == End::Held);
         if epoch == 0 && is_held {
             // It may have been granted before it was withdrawn.
-            self.look_again().await;
+            let _ = tokio::time::timeout(patience, self.look_again()).await;
             let own = self.fleet.upgrade().ok_or(StationError::Closed)?.own;
             let granted = self.known().shown(&own);
             if let Some(epoch) = granted {
