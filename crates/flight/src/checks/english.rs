@@ -101,7 +101,7 @@ fn sentences(kind: &FindingKind, name: &str, is_whole: bool) -> (String, String)
         ),
         EndlessLoiter { next_item } => (
             format!("{name} circles until it is told otherwise; item {next_item} is not flown by itself"),
-            "give it turns or a time, or move it to the end",
+            "move it to the end, or give a circle turns or a time",
         ),
         LandStartWithoutLanding { has_landing: false } => {
             (format!("{name} starts a landing sequence, but no landing follows"), "add a landing after it or delete it")
@@ -159,10 +159,7 @@ fn sentences(kind: &FindingKind, name: &str, is_whole: bool) -> (String, String)
             )
         }
         LandingOffField { off_m, is_under } => (
-            format!(
-                "the landing point {name} lies {off_m:.0} m {} the field that home is on",
-                if *is_under { "under" } else { "above" }
-            ),
+            format!("{name} lies {off_m:.0} m {} the field that home is on", if *is_under { "under" } else { "above" }),
             "give it the height of the field, and look what its height counts from",
         ),
         ShortLeg { length_m, turn_radius_m } => (

@@ -55,7 +55,7 @@ export const findingsEs: Record<keyof typeof findingsEn, string> = {
   'finding.items-after-landing.remedy': 'Pon el aterrizaje al final.',
   'finding.endless-loiter':
     '{item} da vueltas hasta que se le diga otra cosa: el punto {next_item} y lo que sigue no se vuelan solos.',
-  'finding.endless-loiter.remedy': 'Dale vueltas o un tiempo, o ponlo al final.',
+  'finding.endless-loiter.remedy': 'Ponlo al final, o da al círculo vueltas o un tiempo.',
   'finding.land-start-disabled':
     '{item}: con RTL_AUTOLAND a 0 este vehículo se niega a armar con una secuencia de aterrizaje.',
   'finding.land-start-disabled.remedy': 'Pon RTL_AUTOLAND a 2, para que el regreso la vuele, o elimínala.',
@@ -83,9 +83,8 @@ export const findingsEs: Record<keyof typeof findingsEn, string> = {
   'finding.far-first.remedy': 'Comprueba que la misión es para este lugar.',
   'finding.below-home': '{item} está a {alt_m} {datum}, no más alto que casa o el terreno.',
   'finding.below-home.remedy': 'Súbelo, si el terreno no baja allí.',
-  'finding.landing-off-field': 'El punto de aterrizaje {item} está {off_m} por encima del campo en que está casa.',
-  'finding.landing-off-field.is-under':
-    'El punto de aterrizaje {item} está {off_m} por debajo del campo en que está casa.',
+  'finding.landing-off-field': '{item} está {off_m} por encima del campo en que está casa.',
+  'finding.landing-off-field.is-under': '{item} está {off_m} por debajo del campo en que está casa.',
   'finding.landing-off-field.remedy': 'Ponlo a la altura del campo, y mira desde dónde se mide la suya.',
   'finding.short-leg': 'El tramo hasta {item} mide {length_m}; el avión vira en {turn_radius_m}.',
   'finding.short-leg.remedy': 'Separa los puntos o vuela más despacio.',
