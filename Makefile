@@ -14,6 +14,8 @@ CHECK := scripts/check.sh
 # The binding too, though it is tested from Python: with it all of `make test` asks the same features of each crate.
 # Aircraft far away are in it as in wheels; who works elsewhere builds without, and minutes faster.
 CARGO_TEST := --workspace --locked --features vencejo-py/fleet
+# Several times as long as they take beside pytest.
+CARGO_TEST_WITHIN := 40m
 DEMO_ARGS ?=
 PYTEST_ARGS ?=
 # Three times as many as there are cores: most tests wait for a plane or a page most of their time.
@@ -74,10 +76,12 @@ rustdoc: clippy
 	@$(CHECK) rustdoc env RUSTDOCFLAGS='-D warnings' cargo doc --quiet $(CARGO_TEST) --no-deps --document-private-items
 cargo-test-built: clippy
 	@$(CHECK) cargo-test-built cargo test --quiet --no-run $(CARGO_TEST)
-# Beside pytest, which tells how far it is: this one tells all when it is done.
+# Beside pytest, which tells how far it is: this one tells all when it is done. A test that never ends is named in what it
+# tells, as one that runs for over a minute, and ended.
 cargo-test:
 	@mkdir -p .cache
-	@code=0; $(CHECK) cargo-test cargo test --quiet $(CARGO_TEST) >.cache/cargo-test.log 2>&1 || code=$$?; cat .cache/cargo-test.log; exit $$code
+	@code=0; $(CHECK) cargo-test timeout --foreground --verbose $(CARGO_TEST_WITHIN) cargo test --quiet $(CARGO_TEST) >.cache/cargo-test.log 2>&1 || code=$$?; \
+	cat .cache/cargo-test.log; exit $$code
 pytest:
 	@$(CHECK) pytest $(PY) -m pytest -q -n $(PYTEST_WORKERS) --dist worksteal $(PYTEST_ARGS)
 # From what the Rust tests are compiled from, with their assertions and without link-time optimisation: minutes less.

@@ -246,9 +246,10 @@ async fn an_operation_is_cancelled_by_its_session_or_the_holder_of_control() {
         assert_eq!(server.ask("DELETE", &path, Some(&other), None).await.status, 423);
         assert_eq!(server.ask("GET", &path, None, None).await.json()["state"], "running");
         assert_eq!(server.ask("DELETE", &path, Some(who), None).await.status, 202);
-        while server.ask("GET", &path, None, None).await.json()["state"] != "cancelled" {
+        while server.ask("GET", &path, None, None).await.json()["state"] == "running" {
             tokio::time::sleep(Duration::from_millis(1)).await;
         }
+        assert_eq!(server.ask("GET", &path, None, None).await.json()["state"], "cancelled");
     }
 }
 

@@ -372,7 +372,7 @@ mod tests {
         let _lively = lively.liveliness().declare_token("lively").await.expect("declared");
         let _silent = silent.liveliness().declare_token("silent").await.expect("declared");
         for _ in 0..2 {
-            tokens.recv_async().await.expect("a token");
+            tokio::time::timeout(WAIT, tokens.recv_async()).await.expect("in time").expect("a token");
         }
         let mut kept = Vec::new();
         for (others_within, decides) in [(Duration::ZERO, false), (WAIT * 10, true)] {

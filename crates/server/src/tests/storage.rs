@@ -94,7 +94,8 @@ async fn a_disk_that_does_not_answer_is_told_and_so_is_that_it_does_again() {
     let asked = answers.clone();
     let space = Space::with_probe(Floors::default(), move |_| {
         let (does, changed) = &*asked;
-        let _does = changed.wait_while(does.lock().expect("held by none that failed"), |does| !*does);
+        // A test that fails meanwhile waits for this thread.
+        let _does = changed.wait_timeout_while(does.lock().expect("held by none that failed"), PATIENCE, |does| !*does);
         Ok(10_000 * MB)
     });
     let station = station(true);

@@ -7,10 +7,10 @@ use std::time::Duration;
 use prost::Message as _;
 use tokio::runtime::Handle;
 use tokio::time::timeout;
-use vencejo_flight::plan::{Mission, MissionItem};
+use vencejo_flight::plan::{Command, Mission, MissionItem};
 use vencejo_link::LinkOptions;
 use vencejo_proto::dialect::{MavMessage, MavParamType, PARAM_VALUE_DATA};
-use vencejo_proto::{Address, FrameDecoder, Header, Heartbeat, MavVersion, Message};
+use vencejo_proto::{Address, CommandAck, FrameDecoder, Header, Heartbeat, MavVersion, Message};
 use vencejo_station::StationConfig;
 use zenoh::Session;
 
@@ -317,10 +317,18 @@ async fn a_reading_that_one_gives_up_goes_on_for_the_others() {
             recalling.tell(one, Want::Recall(101_u128.to_be_bytes().to_vec())).await
         })
     };
-    // It is heard, also where this takes long, and says the value until it has been taken.
+    // It is heard and hears, also where this takes long, and says the value until it has been taken.
+    let hears = Message::CommandAck(CommandAck {
+        target: Address::new(0, 0),
+        command: Command::REQUEST_MESSAGE.0,
+        result: 0,
+        progress: 255,
+        result_param2: 0,
+    });
     let flies = async |says: Option<PARAM_VALUE_DATA>| -> Infallible {
         loop {
             plane.say(&heartbeat()).await;
+            plane.say(&hears).await;
             if let Some(value) = says.clone() {
                 plane.say(&Message::Dialect(MavMessage::PARAM_VALUE(value))).await;
             }
