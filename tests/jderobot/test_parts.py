@@ -283,15 +283,29 @@ def test_a_plane_turns_and_climbs_by_leading_targets_and_flies_straight_and_leve
     assert first.course is not None
     assert first.course[0] == pytest.approx(90.0 - math.degrees(1.0)), "to the left, a fourth of a radian a second"
     assert first.course[1] == 5.0
-    assert first.climb == (708.0, 2.0)
+    assert first.alt_amsl_m == 701.0
     again = plane.targets(Velocity(18.0, 0.0, 2.0, 0.25), 0.1, **FLYING)
     assert again == Targets(), "nothing is sent ten times a second"
     assert plane.targets(Velocity(18.0, 0.0, 2.0, 0.25), 0.6, **FLYING).course is not None
     over = plane.targets(None, 0.7, **FLYING)
     assert over.course == (90.0, 5.0)
-    assert over.climb is not None
-    assert over.climb[0] == 700.0
+    assert over.alt_amsl_m == 700.0
     assert plane.targets(None, 5.0, **FLYING).course is None, "once is enough"
+
+
+def test_a_climb_goes_on_from_where_it_began_whatever_the_plane_makes_of_it() -> None:
+    plane = PlaneTargets()
+    lags = FLYING | {"alt_amsl_m": 699.0}
+
+    def told(up_m_s: float, now_s: float) -> float | None:
+        return plane.targets(Velocity(18.0, 0.0, up_m_s), now_s, **(lags if now_s else FLYING)).alt_amsl_m
+
+    heights = [told(2.0, half / 2.0) for half in range(9)]
+    assert heights == [701.0, 702.0, 703.0, 704.0, 705.0, 706.0, 707.0, 708.0, 708.0]
+    assert told(-2.0, 5.0) == 698.0, "down from where it is"
+    assert told(0.0, 5.1) == 699.0
+    assert told(0.0, 6.0) is None
+    assert told(2.0, 7.0) == 700.0
 
 
 def test_a_plane_told_to_turn_hard_never_turns_the_other_way() -> None:

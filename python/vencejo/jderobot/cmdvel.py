@@ -2,7 +2,7 @@
 
 Commands come in ROS's axes (REP 103, which AR.Drone drivers keep): x forward, y left, z up, turns to the left positive.
 A plane cannot stop: its targets are its airspeed (x), its turn (angular z, flown as a course that leads by the turn),
-and its climb (z, flown as a height that leads by the climb). When no new command comes in time, what hovers stops, and
+and its climb (z, flown as a height that rises with it). When no new command comes in time, what hovers stops, and
 a plane flies straight and level on.
 """
 
@@ -26,12 +26,12 @@ __all__ = ["CMDVel", "PlaneTargets", "Targets", "Velocity"]
 _MAX_M_S: Final = 50.0
 _MAX_RAD_S: Final = 10.0
 _LEAD_S: Final = 4.0
-"""How far course and height lead the plane: long enough to outlast a lost command, short enough to be harmless."""
+"""How far the course leads the plane, and the height may: long enough to outlast a lost command, short enough to be
+harmless."""
 _MAX_LEAD_RAD: Final = math.radians(150.0)
 """Less than half a turn, so that the plane turns in the commanded direction."""
 _REFRESH_S: Final = 0.5
 _TICK_S: Final = 0.1
-_LEVEL_RATE_M_S: Final = 3.0
 _SPEED_STEP_M_S: Final = 0.1
 _MIN_SPEED_M_S: Final = 0.1
 _MIN_CLIMB_M_S: Final = 0.05
@@ -66,12 +66,12 @@ class Targets:
     ----------
     airspeed_m_s : float or None
     course : (course_deg, accel_m_s2) or None
-    climb : (alt_amsl_m, rate_m_s) or None
+    alt_amsl_m : float or None
     """
 
     airspeed_m_s: float | None = None
     course: tuple[float, float] | None = None
-    climb: tuple[float, float] | None = None
+    alt_amsl_m: float | None = None
 
 
 def _course_deg(course_rad: float) -> float:
@@ -85,8 +85,8 @@ class PlaneTargets:
     def __init__(self) -> None:
         self._speed_m_s: float | None = None
         self._turning = False
-        self._climbing = False
-        self._level_m: float | None = None
+        self._climb: tuple[float, float, float] | None = None
+        self._is_level = False
         self._straight = False
         self._refreshed_s = -math.inf
 
@@ -111,7 +111,7 @@ class PlaneTargets:
         if speed is not None and (self._speed_m_s is None or abs(speed - self._speed_m_s) >= _SPEED_STEP_M_S):
             airspeed = self._speed_m_s = speed
         is_due = now_s - self._refreshed_s >= _REFRESH_S
-        course = climb = None
+        course = height_m = None
         if turn and (is_due or not self._turning):
             lead = min(abs(turn) * _LEAD_S, _MAX_LEAD_RAD)
             # The bank that turns at this rate: centripetal acceleration = speed × turn rate.
@@ -119,16 +119,25 @@ class PlaneTargets:
             course = (_course_deg(course_rad - math.copysign(lead, turn)), accel)
         elif not turn and (self._turning or not self._straight):
             course = (_course_deg(course_rad), _COURSE_ACCEL_M_S2)
-        if up and (is_due or not self._climbing):
-            climb = (alt_amsl_m + up * _LEAD_S, abs(up))
-        elif not up and (self._climbing or self._level_m is None):
-            self._level_m = alt_amsl_m
-            climb = (alt_amsl_m, _LEVEL_RATE_M_S)
-        self._turning, self._straight = bool(turn), not turn
-        self._climbing = bool(up)
+        if up and (is_due or self._climb is None):
+            height_m = self._height_m(up, now_s, alt_amsl_m)
+        elif not up and not self._is_level:
+            self._climb, height_m = None, alt_amsl_m
+        self._turning, self._straight, self._is_level = bool(turn), not turn, not up
         if is_due:
             self._refreshed_s = now_s
-        return Targets(airspeed, course, climb)
+        return Targets(airspeed, course, height_m)
+
+    def _height_m(self, up_m_s: float, now_s: float, alt_amsl_m: float) -> float:
+        """The height at the next refresh. It rises from where the climb began: ArduPlane makes hardly a climb of a rate."""
+        before = self._climb
+        if before is None or before[2] * up_m_s < 0.0:
+            before = (alt_amsl_m, now_s, up_m_s)
+        lead_m = abs(up_m_s) * _LEAD_S
+        due_m = before[0] + up_m_s * (now_s - before[1])
+        due_m = max(alt_amsl_m - lead_m, min(alt_amsl_m + lead_m, due_m))
+        self._climb = (due_m, now_s, up_m_s)
+        return due_m + up_m_s * _REFRESH_S
 
 
 class CMDVel:
@@ -238,10 +247,10 @@ class CMDVel:
         if velocity is None:
             self._plane = None
         # Each by itself: a speed that is refused leaves the turn as it was asked for.
-        airspeed_m_s, course, climb = targets.airspeed_m_s, targets.course, targets.climb
+        airspeed_m_s, course, height_m = targets.airspeed_m_s, targets.course, targets.alt_amsl_m
         if airspeed_m_s is not None:
             self._attempt(lambda: vehicle.set_airspeed(airspeed_m_s))
         if course is not None:
             self._attempt(lambda: vehicle.fly_course(course[0], accel_m_s2=course[1]))
-        if climb is not None:
-            self._attempt(lambda: vehicle.climb_to(alt_amsl_m=climb[0], rate_m_s=climb[1]))
+        if height_m is not None:
+            self._attempt(lambda: vehicle.climb_to(alt_amsl_m=height_m))

@@ -364,7 +364,7 @@ class Control:
         below = below_home(current)
         return self._later(
             systemId,
-            lambda vehicle: vehicle.climb_to(alt_amsl_m=altAmslM, rate_m_s=rateMS, below_home=below),
+            lambda vehicle: vehicle.climb_to(alt_amsl_m=altAmslM, rate_m_s=rateMS or None, below_home=below),
         )
 
     def setVelocity(
