@@ -266,8 +266,9 @@ class AsyncVehicle(VehicleState):
     ) -> None:
         """Fly to a position and circle there (mode GUIDED, of a PX4 AUTO_LOITER, entered unless `change_mode` is false).
 
-        Give the altitude once, in one of its three references. The speed is over ground, of a PX4 an airspeed; a PX4 takes
-        a sense with a radius only.
+        Give the altitude once, in one of its three references. The speed of a plane is an airspeed, that of others one
+        over ground. A plane that refuses the speed flies to the position all the same. An ArduPlane in GUIDED keeps
+        radius and speed of the go-to before where none is given; a PX4 takes a sense with a radius only.
 
         An altitude more than 20 m below home is refused unless `below_home` is set: it is usually one above the sea
         given as one above home, or the reverse. Within 500 m of the vehicle the ground decides instead, if the vehicle
@@ -336,12 +337,14 @@ class AsyncVehicle(VehicleState):
         *,
         alt_rel_home_m: float | None = None,
         alt_amsl_m: float | None = None,
-        rate_m_s: float,
+        rate_m_s: float | None = None,
         below_home: bool = False,
     ) -> None:
-        """Climb or sink to an altitude at a rate (above 0 to 50 m/s). Only for an ArduPlane that is in GUIDED.
+        """Climb or sink to an altitude. Only for an ArduPlane that is in GUIDED.
 
-        One that is too low for `goto` is refused unless `below_home` is set.
+        Without a rate (0.01 to 50 m/s) it does so as fast as it can. Since 4.7 an ArduPlane makes hardly a thirtieth of a
+        rate: better leave it out, and raise the altitude step by step. An altitude that is too low for `goto` is refused
+        unless `below_home` is set.
         """
         height = height_of(alt_rel_home_m, alt_amsl_m)
         await self._wait(self._ask("climb", **height, rate_m_s=rate_m_s, below_home=below_home))

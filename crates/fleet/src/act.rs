@@ -74,7 +74,7 @@ pub fn act_of(request: &Request, confirmed: Option<Danger>) -> Result<Act, &'sta
         Request::GuidedClimb { alt_m, alt_frame, rate_m_s, below_home } => Deed::Climb(Climb {
             alt_m: *alt_m,
             frame: alt_frame.mav_frame().into(),
-            rate_m_s: *rate_m_s,
+            rate_m_s: rate_m_s.unwrap_or_default(),
             below_home: *below_home,
         }),
         Request::Reboot => Deed::Reboot(Nothing {}),
@@ -175,7 +175,7 @@ pub fn request_of(act: &Act) -> Result<(Request, Option<Danger>), BadPayload> {
         Deed::Climb(to) => Request::GuidedClimb {
             alt_m: to.alt_m,
             alt_frame: alt_frame(to.frame)?,
-            rate_m_s: to.rate_m_s,
+            rate_m_s: Some(to.rate_m_s).filter(|rate_m_s| *rate_m_s != 0.0),
             below_home: to.below_home,
         },
         Deed::Reboot(_) => Request::Reboot,
@@ -384,7 +384,7 @@ mod tests {
             Request::SetCurrentItem { item: 65_535 },
             Request::DespiteMixedPlan(Box::new(Request::Arm { force: false })),
             Request::GuidedCourse { course_deg: 271.3, accel_m_s2: 2.0 },
-            Request::GuidedClimb { alt_m: 99.9, alt_frame: AltFrame::Terrain, rate_m_s: 1.5, below_home: true },
+            Request::GuidedClimb { alt_m: 99.9, alt_frame: AltFrame::Terrain, rate_m_s: Some(1.5), below_home: true },
             Request::SetHome { lat_deg: None, lon_deg: None, alt_amsl_m: None },
             Request::SetHome { lat_deg: Some(40.123_456_789), lon_deg: Some(-3.7), alt_amsl_m: Some(612.3) },
             Request::Reboot,

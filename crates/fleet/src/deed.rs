@@ -135,7 +135,7 @@ pub struct Reposition {
     /// Sense of the circle.
     #[prost(bool, tag = "6")]
     pub counter_clockwise: bool,
-    /// Ground speed.
+    /// Speed: of a plane an airspeed, of others over ground.
     #[prost(double, optional, tag = "7")]
     pub speed_m_s: Option<f64>,
     /// Whether to enter GUIDED for it.
@@ -219,7 +219,7 @@ pub struct Climb {
     /// `MAV_FRAME`: 0, 3 or 10.
     #[prost(uint32, tag = "2")]
     pub frame: u32,
-    /// How fast.
+    /// How fast; 0 as fast as it can.
     #[prost(double, tag = "3")]
     pub rate_m_s: f64,
     /// Whether a height far below home is meant.

@@ -70,7 +70,8 @@ pub enum Request {
     /// Flies to a position, at most 200 km from home or the vehicle, and circles there: MAV_CMD_DO_REPOSITION by
     /// COMMAND_INT. An ArduPlane from before COMMAND_INT gets MISSION_ITEM with `current` = 2 instead, which enters
     /// GUIDED by itself and knows neither radius nor sense nor speed. A fixed wing with PX4 gets MAV_CMD_DO_ORBIT for a
-    /// radius or sense of its own, and MAV_CMD_DO_CHANGE_SPEED for a speed, which is an airspeed then.
+    /// radius or sense of its own. For a speed a plane gets MAV_CMD_DO_CHANGE_SPEED afterwards; if it refuses that, it
+    /// flies to the position all the same.
     #[cfg_attr(feature = "describe", serde(rename = "goto"))]
     Reposition {
         /// WGS-84 latitude.
@@ -84,13 +85,15 @@ pub enum Request {
         alt_m: f64,
         /// Reference of `alt_m`.
         alt_frame: AltFrame,
-        /// Radius of the circle, 1 to 30,000; the vehicle's own when absent.
+        /// Radius of the circle, 1 to 30,000. When absent the vehicle's own, or with an ArduPlane in GUIDED that of the
+        /// go-to before.
         #[cfg_attr(feature = "describe", schema(minimum = 1, maximum = 30_000))]
         radius_m: Option<f64>,
         /// Sense of the circle; clockwise when absent.
         #[cfg_attr(feature = "describe", serde(rename = "clockwise", default), schema(value_type = bool))]
         turn: Turn,
-        /// Ground speed, 0.1 to 200; the vehicle's own when absent.
+        /// Speed, 0.1 to 200: of a plane an airspeed, of others over ground. When absent the vehicle's own, or with an
+        /// ArduPlane in GUIDED that of the go-to before.
         #[cfg_attr(feature = "describe", schema(minimum = 0.1, maximum = 200))]
         speed_m_s: Option<f64>,
         /// Whether to enter GUIDED for it, which it does when absent; without it a vehicle in another mode refuses.
@@ -135,7 +138,7 @@ pub enum Request {
         #[cfg_attr(feature = "describe", serde(default = "given::accel_m_s2"), schema(minimum = 0.05, maximum = 20))]
         accel_m_s2: f64,
     },
-    /// Climbs or sinks to a height at a rate: MAV_CMD_GUIDED_CHANGE_ALTITUDE. Only for an ArduPlane in GUIDED.
+    /// Climbs or sinks to a height: MAV_CMD_GUIDED_CHANGE_ALTITUDE. Only for an ArduPlane in GUIDED.
     #[cfg_attr(feature = "describe", serde(rename = "climb"))]
     GuidedClimb {
         /// Height, counted as `alt_frame` says; ArduPlane takes neither 0 nor −1.
@@ -143,9 +146,11 @@ pub enum Request {
         alt_m: f64,
         /// What `alt_m` is counted from.
         alt_frame: AltFrame,
-        /// How fast, up or down, 0.01 to 50.
+        /// How fast, up or down, 0.01 to 50; as fast as it can when absent. Since 4.7 an ArduPlane hardly climbs at a
+        /// rate: its target is its present height and the climb of a tenth of a second
+        /// (`ModeGuided::update_target_altitude`).
         #[cfg_attr(feature = "describe", schema(minimum = 0.01, maximum = 50))]
-        rate_m_s: f64,
+        rate_m_s: Option<f64>,
         /// As for `goto`.
         #[cfg_attr(feature = "describe", serde(default))]
         below_home: bool,

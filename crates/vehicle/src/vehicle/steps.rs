@@ -374,11 +374,14 @@ impl Context<'_> {
                 let place = (lat_deg, lon_deg, alt_m);
                 let step =
                     Step::command(self.at_position(Command::DO_REPOSITION, alt_frame.mav_frame(), params, place)?);
-                match guided.filter(|_| enters) {
+                let step = match guided.filter(|_| enters) {
                     Some(guided) => step.proved_by(Effect::Mode(guided)),
                     None if is_px4 => step.unless_objected(),
                     None => step,
-                }
+                };
+                // ArduPlane does not read the speed (`handle_command_int_do_reposition`).
+                let airspeed = speed_m_s.filter(|_| is_plane).map(|_| self.speed(SpeedKind::Airspeed, speed));
+                return Ok([step].into_iter().chain(airspeed).collect());
             }
             Request::ChangeSpeed { kind, speed_m_s } => {
                 let speed = in_range("speed_m_s", speed_m_s, 0.1..=200.0, "0.1 to 200 m/s")?;
@@ -386,12 +389,7 @@ impl Context<'_> {
                 if kind == SpeedKind::Groundspeed && is_px4_plane()? {
                     return Err(invalid("kind", "a ground speed", "airspeed, which a fixed wing with PX4 takes alone"));
                 }
-                let kind = match kind {
-                    SpeedKind::Airspeed => 0.0,
-                    SpeedKind::Groundspeed => 1.0,
-                };
-                // −1: throttle unchanged.
-                Step::command(self.long(Command::DO_CHANGE_SPEED, [kind, speed, -1.0, 0.0, 0.0, 0.0, 0.0]))
+                self.speed(kind, speed)
             }
             Request::ChangeAltitude { alt_m, alt_frame, below_home } => {
                 let family = self.family()?;
@@ -435,7 +433,9 @@ impl Context<'_> {
                 if alt == 0.0 || alt == -1.0 {
                     return Err(invalid("alt_m", alt_m, "a height that ArduPlane takes; it does not take 0 and -1"));
                 }
-                let rate = in_range("rate_m_s", rate_m_s, 0.01..=50.0, "a rate, 0.01 to 50 m/s")?;
+                // 0: as fast as it can.
+                let rate = rate_m_s.map(|rate| in_range("rate_m_s", rate, 0.01..=50.0, "a rate, 0.01 to 50 m/s"));
+                let rate = rate.transpose()?.unwrap_or_default();
                 let params = [0.0, 0.0, rate, 0.0];
                 self.in_guided(Command::GUIDED_CHANGE_ALTITUDE, alt_frame.mav_frame(), params, alt)?
             }

@@ -1450,7 +1450,7 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** Climbs or sinks to a height at a rate: MAV_CMD_GUIDED_CHANGE_ALTITUDE. Only for an ArduPlane in GUIDED. */
+        /** Climbs or sinks to a height: MAV_CMD_GUIDED_CHANGE_ALTITUDE. Only for an ArduPlane in GUIDED. */
         post: operations["climb"];
         delete?: never;
         options?: never;
@@ -1596,7 +1596,8 @@ export interface paths {
          * Flies to a position, at most 200 km from home or the vehicle, and circles there: MAV_CMD_DO_REPOSITION by
          *     COMMAND_INT. An ArduPlane from before COMMAND_INT gets MISSION_ITEM with `current` = 2 instead, which enters
          *     GUIDED by itself and knows neither radius nor sense nor speed. A fixed wing with PX4 gets MAV_CMD_DO_ORBIT for a
-         *     radius or sense of its own, and MAV_CMD_DO_CHANGE_SPEED for a speed, which is an airspeed then.
+         *     radius or sense of its own. For a speed a plane gets MAV_CMD_DO_CHANGE_SPEED afterwards; if it refuses that, it
+         *     flies to the position all the same.
          */
         post: operations["goto"];
         delete?: never;
@@ -1887,8 +1888,8 @@ export interface paths {
         get: operations["fence_on_board"];
         /**
          * Replaces this part of the plan on board by that of the given plan, and reads it back. Once the operation is
-         *     done, the vehicle has it; the result of the operation is the plan on board. A mission with errors found by
-         *     the checks is refused, and so is an empty part: DELETE clears it.
+         *     done, the vehicle has it; the result of the operation is the plan on board. One with errors found by the checks
+         *     is refused, and so is an empty part: DELETE clears it.
          */
         put: operations["upload_fence"];
         post?: never;
@@ -1930,8 +1931,8 @@ export interface paths {
         get: operations["mission_on_board"];
         /**
          * Replaces this part of the plan on board by that of the given plan, and reads it back. Once the operation is
-         *     done, the vehicle has it; the result of the operation is the plan on board. A mission with errors found by
-         *     the checks is refused, and so is an empty part: DELETE clears it.
+         *     done, the vehicle has it; the result of the operation is the plan on board. One with errors found by the checks
+         *     is refused, and so is an empty part: DELETE clears it.
          */
         put: operations["upload_mission"];
         post?: never;
@@ -1973,8 +1974,8 @@ export interface paths {
         get: operations["rally_on_board"];
         /**
          * Replaces this part of the plan on board by that of the given plan, and reads it back. Once the operation is
-         *     done, the vehicle has it; the result of the operation is the plan on board. A mission with errors found by
-         *     the checks is refused, and so is an empty part: DELETE clears it.
+         *     done, the vehicle has it; the result of the operation is the plan on board. One with errors found by the checks
+         *     is refused, and so is an empty part: DELETE clears it.
          */
         put: operations["upload_rally"];
         post?: never;
@@ -12362,9 +12363,11 @@ export interface operations {
                     below_home?: boolean;
                     /**
                      * Format: double
-                     * @description How fast, up or down, 0.01 to 50.
+                     * @description How fast, up or down, 0.01 to 50; as fast as it can when absent. Since 4.7 an ArduPlane hardly climbs at a
+                     *     rate: its target is its present height and the climb of a tenth of a second
+                     *     (`ModeGuided::update_target_altitude`).
                      */
-                    rate_m_s: number;
+                    rate_m_s?: number | null;
                 };
             };
         };
@@ -12695,12 +12698,14 @@ export interface operations {
                     lon_deg: number;
                     /**
                      * Format: double
-                     * @description Radius of the circle, 1 to 30,000; the vehicle's own when absent.
+                     * @description Radius of the circle, 1 to 30,000. When absent the vehicle's own, or with an ArduPlane in GUIDED that of the
+                     *     go-to before.
                      */
                     radius_m?: number | null;
                     /**
                      * Format: double
-                     * @description Ground speed, 0.1 to 200; the vehicle's own when absent.
+                     * @description Speed, 0.1 to 200: of a plane an airspeed, of others over ground. When absent the vehicle's own, or with an
+                     *     ArduPlane in GUIDED that of the go-to before.
                      */
                     speed_m_s?: number | null;
                 };
@@ -13324,7 +13329,7 @@ export interface operations {
     upload_fence: {
         parameters: {
             query?: {
-                /** @description `false` uploads a mission in spite of errors found by the checks. */
+                /** @description `false` uploads it in spite of errors found by the checks. */
                 check?: boolean;
             };
             header?: never;
@@ -13455,7 +13460,7 @@ export interface operations {
     upload_mission: {
         parameters: {
             query?: {
-                /** @description `false` uploads a mission in spite of errors found by the checks. */
+                /** @description `false` uploads it in spite of errors found by the checks. */
                 check?: boolean;
             };
             header?: never;
@@ -13586,7 +13591,7 @@ export interface operations {
     upload_rally: {
         parameters: {
             query?: {
-                /** @description `false` uploads a mission in spite of errors found by the checks. */
+                /** @description `false` uploads it in spite of errors found by the checks. */
                 check?: boolean;
             };
             header?: never;

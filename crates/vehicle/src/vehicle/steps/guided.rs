@@ -7,7 +7,7 @@ use vencejo_proto::dialect::{MavFrame, MavMessage, PositionTargetTypemask, SET_P
 use vencejo_proto::{CommandInt, Message, MissionItemFloat};
 
 use super::{Context, Effect, REPOSITION_CHANGE_MODE, Step};
-use crate::choice::{AltFrame, Turn};
+use crate::choice::{AltFrame, SpeedKind, Turn};
 use crate::command::CommandMessage;
 use crate::error::VehicleError;
 use crate::modes::{Action, FlightMode, ModeFamily};
@@ -86,9 +86,19 @@ impl Context<'_> {
         };
         let (alt_m, alt_frame) = self.as_counted(alt_m, alt_frame)?;
         let message = self.at_position(command, alt_frame.mav_frame(), params, (lat_deg, lon_deg, alt_m))?;
-        let speed = |speed: f64| self.long(Command::DO_CHANGE_SPEED, [0.0, speed as f32, -1.0, 0.0, 0.0, 0.0, 0.0]);
-        let speed = speed_m_s.map(|speed_m_s| Step::command(speed(speed_m_s)));
+        let speed = speed_m_s.map(|speed_m_s| self.speed(SpeedKind::Airspeed, speed_m_s as f32));
         Ok([Step::command(message).unless_objected()].into_iter().chain(speed).collect())
+    }
+
+    /// A change of speed, m/s. One that goes with a go-to follows it: the change of mode drops the one before
+    /// (`Mode::enter` of ArduPlane, `navigator_main.cpp` of PX4).
+    pub(super) fn speed(&self, kind: SpeedKind, speed_m_s: f32) -> Step {
+        let kind = match kind {
+            SpeedKind::Airspeed => 0.0,
+            SpeedKind::Groundspeed => 1.0,
+        };
+        // −1: throttle unchanged.
+        Step::command(self.long(Command::DO_CHANGE_SPEED, [kind, speed_m_s, -1.0, 0.0, 0.0, 0.0, 0.0]))
     }
 
     /// A mission item that ArduPlane takes as a guided target (`current` = 2) or altitude (3). All versions take

@@ -22,11 +22,41 @@ fn course(course_deg: f64) -> Request {
 }
 
 fn climb(alt_m: f64, rate_m_s: f64) -> Request {
-    Request::GuidedClimb { alt_m, alt_frame: AltFrame::Amsl, rate_m_s, below_home: false }
+    Request::GuidedClimb { alt_m, alt_frame: AltFrame::Amsl, rate_m_s: Some(rate_m_s), below_home: false }
 }
 
 fn velocity(forward_m_s: f64, down_m_s: f64) -> Request {
     Request::Velocity { forward_m_s, right_m_s: 1.0, down_m_s, yaw_rate_rad_s: -0.5 }
+}
+
+// An ArduPlane reads no speed from DO_REPOSITION, and drops the one that it has when the mode changes.
+#[test]
+fn a_speed_follows_the_go_to_of_a_plane() {
+    for (mav_type, guided, speeds) in [(1, GUIDED_PLANE, 1), (COPTER, GUIDED_COPTER, 0)] {
+        let mut world = flying(mav_type, 10);
+        let Request::Reposition { lat_deg, lon_deg, alt_m, alt_frame, radius_m, turn, change_mode, below_home, .. } =
+            reposition(40.334, -3.79, 80.0)
+        else {
+            unreachable!()
+        };
+        let speed_m_s = Some(14.0);
+        let request = Request::Reposition {
+            lat_deg,
+            lon_deg,
+            alt_m,
+            alt_frame,
+            radius_m,
+            turn,
+            speed_m_s,
+            change_mode,
+            below_home,
+        };
+        let before = world.plane.commands.len();
+        assert_eq!(ask(&mut world, request), Ok(Reply::Done));
+        assert_eq!(world.plane.mode, guided);
+        let sent: Vec<_> = world.plane.commands[before..].iter().map(|sent| (sent.command, sent.params)).collect();
+        assert_eq!(sent, vec![(Command::DO_CHANGE_SPEED.0, [0.0, 14.0, -1.0, 0.0, 0.0, 0.0, 0.0]); speeds]);
+    }
 }
 
 #[test]
