@@ -293,7 +293,7 @@ class VehicleState:
         """
         from vencejo.plan import findings_of
 
-        return findings_of(self._native.check_plan(plan._to_native(), False))
+        return findings_of(self._native.check_plan(plan._to_native()))
 
     def rehearse(
         self,
@@ -378,11 +378,11 @@ class VehicleState:
             raise InvalidRequest("nothing can be rehearsed: it is not known to fly, and how")
         return tuple(WhatIf._from_native(one) for one in found)
 
-    def _require_sound(self, plan: Plan) -> tuple[Finding, ...]:
-        """Refuse a plan with an error, checked as one that waits on board until the plane flies; the warnings."""
+    def _require_sound(self, plan: Plan, kind: PlanKind = "mission") -> tuple[Finding, ...]:
+        """Refuse a part with an error, checked as one that waits on board until the plane flies; the warnings."""
         from vencejo.plan import findings_of, refuse_errors
 
-        return refuse_errors(findings_of(self._native.check_plan(plan._to_native(), True)))
+        return refuse_errors(findings_of(self._native.check_upload(kind, plan._to_native())))
 
     # Starts of operations, shared with vencejo.aio, which only waits differently for their end.
 
@@ -411,7 +411,7 @@ class VehicleState:
 
         if not isinstance(plan, Plan):
             raise TypeError(f"a Plan is uploaded, not a {type(plan).__name__}; Plan.load reads one from a file")
-        findings = self._require_sound(plan) if check and kind == "mission" else ()
+        findings = self._require_sound(plan, kind) if check else ()
         pending = self._native.upload(kind, plan._to_native(), not check)
         if while_heard:
             watch = self.on_event(lambda event: pending.cancel() if event.kind == "lost" else None)

@@ -22,7 +22,7 @@ Examples
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -306,7 +306,11 @@ class Plan:
         )
 
     def check(
-        self, *, position: GeoPoint | Home | HomePosition | None = None, on_ground: bool | None = None
+        self,
+        *,
+        position: GeoPoint | Home | HomePosition | None = None,
+        on_ground: bool | None = None,
+        parameters: Mapping[str, float] | None = None,
     ) -> tuple[Finding, ...]:
         """Find what would make the plan fail or be refused.
 
@@ -316,6 +320,8 @@ class Plan:
             Position of the vehicle or its home; finds plans for another place.
         on_ground : bool, optional
             Whether the vehicle is on the ground; then the mission must begin with a take-off.
+        parameters : mapping, optional
+            An ArduPlane's, such as those of `vencejo.load_params`: its speeds, bank and fence options.
 
         Returns
         -------
@@ -328,10 +334,15 @@ class Plan:
             For a position that is not on Earth.
         """
         at = None if position is None else (position.lat_deg, position.lon_deg)
-        return findings_of(_native.check_plan(self._to_native(), at, on_ground))
+        given = {name: float(value) for name, value in (parameters or {}).items()}
+        return findings_of(_native.check_plan(self._to_native(), at, on_ground, given))
 
     def require_sound(
-        self, *, position: GeoPoint | Home | HomePosition | None = None, on_ground: bool | None = None
+        self,
+        *,
+        position: GeoPoint | Home | HomePosition | None = None,
+        on_ground: bool | None = None,
+        parameters: Mapping[str, float] | None = None,
     ) -> tuple[Finding, ...]:
         """Check the plan, and raise if it has an error; returns the warnings.
 
@@ -339,7 +350,7 @@ class Plan:
         ------
         PlanRefused
         """
-        return refuse_errors(self.check(position=position, on_ground=on_ground))
+        return refuse_errors(self.check(position=position, on_ground=on_ground, parameters=parameters))
 
     @property
     def length_m(self) -> float | None:

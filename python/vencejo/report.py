@@ -220,7 +220,7 @@ def _key(subject: _Subject, shown: Iterable[str]) -> str:
 
 
 def _all_findings(subject: _Subject) -> tuple[Finding, ...]:
-    return with_flown(subject.plan.check(), subject.flown.findings)
+    return with_flown(subject.plan.check(parameters=subject.parameters), subject.flown.findings)
 
 
 def _findings(subject: _Subject) -> str:

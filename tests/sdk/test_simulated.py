@@ -92,6 +92,9 @@ def test_fence_and_rally(plane: vencejo.Vehicle) -> None:
     )
     for kind in ("fence", "rally"):
         assert plane.upload(plan, kind=kind).state == "verified"
+    swapped = Plan(rally=(vencejo.RallyPoint(LON, LAT, 90.0),))
+    with pytest.raises(vencejo.PlanRefused, match="swapped"):
+        plane.upload(swapped, kind="rally")
     read = plane.download(kinds=("fence", "rally"))
     assert (len(read.fence.zones), len(read.rally)) == (2, 1)
     zone = read.fence.zones[0]

@@ -97,6 +97,35 @@ impl Default for CheckContext {
 }
 
 impl CheckContext {
+    /// With what these parameters of an ArduPlane say.
+    pub fn of<'a>(parameters: impl IntoIterator<Item = (&'a String, &'a f64)>) -> Self {
+        let mut context = Self::default();
+        for (name, value) in parameters {
+            context.learn(name, *value);
+        }
+        context
+    }
+
+    /// Takes over what a parameter of an ArduPlane says of these; others are ignored.
+    pub fn learn(&mut self, name: &str, value: f64) {
+        let size = value.abs();
+        match name {
+            _ if !value.is_finite() => {}
+            "AIRSPEED_CRUISE" if size >= 1.0 => self.airspeed_m_s = size,
+            "TRIM_ARSPD_CM" if size >= 1.0 => self.airspeed_m_s = size / 100.0,
+            "AIRSPEED_MIN" | "ARSPD_FBW_MIN" => self.airspeed_min_m_s = Some(size),
+            "AIRSPEED_MAX" | "ARSPD_FBW_MAX" => self.airspeed_max_m_s = Some(size),
+            "RTL_AUTOLAND" => self.finds_landing = Some(size > 0.0),
+            "ROLL_LIMIT_DEG" if size >= 1.0 => self.bank_deg = size,
+            "LIM_ROLL_CD" if size >= 100.0 => self.bank_deg = size / 100.0,
+            "FENCE_OPTIONS" => self.is_fence_union = value as i64 & 1 << 1 != 0,
+            "Q_ENABLE" => self.can_hover = size > 0.0,
+            // kB of a file of 15 bytes an item, after 4 of its version (`AP_Mission::init`)
+            "BRD_SD_MISSION" if size >= 1.0 => self.max_items = (size * 1024.0 - 4.0) as usize / 15,
+            _ => {}
+        }
+    }
+
     /// Radius of a level turn, metres: v² / (g tan φ).
     pub fn turn_radius_m(&self) -> f64 {
         let bank = self.bank_deg.clamp(5.0, 80.0).to_radians();
@@ -314,14 +343,9 @@ impl<'a> Check<'a> {
                 Some(false) => {}
             }
         }
-        let endless = self
-            .items_of_mission()
-            .last()
-            .is_some_and(|(_, item)| is_jump(item) && item.param(2).is_some_and(|repeats| repeats < 0.0));
         if let Some(last) = nav.last().copied()
-            && !endless
             && !last.1.command.is_landing()
-            && !matches!(last.1.command, Command::NAV_RETURN_TO_LAUNCH | Command::NAV_LOITER_UNLIM)
+            && !self.plan.mission.items[last.0..].iter().any(is_endless)
         {
             self.warn(Some(last), FindingKind::NoLanding {});
         }
@@ -335,8 +359,7 @@ impl<'a> Check<'a> {
             if item.command.is_landing() && !next.command.is_takeoff() && !next_sequence {
                 self.warn(Some((index, item)), FindingKind::ItemsAfterLanding { next_item });
             }
-            let ends = matches!(item.command, Command::NAV_LOITER_UNLIM | Command::NAV_RETURN_TO_LAUNCH);
-            if ends && !next_sequence {
+            if is_endless(item) && !next_sequence {
                 self.warn(Some((index, item)), FindingKind::EndlessLoiter { next_item });
             }
         }
@@ -556,7 +579,14 @@ impl<'a> Check<'a> {
         let borders = Borders::of(&self.plan.fence, self.context.is_fence_union);
         let mut previous = self.context.position.or(home);
         for (index, item) in self.items_of_mission() {
-            let Some(point) = target(item) else { continue };
+            // From what ends a flight, or is flown again and again, no leg leads on.
+            let next = self.plan.mission.items[index + 1..].iter().find(|item| is_nav(item));
+            let is_down = item.command.is_landing() && !next.is_some_and(|next| next.command.is_takeoff());
+            let goes_on = !(is_down || is_endless(item));
+            let Some(point) = target(item) else {
+                previous = previous.filter(|_| goes_on);
+                continue;
+            };
             if let Some(zone) = self.forbidden_by(point) {
                 self.error(Some((index, item)), outside(None, zone));
                 previous = None; // the legs to and from it cross the fence for sure
@@ -567,9 +597,15 @@ impl<'a> Check<'a> {
             {
                 self.error(Some((index, item)), FindingKind::LegCrossesFence { zone: zone + 1 });
             }
-            previous = Some(point);
+            previous = Some(point).filter(|_| goes_on);
         }
     }
+}
+
+/// Whether the mission never goes on to the next item by itself.
+fn is_endless(item: &MissionItem) -> bool {
+    matches!(item.command, Command::NAV_LOITER_UNLIM | Command::NAV_RETURN_TO_LAUNCH)
+        || is_jump(item) && item.param(2).is_some_and(|repeats| repeats < 0.0)
 }
 
 #[cfg(test)]

@@ -375,6 +375,9 @@ fn fences() {
     assert_eq!(codes(circle(false, middle, 50.0)), [(LegCrossesFence, Some(2))]);
     assert_eq!(codes(square(false, middle, 0.0005)), [(LegCrossesFence, Some(2))]);
     assert_eq!(codes(circle(false, at(180.0, 500.0), 50.0)), []);
+    let mut returns = fenced(circle(false, middle, 50.0));
+    returns.mission.items.insert(2, MissionItem::return_to_launch());
+    assert!(found(&returns).iter().all(|(code, ..)| *code != LegCrossesFence), "it never flies there");
     assert_eq!(codes(circle(true, at(0.0, 5_000.0), 1_000.0))[0], (OutsideFence, None));
     assert_eq!(codes(circle(true, home, 0.0)), [(BadFence, None)]);
     // Two fields of which one is enough where the vehicle takes their union.

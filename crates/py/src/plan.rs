@@ -257,10 +257,15 @@ fn figure_value(figure: Figure) -> Option<FigureValue> {
 
 /// Looks for what would make a plan fail.
 #[pyfunction]
-fn check_plan(plan: PlanTuple, position: Option<(f64, f64)>, on_ground: Option<bool>) -> PyResult<Vec<FindingFields>> {
+fn check_plan(
+    plan: PlanTuple,
+    position: Option<(f64, f64)>,
+    on_ground: Option<bool>,
+    parameters: BTreeMap<String, f64>,
+) -> PyResult<Vec<FindingFields>> {
     let plan = plan_from_tuple(plan)?;
     let position = position.map(|(lat, lon)| point(lat, lon)).transpose()?;
-    let context = CheckContext { position, on_ground, ..CheckContext::default() };
+    let context = CheckContext { position, on_ground, ..CheckContext::of(&parameters) };
     Ok(findings(check(&plan, &context)))
 }
 

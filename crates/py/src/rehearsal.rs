@@ -288,8 +288,7 @@ fn plan_fixes(
         let plane = Aircraft::from_ardupilot(get);
         let air = Air::of(Wind { from_deg: wind.0, speed_m_s: wind.1 }, get);
         let conditions = Some(Conditions { ground: Some(&below), is_wanted, ..Conditions::new(&plane, air) });
-        let finds_landing = get("RTL_AUTOLAND").map(|value| value > 0.0);
-        let context = CheckContext { on_ground, finds_landing, ..CheckContext::default() };
+        let context = CheckContext { on_ground, ..CheckContext::of(&parameters) };
         let found = fixes(&plan, &Inspection { context, conditions, clearance_m });
         let told = found.into_iter().filter_map(|(finding, fix)| {
             let finding = findings(vec![finding]).pop()?;

@@ -345,12 +345,16 @@ impl PyVehicle {
         self.start_confirmed(py, guarded(Request::RawCommandInt(command), despite_mixed_plan), confirm)
     }
 
-    /// Findings of a plan that it is to fly now, or that is to wait on board until it flies.
-    fn check_plan(&self, py: Python<'_>, plan: PlanTuple, waits: bool) -> PyResult<Vec<FindingFields>> {
+    /// Findings of a plan that it is to fly now.
+    fn check_plan(&self, py: Python<'_>, plan: PlanTuple) -> PyResult<Vec<FindingFields>> {
         let plan = plan_from_tuple(plan)?;
-        let found =
-            py.detach(|| if waits { self.vehicle.check_upload(&plan, None) } else { self.vehicle.check_plan(&plan) });
-        Ok(findings(found))
+        Ok(findings(py.detach(|| self.vehicle.check_plan(&plan))))
+    }
+
+    /// Findings of one part of a plan that is to wait on board until it flies.
+    fn check_upload(&self, py: Python<'_>, kind: &str, plan: PlanTuple) -> PyResult<Vec<FindingFields>> {
+        let (kind, plan) = (kind_of(kind)?, plan_from_tuple(plan)?);
+        Ok(findings(py.detach(|| self.vehicle.check_upload(kind, &plan, None))))
     }
 
     fn rehearse(

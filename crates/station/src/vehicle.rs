@@ -5,11 +5,11 @@ use std::sync::{Arc, PoisonError, Weak};
 use std::time::Duration;
 
 use vencejo_flight::checks::{
-    CLEARANCE_M, CheckContext, Finding, Severity, check_plan, rehearse_and_check, with_flown,
+    CLEARANCE_M, CheckContext, Finding, FindingCode, Severity, check_plan, rehearse_and_check, with_flown,
 };
 use vencejo_flight::geodesy::{GeoPoint, direct};
 use vencejo_flight::landing::Wind;
-use vencejo_flight::plan::{Change, Home, Mission, Plan, PlanKind, plan_changes};
+use vencejo_flight::plan::{Change, Fence, Home, Mission, Plan, PlanKind, Rally, plan_changes};
 use vencejo_flight::progress::{Circled, Trip, trip};
 use vencejo_flight::rehearsal::{Air, Aircraft, Conditions, Doing, Ground, Learned, NotRehearsed, Rehearsal, Start};
 use vencejo_flight::way::{Way, way};
@@ -188,9 +188,21 @@ impl VehicleHandle {
 
     /// The same before an upload: the plan may wait on board until the plane flies, so it need not begin with a
     /// take-off. A plan without errors is rehearsed too, where the plane's parameters were read: in the wind that it
-    /// estimates, or in calm air, over `ground` as far as that is known. That may take some tenths of a second.
-    pub fn check_upload(&self, plan: &Plan, ground: Option<&Ground<'_>>) -> Vec<Finding> {
+    /// estimates, or in calm air, over `ground` as far as that is known. That may take some tenths of a second. Of a
+    /// fence or rally points that are sent alone only the places are checked: the mission may be another by the flight.
+    pub fn check_upload(&self, kind: PlanKind, plan: &Plan, ground: Option<&Ground<'_>>) -> Vec<Finding> {
         let context = CheckContext { on_ground: None, ..self.check_context() };
+        if kind != PlanKind::Mission {
+            let areas = Plan {
+                mission: Mission { items: Vec::new(), ..plan.mission },
+                fence: if kind == PlanKind::Fence { plan.fence.clone() } else { Fence::default() },
+                rally: if kind == PlanKind::Rally { plan.rally.clone() } else { Rally::default() },
+            };
+            let is_of_areas = |finding: &Finding| {
+                matches!(finding.code(), FindingCode::AreaOutOfReach | FindingCode::BadFence | FindingCode::BadRally)
+            };
+            return check_plan(&areas, &context).into_iter().filter(is_of_areas).collect();
+        }
         let mut found = check_plan(plan, &context);
         let is_sound = found.iter().all(|finding| finding.severity != Severity::Error);
         if is_sound && !context.can_hover && !plan.mission.items.is_empty() && self.knows_how_it_flies() {

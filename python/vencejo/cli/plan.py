@@ -38,6 +38,7 @@ from vencejo.cli.flight import (
     WindFromOption,
     WindOption,
     numbers,
+    parameters_of,
 )
 from vencejo.cli.landing import land
 from vencejo.cli.survey import survey
@@ -87,7 +88,7 @@ def check(
     from vencejo.findings import with_flown
 
     plan = _load(file, home)
-    findings = plan.check()
+    findings = plan.check(parameters=parameters_of(params))
     flown, why = None, None
     try:
         if plan.items:

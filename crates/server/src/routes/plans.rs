@@ -102,18 +102,18 @@ fn upload(kind: PlanKind, plan: &Plan, despite_findings: bool) -> Result<Request
 #[derive(Debug, Deserialize, IntoParams)]
 #[into_params(parameter_in = Query)]
 struct Checked {
-    /// `false` uploads a mission in spite of errors found by the checks.
+    /// `false` uploads it in spite of errors found by the checks.
     check: Option<bool>,
 }
 
-/// Refuses a mission that the checks find would fail. Fences and rally points have rules of their own.
+/// Refuses what the checks find would fail.
 async fn require_sound(app: &App, vehicle: &VehicleHandle, kind: PlanKind, plan: &Plan) -> Result<(), Problem> {
-    if kind != PlanKind::Mission || plan.items.is_empty() {
+    if kind == PlanKind::Mission && plan.items.is_empty() {
         return Ok(());
     }
-    let (vehicle, plan) = (vehicle.clone(), convert::core_plan(plan)?);
+    let (vehicle, plan, kind) = (vehicle.clone(), convert::core_plan(plan)?, convert::core_plan_kind(kind));
     let (map, _) = app.ground_around(&plan, vehicle.home());
-    let found = in_turn(move || Ok(vehicle.check_upload(&plan, Some(&|point| map.height_m(point))))).await?;
+    let found = in_turn(move || Ok(vehicle.check_upload(kind, &plan, Some(&|point| map.height_m(point))))).await?;
     let errors: Vec<_> = found
         .into_iter()
         .filter(|finding| finding.severity == Severity::Error)
@@ -140,8 +140,8 @@ macro_rules! plan_routes {
         }
 
         /// Replaces this part of the plan on board by that of the given plan, and reads it back. Once the operation is
-        /// done, the vehicle has it; the result of the operation is the plan on board. A mission with errors found by
-        /// the checks is refused, and so is an empty part: DELETE clears it.
+        /// done, the vehicle has it; the result of the operation is the plan on board. One with errors found by the checks
+        /// is refused, and so is an empty part: DELETE clears it.
         #[utoipa::path(put, path = $path, tag = "plans", params(("id" = u16, Path, description = "The vehicle's id"), Checked),
                                             request_body = Plan, responses((status = 202, body = Operation), Problem))]
         async fn $upload(

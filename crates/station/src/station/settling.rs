@@ -265,12 +265,15 @@ impl Shared {
 }
 
 /// A link and its state.
-fn describe(link: &LinkInfo, stats: &LinkStats) -> String {
+pub(super) fn describe(link: &LinkInfo, stats: &LinkStats) -> String {
     let state = match &link.state {
         LinkState::Connecting { last_error: Some(error), .. } => format!("not open: {error}"),
         LinkState::Connecting { last_error: None, .. } => "not open yet".into(),
         LinkState::Up { .. } if stats.rates.frames_hz > 0.0 => "open, MAVLink from others only".into(),
         LinkState::Up { .. } if stats.received.frames > 0 => "open".into(),
+        LinkState::Up { .. } if stats.refused > 0 => {
+            format!("open, {} refused: not signed with the key of the vehicle", Counted(stats.refused, "frame"))
+        }
         LinkState::Up { .. } if stats.received.bytes == 0 => "open, nothing received".into(),
         LinkState::Up { .. } => {
             let remedy = match link.address {

@@ -457,9 +457,7 @@ impl Vehicle {
             can_hover: self.limits.can_hover
                 || tells_vtol
                 || mav_type.and_then(VehicleKind::of).is_some_and(VehicleKind::can_hover),
-            finds_landing: self.flight_parameters.finds_landing,
             flies_arcs: self.flies_arcs(),
-            airspeed_m_s: self.flight_parameters.airspeed_m_s.unwrap_or(self.limits.airspeed_m_s),
             ..self.limits
         }
     }

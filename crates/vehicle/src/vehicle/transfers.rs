@@ -265,22 +265,15 @@ impl Vehicle {
 
     /// Takes over parameters that our own calculations need.
     pub(super) fn learn(&mut self, param: &Param) {
-        Arc::make_mut(&mut self.parameters).insert(param.name, param.value.as_f64());
-        let signed = param.value.as_f64();
-        let value = signed.abs();
-        match param.name.as_str() {
-            "WP_LOITER_RAD" => self.flight_parameters.loiter_radius_m = Some(own_radius_m(signed)),
-            "AIRSPEED_CRUISE" if value >= 1.0 => self.flight_parameters.airspeed_m_s = Some(value),
-            "TRIM_ARSPD_CM" if value >= 100.0 => self.flight_parameters.airspeed_m_s = Some(value / 100.0),
-            "AIRSPEED_MIN" | "ARSPD_FBW_MIN" => self.limits.airspeed_min_m_s = Some(value),
-            "AIRSPEED_MAX" | "ARSPD_FBW_MAX" => self.limits.airspeed_max_m_s = Some(value),
-            "RTL_AUTOLAND" => self.flight_parameters.finds_landing = Some(value > 0.0),
-            "ROLL_LIMIT_DEG" if value >= 1.0 => self.limits.bank_deg = value,
-            "LIM_ROLL_CD" if value >= 100.0 => self.limits.bank_deg = value / 100.0,
-            "FENCE_OPTIONS" => self.limits.is_fence_union = signed as i64 & 1 << 1 != 0,
-            "Q_ENABLE" => self.limits.can_hover = value > 0.0,
-            // kB of a file of 15 bytes an item, after 4 of its version (`AP_Mission::init`)
-            "BRD_SD_MISSION" if value >= 1.0 => self.limits.max_items = (value * 1024.0 - 4.0) as usize / 15,
+        let (name, value) = (param.name.as_str(), param.value.as_f64());
+        Arc::make_mut(&mut self.parameters).insert(param.name, value);
+        self.limits.learn(name, value);
+        match name {
+            "WP_LOITER_RAD" => self.flight_parameters.loiter_radius_m = Some(own_radius_m(value)),
+            "AIRSPEED_CRUISE" | "TRIM_ARSPD_CM" if value.abs() >= 1.0 => {
+                self.flight_parameters.airspeed_m_s = Some(self.limits.airspeed_m_s);
+            }
+            "RTL_AUTOLAND" => self.flight_parameters.finds_landing = self.limits.finds_landing,
             _ => {}
         }
     }

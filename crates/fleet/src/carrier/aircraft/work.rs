@@ -7,7 +7,7 @@ use vencejo_station::{Pending, Progress, RequestResult, StationError, VehicleHan
 use vencejo_vehicle::{Danger, Reply, Request, VehicleError};
 use zenoh::query::Query;
 
-use crate::carrier::checked::mission_errors;
+use crate::carrier::checked::plan_errors;
 use crate::payload::Order;
 use crate::signature::PublicKey;
 
@@ -117,7 +117,7 @@ impl Slot {
     ) -> impl Future<Output = RequestResult> + Send + use<> {
         let slot = self.clone();
         let known = slot.lock().known.take();
-        let unchecked = mission_to_check(&request);
+        let unchecked = list_to_check(&request);
         if known.is_none() && unchecked.is_none() {
             slot.begin(&vehicle, request.clone(), confirmed);
         }
@@ -125,9 +125,9 @@ impl Slot {
             if let Some(known) = known {
                 return Ok(known);
             }
-            if let Some(mission) = unchecked {
+            if let Some((kind, list)) = unchecked {
                 let checked = vehicle.clone();
-                let checks = tokio::task::spawn_blocking(move || find_errors(&checked, mission));
+                let checks = tokio::task::spawn_blocking(move || find_errors(&checked, kind, list));
                 checks.await.map_err(|_| StationError::Closed)??;
                 slot.begin(&vehicle, request, confirmed);
             }
@@ -150,21 +150,21 @@ impl Slot {
     }
 }
 
-/// The mission to check before it is uploaded.
-fn mission_to_check(request: &Request) -> Option<Mission> {
+/// The list to check before it is uploaded.
+fn list_to_check(request: &Request) -> Option<(PlanKind, Mission)> {
     match request {
-        Request::UploadPlan { kind: PlanKind::Mission, items, home, despite_findings: false } if !items.is_empty() => {
-            Some(Mission { home: *home, items: items.clone() })
+        Request::UploadPlan { kind, items, home, despite_findings: false } if !items.is_empty() => {
+            Some((*kind, Mission { home: *home, items: items.clone() }))
         }
         _ => None,
     }
 }
 
-/// Checks a mission with what is known on board.
-fn find_errors(vehicle: &VehicleHandle, mission: Mission) -> Result<(), StationError> {
-    let Some(errors) = mission_errors(vehicle, mission) else { return Ok(()) };
+/// Checks a list with what is known on board.
+fn find_errors(vehicle: &VehicleHandle, kind: PlanKind, list: Mission) -> Result<(), StationError> {
+    let Some(errors) = plan_errors(vehicle, kind, list) else { return Ok(()) };
     let why =
-        format!("by what is known on board the mission has {errors}; nothing was sent: mend it, or send it unchecked");
+        format!("by what is known on board the plan has {errors}; nothing was sent: mend it, or send it unchecked");
     // Reported on the ground as the refusal of the station on board.
     Err(StationError::RemoteRefused { name: vehicle.id().to_string(), why })
 }

@@ -13,7 +13,7 @@ use zenoh::query::Query;
 
 use super::ends::end_of;
 use super::params;
-use crate::carrier::checked::mission_errors;
+use crate::carrier::checked::plan_errors;
 use crate::carrier::network::bytes_of;
 use crate::carrier::utc_ns;
 use crate::ros2::message::{LongWanted, Waypoint};
@@ -231,7 +231,7 @@ async fn push(vehicle: &VehicleHandle, start: u16, waypoints: Vec<Waypoint>) -> 
         }
     };
     let (checked, unchecked) = (vehicle.clone(), mission.clone());
-    let errors = tokio::task::spawn_blocking(move || mission_errors(&checked, unchecked)).await;
+    let errors = tokio::task::spawn_blocking(move || plan_errors(&checked, kind, unchecked)).await;
     if let Some(errors) = errors.map_err(|_| "the checks failed; nothing was sent")? {
         return Err(format!("the mission has {errors}; nothing was sent").into());
     }
