@@ -64,6 +64,17 @@ def test_check_tells_what_lines_and_flight_show(file: Path) -> None:
     assert run("check", file).exit_code == 1
 
 
+def test_the_checks_know_the_parameters_of_a_file(file: Path, tmp_path: Path) -> None:
+    params = tmp_path / "plane.param"
+    params.write_text("AIRSPEED_MAX,20\n")
+    Plan((ITEMS[0], MissionItem.action(178, 0.0, 25.0, -1.0), *ITEMS[1:]), HOME).save(file)
+    found = [
+        {finding["code"] for finding in json.loads(run("check", file, "--json", *given).stdout)["findings"]}
+        for given in ((), ("--params", params))
+    ]
+    assert found[1] - found[0] == {"speed-not-taken"}
+
+
 def test_rehearse_flies_the_demo() -> None:
     result = run("rehearse", demo_mission(), "--wind", "5", "--wind-from", "240")
     assert (result.exit_code, "Landed, at rest" in result.stdout) == (0, True), result.output
