@@ -51,6 +51,7 @@ Danger: TypeAlias = Literal[
     "fence-off",
     "erase",
     "write-files",
+    "move-home",
 ]
 """Requests that can end a flight or destroy data on board, by the names with which a program confirms them."""
 

@@ -411,15 +411,17 @@ class AsyncVehicle(VehicleState):
         """Abort a landing and climb; a PX4 to its own height, MIS_LND_ABRT_ALT."""
         await self._wait(self._ask("abort-landing", alt_rel_home_m=alt_rel_home_m))
 
-    async def set_home(self, home: Home | None = None) -> None:
-        """Move home to a position, or to where the vehicle is.
+    async def set_home(self, home: Home | None = None, *, confirm: Danger | None = None) -> None:
+        """Move home to a position, or to where the vehicle is; in flight only with ``confirm="move-home"``.
 
         Raises
         ------
+        ConfirmationNeeded
+            For a vehicle that flies, or does not report that it is on the ground, without `confirm`.
         InvalidRequest
             For a position that is not on Earth, is 0/0, or lies more than 200 km from home and from the vehicle.
         """
-        await self._wait(self._ask("home", **place_of(home)))
+        await self._wait(self._ask("home", **place_of(home), confirm=confirm))
 
     async def switch_fence(self, on: bool, *, confirm: Danger | None = None) -> None:
         """Switch the fence on board on or off (``confirm="fence-off"``), until a parameter or a restart changes it.

@@ -43,11 +43,14 @@ pub enum Danger {
     Erase,
     /// Writes to the vehicle's files or its bootloader directly.
     WriteFiles,
+    /// Moves home of a vehicle that flies, or that is not known to stand: to there it returns by itself, and from there
+    /// heights are counted.
+    MoveHome,
 }
 
 impl Danger {
     /// All of them.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 13] = [
         Self::ForceArm,
         Self::ForceDisarm,
         Self::DisarmInFlight,
@@ -60,6 +63,7 @@ impl Danger {
         Self::FenceOff,
         Self::Erase,
         Self::WriteFiles,
+        Self::MoveHome,
     ];
 
     /// Its stable name, by which a program confirms it.
@@ -77,6 +81,7 @@ impl Danger {
             Self::FenceOff => "fence-off",
             Self::Erase => "erase",
             Self::WriteFiles => "write-files",
+            Self::MoveHome => "move-home",
         }
     }
 
@@ -95,6 +100,7 @@ impl Danger {
             Self::FenceOff => "switches the fence off",
             Self::Erase => "resets the vehicle's parameters or erases what it has stored",
             Self::WriteFiles => "writes to the vehicle's files",
+            Self::MoveHome => "moves home in flight: the vehicle returns there, and counts heights from there",
         }
     }
 
@@ -176,6 +182,7 @@ fn of_command(command: Command, params: &[f32], telemetry: &Telemetry, now: Mono
             }
         }
         Command::DO_FLIGHTTERMINATION | Command::DO_PARACHUTE => Some(Danger::Terminate),
+        Command::DO_SET_HOME => may_fly(telemetry, now).then_some(Danger::MoveHome),
         Command::DO_FENCE_ENABLE => (param(1) != 1.0).then_some(Danger::FenceOff),
         Command::DO_SET_MODE => of_mode(whole(param(1)), whole(param(2))),
         Command::DO_SET_SAFETY_SWITCH_STATE => (param(1) != 1.0).then_some(Danger::ForceDisarm),
@@ -400,6 +407,7 @@ mod tests {
             (526, &[1.0, 1.0], Some(Danger::Erase)),
             (42_650, &[], Some(Danger::WriteFiles)),
             (42_700, &[32_451.0], Some(Danger::Reboot)),
+            (179, &[1.0], Some(Danger::MoveHome)),
             (178, &[1.0, 20.0], None),
         ] {
             assert_eq!(spelled(command, params, &flying()), expected, "{command} {params:?}");
@@ -428,6 +436,7 @@ mod tests {
         assert_eq!(with(0.4, 0.0, 2), Some(Danger::DisarmInFlight), "a copter hovers");
         assert_eq!(of(&Telemetry::new(), NOW), Some(Danger::DisarmInFlight));
         assert_eq!(spelled(400, &[0.0], &landed()), None);
+        assert_eq!(spelled(179, &[1.0], &landed()), None);
         let to = |system: u8| {
             let target = Address::new(system, 1);
             let command = CommandLong { target, command: 400, confirmation: 0, params: [0.0; 7] };

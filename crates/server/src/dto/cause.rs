@@ -133,7 +133,7 @@ causes! {
     /// `Vencejo-Confirmation`.
     NeedsConfirmation {
         /// The dangerous action: `force-arm`, `force-disarm`, `disarm-in-flight`, `terminate`, `clear-mission`,
-        /// `clear-fence`, `clear-rally`, `clear-all`, `reboot`, `fence-off`, `erase` or `write-files`.
+        /// `clear-fence`, `clear-rally`, `clear-all`, `reboot`, `fence-off`, `erase`, `write-files` or `move-home`.
         act: String,
         /// Id of the vehicle concerned.
         vehicle: u16,

@@ -2839,7 +2839,7 @@ export interface components {
         } | {
             /**
              * @description The dangerous action: `force-arm`, `force-disarm`, `disarm-in-flight`, `terminate`, `clear-mission`,
-             *     `clear-fence`, `clear-rally`, `clear-all`, `reboot`, `fence-off`, `erase` or `write-files`.
+             *     `clear-fence`, `clear-rally`, `clear-all`, `reboot`, `fence-off`, `erase`, `write-files` or `move-home`.
              */
             act: string;
             /** @enum {string} */

@@ -24,6 +24,7 @@ export const serverEn = {
   'danger.fence-off': 'switches the fence off',
   'danger.erase': 'resets its parameters or erases what it has stored',
   'danger.write-files': 'writes to its files',
+  'danger.move-home': 'moves home in flight: it returns there, and counts heights from there',
   'problem.control': 'Somebody else has control: {holder}.',
   'problem.control.remedy': 'Take control, or ask for it.',
   'problem.vehicle-control': '{holder} has control of {vehicle}.',

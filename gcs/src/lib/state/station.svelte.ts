@@ -226,9 +226,10 @@ export class Station {
     this.#answers.set(key, { ...asked, state: 'waiting', at_ms });
     let answer: Answer;
     try {
-      const acts = 'force' in body && body.force === true ? [`force-${command}`] : [];
+      const acts =
+        'force' in body && body.force === true ? [`force-${command}`] : command === 'home' ? ['move-home'] : [];
       const send = (confirmed: Options) => api.command(vehicle.systemId, command, body, { ...options, ...confirmed });
-      // Holding the button for a second confirms a forced command.
+      // Holding the button for a second confirms a forced command, and that home moves.
       await api.confirmed(acts, send);
       answer = { ...asked, state: 'accepted', at_ms: performance.now() };
     } catch (error) {
