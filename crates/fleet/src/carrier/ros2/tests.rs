@@ -258,21 +258,13 @@ async fn it_takes_off_lands_and_is_sent_to_positions() {
     assert_eq!(call::<CommandTOL>(&router, &named("cmd/takeoff"), place(60.0)).await, done);
     assert_eq!(call::<CommandTOL>(&router, &named("cmd/land"), place(0.0)).await, done);
     let home = |current_gps| HomeWanted { current_gps, yaw: 0.0, latitude: 40.5, longitude: -3.5, altitude: 610.0 };
-    for current_gps in [true, false] {
-        assert_eq!(call::<CommandHome>(&router, &named("cmd/set_home"), home(current_gps)).await, done);
-    }
+    let refused = Commanded { success: false, result: 4 };
+    assert_eq!(call::<CommandHome>(&router, &named("cmd/set_home"), home(true)).await, refused, "in flight");
     for (wp_seq, success) in [(2, true), (0, false)] {
         let told = call::<WaypointSetCurrent>(&router, &named("mission/set_current"), CurrentWanted { wp_seq }).await;
         assert_eq!(told, Succeeded { success }, "{wp_seq}: waypoint 0 is home");
     }
-    let [lat_deg, lon_deg, alt_amsl_m] = [Some(40.5), Some(-3.5), Some(610.0)];
-    let wanted = [
-        Request::Takeoff { alt_rel_home_m: 60.0 },
-        Request::Land,
-        Request::SetHome { lat_deg: None, lon_deg: None, alt_amsl_m: None },
-        Request::SetHome { lat_deg, lon_deg, alt_amsl_m },
-        Request::SetCurrentItem { item: 2 },
-    ];
+    let wanted = [Request::Takeoff { alt_rel_home_m: 60.0 }, Request::Land, Request::SetCurrentItem { item: 2 }];
     assert_eq!(asked(), wanted);
 
     // Any command, as by every other door: what is dangerous needs a confirmation, which ROS has no word for.
@@ -324,6 +316,11 @@ async fn it_takes_off_lands_and_is_sent_to_positions() {
     beat_in(&station, id, 15, false);
     assert!(call::<WaypointClear>(&router, &named("mission/clear"), nothing()).await.success);
     assert_eq!(asked(), [Request::ClearPlan { kind: PlanKind::Mission }]);
+    for current_gps in [true, false] {
+        assert_eq!(call::<CommandHome>(&router, &named("cmd/set_home"), home(current_gps)).await, done);
+    }
+    let there = |lat_deg, lon_deg, alt_amsl_m| Request::SetHome { lat_deg, lon_deg, alt_amsl_m };
+    assert_eq!(asked(), [there(None, None, None), there(Some(40.5), Some(-3.5), Some(610.0))]);
 
     // A target that is repeated is one order, another one another order, and in another mode it is none.
     let (name, hash) = (named(setpoint::TOPIC), GeoPoseStamped::HASH);

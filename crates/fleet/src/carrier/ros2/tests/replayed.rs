@@ -65,9 +65,16 @@ async fn it_goes_by_the_time_of_its_recording_and_is_gone_with_it() {
     until_shown(&both).await;
     assert!(station.close_replay(replay.id()).await);
     until_shown(&["/plane_7/mavros"]).await;
-    let found = examine(&config(&at, false).router, 0).await.expect("reached");
-    let nodes: Vec<_> = found.nodes.iter().map(|node| node.name.as_str()).collect();
-    assert_eq!(nodes, ["/plane_7/mavros", "/plane_7/mavros/param"]);
+    // The router hears of it a moment later.
+    let gone = async {
+        loop {
+            let found = examine(&config(&at, false).router, 0).await.expect("reached");
+            if found.nodes.iter().map(|node| node.name.as_str()).eq(["/plane_7/mavros", "/plane_7/mavros/param"]) {
+                return;
+            }
+        }
+    };
+    tokio::time::timeout(WAIT, gone).await.expect("it is gone from the router too");
     // Its name is free again.
     open().await;
     until_shown(&both).await;
