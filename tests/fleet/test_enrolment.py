@@ -27,8 +27,8 @@ from tests.support import reserved_ports, simulated_plane, wait_for
 pytestmark = pytest.mark.skipif(not has_fleet(), reason="this build has no fleets")
 
 
-def run(data: Path, *args: str) -> Result:
-    return CliRunner().invoke(app, ["fleet", *args], env={"VENCEJO_DATA": str(data)})
+def run(data: Path, *args: str, command: str = "fleet") -> Result:
+    return CliRunner().invoke(app, [command, *args], env={"VENCEJO_DATA": str(data)})
 
 
 def put(data: Path, *args: str) -> Any:
@@ -411,5 +411,7 @@ def test_the_command_makes_a_fleet_once_and_prints_the_rules_of_a_router(tmp_pat
         result = run(tmp_path, *args)
         assert (result.exit_code, says in result.output) == (exit_code, True), (args, result.output)
     assert not folder.with_name("fresh").exists(), "a name that cannot be makes no fleet"
+    both = run(tmp_path, "--fleet", "acme", "--ros2", command="serve")
+    assert (both.exit_code, "--ros2-router tcp/127.0.0.1:7450" in both.output) == (2, True), both.output
     assert "this computer is in no fleet" in run(tmp_path / "empty", "doctor").output
     assert "say which fleet" in run(tmp_path / "empty", "enrol", "plane7").output

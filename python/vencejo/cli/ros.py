@@ -104,6 +104,11 @@ class Ros2Options:
         ),
     ] = Role.READER
 
+    @property
+    def is_at_default(self) -> bool:
+        """Whether the router at its usual address is used."""
+        return self.ros2 and self.ros2_router is None
+
     def router(self) -> Router | None:
         """The router that was given, its files read; ``None`` when planes are not to be shown.
 

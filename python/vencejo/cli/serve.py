@@ -30,7 +30,7 @@ from vencejo.cli.fleet import joined
 from vencejo.cli.ice import IceOptions, ice_server, tell_ice
 from vencejo.cli.listening import ListenOption, default_link
 from vencejo.cli.replaying import parted, replayed
-from vencejo.cli.ros import Ros2News, Ros2Options
+from vencejo.cli.ros import ROUTER, Ros2News, Ros2Options
 
 if TYPE_CHECKING:
     from vencejo.fleet import Fleet
@@ -200,6 +200,7 @@ def serve(
     Example: vencejo serve --camera nose=/dev/video0 --camera belly=rtsp://192.168.1.10/live
     """
     from vencejo import Floors, Station
+    from vencejo.enrolment import Organisation
     from vencejo.serve import Server
 
     router = ros.router()
@@ -210,6 +211,12 @@ def serve(
         fleet = found.org
     if fleet is None and (fleet_listen, fleet_door, fleet_router or None) != (None, None, None):
         raise Failed("--fleet-listen, --fleet-door and --fleet-router are for --fleet ORG or --join TOKEN", Exit.USAGE)
+    if fleet is not None and fleet_listen is None and ros.is_at_default and Organisation(fleet).exists:
+        raise Failed(
+            f"--ros2 looks for the router of ROS 2 at {ROUTER}, where that of the fleet would be: give one of them "
+            "another port, with --fleet-listen tls/0.0.0.0:7449 (aircraft dial it) or --ros2-router tcp/127.0.0.1:7450",
+            Exit.USAGE,
+        )
     if listen is not None and link:
         raise Failed("--listen is for the default link: leave it out, or --link (VENCEJO_LINK)", Exit.USAGE)
     given = {"maps_mb": maps_floor, "video_mb": video_floor, "telemetry_mb": telemetry_floor}
