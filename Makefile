@@ -77,7 +77,7 @@ rustdoc: clippy
 cargo-test-built: clippy
 	@$(CHECK) cargo-test-built cargo test --quiet --no-run $(CARGO_TEST)
 # Beside pytest, which tells how far it is: this one tells all when it is done. A test that never ends is named in what it
-# tells, as one that runs for over a minute, and ended.
+# tells, as one that runs for over a minute, and waited for no longer.
 cargo-test:
 	@mkdir -p .cache
 	@code=0; $(CHECK) cargo-test timeout --foreground --verbose $(CARGO_TEST_WITHIN) cargo test --quiet $(CARGO_TEST) >.cache/cargo-test.log 2>&1 || code=$$?; \

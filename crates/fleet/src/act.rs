@@ -74,7 +74,7 @@ pub fn act_of(request: &Request, confirmed: Option<Danger>) -> Result<Act, &'sta
         Request::GuidedClimb { alt_m, alt_frame, rate_m_s, below_home } => Deed::Climb(Climb {
             alt_m: *alt_m,
             frame: alt_frame.mav_frame().into(),
-            rate_m_s: rate_m_s.unwrap_or_default(),
+            rate_m_s: *rate_m_s,
             below_home: *below_home,
         }),
         Request::Reboot => Deed::Reboot(Nothing {}),
@@ -175,7 +175,7 @@ pub fn request_of(act: &Act) -> Result<(Request, Option<Danger>), BadPayload> {
         Deed::Climb(to) => Request::GuidedClimb {
             alt_m: to.alt_m,
             alt_frame: alt_frame(to.frame)?,
-            rate_m_s: Some(to.rate_m_s).filter(|rate_m_s| *rate_m_s != 0.0),
+            rate_m_s: to.rate_m_s,
             below_home: to.below_home,
         },
         Deed::Reboot(_) => Request::Reboot,

@@ -219,9 +219,9 @@ pub struct Climb {
     /// `MAV_FRAME`: 0, 3 or 10.
     #[prost(uint32, tag = "2")]
     pub frame: u32,
-    /// How fast; 0 as fast as it can.
-    #[prost(double, tag = "3")]
-    pub rate_m_s: f64,
+    /// How fast; as fast as it can when absent.
+    #[prost(double, optional, tag = "3")]
+    pub rate_m_s: Option<f64>,
     /// Whether a height far below home is meant.
     #[prost(bool, tag = "4")]
     pub below_home: bool,

@@ -112,7 +112,7 @@ impl CheckContext {
         match name {
             _ if !value.is_finite() => {}
             "AIRSPEED_CRUISE" if size >= 1.0 => self.airspeed_m_s = size,
-            "TRIM_ARSPD_CM" if size >= 1.0 => self.airspeed_m_s = size / 100.0,
+            "TRIM_ARSPD_CM" if size >= 100.0 => self.airspeed_m_s = size / 100.0,
             "AIRSPEED_MIN" | "ARSPD_FBW_MIN" => self.airspeed_min_m_s = Some(size),
             "AIRSPEED_MAX" | "ARSPD_FBW_MAX" => self.airspeed_max_m_s = Some(size),
             "RTL_AUTOLAND" => self.finds_landing = Some(size > 0.0),
@@ -579,10 +579,11 @@ impl<'a> Check<'a> {
         let borders = Borders::of(&self.plan.fence, self.context.is_fence_union);
         let mut previous = self.context.position.or(home);
         for (index, item) in self.items_of_mission() {
-            // From what ends a flight, or is flown again and again, no leg leads on.
-            let next = self.plan.mission.items[index + 1..].iter().find(|item| is_nav(item));
+            // From what ends a flight, or is flown again and again, no leg leads on; a circle without an end is a hold,
+            // from which a pilot lets it go on.
+            let next = self.plan.mission.items[index + 1..].iter().find(|item| is_flown(item));
             let is_down = item.command.is_landing() && !next.is_some_and(|next| next.command.is_takeoff());
-            let goes_on = !(is_down || is_endless(item));
+            let goes_on = !is_down && (!is_endless(item) || item.command == Command::NAV_LOITER_UNLIM);
             let Some(point) = target(item) else {
                 previous = previous.filter(|_| goes_on);
                 continue;

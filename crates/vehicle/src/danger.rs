@@ -135,6 +135,10 @@ impl Danger {
         match message {
             Message::CommandLong(command) => of_command(Command(command.command), &command.params, telemetry, now),
             Message::CommandInt(command) => of_command(Command(command.command), &command.params, telemetry, now),
+            // So old ArduPlanes take it.
+            Message::Dialect(_) if message.name() == "SET_HOME_POSITION" => {
+                may_fly(telemetry, now).then_some(Danger::MoveHome)
+            }
             Message::Dialect(_) => of_dialect(message),
             _ => None,
         }

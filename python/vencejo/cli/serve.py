@@ -200,7 +200,7 @@ def serve(
     Example: vencejo serve --camera nose=/dev/video0 --camera belly=rtsp://192.168.1.10/live
     """
     from vencejo import Floors, Station
-    from vencejo.enrolment import Organisation
+    from vencejo.enrolment import Organisation, station_file
     from vencejo.serve import Server
 
     router = ros.router()
@@ -211,7 +211,13 @@ def serve(
         fleet = found.org
     if fleet is None and (fleet_listen, fleet_door, fleet_router or None) != (None, None, None):
         raise Failed("--fleet-listen, --fleet-door and --fleet-router are for --fleet ORG or --join TOKEN", Exit.USAGE)
-    if fleet is not None and fleet_listen is None and ros.is_at_default and Organisation(fleet).exists:
+    if (
+        fleet is not None
+        and fleet_listen is None
+        and not fleet_router
+        and ros.is_at_default
+        and (Organisation(fleet).exists or not station_file(fleet).is_file())
+    ):
         raise Failed(
             f"--ros2 looks for the router of ROS 2 at {ROUTER}, where that of the fleet would be: give one of them "
             "another port, with --fleet-listen tls/0.0.0.0:7449 (aircraft dial it) or --ros2-router tcp/127.0.0.1:7450",

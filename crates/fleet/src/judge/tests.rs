@@ -132,7 +132,7 @@ fn deeds() -> Vec<Deed> {
         Deed::Long(Long { command: 400, params: vec![1.0; 7] }),
         Deed::Int(Int { command: 192, frame: 3, params: vec![0.0; 5], x: 1, y: 2 }),
         Deed::Course(Course { course_deg: 90.0, accel_m_s2: 2.0 }),
-        Deed::Climb(Climb { alt_m: 80.0, frame: 3, rate_m_s: 2.0, below_home: false }),
+        Deed::Climb(Climb { alt_m: 80.0, frame: 3, rate_m_s: Some(2.0), below_home: false }),
         Deed::Reboot(nothing),
         Deed::PlanPut(put),
         Deed::PlanClear(PlanClear { kind: 1, revision: 1 }),

@@ -272,7 +272,7 @@ pub(super) fn describe(link: &LinkInfo, stats: &LinkStats) -> String {
         LinkState::Up { .. } if stats.rates.frames_hz > 0.0 => "open, MAVLink from others only".into(),
         LinkState::Up { .. } if stats.received.frames > 0 => "open".into(),
         LinkState::Up { .. } if stats.refused > 0 => {
-            format!("open, {} refused: not signed with the key of the vehicle", Counted(stats.refused, "frame"))
+            format!("open, {} refused: signature missing, wrong or old", Counted(stats.refused, "frame"))
         }
         LinkState::Up { .. } if stats.received.bytes == 0 => "open, nothing received".into(),
         LinkState::Up { .. } => {

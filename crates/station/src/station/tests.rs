@@ -146,7 +146,7 @@ async fn a_link_without_a_vehicle_is_described_by_what_came_in() {
     said("(open, no MAVLink in 40 bytes)").await;
     let (info, stats) = station.links().pop().expect("it is open");
     let refused = settling::describe(&info, &LinkStats { refused: 1, ..stats });
-    assert!(refused.ends_with("(open, 1 frame refused: not signed with the key of the vehicle)"), "{refused}");
+    assert!(refused.ends_with("(open, 1 frame refused: signature missing, wrong or old)"), "{refused}");
     station.open_link("serial:/dev/no-such-port:57600", LinkOptions::default()).expect("a link");
     said("(not open: cannot open /dev/no-such-port").await;
     station.close().await;

@@ -270,9 +270,8 @@ impl Vehicle {
         self.limits.learn(name, value);
         match name {
             "WP_LOITER_RAD" => self.flight_parameters.loiter_radius_m = Some(own_radius_m(value)),
-            "AIRSPEED_CRUISE" | "TRIM_ARSPD_CM" if value.abs() >= 1.0 => {
-                self.flight_parameters.airspeed_m_s = Some(self.limits.airspeed_m_s);
-            }
+            "AIRSPEED_CRUISE" if value.abs() >= 1.0 => self.flight_parameters.airspeed_m_s = Some(value.abs()),
+            "TRIM_ARSPD_CM" if value.abs() >= 100.0 => self.flight_parameters.airspeed_m_s = Some(value.abs() / 100.0),
             "RTL_AUTOLAND" => self.flight_parameters.finds_landing = self.limits.finds_landing,
             _ => {}
         }

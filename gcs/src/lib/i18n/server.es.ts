@@ -26,7 +26,7 @@ export const serverEs: Record<keyof typeof serverEn, string> = {
   'danger.fence-off': 'desactiva la geovalla',
   'danger.erase': 'restablece sus parámetros o borra lo que tiene guardado',
   'danger.write-files': 'escribe en sus ficheros',
-  'danger.move-home': 'mueve la casa en vuelo: regresa allí, y cuenta las alturas desde allí',
+  'danger.move-home': 'cambia la posición de casa en vuelo: volverá allí y contará las alturas desde allí',
   'problem.control': 'Otro tiene el control: {holder}.',
   'problem.control.remedy': 'Toma el control o pídelo.',
   'problem.vehicle-control': '{holder} tiene el control de {vehicle}.',

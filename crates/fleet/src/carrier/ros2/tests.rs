@@ -317,6 +317,7 @@ async fn it_takes_off_lands_and_is_sent_to_positions() {
     assert!(call::<WaypointClear>(&router, &named("mission/clear"), nothing()).await.success);
     assert_eq!(asked(), [Request::ClearPlan { kind: PlanKind::Mission }]);
     for current_gps in [true, false] {
+        beat_in(&station, id, 15, false);
         assert_eq!(call::<CommandHome>(&router, &named("cmd/set_home"), home(current_gps)).await, done);
     }
     let there = |lat_deg, lon_deg, alt_amsl_m| Request::SetHome { lat_deg, lon_deg, alt_amsl_m };
