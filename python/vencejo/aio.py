@@ -538,7 +538,7 @@ class AsyncVehicle(VehicleState):
         kind : {"mission", "fence", "rally"}, optional
             Which part of the plan.
         check : bool, optional
-            Refuse a mission with errors before anything is sent.
+            Refuse it with errors before anything is sent.
         while_heard : bool, optional
             Give up as soon as the vehicle is lost, instead of after the transfer's own timeout.
         progress : function of (done, total), optional

@@ -219,7 +219,7 @@ pub enum Request {
         item: u16,
     },
     /// Moves home to a position, at most 200 km from the old one or the vehicle, or to where the vehicle is when none of
-    /// its values is given: MAV_CMD_DO_SET_HOME.
+    /// its values is given: MAV_CMD_DO_SET_HOME. In flight it has to be confirmed.
     #[cfg_attr(feature = "describe", serde(rename = "home"))]
     SetHome {
         /// WGS-84 latitude.
@@ -266,7 +266,7 @@ pub enum Request {
         items: Vec<MissionItem>,
         /// Home to send with a mission; `None`: the vehicle's own.
         home: Option<Home>,
-        /// Whether a mission is sent in spite of errors found by the checks. The caller has checked it; a station on
+        /// Whether it is sent in spite of errors found by the checks. The caller has checked it; a station on
         /// board, which knows more of its vehicle, checks remote uploads again.
         despite_findings: bool,
     },

@@ -65,7 +65,7 @@ def upload(
     on: OnVehicle,
     file: Annotated[Path, typer.Argument(metavar="FILE", help="A plan file.")],
     kind: KindOption = Kind.mission,
-    check: Annotated[bool, typer.Option("--check/--no-check", help="Refuse a mission with errors.")] = True,
+    check: Annotated[bool, typer.Option("--check/--no-check", help="Refuse a plan with errors.")] = True,
     json: JsonOption = False,
 ) -> None:
     """Replace the mission on board, read it back and compare.

@@ -57,8 +57,11 @@ pub(crate) fn refusal_of(request: &Request) -> Option<VehicleError> {
 }
 
 impl Request {
-    /// The command that stands for it when its result is unknown: the last that it sends, else DO_SET_MODE.
+    /// The command that stands for it when its result is unknown: the last that it sends, of a go-to the first, which its
+    /// speed follows; else DO_SET_MODE.
     pub fn command(&self) -> Command {
-        commands_of(self).last().map_or(Command::DO_SET_MODE, CommandMessage::command)
+        let sent = commands_of(self);
+        let it = if matches!(self, Self::Reposition { .. }) { sent.first() } else { sent.last() };
+        it.map_or(Command::DO_SET_MODE, CommandMessage::command)
     }
 }

@@ -380,7 +380,7 @@ impl Context<'_> {
                     None => step,
                 };
                 // ArduPlane does not read the speed (`handle_command_int_do_reposition`).
-                let airspeed = speed_m_s.filter(|_| is_plane).map(|_| self.speed(SpeedKind::Airspeed, speed));
+                let airspeed = speed_m_s.filter(|_| is_plane).map(|_| self.speed_of_go_to(speed));
                 return Ok([step].into_iter().chain(airspeed).collect());
             }
             Request::ChangeSpeed { kind, speed_m_s } => {

@@ -147,6 +147,8 @@ struct Plane {
     is_lazy: bool,
     /// Answers that the next command does not get.
     mute: usize,
+    /// A command whose answers get lost.
+    unanswered: Option<Command>,
     /// Commands that the next ones do not reach.
     deaf: usize,
     /// Commands that it does not know.
@@ -195,6 +197,7 @@ impl Plane {
             is_outside_fence: false,
             is_lazy: false,
             mute: 0,
+            unanswered: None,
             deaf: 0,
             unknown: Vec::new(),
             deaf_to_missions: false,
@@ -365,6 +368,10 @@ impl Plane {
             }
             Command::DO_ORBIT if self.autopilot == 12 => self.circle_px4("Orbit"),
             Command::NAV_TAKEOFF if self.autopilot == 12 => 0,
+            // In other modes an ArduPlane answers FAILED.
+            Command::DO_CHANGE_SPEED if self.autopilot == 3 && self.mav_type == 1 && ![10, 15].contains(&self.mode) => {
+                4
+            }
             Command::DO_CHANGE_SPEED | Command::DO_CHANGE_ALTITUDE | Command::DO_SET_HOME | Command::DO_GO_AROUND => 0,
             // Only in GUIDED; FAILED elsewhere.
             Command::GUIDED_CHANGE_ALTITUDE | Command::GUIDED_CHANGE_HEADING => {
@@ -383,6 +390,9 @@ impl Plane {
         let result = self.execute(Command(command), params);
         if self.mute > 0 {
             self.mute -= 1;
+            return;
+        }
+        if self.unanswered == Some(Command(command)) {
             return;
         }
         self.out.push_back(Message::CommandAck(CommandAck {

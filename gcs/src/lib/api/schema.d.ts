@@ -1617,7 +1617,7 @@ export interface paths {
         put?: never;
         /**
          * Moves home to a position, at most 200 km from the old one or the vehicle, or to where the vehicle is when none of
-         *     its values is given: MAV_CMD_DO_SET_HOME.
+         *     its values is given: MAV_CMD_DO_SET_HOME. In flight it has to be confirmed.
          */
         post: operations["home"];
         delete?: never;

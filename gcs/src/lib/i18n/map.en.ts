@@ -43,6 +43,7 @@ export const mapEn = {
   'menu.goHere': 'Go here',
   'menu.loiterHere': 'Loiter here',
   'menu.setHome': 'Set home here',
+  'menu.homeInFlight': 'In flight the plane returns there from then on, and counts heights from there.',
   'menu.homeHeight': 'Keeps the height of the present home: {height} above sea level.',
   'menu.copy': 'Copy coordinates',
   'menu.copied': 'Copied',

@@ -45,6 +45,7 @@ export const mapEs: Record<keyof typeof mapEn, string> = {
   'menu.goHere': 'Ir aquí',
   'menu.loiterHere': 'Esperar aquí',
   'menu.setHome': 'Fijar casa aquí',
+  'menu.homeInFlight': 'En vuelo, el avión volverá allí desde entonces y contará las alturas desde allí.',
   'menu.homeHeight': 'Conserva la altura de la casa actual: {height} sobre el nivel del mar.',
   'menu.copy': 'Copiar coordenadas',
   'menu.copied': 'Copiadas',

@@ -107,8 +107,8 @@ impl Slot {
         self.lock().known = known;
     }
 
-    /// Starts it at once, so that orders are executed in the order in which they come; but a mission is checked before,
-    /// which takes time.
+    /// Starts it at once, so that orders are executed in the order in which they come; but a plan is checked before, which
+    /// takes time.
     pub(super) fn start(
         &self,
         vehicle: VehicleHandle,

@@ -86,12 +86,18 @@ impl Context<'_> {
         };
         let (alt_m, alt_frame) = self.as_counted(alt_m, alt_frame)?;
         let message = self.at_position(command, alt_frame.mav_frame(), params, (lat_deg, lon_deg, alt_m))?;
-        let speed = speed_m_s.map(|speed_m_s| self.speed(SpeedKind::Airspeed, speed_m_s as f32));
+        let speed = speed_m_s.map(|speed_m_s| self.speed_of_go_to(speed_m_s as f32));
         Ok([Step::command(message).unless_objected()].into_iter().chain(speed).collect())
     }
 
-    /// A change of speed, m/s. One that goes with a go-to follows it: the change of mode drops the one before
-    /// (`Mode::enter` of ArduPlane, `navigator_main.cpp` of PX4).
+    /// The airspeed of a plane that was sent to a position, m/s. It follows, since the change of mode drops the one before
+    /// (`Mode::enter` of ArduPlane, `navigator_main.cpp` of PX4); in a mode that a pilot has chosen meanwhile it is not
+    /// repeated, which would be that mode's speed.
+    pub(super) fn speed_of_go_to(&self, speed_m_s: f32) -> Step {
+        self.speed(SpeedKind::Airspeed, speed_m_s).unless_objected().waiting(Effect::Unobjected)
+    }
+
+    /// A change of speed, m/s.
     pub(super) fn speed(&self, kind: SpeedKind, speed_m_s: f32) -> Step {
         let kind = match kind {
             SpeedKind::Airspeed => 0.0,

@@ -32,31 +32,30 @@ fn velocity(forward_m_s: f64, down_m_s: f64) -> Request {
 // An ArduPlane reads no speed from DO_REPOSITION, and drops the one that it has when the mode changes.
 #[test]
 fn a_speed_follows_the_go_to_of_a_plane() {
-    for (mav_type, guided, speeds) in [(1, GUIDED_PLANE, 1), (COPTER, GUIDED_COPTER, 0)] {
-        let mut world = flying(mav_type, 10);
-        let Request::Reposition { lat_deg, lon_deg, alt_m, alt_frame, radius_m, turn, change_mode, below_home, .. } =
-            reposition(40.334, -3.79, 80.0)
-        else {
-            unreachable!()
-        };
-        let speed_m_s = Some(14.0);
-        let request = Request::Reposition {
-            lat_deg,
-            lon_deg,
-            alt_m,
-            alt_frame,
-            radius_m,
-            turn,
-            speed_m_s,
-            change_mode,
-            below_home,
-        };
+    const LOITER: u32 = 12;
+    let mut request = reposition(40.334, -3.79, 80.0);
+    let Request::Reposition { speed_m_s, .. } = &mut request else { unreachable!() };
+    *speed_m_s = Some(14.0);
+    assert_eq!(request.command(), Command::DO_REPOSITION, "what is unknown while nothing is answered");
+    for (mav_type, mode, guided, speeds) in [(1, LOITER, GUIDED_PLANE, 1), (COPTER, 5, GUIDED_COPTER, 0)] {
+        let mut world = flying(mav_type, mode);
         let before = world.plane.commands.len();
-        assert_eq!(ask(&mut world, request), Ok(Reply::Done));
+        assert_eq!(ask(&mut world, request.clone()), Ok(Reply::Done));
         assert_eq!(world.plane.mode, guided);
         let sent: Vec<_> = world.plane.commands[before..].iter().map(|sent| (sent.command, sent.params)).collect();
         assert_eq!(sent, vec![(Command::DO_CHANGE_SPEED.0, [0.0, 14.0, -1.0, 0.0, 0.0, 0.0, 0.0]); speeds]);
     }
+    // A pilot who takes the plane meanwhile keeps his own speed.
+    const AUTO: u32 = 10;
+    let mut world = flying(1, GUIDED_PLANE);
+    world.plane.unanswered = Some(Command::DO_CHANGE_SPEED);
+    let id = start(&mut world, request);
+    wait(&mut world, 300);
+    world.plane.mode = AUTO;
+    let ended = end(&mut world, id, 60);
+    assert!(matches!(ended, Err(VehicleError::NotConfirmed { .. })), "{ended:?}");
+    let speeds = world.plane.commands.iter().filter(|sent| sent.command == Command::DO_CHANGE_SPEED.0);
+    assert_eq!(speeds.count(), 1);
 }
 
 #[test]
