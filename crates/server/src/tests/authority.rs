@@ -224,7 +224,7 @@ async fn every_role_at_every_route() {
     station.close().await;
 }
 
-// fault 28: 14 dangerous actions: a wrong, used or other action's confirmation is refused; with the right one, the
+// fault 28: 13 dangerous actions: a wrong, used or other action's confirmation is refused; with the right one, the
 // action is carried out once
 #[tokio::test]
 async fn what_is_dangerous_is_done_once_and_only_confirmed() {
@@ -250,7 +250,6 @@ async fn what_is_dangerous_is_done_once_and_only_confirmed() {
         ("fence-off", ("PUT", "/params/FENCE_ENABLE", json!({"value": 0}))),
         ("fence-off", ("POST", "/command/long", json!({"command": 207}))),
         ("fence-off", ("POST", "/switch-fence", json!({"on": false}))),
-        ("move-home", ("POST", "/home", json!({}))),
     ];
     let challenge = async |act: &(&str, &str, Value), code: &str| {
         let answer = send(act, None).await;
